@@ -1,0 +1,154 @@
+"""Material data of rubber, ice and water, and the contact parameters of compound B.
+
+Source, unless another is named: R. Leonardi, *Advanced numerical model for viscous friction
+between rough rubber and smooth ice*, Politecnico di Torino, 2017-18 ("the thesis").
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+BAR = 1.0e5
+
+ICE_DENSITY = 916.0  # kg/m3
+LATENT_HEAT = 330.0e3  # J/kg
+ICE_CONDUCTIVITY = 2.25  # W/(m K)
+ICE_HEAT_CAPACITY = 2220.0  # J/(kg K)
+ICE_DIFFUSIVITY = ICE_CONDUCTIVITY / (ICE_DENSITY * ICE_HEAT_CAPACITY)  # m2/s
+ICE_EFFUSIVITY = (ICE_CONDUCTIVITY * ICE_DENSITY * ICE_HEAT_CAPACITY) ** 0.5  # W s^0.5/(m2 K)
+MELTING_TEMPERATURE = 273.15  # K
+MELTING_ENTHALPY = ICE_DENSITY * LATENT_HEAT  # J/m3, rho L
+
+WATER_VISCOSITY = 1.8e-3  # Pa s
+WATER_CONDUCTIVITY = 0.56  # W/(m K)
+
+RUBBER_CONDUCTIVITY = 0.19  # W/(m K)
+RUBBER_HEAT_CAPACITY = 1500.0  # J/(kg K)
+
+
+@dataclass(frozen=True)
+class MooneyRivlin:
+    """Constants of W = C10 (I1bar - 3) + C01 (I2bar - 3) + (J - 1)^2 / D1.
+
+    C10, C01 in Pa, D1 in 1/Pa (the thesis prints MPa for D1; its number is in 1/MPa).
+    """
+
+    C10: float
+    C01: float
+    D1: float
+
+    @classmethod
+    def from_nu(cls, C10: float, C01: float, nu: float) -> MooneyRivlin:
+        """Constants with D1 = 2/K that gives Poisson's ratio `nu` at small strain."""
+        shear = 2.0 * (C10 + C01)
+        bulk = 2.0 * shear * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu))
+        return cls(C10, C01, 2.0 / bulk)
+
+    @property
+    def shear_modulus(self) -> float:
+        """G = 2 (C10 + C01), Pa."""
+        return 2.0 * (self.C10 + self.C01)
+
+    @property
+    def bulk_modulus(self) -> float:
+        """K = 2 / D1, Pa."""
+        return 2.0 / self.D1
+
+    @property
+    def youngs_modulus(self) -> float:
+        """E = 9 K G / (3 K + G), Pa."""
+        K, G = self.bulk_modulus, self.shear_modulus
+        return 9.0 * K * G / (3.0 * K + G)
+
+    @property
+    def poissons_ratio(self) -> float:
+        """nu = (3 K - 2 G) / (6 K + 2 G)."""
+        K, G = self.bulk_modulus, self.shear_modulus
+        return (3.0 * K - 2.0 * G) / (6.0 * K + 2.0 * G)
+
+
+# The thesis's finite element chapter; nu = 0.490 follows (it prints 0.495).
+COMPOUNDS = {"B": MooneyRivlin(C10=0.1662e6, C01=0.1068e6, D1=0.0737e-6)}
+# Published for the other compounds: Young's modulus only, Pa.
+YOUNGS_MODULUS_ONLY = {"A": 1.10e6, "C": 2.04e6}
+
+
+class ContactParameters(NamedTuple):
+    """Contact parameters at a local pressure; arrays of the pressure's shape.
+
+    k: relative contact area; D: mean asperity diameter, m; H_V: mean free height, m;
+    dk_dp: derivative of k with respect to pressure, 1/Pa.
+    """
+
+    k: Array
+    D: Array
+    H_V: Array
+    dk_dp: Array
+
+
+@dataclass(frozen=True)
+class ContactTable:
+    """k, D and H_V at two pressures, straight lines in log-log between, clamped outside.
+
+    Table 8 of the thesis for compound B, with k = 0.405 at 5 bar where the thesis prints 0.105
+    (k must rise with pressure, and only 0.405 gives its own mu = 0.12 at 0.8 ms).
+    """
+
+    pressure: tuple[float, float]
+    k: tuple[float, float]
+    D: tuple[float, float]
+    H_V: tuple[float, float]
+
+    def __call__(self, pressure: ArrayLike) -> ContactParameters:
+        """Evaluate at `pressure` (Pa, any shape; values below or above the table are clamped)."""
+        p_low, p_high = self.pressure
+        p = np.clip(np.asarray(pressure, dtype=float), p_low, p_high)
+        x = np.log(p / p_low) / np.log(p_high / p_low)
+
+        def power_law(ends: tuple[float, float]) -> Array:
+            return np.asarray(ends[0] * (ends[1] / ends[0]) ** x)
+
+        k = power_law(self.k)
+        slope = np.log(self.k[1] / self.k[0]) / np.log(p_high / p_low)
+        inside = (np.asarray(pressure) > p_low) & (np.asarray(pressure) < p_high)
+        dk_dp = np.where(inside, slope * k / p, 0.0)
+        return ContactParameters(k, power_law(self.D), power_law(self.H_V), dk_dp)
+
+    def outside(self, pressure: ArrayLike) -> NDArray[np.bool_]:
+        """Where `pressure` (Pa) lies outside the published range, to rounding."""
+        p = np.asarray(pressure)
+        return (p < self.pressure[0] * (1 - 1e-9)) | (p > self.pressure[1] * (1 + 1e-9))
+
+
+CONTACT_TABLES = {
+    "B": ContactTable(
+        pressure=(1.0 * BAR, 5.0 * BAR),
+        k=(0.266, 0.405),
+        D=(29.0e-6, 46.5e-6),
+        H_V=(2.86e-6, 0.56e-6),
+    )
+}
+
+
+@dataclass(frozen=True)
+class ConstantContact:
+    """Contact parameters that do not follow the pressure (given in the scene)."""
+
+    k: float
+    D: float
+    H_V: float
+
+    def __call__(self, pressure: ArrayLike) -> ContactParameters:
+        """The constants, broadcast to the shape of `pressure` (Pa)."""
+        one = np.ones_like(np.asarray(pressure, dtype=float))
+        return ContactParameters(self.k * one, self.D * one, self.H_V * one, 0.0 * one)
+
+    def outside(self, pressure: ArrayLike) -> NDArray[np.bool_]:
+        """Nowhere: constants hold at every pressure."""
+        return np.zeros(np.shape(pressure), dtype=bool)

@@ -1,0 +1,132 @@
+"""Closed-form solutions of parts of the model: for tests, and for users to compare with.
+
+SI units; every function broadcasts over its arguments. K1, K2, K3 are the coefficients of the
+thesis's film equation dh/dt = K1/h - q_ice/(rho L) - K3 h^3.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+from scipy.special import erf
+
+from iceslide_fem.materials import (
+    ICE_CONDUCTIVITY,
+    ICE_DENSITY,
+    ICE_DIFFUSIVITY,
+    ICE_EFFUSIVITY,
+    ICE_HEAT_CAPACITY,
+    LATENT_HEAT,
+    MELTING_ENTHALPY,
+    MELTING_TEMPERATURE,
+    WATER_VISCOSITY,
+    Array,
+)
+
+
+def _arrays(*values: ArrayLike) -> list[Array]:
+    return [np.asarray(value, dtype=float) for value in values]
+
+
+def melt_coefficient(k: ArrayLike, v: ArrayLike) -> Array:
+    """K1 = k eta v^2 / (rho L), m2/s: friction heat that only melts ice, (5.23)."""
+    k, v = _arrays(k, v)
+    return k * WATER_VISCOSITY * v**2 / MELTING_ENTHALPY
+
+
+def squeeze_coefficient(p: ArrayLike, D: ArrayLike) -> Array:
+    """K3 = 8 p / (3 eta D^2), 1/(m2 s): squeeze-out rate dh/dt = -K3 h^3, (6.5)."""
+    p, D = _arrays(p, D)
+    return 8.0 * p / (3.0 * WATER_VISCOSITY * D**2)
+
+
+def squeezed_film(h0: ArrayLike, K3: ArrayLike, t: ArrayLike) -> Array:
+    """Film height (m) under squeeze-out alone: h = h0 / sqrt(1 + 2 K3 h0^2 t)."""
+    h0, K3, t = _arrays(h0, K3, t)
+    return h0 / np.sqrt(1.0 + 2.0 * K3 * h0**2 * t)
+
+
+def melting_film(h0: ArrayLike, K1: ArrayLike, t: ArrayLike) -> Array:
+    """Film height (m) when all friction heat melts ice: h^2 = h0^2 + 2 K1 t."""
+    h0, K1, t = _arrays(h0, K1, t)
+    return np.sqrt(h0**2 + 2.0 * K1 * t)
+
+
+def saturated_film(K1: ArrayLike, T_0: ArrayLike, t: ArrayLike) -> Array:
+    """Film height (m) without squeeze-out under the closed-form ice flux (5.6).
+
+    h = c sqrt(t) with c = -K2 + sqrt(K2^2 + 2 K1), K2 = flux coefficient / (rho L); T_0 in K.
+    """
+    K1, t = _arrays(K1, t)
+    K2 = step_flux(T_0, 1.0) / MELTING_ENTHALPY
+    return (-K2 + np.sqrt(K2**2 + 2.0 * K1)) * np.sqrt(t)
+
+
+def balanced_film(K1: ArrayLike, K3: ArrayLike) -> Array:
+    """Steady film height (m) of melting against squeeze-out, no conduction: (K1/K3)^(1/4)."""
+    K1, K3 = _arrays(K1, K3)
+    return (K1 / K3) ** 0.25
+
+
+def step_flux(T_0: ArrayLike, t: ArrayLike) -> Array:
+    """Flux (W/m2) into a half-space at T_0 whose surface jumped to T_m at t = 0, (5.6)."""
+    T_0, t = _arrays(T_0, t)
+    return ICE_CONDUCTIVITY * (MELTING_TEMPERATURE - T_0) / np.sqrt(np.pi * ICE_DIFFUSIVITY * t)
+
+
+def constant_flux_rise(q: ArrayLike, t: ArrayLike) -> Array:
+    """Surface temperature rise (K) of a half-space under constant flux: 2 q sqrt(t/pi) / e."""
+    q, t = _arrays(q, t)
+    return 2.0 * q * np.sqrt(t / np.pi) / ICE_EFFUSIVITY
+
+
+def squeezing_rise(viscous: ArrayLike, v: ArrayLike, h0: float, K3: float, t: ArrayLike) -> Array:
+    """Surface temperature rise (K) of ice below a film that is squeezed out and does not melt.
+
+    Duhamel's integral of the friction power q = c v / h with h of `squeezed_film`:
+    c v / (h0 e sqrt(pi)) * [sqrt(t) + (1 + a t) / sqrt(a) * atan(sqrt(a t))], a = 2 K3 h0^2.
+    `viscous` is c = k eta v (Pa m).
+    """
+    c, v, t = _arrays(viscous, v, t)
+    a = 2.0 * K3 * h0**2
+    integral = np.sqrt(t) + (1.0 + a * t) / np.sqrt(a) * np.arctan(np.sqrt(a * t))
+    return c * v / (h0 * ICE_EFFUSIVITY * np.sqrt(np.pi)) * integral
+
+
+def flux_after_onset(q: ArrayLike, t_melt: ArrayLike, t: ArrayLike) -> Array:
+    """Flux (W/m2) into ice heated by constant q until t_melt, then held at T_m.
+
+    q_ice = (2 q / pi) asin(sqrt(t_melt / t)) for t >= t_melt.
+    """
+    q, t_melt, t = _arrays(q, t_melt, t)
+    return 2.0 * q / np.pi * np.arcsin(np.sqrt(t_melt / t))
+
+
+def band_source_rise(q: ArrayLike, length: ArrayLike, v: ArrayLike) -> Array:
+    """Largest surface temperature rise (K) under a band source at high Peclet number.
+
+    2 q sqrt(L / (pi v)) / e at the trailing edge; the mean over the band is 2/3 of it.
+    """
+    q, length, v = _arrays(q, length, v)
+    return 2.0 * q * np.sqrt(length / (np.pi * v)) / ICE_EFFUSIVITY
+
+
+def stefan_depth(undercooling: float, t: ArrayLike) -> Array:
+    """Frozen depth (m) of the one-phase Stefan problem, surface `undercooling` K below T_m.
+
+    s = 2 beta sqrt(alpha t), sqrt(pi) beta exp(beta^2) erf(beta) = c dT / L.
+    """
+    stefan = ICE_HEAT_CAPACITY * undercooling / LATENT_HEAT
+    beta = brentq(lambda b: np.sqrt(np.pi) * b * np.exp(b**2) * erf(b) - stefan, 1e-6, 5.0)
+    (t,) = _arrays(t)
+    return 2.0 * beta * np.sqrt(ICE_CONDUCTIVITY / (ICE_DENSITY * ICE_HEAT_CAPACITY) * t)
+
+
+def uniaxial_stress(stretch: ArrayLike, C10: float, C01: float) -> Array:
+    """Cauchy stress (Pa) of incompressible Mooney-Rivlin rubber in uniaxial tension.
+
+    sigma = 2 (l^2 - 1/l) (C10 + C01 / l).
+    """
+    (stretch,) = _arrays(stretch)
+    return 2.0 * (stretch**2 - 1.0 / stretch) * (C10 + C01 / stretch)
