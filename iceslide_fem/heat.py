@@ -1,0 +1,162 @@
+"""Heat conduction in the ice below each contact point on its own: `column` and `half-space`.
+
+Every ice model offers the same three calls to the time integrator (see `IceHeat`): the content
+of heat at the start, one implicit stage in which the film law is solved together with
+conduction, and the surface temperature.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+from scipy.linalg import eigh
+
+from iceslide_fem.film import FilmStage, IceSurface
+from iceslide_fem.materials import (
+    ICE_CONDUCTIVITY,
+    ICE_DENSITY,
+    ICE_DIFFUSIVITY,
+    ICE_HEAT_CAPACITY,
+    MELTING_TEMPERATURE,
+    Array,
+)
+from iceslide_fem.reference import step_flux
+
+FilmLaw = Callable[[IceSurface], FilmStage]
+
+# Depth of the column in thermal layers sqrt(alpha t): the rise at the far end is then below
+# 1e-5 of that at the surface.
+DEPTH_IN_LAYERS = 6.0
+# First layer relative to the thermal layer of the whole run, and growth of the layers below:
+# surface temperature and melted flux within 2e-4 from a hundredth of the run on.
+FIRST_LAYER = 0.015
+LAYER_RATIO = 1.5
+
+
+class IceHeat(Protocol):
+    """Conduction in the ice as the time integrator sees it.
+
+    The content is an array whose first axis belongs to the model; values of one content may be
+    added and scaled, which is how Runge-Kutta stages are formed.
+    """
+
+    def initial(self, n_points: int) -> Array:
+        """Content of ice at its initial temperature."""
+
+    def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
+        """Solve content = start + dt * rate(content) together with the film law."""
+
+    def surface_temperature(self, content: Array) -> Array:
+        """Surface temperature at the contact points (K), shape (n_points,)."""
+
+
+class Column:
+    """1-D conduction below every point, in the modes of a graded quadratic element mesh.
+
+    With the modes orthonormal in the heat capacity, each amplitude obeys
+    d theta_j / dt = -lambda_j theta_j + phi_j q, where q (W/m2) enters at the surface and phi_j
+    is the mode's value there: an implicit stage costs one division per mode, for any step and
+    any number of points. Content: amplitudes, shape (n_modes, n_points), in (J K)^0.5 / m.
+    """
+
+    def __init__(
+        self,
+        temperature: float | Array,
+        duration: float,
+        first_layer: float = FIRST_LAYER,
+        ratio: float = LAYER_RATIO,
+        depth: float = DEPTH_IN_LAYERS,
+    ) -> None:
+        """Column at `temperature` (K, scalar or per point) for runs of `duration` (s).
+
+        `first_layer` and `depth` are in thermal layers sqrt(alpha * duration).
+        """
+        self.temperature = np.asarray(temperature, dtype=float)
+        layer = np.sqrt(ICE_DIFFUSIVITY * duration)
+        count = int(np.ceil(np.log1p(depth / first_layer * (ratio - 1.0)) / np.log(ratio)))
+        thickness = first_layer * layer * ratio ** np.arange(count)
+        capacity, conduction = _quadratic_elements(thickness)
+        rates, modes = eigh(conduction, capacity)
+        self.rates = np.maximum(rates, 0.0)
+        self.surface = modes[0]
+        self._storage = capacity.sum(axis=0) @ modes
+
+    def initial(self, n_points: int) -> Array:
+        """Zero amplitudes: the content counts from the initial temperature."""
+        return np.zeros((self.rates.size, n_points))
+
+    def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
+        """One implicit stage of all amplitudes with the film law at the surface."""
+        decay = 1.0 / (1.0 + np.multiply.outer(self.rates, dt))
+        if decay.ndim == 1:
+            decay = decay[:, None]
+        offset = self.temperature + self.surface @ (start * decay)
+        resistance = np.broadcast_to((self.surface**2 @ decay) * dt, offset.shape)
+        result = film(IceSurface(offset, resistance, (MELTING_TEMPERATURE - offset) / resistance))
+        return self.absorb(start, dt, decay, result.ice_flux), result
+
+    def absorb(self, start: Array, dt: Array | float, decay: Array, flux: Array) -> Array:
+        """Amplitudes after an implicit stage with `flux` (W/m2) at the surface."""
+        return (start + np.multiply.outer(self.surface, dt * flux)) * decay
+
+    def surface_temperature(self, content: Array) -> Array:
+        """Temperature of the surface (K), shape (n_points,)."""
+        return self.temperature + self.surface @ content
+
+    def heat(self, content: Array) -> Array:
+        """Heat above the initial temperature (J/m2), shape (n_points,)."""
+        return self._storage @ content
+
+
+class HalfSpace:
+    """The thesis's closed-form flux after melting: lambda (T_m - T_0) / sqrt(pi alpha t), (5.6).
+
+    Up to melting the surface temperature is that of resolved conduction. (5.6) assumes that the
+    surface jumped to T_m at t = 0; right after the onset it is about half the true flux. t is
+    the time in contact (the thesis's subroutine takes the run time). Content: that of `Column`
+    with the contact time (s) as its last row.
+    """
+
+    def __init__(self, temperature: float | Array, duration: float) -> None:
+        """Half-space at `temperature` (K, scalar or per point) for runs of `duration` (s)."""
+        self._column = Column(temperature, duration)
+
+    def initial(self, n_points: int) -> Array:
+        """Ice at its initial temperature, contact time zero."""
+        return np.vstack([self._column.initial(n_points), np.zeros(n_points)])
+
+    def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
+        """One implicit stage: conduction decides on melting, (5.6) is what melting loses."""
+        time = start[-1] + dt
+        true_flux = np.zeros_like(time)
+
+        def with_closed_form(ice: IceSurface) -> FilmStage:
+            true_flux[:] = ice.melted_flux
+            return film(ice._replace(melted_flux=step_flux(self._column.temperature, time)))
+
+        content, result = self._column.stage(start[:-1], dt, with_closed_form)
+        # The conduction below goes on with the surface held at T_m, not with the flux (5.6).
+        correction = np.where(result.melting, true_flux - result.ice_flux, 0.0)
+        decay = 1.0 / (1.0 + np.multiply.outer(self._column.rates, dt))
+        decay = decay[:, None] if decay.ndim == 1 else decay
+        content = content + np.multiply.outer(self._column.surface, dt * correction) * decay
+        return np.vstack([content, time]), result
+
+    def surface_temperature(self, content: Array) -> Array:
+        """Temperature of the surface (K), shape (n_points,)."""
+        return self._column.surface_temperature(content[:-1])
+
+
+def _quadratic_elements(thickness: Array) -> tuple[Array, Array]:
+    """Heat capacity (J/(m2 K)) and conduction (W/(m2 K)) matrices; node 0 is the surface."""
+    n = 2 * thickness.size + 1
+    capacity, conduction = np.zeros((n, n)), np.zeros((n, n))
+    mass = np.array([[4.0, 2.0, -1.0], [2.0, 16.0, 2.0], [-1.0, 2.0, 4.0]]) / 30.0
+    stiffness = np.array([[7.0, -8.0, 1.0], [-8.0, 16.0, -8.0], [1.0, -8.0, 7.0]]) / 3.0
+    for element, size in enumerate(thickness):
+        nodes = slice(2 * element, 2 * element + 3)
+        capacity[nodes, nodes] += ICE_DENSITY * ICE_HEAT_CAPACITY * size * mass
+        conduction[nodes, nodes] += ICE_CONDUCTIVITY / size * stiffness
+    return capacity, conduction

@@ -1,0 +1,189 @@
+"""Time integration of film and ice heat together: one Runge-Kutta step with an error estimate.
+
+All methods are diagonally implicit with one coefficient on the diagonal and end on their last
+stage, so that every stage is one implicit Euler solve of film and heat (`IceHeat.stage`), and
+the complementarities of melting and saturation hold at the end of every step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.film import (
+    FilmLoads,
+    FilmStage,
+    IceSurface,
+    explicit_stage,
+    implicit_stage,
+    interpolate,
+)
+from iceslide_fem.heat import IceHeat
+from iceslide_fem.materials import MELTING_TEMPERATURE, Array
+
+
+class Integrator(NamedTuple):
+    """Butcher coefficients: `rows` of the matrix left of the diagonal, `diagonal` on it.
+
+    `estimate` holds b - b_hat, the weights that give the local error; empty if the method has
+    none and runs at fixed steps. `order` is that of the solution kept, `estimate_order` the
+    power of the step with which the estimate falls. `stage` is the film law's stage.
+    """
+
+    diagonal: float
+    rows: tuple[tuple[float, ...], ...]
+    estimate: tuple[float, ...]
+    order: int
+    estimate_order: int
+    stage: Callable[..., FilmStage] = implicit_stage
+
+    @property
+    def weights(self) -> tuple[float, ...]:
+        """b: the last row of the matrix."""
+        return (*self.rows[-1], self.diagonal)
+
+    @property
+    def nodes(self) -> tuple[float, ...]:
+        """c: the times of the stages as fractions of the step."""
+        return tuple(sum(row) + self.diagonal for row in self.rows)
+
+
+def _sdirk2() -> Integrator:
+    """Two stages, order 2, L-stable (Alexander 1977); estimate against implicit Euler."""
+    g = 1.0 - 1.0 / np.sqrt(2.0)
+    return Integrator(g, ((), (1.0 - g,)), (-g, g), order=2, estimate_order=2)
+
+
+def _sdirk3() -> Integrator:
+    """Three stages, order 3, L-stable (Alexander 1977); estimate against an order 2 method."""
+    g = 0.4358665215084590
+    b1 = -(6.0 * g**2 - 16.0 * g + 1.0) / 4.0
+    b2 = (6.0 * g**2 - 20.0 * g + 5.0) / 4.0
+    c2 = (1.0 + g) / 2.0
+    # The order 2 companion uses the first two stages: b1^ + b2^ = 1, b1^ g + b2^ c2 = 1/2.
+    b2_hat = (0.5 - g) / (c2 - g)
+    estimate = (b1 - (1.0 - b2_hat), b2 - b2_hat, g)
+    return Integrator(g, ((), ((1.0 - g) / 2.0,), (b1, b2)), estimate, order=3, estimate_order=3)
+
+
+INTEGRATORS = {
+    "sdirk2": _sdirk2(),
+    "sdirk3": _sdirk3(),
+    "implicit-euler": Integrator(1.0, ((),), (), order=1, estimate_order=1),
+    "explicit-euler": Integrator(1.0, ((),), (), order=1, estimate_order=1, stage=explicit_stage),
+}
+
+
+class InterfaceState(NamedTuple):
+    """History of the interface: ln h and H_s (m) per point, and the ice's content of heat."""
+
+    log_height: Array
+    squeezed_height: Array
+    ice: Array
+
+
+class Step(NamedTuple):
+    """A trial step; nothing is changed until its `state` is taken as the new one.
+
+    error: local errors of ln h (1), H_s (m) and the ice's content; friction_work, ice_heat,
+    latent_heat: J/m2 over the step, with friction_work = ice_heat + latent_heat; last: the last
+    stage; height_rate: d ln h / dt at the end (1/s); mean_viscous: mean of 1/h (1/m).
+    """
+
+    state: InterfaceState
+    error: InterfaceState
+    friction_work: Array
+    ice_heat: Array
+    latent_heat: Array
+    last: FilmStage
+    height_rate: Array
+    mean_inverse_height: Array
+
+
+def advance(
+    state: InterfaceState,
+    start: FilmLoads,
+    end: FilmLoads,
+    dt: Array | float,
+    ice: IceHeat,
+    integrator: Integrator,
+) -> Step:
+    """One step of `dt` (s, scalar or one per point) under loads on a line from start to end."""
+    stage_dt = integrator.diagonal * dt
+    rates: list[InterfaceState] = []
+    stages: list[FilmStage] = []
+    for row, node in zip(integrator.rows, integrator.nodes, strict=True):
+        y, squeezed, content = _combine(state, rates, row, dt)
+        loads = interpolate(start, end, node)
+
+        def film(
+            surface: IceSurface, y: Array = y, s: Array = squeezed, loads: FilmLoads = loads
+        ) -> FilmStage:
+            return integrator.stage(y, s, stage_dt, loads, surface)
+
+        new_content, stage = ice.stage(content, stage_dt, film)
+        stages.append(stage)
+        rates.append(
+            InterfaceState(
+                (stage.log_height - y) / stage_dt,
+                (stage.squeezed_height - squeezed) / stage_dt,
+                (new_content - content) / stage_dt,
+            )
+        )
+    weights = integrator.weights
+    last = stages[-1]
+    zero = InterfaceState(*(np.zeros_like(part) for part in state))
+    return Step(
+        state=InterfaceState(last.log_height, last.squeezed_height, new_content),
+        error=_combine(zero, rates, integrator.estimate, dt),
+        friction_work=dt * _sum(weights, [s.friction_power for s in stages]),
+        ice_heat=dt * _sum(weights, [s.ice_flux for s in stages]),
+        latent_heat=dt * _sum(weights, [s.melt_power for s in stages]),
+        last=last,
+        height_rate=rates[-1].log_height,
+        mean_inverse_height=_sum(weights, [np.exp(-s.log_height) for s in stages]),
+    )
+
+
+def error_norms(
+    step: Step, ice: IceHeat, start: InterfaceState, free_height: Array, undercooling: Array
+) -> Array:
+    """Largest relative local error at each point: of ln h, of H_s / H_V, of (T - T_0).
+
+    `undercooling` is T_m - T_0 (K). Infinite where anything is not finite.
+    """
+    temperature = ice.surface_temperature(start.ice)
+    # The estimate is linear in the content: take it as a difference of two surface temperatures.
+    shifted = ice.surface_temperature(start.ice + step.error.ice)
+    parts = (
+        np.abs(step.error.log_height),
+        np.abs(step.error.squeezed_height) / free_height,
+        np.abs(shifted - temperature) / undercooling,
+    )
+    error: Array = np.max(parts, axis=0)
+    good = np.isfinite(error) & np.isfinite(step.state.log_height)
+    return np.where(good, error, np.inf)
+
+
+def surface_excess(step: Step) -> Array:
+    """Dry surface temperature above T_m at the end of the step (K)."""
+    return step.last.dry_temperature - MELTING_TEMPERATURE
+
+
+def _combine(
+    state: InterfaceState, rates: list[InterfaceState], row: tuple[float, ...], dt: Array | float
+) -> InterfaceState:
+    if not row:
+        return state
+    return InterfaceState(
+        *(part + dt * _sum(row, [rate[i] for rate in rates]) for i, part in enumerate(state))
+    )
+
+
+def _sum(weights: tuple[float, ...], parts: list[Array]) -> Array:
+    total = weights[0] * parts[0]
+    for weight, part in zip(weights[1:], parts[1:], strict=False):
+        total = total + weight * part
+    return total
