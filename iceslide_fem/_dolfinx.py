@@ -1,0 +1,312 @@
+"""Every difference between DOLFINx 0.5.2 and 0.11, and nothing else.
+
+The rest of the package imports DOLFINx through this module first: it loads the wheel's start-up
+module where there is one, and keeps the C compiler's log of every form off the screen.
+Names that are the same in all versions (`fem.Function`, `fem.dirichletbc`,
+`fem.locate_dofs_topological`, `ufl.Measure`, ...) are used directly from DOLFINx.
+"""
+
+from __future__ import annotations
+
+import functools
+import logging
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+try:  # the PyPI wheel has to load its own MPI before anything else does
+    import dolfinx_solver  # noqa: F401
+except ImportError:
+    pass
+
+import basix
+import dolfinx
+import numpy as np
+import ufl
+from dolfinx import fem, io
+from dolfinx.fem import petsc as fem_petsc
+from mpi4py import MPI
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+IntArray = NDArray[np.int32]
+FloatArray = NDArray[np.float64]
+
+VERSION: str = dolfinx.__version__
+
+# Lets the compiler vectorise sums (a tangent assembles up to twice as fast) but, unlike
+# -ffast-math, keeps NaN and infinity: Newton recognises an inverted element by them.
+_COMPILER_FLAGS = [
+    "-O3",
+    "-march=native",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-fassociative-math",
+    "-fno-signed-zeros",
+    "-g0",
+]
+_HAS_BASIX_UFL = hasattr(fem, "functionspace")  # since 0.7
+_Compiling = TypeVar("_Compiling", bound=Callable[..., Any])
+
+
+def _quietly(compiling: _Compiling) -> _Compiling:
+    # cffi resets the root logger to INFO while it compiles, so a level set once does not last
+    @functools.wraps(compiling)
+    def quiet(*args: Any, **kwargs: Any) -> Any:
+        root, disabled = logging.getLogger(), logging.root.manager.disable
+        level = root.level
+        logging.disable(logging.INFO)
+        try:
+            return compiling(*args, **kwargs)
+        finally:
+            logging.disable(disabled)
+            root.setLevel(level)
+
+    return quiet  # type: ignore[return-value]
+
+
+@_quietly
+def scalar_space(mesh: Any, degree: int) -> Any:
+    """Continuous Lagrange space of scalars of the given degree."""
+    if _HAS_BASIX_UFL:
+        return fem.functionspace(mesh, ("Lagrange", degree))
+    return fem.FunctionSpace(mesh, ("Lagrange", degree))
+
+
+@_quietly
+def vector_space(mesh: Any, degree: int) -> Any:
+    """Continuous Lagrange space of vectors with as many components as the mesh has dimensions."""
+    if _HAS_BASIX_UFL:
+        return fem.functionspace(mesh, ("Lagrange", degree, (mesh.geometry.dim,)))
+    return fem.VectorFunctionSpace(mesh, ("Lagrange", degree))
+
+
+@_quietly
+def discontinuous_space(mesh: Any, degree: int) -> Any:
+    """Discontinuous Lagrange space of scalars; degree 0 is one value per cell."""
+    if _HAS_BASIX_UFL:
+        return fem.functionspace(mesh, ("Discontinuous Lagrange", degree))
+    return fem.FunctionSpace(mesh, ("Discontinuous Lagrange", degree))
+
+
+@_quietly
+def mixed_space(mesh: Any, displacement_degree: int, pressure_degree: int) -> Any:
+    """Product of a continuous vector and a continuous scalar Lagrange space (mixed u-p)."""
+    if _HAS_BASIX_UFL:
+        import basix.ufl
+
+        cell = mesh.basix_cell()
+        return fem.functionspace(
+            mesh,
+            basix.ufl.mixed_element(
+                [
+                    basix.ufl.element(
+                        "Lagrange", cell, displacement_degree, shape=(mesh.geometry.dim,)
+                    ),
+                    basix.ufl.element("Lagrange", cell, pressure_degree),
+                ]
+            ),
+        )
+    cell = mesh.ufl_cell()
+    return fem.FunctionSpace(
+        mesh,
+        ufl.MixedElement(
+            ufl.VectorElement("Lagrange", cell, displacement_degree),
+            ufl.FiniteElement("Lagrange", cell, pressure_degree),
+        ),
+    )
+
+
+@_quietly
+def form(expression: Any) -> Any:
+    """Compile a UFL form (or a list of them) for this machine's processor."""
+    options = {"cffi_extra_compile_args": _COMPILER_FLAGS}
+    if _HAS_BASIX_UFL:
+        return fem.form(expression, jit_options=options)
+    return fem.form(expression, jit_params=options)
+
+
+@_quietly
+def expression(value: Any, space: Any) -> Any:
+    """`fem.Expression` of a UFL expression at the interpolation points of `space`."""
+    points = space.element.interpolation_points
+    return fem.Expression(value, points() if callable(points) else points)
+
+
+def create_vector(space: Any) -> PETSc.Vec:
+    """Zero PETSc vector with ghosts, laid out as the dofs of `space`."""
+    index_map, block_size = space.dofmap.index_map, space.dofmap.index_map_bs
+    sizes = (index_map.size_local * block_size, index_map.size_global * block_size)
+    return PETSc.Vec().createGhost(
+        index_map.ghosts.astype(PETSc.IntType),
+        size=sizes,
+        bsize=block_size,
+        comm=space.mesh.comm,
+    )
+
+
+def create_matrix(bilinear_form: Any) -> PETSc.Mat:
+    """PETSc matrix with the sparsity of a compiled bilinear form."""
+    return fem_petsc.create_matrix(bilinear_form)
+
+
+def assemble_vector(vector: PETSc.Vec, linear_form: Any) -> PETSc.Vec:
+    """Overwrite `vector` with the assembled linear form; ghost contributions are summed."""
+    with vector.localForm() as local:
+        local.set(0.0)
+    fem_petsc.assemble_vector(vector, linear_form)
+    sum_ghosts(vector)
+    return vector
+
+
+def assemble_matrix(
+    matrix: PETSc.Mat, bilinear_form: Any, conditions: Sequence[Any] = ()
+) -> PETSc.Mat:
+    """Overwrite `matrix` with the assembled bilinear form; constrained rows become identity."""
+    matrix.zeroEntries()
+    fem_petsc.assemble_matrix(matrix, bilinear_form, list(conditions))
+    matrix.assemble()
+    return matrix
+
+
+def assemble_scalar(functional: Any, comm: MPI.Comm) -> float:
+    """Value of a compiled functional, summed over all ranks."""
+    return float(comm.allreduce(fem.assemble_scalar(functional), op=MPI.SUM))
+
+
+def sum_ghosts(vector: PETSc.Vec) -> None:
+    """Add the ghost entries of `vector` to their owners (after assembly)."""
+    vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+
+
+def update_ghosts(vector: PETSc.Vec) -> None:
+    """Copy the owners' values to the ghost entries of `vector` (before using it locally)."""
+    vector.ghostUpdate(addv=PETSc.InsertMode.INSERT, mode=PETSc.ScatterMode.FORWARD)
+
+
+def petsc_vector(function: Any) -> PETSc.Vec:
+    """PETSc vector that shares memory with a Function's values."""
+    return function.x.petsc_vec if hasattr(function.x, "petsc_vec") else function.vector
+
+
+def cell_name(mesh: Any) -> str:
+    """Name of the cells: triangle, quadrilateral, tetrahedron or hexahedron."""
+    return str(mesh.topology.cell_name())
+
+
+def geometry_dofmap(mesh: Any) -> IntArray:
+    """Rows of `mesh.geometry.x` of every cell, ghosts included: (cells, nodes per cell)."""
+    maps = getattr(mesh.geometry, "dofmaps", None)
+    if maps is None:
+        return _as_rows(mesh.geometry.dofmap, _local_cells(mesh))
+    return _as_rows(maps(0) if callable(maps) else maps[0], _local_cells(mesh))
+
+
+def cell_dofs(space: Any) -> IntArray:
+    """Blocked dofs of every cell, ghosts included: (cells, dofs per cell)."""
+    return _as_rows(space.dofmap.list, _local_cells(space.mesh))
+
+
+def unrolled_dofs(space: Any) -> IntArray:
+    """Scalar dofs of every cell, components fastest: (cells, dofs per cell * block size)."""
+    block_size = space.dofmap.index_map_bs
+    blocked = cell_dofs(space)
+    unrolled = blocked[:, :, None] * block_size + np.arange(block_size, dtype=np.int32)
+    return unrolled.reshape(len(blocked), -1)
+
+
+def facet_cell_pairs(mesh: Any, facets: IntArray) -> tuple[IntArray, IntArray]:
+    """Cell of each exterior facet and the facet's number in it, for the cells this rank owns.
+
+    Every exterior facet appears on exactly one rank: the owner of its cell. Facets of ghost
+    cells are dropped, so both arrays may be shorter than `facets` or empty.
+    """
+    dim = mesh.topology.dim
+    mesh.topology.create_connectivity(dim - 1, dim)
+    mesh.topology.create_connectivity(dim, dim - 1)
+    facet_to_cell = mesh.topology.connectivity(dim - 1, dim)
+    cell_to_facet = mesh.topology.connectivity(dim, dim - 1)
+    facets = np.asarray(facets, dtype=np.int32)
+    cells = facet_to_cell.array[facet_to_cell.offsets[facets]]
+    owned = cells < mesh.topology.index_map(dim).size_local
+    cells, facets = cells[owned], facets[owned]
+    local = _as_rows(cell_to_facet.array, _local_cells(mesh))[cells] == facets[:, None]
+    return cells, local.argmax(axis=1).astype(np.int32)
+
+
+def basix_lagrange(name: str, degree: int) -> Any:
+    """Basix element whose dofs are numbered as those of the spaces above.
+
+    Has `tabulate(derivatives, points)` -> (1 + dim, points, dofs, 1) and `entity_closure_dofs`.
+    True up to degree 2: from degree 3 a cell's dofs are permuted on its edges and faces.
+    """
+    return basix.create_element(
+        basix.ElementFamily.P,
+        getattr(basix.CellType, name),
+        degree,
+        basix.LagrangeVariant.gll_warped if degree > 0 else basix.LagrangeVariant.unset,
+    )
+
+
+def quadrature(name: str, degree: int) -> tuple[FloatArray, FloatArray]:
+    """Points (n, dim) and weights (n,) of the default rule on the reference cell."""
+    points, weights = basix.make_quadrature(getattr(basix.CellType, name), degree)
+    return np.array(points), np.array(weights)
+
+
+def mesh_from_gmsh(model: Any, comm: MPI.Comm, rank: int, gdim: int) -> tuple[Any, Any, Any]:
+    """Distribute the gmsh model of one rank: (mesh, cell tags, facet tags).
+
+    `model` matters on `rank` only. Its nodes must be numbered from 1 without gaps, and all its
+    cells must be in one physical group.
+    """
+    try:
+        from dolfinx.io import gmsh as reader
+    except ImportError:  # before 0.10
+        from dolfinx.io import gmshio
+
+        return gmshio.model_to_mesh(model, comm, rank, gdim)
+    data = reader.model_to_mesh(model, comm, rank, gdim)
+    return data.mesh, data.cell_tags, data.facet_tags
+
+
+class VtkSeries:
+    """Time series of one Function in a `.pvd` file (0.5 doubles the cells for several).
+
+    Use as a context manager, or `close()` it; collective over the mesh's ranks.
+    """
+
+    def __init__(self, path: Path | str, function: Any) -> None:
+        self._function = function
+        self._file = io.VTKFile(function.function_space.mesh.comm, str(path), "w")
+
+    def write(self, time: float) -> None:
+        """Append the Function's present values at `time` (s)."""
+        self._file.write_function(self._function, time)
+
+    def close(self) -> None:
+        """Finish the file."""
+        self._file.close()
+
+    def __enter__(self) -> VtkSeries:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def write_vtk(path: Path | str, function: Any, time: float = 0.0) -> None:
+    """Write one Function once to a `.pvd` file."""
+    with VtkSeries(path, function) as series:
+        series.write(time)
+
+
+def _local_cells(mesh: Any) -> int:
+    cells = mesh.topology.index_map(mesh.topology.dim)
+    return int(cells.size_local + cells.num_ghosts)
+
+
+def _as_rows(table: Any, rows: int) -> IntArray:
+    # an adjacency list in early versions, an array later
+    flat = np.asarray(getattr(table, "array", table), dtype=np.int32).reshape(-1)
+    return flat.reshape(rows, len(flat) // rows) if rows else flat.reshape(0, 1)
