@@ -1,0 +1,3 @@
+"""A rubber tread block sliding on ice: finite elements with a melting water film."""
+
+__version__ = "0.1.0"

@@ -1,0 +1,194 @@
+"""The command line: `iceslide run`, `info` and `view`, alone or under mpirun."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+import typer
+
+from iceslide_fem.errors import IceslideError, SceneError
+
+if TYPE_CHECKING:
+    from iceslide_fem.scene import Scene
+
+# Everything heavy is imported where it is used, so that `iceslide --help` is quick.
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    help="A rubber tread block sliding on ice, with a melting water film.",
+    epilog="In parallel: mpirun -n 2 iceslide run cases/thesis_1bar.toml",
+)
+
+SceneFile = Annotated[
+    Path, typer.Argument(metavar="SCENE.toml", help="The scene file.", show_default=False)
+]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Replace one value of the scene, e.g. load.pressure=3bar. May be repeated.",
+        show_default=False,
+    ),
+]
+
+
+@app.command()
+def run(
+    scene_file: SceneFile,
+    petsc_options: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="-- PETSC_OPTIONS",
+            help="Options for PETSc, after a double dash: -- -log_view",
+            show_default=False,
+        ),
+    ] = None,
+    overrides: Overrides = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Where to write; else results/<name>.", show_default=False
+        ),
+    ] = None,
+) -> None:
+    """Run a scene and write mu(t), fields and a report."""
+    if petsc_options and not petsc_options[0].startswith("-"):
+        raise SceneError(
+            f'one scene file at a time: "{petsc_options[0]}" is one too many '
+            "(options for PETSc follow after --)"
+        )
+    scene = _load(scene_file, overrides)
+    out = out or Path("results") / scene.name
+    existing = next(path for path in (out, *out.absolute().parents) if path.exists())
+    if not existing.is_dir() or not os.access(existing, os.W_OK):
+        raise SceneError(f"cannot write to {out}: {existing} is not a directory one may write to")
+    warning = scene.outside_table()
+    if warning:
+        typer.echo(f"Note: {warning}.")
+
+    from iceslide_fem.simulate import run as simulate
+
+    summary = simulate(scene, out, petsc_options or [])
+    _print_summary(summary, out)
+
+
+@app.command()
+def info(scene_file: SceneFile, overrides: Overrides = None) -> None:
+    """Show what a scene means: dimensionless numbers, time scales, mesh and expected cost."""
+    scene = _load(scene_file, overrides)
+
+    from rich.console import Console
+    from rich.table import Table
+
+    from iceslide_fem.info import describe
+
+    table = Table(title=f"{scene.name} ({scene.model})", title_justify="left")
+    for heading in ("", "quantity", "value", "meaning"):
+        table.add_column(heading, justify="right" if heading == "value" else "left")
+    group = ""
+    for row in describe(scene):
+        if group and row.group != group:
+            table.add_section()
+        table.add_row(row.group if row.group != group else "", row.quantity, row.value, row.meaning)
+        group = row.group
+    Console().print(table)
+    warning = scene.outside_table()
+    if warning:
+        typer.echo(f"Note: {warning}.")
+
+
+@app.command()
+def view(
+    directory: Annotated[
+        Path, typer.Argument(metavar="DIR", help="What `iceslide run` wrote.", show_default=False)
+    ],
+    animate: Annotated[bool, typer.Option("--animate", help="Make a film, too.")] = False,
+) -> None:
+    """Make pictures of a finished run and print their paths."""
+    if not (directory / "summary.json").is_file():
+        raise SceneError(f"{directory} holds no finished run (there is no summary.json in it)")
+    if _rank() > 0:  # one process is enough to make pictures
+        return
+
+    from iceslide_fem.view import view as make_pictures
+
+    for picture in make_pictures(directory, animate):
+        typer.echo(str(picture))
+
+
+def main(argv: Sequence[str] | None = None) -> NoReturn:
+    """Run the command in `argv` (default: sys.argv) and exit.
+
+    Exit codes: 0 done, 2 wrong input, 3 the simulation could not go on, 1 a fault of the program.
+    Under mpirun every rank does the same and rank 0 alone prints.
+    """
+    with contextlib.ExitStack() as stack:
+        if _rank() > 0:
+            silence = stack.enter_context(open(os.devnull, "w"))
+            stack.enter_context(contextlib.redirect_stdout(silence))
+            stack.enter_context(contextlib.redirect_stderr(silence))
+        try:
+            app(args=argv, prog_name="iceslide")
+        except IceslideError as error:
+            print(f"iceslide: {error}", file=sys.stderr)
+            sys.exit(error.exit_code)
+        except Exception:
+            traceback.print_exc(file=sys.__stderr__)  # also of the ranks that are silent
+            _stop_other_ranks()
+            sys.exit(1)
+        sys.exit(0)
+
+
+def _load(scene_file: Path, overrides: Sequence[str] | None) -> Scene:
+    from iceslide_fem.scene import load_scene
+
+    return load_scene(scene_file, overrides or [])
+
+
+def _rank() -> int:
+    """This process's rank, from what mpirun (Open MPI, MPICH) sets; without importing MPI."""
+    for variable in ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK"):
+        if variable in os.environ:
+            return int(os.environ[variable])
+    return 0
+
+
+def _stop_other_ranks() -> None:
+    """End all ranks if this one fails alone: the others would wait for it forever."""
+    if "mpi4py.MPI" in sys.modules:
+        from mpi4py import MPI
+
+        if MPI.COMM_WORLD.size > 1:
+            MPI.COMM_WORLD.Abort(1)
+
+
+def _print_summary(summary: dict[str, Any], out: Path) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(show_header=False)
+    for key, value in summary.items():
+        if isinstance(value, dict):
+            continue  # versions and the scene: in summary.json
+        if value is None:
+            table.add_row(key, "did not happen")
+        else:
+            table.add_row(key, f"{value:.4g}" if isinstance(value, float) else str(value))
+    Console().print(table)
+    for name in ("summary.json", "history.csv", "report.png", "fields"):
+        if (out / name).exists():
+            typer.echo(str(out / name))
+
+
+if __name__ == "__main__":
+    main()

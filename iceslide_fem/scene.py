@@ -1,0 +1,288 @@
+"""What is simulated: a frozen scene, completely validated, from a TOML file or a dictionary.
+
+Numbers are SI (temperatures in kelvin); a file may give strings with a unit instead ("1 bar").
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    FilePath,
+    StrictBool,
+    StringConstraints,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
+
+from iceslide_fem.errors import SceneError, first_sentence
+from iceslide_fem.materials import (
+    BAR,
+    COMPOUNDS,
+    CONTACT_TABLES,
+    YOUNGS_MODULUS_ONLY,
+    ConstantContact,
+    ContactTable,
+    MooneyRivlin,
+)
+from iceslide_fem.units import Quantity
+
+Length = Annotated[float, Quantity("m", "10 um", "1 m")]
+Stiffness = Annotated[float, Quantity("Pa", "0 MPa", "10000 MPa")]
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", strict=True)]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Rubber(_Table):
+    """The rubber block: a compound or its Mooney-Rivlin constants, size (m), density (kg/m3).
+
+    C10, C01 in Pa; compressibility by D1 (1/Pa) or by Poisson's ratio nu. `heat` resolves heat
+    conduction in the rubber. `mesh` replaces the built-in box by a mesh file.
+    """
+
+    compound: str | None = None
+    C10: Stiffness | None = None
+    C01: Stiffness | None = None
+    D1: Annotated[float, Quantity("1/Pa", "1e-6 1/MPa", "1000 1/MPa")] | None = None
+    nu: Annotated[float, Quantity("", "0", "0.4995")] | None = None
+    length: Length = 1e-3
+    width: Length = 1e-3
+    height: Length = 1e-3
+    density: Annotated[float, Quantity("kg/m^3", "100 kg/m^3", "10000 kg/m^3")] = 1100.0
+    heat: StrictBool = False
+    mesh: FilePath | None = None
+
+    @field_validator("compound")
+    @classmethod
+    def _published(cls, compound: str | None) -> str | None:
+        if compound in YOUNGS_MODULUS_ONLY:
+            raise ValueError(
+                f'rubber.compound = "{compound}" cannot be used: only its Young\'s modulus '
+                f"({YOUNGS_MODULUS_ONLY[compound] / 1e6:.2f} MPa) is published; give rubber.C10, "
+                "rubber.C01 and rubber.D1 (or nu), and film.k, film.D and film.H_V instead"
+            )
+        if compound is not None and compound not in COMPOUNDS:
+            allowed = ", ".join(f'"{name}"' for name in COMPOUNDS)
+            raise ValueError(
+                f'rubber.compound = "{compound}" is not known; allowed: {allowed}, '
+                "or rubber.C10, rubber.C01 and rubber.D1 (or nu) instead"
+            )
+        return compound
+
+    @model_validator(mode="after")
+    def _one_description(self) -> Self:
+        given = [name for name in ("C10", "C01", "D1", "nu") if getattr(self, name) is not None]
+        if self.compound is not None:
+            if given:
+                raise ValueError(
+                    f'rubber.compound = "{self.compound}" and rubber.{given[0]} contradict each '
+                    "other; give the compound or the constants"
+                )
+            return self
+        if "D1" in given and "nu" in given:
+            raise ValueError("rubber.D1 and rubber.nu contradict each other; give one of them")
+        if len(given) < 3:
+            raise ValueError(
+                'rubber needs compound = "B", or C10, C01 and one of D1 and nu; '
+                f"given: {', '.join(given) or 'none of them'}"
+            )
+        if self.C10 == self.C01 == 0.0:
+            raise ValueError("rubber.C10 and rubber.C01 are both 0; one of them must be positive")
+        return self
+
+
+class Load(_Table):
+    """Nominal pressure (Pa), sliding speed (m/s), sliding time (s), friction before sliding."""
+
+    pressure: Annotated[float, Quantity("Pa", "0.01 bar", "100 bar")]
+    speed: Annotated[float, Quantity("m/s", "1e-6 m/s", "100 m/s")]
+    duration: Annotated[float, Quantity("s", "1e-6 s", "100 s")]
+    static_friction: Annotated[float, Quantity("", "0", "2")] = 0.1
+
+
+class Ice(_Table):
+    """Initial temperature of the ice (K), its motion under the rubber, and its heat model."""
+
+    temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC")] = 269.15
+    motion: Literal["attached", "sliding"] = "attached"
+    heat: Literal["half-space", "column", "continuum"] = "column"
+
+
+class Film(_Table):
+    """The water film: who carries it, the pressure it follows, and constant k, D (m), H_V (m).
+
+    k, D and H_V override the compound's table, all three together. `initial_height` is h0, m.
+    """
+
+    carrier: Literal["ice", "rubber"] = "ice"
+    pressure: Literal["local", "nominal"] = "local"
+    k: Annotated[float, Quantity("", "1e-6", "1")] | None = None
+    D: Annotated[float, Quantity("m", "0.01 um", "10 mm")] | None = None
+    H_V: Annotated[float, Quantity("m", "1 nm", "10 mm")] | None = None
+    initial_height: Annotated[float, Quantity("m", "1 nm", "10 um")] = 70e-9
+
+    @model_validator(mode="after")
+    def _all_or_none(self) -> Self:
+        given = [name for name in ("k", "D", "H_V") if getattr(self, name) is not None]
+        if len(given) in (1, 2):
+            raise ValueError(
+                f"film has {' and '.join(given)} only; give k, D and H_V together, or none of them"
+            )
+        return self
+
+
+class Numerics(_Table):
+    """Accuracy: the target relative error of mu(t), and overrides for those who need them.
+
+    `refinement` divides mesh sizes. `penalty` (Pa/m), `shear_ramp_pressure` (Pa) and `max_step`
+    (s) are chosen by the program if they are not given.
+    """
+
+    tolerance: Annotated[float, Quantity("", "1e-6", "0.1")] = 1e-3
+    refinement: Annotated[float, Quantity("", "0.25", "8")] = 1.0
+    penalty: Annotated[float, Quantity("Pa/m", "0.001 MPa/mm", "1e6 MPa/mm")] | None = None
+    shear_ramp_pressure: Annotated[float, Quantity("Pa", "1 Pa", "10 bar")] | None = None
+    film_integrator: Literal["sdirk2", "sdirk3", "implicit-euler", "explicit-euler"] = "sdirk2"
+    max_step: Annotated[float, Quantity("s", "1 ns", "100 s")] | None = None
+
+
+class Scene(_Table):
+    """A complete scene: the rung of the model ladder and everything that it needs."""
+
+    name: Name
+    model: Literal["point", "slice", "block"]
+    rubber: Rubber
+    load: Load
+    ice: Ice = Ice()
+    film: Film = Film()
+    numerics: Numerics = Numerics()
+
+    @model_validator(mode="after")
+    def _no_contradiction(self) -> Self:
+        if self.rubber.compound is None and self.film.k is None:
+            raise ValueError(
+                "film.k, film.D and film.H_V are missing; without a compound give them"
+            )
+        if self.model == "point" and self.ice.heat == "continuum":
+            raise ValueError(
+                'ice.heat = "continuum" is not available for model = "point"; '
+                "allowed: 'column' or 'half-space'"
+            )
+        if self.ice.heat == "half-space" and self.ice.motion == "sliding":
+            raise ValueError(
+                'ice.heat = "half-space" and ice.motion = "sliding" contradict each other: the '
+                "closed form holds for ice that stays under the rubber; "
+                "allowed with sliding: 'column' or 'continuum'"
+            )
+        not_yet(self)
+        return self
+
+    @property
+    def mooney_rivlin(self) -> MooneyRivlin:
+        """Constants of the rubber (SI), of the compound or as given."""
+        rubber = self.rubber
+        if rubber.compound is not None:
+            return COMPOUNDS[rubber.compound]
+        assert rubber.C10 is not None and rubber.C01 is not None  # by Rubber's validation
+        if rubber.D1 is not None:
+            return MooneyRivlin(rubber.C10, rubber.C01, rubber.D1)
+        assert rubber.nu is not None
+        return MooneyRivlin.from_nu(rubber.C10, rubber.C01, rubber.nu)
+
+    @property
+    def contact_parameters(self) -> ContactTable | ConstantContact:
+        """k, D and H_V as a function of pressure (Pa): the film's constants, or the compound's."""
+        film = self.film
+        if film.k is not None and film.D is not None and film.H_V is not None:
+            return ConstantContact(film.k, film.D, film.H_V)
+        assert self.rubber.compound is not None  # by Scene's validation
+        return CONTACT_TABLES[self.rubber.compound]
+
+    def outside_table(self) -> str | None:
+        """A sentence if the nominal pressure lies outside the compound's table, else None."""
+        table, pressure = self.contact_parameters, self.load.pressure
+        if not isinstance(table, ContactTable) or not table.outside(pressure):
+            return None
+        low, high = (end / BAR for end in table.pressure)
+        return (
+            f"k, D and H_V of compound {self.rubber.compound} are published from {low:g} to "
+            f"{high:g} bar; at the nominal {pressure / BAR:g} bar the nearest end is taken"
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything, defaults included, in SI, as JSON can hold it; `scene_from_dict` reads it."""
+        return self.model_dump(mode="json")
+
+
+def not_yet(scene: Scene) -> None:
+    """Raise ValueError for what the schema knows and this version cannot simulate."""
+    if scene.rubber.heat:
+        raise ValueError("rubber.heat = true is not implemented in this version; allowed: false")
+    if scene.ice.motion == "sliding":
+        raise ValueError(
+            "ice.motion = \"sliding\" is not implemented in this version; allowed: 'attached'"
+        )
+
+
+def load_scene(path: Path | str, overrides: Sequence[str] = ()) -> Scene:
+    """Read a TOML scene file and apply `overrides` such as "load.pressure=3bar".
+
+    A relative rubber.mesh is relative to the scene file, in an override to the working directory.
+    Raises SceneError with one sentence if anything is wrong.
+    """
+    path = Path(path)
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise SceneError(f"cannot read the scene file {path}: {reason}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(
+            f'{path} is not valid TOML: {error}; a value with a unit goes in quotes, as in "1 bar"'
+        ) from None
+    rubber = data.get("rubber")
+    if isinstance(rubber, dict) and isinstance(rubber.get("mesh"), str):
+        rubber["mesh"] = str(path.parent / rubber["mesh"])
+    for override in overrides:
+        _override(data, override)
+    return scene_from_dict(data)
+
+
+def scene_from_dict(data: Mapping[str, Any]) -> Scene:
+    """Validate a nested dictionary; raises SceneError with one sentence on the first fault."""
+    try:
+        return Scene.model_validate(data)
+    except ValidationError as error:
+        raise SceneError(first_sentence(error, list(_dotted_keys(Scene)))) from None
+
+
+def _override(data: dict[str, Any], override: str) -> None:
+    """Set one "table.key=value" in `data`; the value is TOML, or a string without quotes."""
+    key, equals, text = override.partition("=")
+    *tables, name = key.strip().split(".")
+    if not equals or not all(tables) or not name:
+        raise SceneError(f'override "{override}" is not of the form load.pressure=3bar')
+    for table in tables:
+        data = data.setdefault(table, {})
+        if not isinstance(data, dict):
+            raise SceneError(f'override "{override}" goes through {table}, which is not a table')
+    try:
+        data[name] = tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        data[name] = text.strip()
+
+
+def _dotted_keys(model: type[BaseModel], prefix: str = "") -> Iterator[str]:
+    for name, field in model.model_fields.items():
+        yield prefix + name
+        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
+            yield from _dotted_keys(field.annotation, f"{prefix}{name}.")

@@ -1,0 +1,86 @@
+"""Quantities people type: plain numbers in SI, or strings that carry a unit."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import pint
+from pydantic import GetCoreSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+_NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
+
+
+@cache
+def _registry() -> pint.UnitRegistry:
+    return pint.UnitRegistry()
+
+
+def to_si(text: str, unit: str) -> float:
+    """Value of `text` ("1 bar", "-4 degC") in the SI `unit`.
+
+    Raises ValueError, with what is wrong with the text, if it has no number, no unit, an unknown
+    unit or a unit of another dimension.
+    """
+    match = _NUMBER_AND_UNIT.fullmatch(text)
+    if match is None:
+        raise ValueError("is not a number with a unit")
+    number, given = float(match[1]), match[2]
+    if unit and not given:
+        raise ValueError("has no unit")
+    try:
+        quantity = _registry().Quantity(number, given)
+    except Exception:  # pint lets tokenizer and assertion errors through, besides its own
+        raise ValueError(f'has the unknown unit "{given}"') from None
+    try:
+        value = quantity.to(unit or "dimensionless").magnitude
+    except pint.DimensionalityError:
+        expected = f"in {unit}" if unit else "without a unit"
+        raise ValueError(f"has the wrong unit (a quantity {expected} is expected)") from None
+    return float(f"{value:.15g}")  # "29 um" is 2.9e-05, not 2.8999999999999998e-05
+
+
+def readable(value: float, unit: str) -> str:
+    """`value` in `unit` to three digits with the prefix that suits it: 8.8e-5, "m" is "88 µm"."""
+    return f"{_registry().Quantity(value, unit).to_compact():.3g~P}"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Annotation of a pydantic float field: SI `unit` ("" for a pure number), and its range.
+
+    `low` and `high` (both allowed) are written as a person would type them and are shown in the
+    error message: `pressure: Annotated[float, Quantity("Pa", "0.01 bar", "100 bar")]`.
+    """
+
+    unit: str
+    low: str
+    high: str
+
+    def validate(self, value: Any) -> float:
+        """`value` in SI; raises PydanticCustomError("quantity") with what is wrong and allowed."""
+        try:
+            return self._in_range(value)
+        except ValueError as error:
+            low, high = (json.dumps(end) if self.unit else end for end in (self.low, self.high))
+            message = f"{error}; allowed: {low} to {high}"
+            raise PydanticCustomError("quantity", "{message}", {"message": message}) from None
+
+    def _in_range(self, value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float | str):
+            raise ValueError("is not a number" + (" or a string with a unit" if self.unit else ""))
+        number = to_si(value, self.unit) if isinstance(value, str) else value
+        if not to_si(self.low, self.unit) <= number <= to_si(self.high, self.unit):
+            plain = self.unit and not isinstance(value, str)
+            meant = f" (a plain number is in {self.unit})" if plain else ""
+            raise ValueError(f"is out of range{meant}")
+        return float(number)
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(self.validate, handler(source))
