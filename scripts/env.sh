@@ -1,0 +1,11 @@
+# Sourced by the other scripts after scripts/setup: the environment's programs come first, and
+# Open MPI may run as root and with more ranks than cores.
+venv=.venv
+[ -x .venv/bin/iceslide ] || venv=.venv-pip
+export PATH="$PWD/$venv/bin:$PATH"
+export OMP_NUM_THREADS=1
+export OMPI_MCA_rmaps_base_oversubscribe=1
+export OMPI_MCA_hwloc_base_binding_policy=none # two runs at once would share the first cores
+if [ "$(id -u)" = 0 ]; then
+    export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+fi
