@@ -1,0 +1,200 @@
+"""Meshes with named parts, to and from gmsh. The only module that imports gmsh.
+
+gmsh is GPL-2.0-or-later with exceptions; everything else here only sees `TaggedMesh` arrays and
+DOLFINx meshes.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+import gmsh
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from iceslide_fem import _dolfinx
+from iceslide_fem.errors import SceneError
+
+IntArray = NDArray[np.int64]
+_Result = TypeVar("_Result")
+
+_CELLS = {"triangle": 2, "quadrilateral": 3, "tetrahedron": 4, "hexahedron": 5}
+_FACETS = {"triangle": 1, "quadrilateral": 1, "tetrahedron": 2, "hexahedron": 3}
+_NAMES = {number: name for name, number in _CELLS.items()} | {1: "line"}
+_CORNERS = {"line": 2, "triangle": 3, "quadrilateral": 4, "tetrahedron": 4, "hexahedron": 8}
+_DIMENSION = {"triangle": 2, "quadrilateral": 2, "tetrahedron": 3, "hexahedron": 3}
+
+
+class TaggedMesh(NamedTuple):
+    """A mesh of one body, undistributed. Nodes of cells and facets are numbered as gmsh does.
+
+    points (n, dim) in m; cell_type triangle, quadrilateral, tetrahedron or hexahedron;
+    cells (m, corners); facets: name -> (k, corners of a facet); body: name of the cells.
+    """
+
+    points: NDArray[np.float64]
+    cell_type: str
+    cells: IntArray
+    facets: Mapping[str, IntArray]
+    body: str
+
+
+class DistributedMesh(NamedTuple):
+    """DOLFINx mesh, its facet tags, and the number of each named set of facets."""
+
+    mesh: Any
+    facet_tags: Any
+    tags: dict[str, int]
+
+
+def from_root(task: Callable[[], _Result], comm: MPI.Comm) -> _Result:
+    """Result of a task that only rank 0 runs, on every rank.
+
+    A SceneError on rank 0 is raised on every rank.
+    """
+    outcome: tuple[Any, str | None] | None = None
+    if comm.rank == 0:
+        try:
+            outcome = (task(), None)
+        except SceneError as error:
+            outcome = (None, str(error))
+    result, fault = comm.bcast(outcome)
+    if fault is not None:
+        raise SceneError(fault)
+    return result
+
+
+def distribute(tagged: TaggedMesh, comm: MPI.Comm) -> DistributedMesh:
+    """Partition rank 0's mesh over `comm`; the same names must be given on every rank."""
+    dim = tagged.points.shape[1]
+    if comm.rank == 0:
+        with _model() as model:
+            _fill(model, tagged)
+            mesh, _, facet_tags = _dolfinx.mesh_from_gmsh(model, comm, 0, dim)
+    else:
+        mesh, _, facet_tags = _dolfinx.mesh_from_gmsh(None, comm, 0, dim)
+    return DistributedMesh(
+        mesh, facet_tags, {name: tag for tag, name in enumerate(tagged.facets, 1)}
+    )
+
+
+def save(tagged: TaggedMesh, path: Path) -> None:
+    """Write a mesh with its names as physical groups, in the format of the file's suffix."""
+    with _model() as model:
+        _fill(model, tagged)
+        gmsh.option.setNumber("Mesh.Binary", 1)
+        gmsh.write(str(path))
+
+
+def load(path: Path, dim: int, body: str) -> TaggedMesh:
+    """Read the cells of the physical group `body` and all named sets of facets from a file.
+
+    Raises SceneError where gmsh can't read the file, or the cells of `body` are missing, of
+    another dimension, of several types or of higher order.
+    """
+    with _model() as model:
+        try:
+            gmsh.merge(str(path))
+        except Exception as error:  # gmsh raises nothing more specific
+            raise SceneError(f"mesh {path} can't be read by gmsh: {error}") from None
+        blocks = []
+        for group_dim, group in model.getPhysicalGroups():
+            name = model.getPhysicalName(group_dim, group)
+            for entity in model.getEntitiesForPhysicalGroup(group_dim, group):
+                types, _, nodes = model.mesh.getElements(group_dim, entity)
+                for number, tags in zip(types, nodes, strict=True):
+                    kind = _NAMES.get(number) or model.mesh.getElementProperties(number)[0]
+                    corners = model.mesh.getElementProperties(number)[3]
+                    blocks.append((name, group_dim, kind, tags.reshape(-1, corners)))
+        numbers, coordinates, _ = model.mesh.getNodes()
+    return assemble(path, dim, body, numbers, coordinates.reshape(-1, 3), blocks)
+
+
+def assemble(
+    path: Path,
+    dim: int,
+    body: str,
+    numbers: IntArray,
+    coordinates: NDArray[np.float64],
+    blocks: list[tuple[str, int, str, IntArray]],
+) -> TaggedMesh:
+    """TaggedMesh of the blocks (name, dimension, element type, nodes) read from a file.
+
+    `numbers` (n,) are the node numbers that the blocks use, `coordinates` (n, 3) their places;
+    nodes that no cell of `body` uses are left out. Raises SceneError as `load` does.
+    """
+    bodies = [block for block in blocks if block[0] == body]
+    if not bodies:
+        raise SceneError(f'mesh {path} has no cells tagged "{body}"')
+    if {block[1] for block in bodies} != {dim}:
+        raise SceneError(f'mesh {path}: "{body}" must be made of {dim}-dimensional cells')
+    kinds = sorted({block[2] for block in bodies})
+    if len(kinds) > 1:
+        raise SceneError(f'mesh {path}: "{body}" mixes cell types ({", ".join(kinds)}); use one')
+    kind = kinds[0]
+    if kind not in _CELLS:
+        raise SceneError(
+            f'mesh {path}: "{body}" is made of {kind} cells; allowed are first-order '
+            f"{', '.join(_CELLS)}"
+        )
+    cells = np.concatenate([block[3] for block in bodies])
+    if len(np.unique(np.sort(cells, axis=1), axis=0)) < len(cells):
+        raise SceneError(f'mesh {path}: "{body}" holds the same cells twice')
+    used, cells = np.unique(cells, return_inverse=True)
+    sorter = np.argsort(numbers)
+    points = coordinates[sorter[np.searchsorted(numbers, used, sorter=sorter)], :dim]
+    facets: dict[str, IntArray] = {}
+    for name, block_dim, _, nodes in blocks:
+        if name and block_dim == dim - 1:
+            local = np.minimum(np.searchsorted(used, nodes), len(used) - 1)
+            if not np.array_equal(used[local], nodes):
+                raise SceneError(f'mesh {path}: facets tagged "{name}" are not part of "{body}"')
+            facets[name] = np.concatenate([facets[name], local]) if name in facets else local
+    return TaggedMesh(points, kind, cells.reshape(-1, _CORNERS[kind]), facets, body)
+
+
+@contextmanager
+def _model() -> Iterator[Any]:
+    """An empty gmsh model; leaves a gmsh session of the caller as it was."""
+    own = not gmsh.isInitialized()
+    if own:
+        gmsh.initialize(readConfigFiles=False, interruptible=False)
+    previous = "" if own else gmsh.model.getCurrent()
+    terminal = gmsh.option.getNumber("General.Terminal")
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.model.add(_unused_name())
+    try:
+        yield gmsh.model
+    finally:
+        gmsh.model.remove()
+        gmsh.option.setNumber("General.Terminal", terminal)
+        if own:
+            gmsh.finalize()
+        elif previous:
+            gmsh.model.setCurrent(previous)
+
+
+def _unused_name() -> str:
+    taken = set(gmsh.model.list())
+    return next(name for n in itertools.count() if (name := f"iceslide-{n}") not in taken)
+
+
+def _fill(model: Any, tagged: TaggedMesh) -> None:
+    """Put a mesh into the current model, one discrete entity and physical group for each name."""
+    count, dim = tagged.points.shape
+    coordinates = np.zeros((count, 3))
+    coordinates[:, :dim] = tagged.points
+    entity = model.addDiscreteEntity(dim)
+    model.mesh.addNodes(dim, entity, np.arange(1, count + 1), coordinates.ravel())
+    model.mesh.addElementsByType(entity, _CELLS[tagged.cell_type], [], tagged.cells.ravel() + 1)
+    model.addPhysicalGroup(dim, [entity], 1, tagged.body)
+    for tag, (name, nodes) in enumerate(tagged.facets.items(), 1):
+        if len(nodes):
+            part = model.addDiscreteEntity(dim - 1)
+            model.mesh.addElementsByType(part, _FACETS[tagged.cell_type], [], nodes.ravel() + 1)
+            model.addPhysicalGroup(dim - 1, [part], tag, name)

@@ -1,0 +1,47 @@
+"""Generated meshes on disk, found again by what they were made from.
+
+They are in `$ICESLIDE_CACHE`, or in `iceslide/` under `$XDG_CACHE_HOME` (`~/.cache`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from iceslide_fem import gmsh_model
+from iceslide_fem.gmsh_model import TaggedMesh
+
+_BUILDER = 1  # raise it when the same parameters shall give another mesh
+
+
+def cache_folder() -> Path:
+    """Where generated meshes are kept."""
+    if folder := os.environ.get("ICESLIDE_CACHE"):
+        return Path(folder)
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "iceslide"
+
+
+def cached(body: str, dim: int, parameters: Any, build: Callable[[], TaggedMesh]) -> TaggedMesh:
+    """The mesh of `body` that `build` makes from `parameters`, read from the cache if it is there.
+
+    `parameters` is anything that JSON can hold. A cache that can't be written is not used.
+    """
+    content = json.dumps([_BUILDER, body, dim, parameters], sort_keys=True)
+    path = cache_folder() / f"{body}-{hashlib.sha256(content.encode()).hexdigest()[:24]}.msh"
+    if path.is_file():
+        return gmsh_model.load(path, dim, body)
+    tagged = build()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=path.parent) as folder:  # readers see whole files only
+            unfinished = Path(folder) / path.name
+            gmsh_model.save(tagged, unfinished)
+            os.replace(unfinished, path)
+    except OSError:
+        pass
+    return tagged

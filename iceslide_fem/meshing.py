@@ -1,0 +1,284 @@
+"""Structured meshes of the rubber block and of the ice below it.
+
+Coordinates are (x, z) in a slice and (x, y, z) in a block, in m; z is vertical and the ice
+plane is z = 0. The rubber moves in +x, so its leading edge is x = +length/2. A block is the
+half with y >= 0 of one that is symmetric about y = 0.
+
+Cells are quadrilaterals or hexahedra on a grid whose lines gather at the contact edges, at the
+bottom of the rubber and at the surface of the ice. `numerics.refinement` divides every cell
+size by the same number, so meshes of different refinement are similar.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from iceslide_fem import gmsh_model
+from iceslide_fem.gmsh_model import TaggedMesh
+from iceslide_fem.materials import ICE_DIFFUSIVITY
+from iceslide_fem.mesh_cache import cached
+from iceslide_fem.user_mesh import load_user_mesh, mesh_size
+
+Lines = NDArray[np.float64]
+_Chooser = Callable[[Lines], NDArray[np.bool_]]
+
+# Rubber. The reference cell is the height (or the lateral size, if smaller) over CELLS. A block
+# whose height is less than FLAT of its length takes fewer, by the square root, because away from
+# its edges the strain hardly varies over the height. Sizes are in reference cells; a slope of 4
+# makes cells 1 + 4 times larger one height (or lateral size) away from the edge or the bottom.
+CELLS = {2: 12.0, 3: 8.0}  # by dimension
+FLAT, FEWEST_CELLS = 0.5, 2.0
+EDGE_CELL, EDGE_SLOPE = 0.42, 4.0
+BOTTOM_CELL, BOTTOM_SLOPE = 0.55, 2.0
+LARGEST_CELL = 4.0
+CONTACT_HEIGHT = 0.5  # the sides may touch the ice up to this fraction of the height
+
+# Ice
+SURFACE_LAYER = 4e-6  # m, thickness of the first layer
+LAYER_RATIO = 1.35  # of neighbouring layers
+DEPTH = 5.0  # in thermal lengths sqrt(alpha t): 4e-4 of the surface's temperature rise is left
+MARGIN = 4.0  # in thermal lengths, around the footprint
+
+
+class RubberMesh(NamedTuple):
+    """DOLFINx mesh and facet tags of the rubber; tags: contact, plate, symmetry -> number."""
+
+    mesh: Any
+    facet_tags: Any
+    tags: dict[str, int]
+
+
+class IceMesh(NamedTuple):
+    """DOLFINx mesh and facet tags of the ice; tags: surface, symmetry -> number.
+
+    x, y, z are the sorted coordinates of the grid lines (y is empty in a slice), so a point's
+    cell is found by `np.searchsorted`.
+    """
+
+    mesh: Any
+    facet_tags: Any
+    tags: dict[str, int]
+    x: Lines
+    y: Lines
+    z: Lines
+
+
+def rubber_mesh(scene: Any, comm: MPI.Comm) -> RubberMesh:
+    """Mesh of the scene's rubber block, or the user's own if `rubber.mesh` names one.
+
+    Collective. Raises SceneError if the user's mesh can't be used.
+    """
+    tagged = gmsh_model.from_root(lambda: _rubber(scene), comm)
+    return RubberMesh(*gmsh_model.distribute(tagged, comm))
+
+
+def ice_mesh(
+    scene: Any,
+    comm: MPI.Comm,
+    x_range: tuple[float, float] | None = None,
+    y_range: tuple[float, float] | None = None,
+    depth: float | None = None,
+) -> IceMesh:
+    """Mesh of the ice that a run of the scene warms.
+
+    x_range and y_range (m) must contain the block's footprint; by default they exceed it by 4
+    thermal lengths sqrt(alpha t) of the scene's duration, and depth (m) is 5 of them. y begins
+    at 0 below a symmetric block. Collective. Raises SceneError if the user's mesh can't be used.
+    """
+
+    def build() -> tuple[list[Lines], TaggedMesh]:
+        lines = _ice_lines(scene, x_range, y_range, depth)
+        return lines, _ice(lines)
+
+    lines, tagged = gmsh_model.from_root(build, comm)
+    y = lines[1] if len(lines) == 3 else np.empty(0)
+    return IceMesh(*gmsh_model.distribute(tagged, comm), lines[0], y, lines[-1])
+
+
+def divisions(scene: Any) -> dict[str, float]:
+    """Size of the rubber's mesh: cells nx, ny (block only), nz of the built-in grid; cells;
+    nodes of the quadratic elements; smallest and largest cell edge in m.
+    """
+    if scene.rubber.mesh is not None:
+        return mesh_size(_rubber(scene))
+    lines = _rubber_lines(_block(scene), scene.numerics.refinement)
+    counts = [len(line) - 1 for line in lines]
+    names = ["nx", "nz"] if len(lines) == 2 else ["nx", "ny", "nz"]
+    edges = np.concatenate([np.diff(line) for line in lines])
+    return dict(zip(names, counts, strict=True)) | {
+        "cells": math.prod(counts),
+        "quadratic_nodes": math.prod(2 * n + 1 for n in counts),
+        "smallest_m": float(edges.min()),
+        "largest_m": float(edges.max()),
+    }
+
+
+def write_mesh(scene: Any, folder: Path | str) -> list[Path]:
+    """Write the scene's rubber and ice meshes as gmsh files to `folder`; returns their paths."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    meshes = {"rubber": _rubber(scene), "ice": _ice(_ice_lines(scene))}
+    paths = []
+    for kind, tagged in meshes.items():
+        paths.append(folder / f"{scene.name}_{kind}.msh")
+        gmsh_model.save(tagged, paths[-1])
+    return paths
+
+
+def graded(length: float, first: float, slope: float, largest: float = math.inf) -> Lines:
+    """Grid lines from 0 to `length` with cells of about s(x) = min(first + slope x, largest).
+
+    The lines are evenly spaced in N(x) = integral of dx / s, the number of cells up to x, after
+    N(length) is rounded to a whole number (at least 1). Same units for all but `slope`.
+    """
+    turn = min(max((largest - first) / slope, 0.0), length)
+    cells_to_turn = math.log1p(slope * turn / first) / slope
+    cells = cells_to_turn + (length - turn) / min(first + slope * turn, largest)
+    number = np.linspace(0.0, cells, max(round(cells), 1) + 1)
+    growing = first / slope * np.expm1(slope * np.minimum(number, cells_to_turn))
+    lines = (
+        growing + np.maximum(number - cells_to_turn, 0.0) * largest if turn < length else growing
+    )
+    lines[-1] = length
+    return lines
+
+
+class _Block(NamedTuple):
+    """Ranges of x and (in 3-D) y that the rubber covers, and its height, in m.
+
+    y begins at 0 if the block is the half of a symmetric one.
+    """
+
+    ranges: list[tuple[float, float]]
+    height: float
+
+
+def _block(scene: Any) -> _Block:
+    rubber = scene.rubber
+    if rubber.mesh is not None:
+        points = _rubber(scene).points
+        low, high = points.min(axis=0), points.max(axis=0)
+        return _Block(list(zip(low[:-1], high[:-1], strict=True)), high[-1])
+    x, y = (-rubber.length / 2, rubber.length / 2), (0.0, rubber.width / 2)
+    return _Block([x] if scene.model == "slice" else [x, y], rubber.height)
+
+
+def _rubber(scene: Any) -> TaggedMesh:
+    if scene.rubber.mesh is not None:
+        return load_user_mesh(scene.rubber.mesh, 2 if scene.model == "slice" else 3)
+    block = _block(scene)
+    lines = _rubber_lines(block, scene.numerics.refinement)
+
+    def contact(centre: Lines) -> NDArray[np.bool_]:
+        ends = np.array([high for _, high in block.ranges])
+        sides = np.isclose(abs(centre[:, :-1]), ends).any(axis=1)
+        return (centre[:, -1] == 0.0) | (sides & (centre[:, -1] < CONTACT_HEIGHT * block.height))
+
+    def plate(centre: Lines) -> NDArray[np.bool_]:
+        return np.isclose(centre[:, -1], block.height)
+
+    parts = {"contact": contact, "plate": plate}
+    parameters = [CONTACT_HEIGHT, *(line.tolist() for line in lines)]
+    return cached("rubber", len(lines), parameters, lambda: _grid(lines, "rubber", parts))
+
+
+def _ice(lines: list[Lines]) -> TaggedMesh:
+    parts = {"surface": lambda centre: centre[:, -1] == 0.0}
+    parameters = [line.tolist() for line in lines]
+    return cached("ice", len(lines), parameters, lambda: _grid(lines, "ice", parts))
+
+
+def _reference_cell(block: _Block, refinement: float) -> tuple[float, float]:
+    """Reference cell and the length that the slopes refer to, both in m."""
+    # half a symmetric block is as fine as the whole
+    lateral = min(high - low if low < 0.0 else 2 * high for low, high in block.ranges)
+    cells = CELLS[len(block.ranges) + 1] * math.sqrt(min(1.0, block.height / (FLAT * lateral)))
+    size = min(lateral, block.height)
+    return size / (max(cells, FEWEST_CELLS) * refinement), size
+
+
+def _from_edge(length: float, cell: float, size: float) -> Lines:
+    """Grid lines at the distances 0 ... `length` from a contact edge."""
+    slope = EDGE_SLOPE * EDGE_CELL * cell / size
+    return graded(length, EDGE_CELL * cell, slope, LARGEST_CELL * cell)
+
+
+def _rubber_lines(block: _Block, refinement: float) -> list[Lines]:
+    """Grid lines of the rubber in x, (y,) z."""
+    cell, size = _reference_cell(block, refinement)
+    lines = []
+    for low, high in block.ranges:
+        if low == 0.0:
+            lines.append(high - _from_edge(high, cell, size)[::-1])
+        else:
+            half = _from_edge((high - low) / 2, cell, size)
+            lines.append(np.concatenate([low + half, high - half[-2::-1]]))
+    slope = BOTTOM_SLOPE * BOTTOM_CELL * cell / size
+    return [*lines, graded(block.height, BOTTOM_CELL * cell, slope, LARGEST_CELL * cell)]
+
+
+def _ice_lines(
+    scene: Any,
+    x_range: tuple[float, float] | None = None,
+    y_range: tuple[float, float] | None = None,
+    depth: float | None = None,
+) -> list[Lines]:
+    """Grid lines of the ice in x, (y,) z: below the rubber those of its block, then continued."""
+    block, refinement = _block(scene), scene.numerics.refinement
+    thermal = math.sqrt(ICE_DIFFUSIVITY * scene.load.duration)
+    cell, size = _reference_cell(block, refinement)
+
+    def beyond(distance: float) -> Lines:
+        return _from_edge(distance, cell, size)[1:] if distance > 0.0 else np.empty(0)
+
+    lines = []
+    below = _rubber_lines(block, refinement)
+    for inner, (low, high), wanted in zip(below, block.ranges, (x_range, y_range), strict=False):
+        start, end = wanted or (low - MARGIN * thermal, high + MARGIN * thermal)
+        before = beyond(low - start if low < 0.0 else 0.0)
+        lines.append(np.concatenate([low - before[::-1], inner, high + beyond(end - high)]))
+    slope = math.log(LAYER_RATIO) / refinement
+    first = SURFACE_LAYER / refinement * slope / math.expm1(slope)  # so that graded starts with it
+    layers = graded(DEPTH * thermal if depth is None else depth, first, slope)
+    return [*lines, -layers[::-1]]
+
+
+def _grid(lines: list[Lines], body: str, parts: Mapping[str, _Chooser]) -> TaggedMesh:
+    """Tensor-product grid; `parts` choose outer facets by their centres (n, dim).
+
+    In 3-D a side at y = 0 is the part `symmetry`.
+    """
+    dim = len(lines)
+    shape = [len(line) for line in lines]
+    number = np.arange(math.prod(shape)).reshape(shape)
+    points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, dim)
+    sides = [np.take(number, end, axis) for axis in range(dim) for end in (0, -1)]
+    facets = np.concatenate([_corners(side) for side in sides])
+    centre = points[facets].mean(axis=1)
+    if dim == 3:
+        parts = {**parts, "symmetry": lambda centre: centre[:, 1] == 0.0}
+    chosen = {
+        name: facets[inside] for name, choose in parts.items() if (inside := choose(centre)).any()
+    }
+    kind = "quadrilateral" if dim == 2 else "hexahedron"
+    return TaggedMesh(points, kind, _corners(number), chosen, body)
+
+
+def _corners(number: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Corner nodes (cells, 2**dim) of the cells of a grid of node numbers, in gmsh's order."""
+    ends = (slice(None, -1), slice(1, None))
+    around = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    order: dict[int, list[tuple[int, ...]]] = {
+        1: [(0,), (1,)],
+        2: [*around],
+        3: [(*corner, above) for above in (0, 1) for corner in around],
+    }
+    corners = [number[tuple(ends[end] for end in corner)] for corner in order[number.ndim]]
+    return np.stack([corner.ravel() for corner in corners], axis=-1)
