@@ -28,7 +28,7 @@ class Row(NamedTuple):
 def describe(scene: Scene) -> list[Row]:
     """Rows for `iceslide info`, at the scene's nominal pressure."""
     rows = _heat(scene) + _film(scene)
-    return rows if scene.model == "point" else rows + _rubber(scene)
+    return rows if scene.model == "point" else rows + _rubber(scene) + _mesh(scene)
 
 
 def _heat(scene: Scene) -> list[Row]:
@@ -86,5 +86,26 @@ def _rubber(scene: Scene) -> list[Row]:
             "shear wave time",
             readable(wave, "s"),
             f"H √(ρ/G), {wave / load.duration:.2%} of the run: quasi-static if small",
+        ),
+    ]
+
+
+def _mesh(scene: Scene) -> list[Row]:
+    """Size of the rubber's mesh, and unknowns of its quadratic displacements."""
+    from iceslide_fem.meshing import divisions  # loads gmsh, which a point does not need
+
+    size = divisions(scene)
+    counts = " x ".join(f"{size[name]:.0f}" for name in ("nx", "ny", "nz") if name in size)
+    dimensions = 2 if scene.model == "slice" else 3
+    smallest, largest = readable(size["smallest_m"], "m"), readable(size["largest_m"], "m")
+    half = "the half with y ≥ 0" if scene.model == "block" else "plane strain"
+    return [
+        Row("mesh", "cells of rubber", f"{size['cells']:.0f}", f"{counts or 'own mesh'}, {half}"),
+        Row("mesh", "cell edges", f"{smallest} to {largest}", "finest at the contact's edges"),
+        Row(
+            "mesh",
+            "unknowns",
+            f"{dimensions * size['quadratic_nodes']:.0f}",
+            "displacements, quadratic elements",
         ),
     ]

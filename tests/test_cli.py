@@ -1,0 +1,165 @@
+"""The command line: exit codes, one sentence on standard error, nothing written on bad input."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from iceslide_fem.cli import main
+from iceslide_fem.errors import SimulationStopped
+
+CASES = Path(__file__).parent.parent / "cases"
+CASE = str(CASES / "thesis_1bar.toml")
+SUMMARY = {"mu_peak": 0.53071, "saturation_s": None, "steps": 140, "scene": {"name": "x"}}
+
+
+@pytest.fixture
+def in_empty_directory(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def simulated(monkeypatch, in_empty_directory):
+    """Replaces the simulation; a list of the arguments of every call."""
+    calls = []
+
+    def run(scene, out, petsc_options=()):
+        calls.append((scene, out, list(petsc_options)))
+        out.mkdir(parents=True)
+        (out / "summary.json").touch()
+        return SUMMARY
+
+    module = ModuleType("iceslide_fem.simulate")
+    module.run = run
+    monkeypatch.setitem(sys.modules, "iceslide_fem.simulate", module)
+    return calls
+
+
+def exit_code(*arguments: str) -> int:
+    with pytest.raises(SystemExit) as caught:
+        main(list(arguments))
+    return caught.value.code
+
+
+def iceslide(*arguments: str, **kwargs) -> subprocess.CompletedProcess:
+    command = [sys.executable, "-m", "iceslide_fem.cli", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, **kwargs)
+
+
+def test_help_loads_nothing_heavy():
+    code = (
+        "import sys; from iceslide_fem.cli import main\n"
+        "try: main(['--help'])\n"
+        "except SystemExit: pass\n"
+        "print([m for m in ('numpy', 'pint', 'dolfinx', 'gmsh', 'pyvista') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert "run" in done.stdout and "info" in done.stdout and "view" in done.stdout
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_run_passes_scene_directory_and_petsc_options(simulated, capsys):
+    assert exit_code("run", CASE, "--set", "load.pressure=3bar", "--", "-log_view", "-x", "1") == 0
+    ((scene, out, petsc_options),) = simulated
+    assert scene.load.pressure == 3e5
+    assert out == Path("results/thesis_1bar")
+    assert petsc_options == ["-log_view", "-x", "1"]
+    printed = capsys.readouterr().out
+    assert "0.5307" in printed and "did not happen" in printed
+    assert printed.splitlines()[-1] == "results/thesis_1bar/summary.json"
+
+
+def test_run_takes_several_overrides_and_a_directory(simulated):
+    assert exit_code("run", CASE, "--out", "here", "--set", "name=a", "--set", "model=slice") == 0
+    ((scene, out, petsc_options),) = simulated
+    assert (scene.name, scene.model, out, petsc_options) == ("a", "slice", Path("here"), [])
+
+
+def test_run_says_that_the_pressure_is_outside_the_table(simulated, capsys):
+    exit_code("run", CASE, "--set", "load.pressure=6bar")
+    assert capsys.readouterr().out.count("published from 1 to 5 bar") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["run", "nowhere.toml"], "cannot read the scene file nowhere.toml"),
+        (["info", "nowhere.toml"], "cannot read the scene file nowhere.toml"),
+        (["run", CASE, "--set", "load.presure=3bar"], "did you mean load.pressure?"),
+        (["run", CASE, "--set", "load.pressure=3 K"], "wrong unit"),
+        (["run", CASE, "--set", "ice.motion=sliding"], "not implemented in this version"),
+        (["run", CASE, "--set", "rubber.C10=1MPa"], "contradict"),
+        (["run", CASE, "second.toml"], '"second.toml" is one too many'),
+        (["run", CASE, "--out", CASE], "is not a directory one may write to"),
+        (["run", CASE, "--out", CASE + "/deeper"], "is not a directory one may write to"),
+        (["view", "."], "holds no finished run"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_exit_code_2(arguments, words, in_empty_directory):
+    done = iceslide(*arguments)
+    assert done.returncode == 2
+    assert words in done.stderr
+    assert done.stderr.startswith("iceslide: ") and done.stderr.count("\n") == 1
+    assert done.stdout == ""
+    assert list(in_empty_directory.iterdir()) == []
+
+
+@pytest.mark.parametrize("arguments", [["run"], ["run", CASE, "--nonsense"], ["walk"]])
+def test_wrong_usage_is_exit_code_2(arguments, in_empty_directory):
+    done = iceslide(*arguments)
+    assert done.returncode == 2
+    assert "Usage" in done.stderr and "Traceback" not in done.stderr
+    assert list(in_empty_directory.iterdir()) == []
+
+
+def test_a_stopped_simulation_is_one_sentence_and_exit_code_3(simulated, monkeypatch, capsys):
+    def stop(*arguments):
+        raise SimulationStopped("the block lost contact at 1.2 ms")
+
+    monkeypatch.setattr(sys.modules["iceslide_fem.simulate"], "run", stop)
+    assert exit_code("run", CASE) == 3
+    assert capsys.readouterr().err == "iceslide: the block lost contact at 1.2 ms\n"
+
+
+@pytest.mark.parametrize("variable", ["OMPI_COMM_WORLD_RANK", "PMI_RANK"])
+def test_only_rank_0_prints(variable, in_empty_directory):
+    for rank in ("0", "1"):
+        environment = os.environ | {variable: rank}
+        info = iceslide("info", CASE, env=environment)
+        wrong = iceslide("info", CASE, "--set", "model=blok", env=environment)
+        assert (info.returncode, wrong.returncode) == (0, 2)
+        assert bool(info.stdout) == bool(wrong.stderr) == (rank == "0")
+
+
+def test_info_knows_the_scales_of_the_thesis_case(capsys):
+    assert exit_code("info", CASE) == 0
+    printed = capsys.readouterr().out.replace("\u03bc", "\u00b5")  # pint writes either µ
+    # sqrt(alpha t) after 7 ms; v L / alpha; H sqrt(rho/G); k eta v / (h0 p)
+    for value in ("88 µm", "2.71e+03", "44.9 µs", "0.205"):
+        assert value in printed
+
+
+def test_info_of_a_point_has_no_rubber(capsys):
+    exit_code("info", CASE, "--set", "model=point", "--set", "ice.heat=column")
+    assert "Young" not in capsys.readouterr().out
+
+
+def test_view_prints_the_pictures(monkeypatch, tmp_path, capsys):
+    module = ModuleType("iceslide_fem.view")
+    module.view = lambda directory, animate: [directory / ("film.gif" if animate else "block.png")]
+    monkeypatch.setitem(sys.modules, "iceslide_fem.view", module)
+    (tmp_path / "summary.json").touch()
+    assert exit_code("view", str(tmp_path), "--animate") == 0
+    assert capsys.readouterr().out == f"{tmp_path / 'film.gif'}\n"
+
+
+def test_case_scripts_take_the_same_options(in_empty_directory):
+    script = str(CASES / "paper_5bar.py")
+    command = [sys.executable, script, "--set", "model=blok"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 2
+    assert 'model = "blok"' in done.stderr

@@ -1,0 +1,60 @@
+"""Progress: lines from rank 0 every few seconds, a bar in a terminal, always closed."""
+
+import io
+import sys
+
+import pytest
+
+from iceslide_fem import progress
+from iceslide_fem.progress import Progress
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """A clock that the test sets: clock[0] is the time now."""
+    now = [0.0]
+    monkeypatch.setattr(progress, "monotonic", lambda: now[0])
+    return now
+
+
+def test_a_line_every_five_seconds(capsys, clock):
+    with Progress(0, 7e-3) as shown:
+        for second in range(1, 11):
+            clock[0] = float(second)
+            shown.update(second * 0.35e-3, 0.3123, 5e-5, 3, "slide")
+    lines = capsys.readouterr().err.splitlines()
+    assert lines == [
+        "t = 1.750 of 7 ms, mu 0.312, step 0.05 ms, 3 Newton, slide, 15 s left",
+        "t = 3.500 of 7 ms, mu 0.312, step 0.05 ms, 3 Newton, slide, 10 s left",
+    ]
+
+
+def test_no_time_left_before_the_start(capsys, clock):
+    with Progress(0, 7e-3) as shown:
+        clock[0] = 6.0
+        shown.update(0.0, 0.1, 5e-5, 4, "press")
+    assert capsys.readouterr().err.endswith("4 Newton, press\n")
+
+
+def test_other_ranks_are_silent(monkeypatch, clock):
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    with Progress(1, 7e-3) as shown:
+        clock[0] = 60.0
+        shown.update(1e-3, 0.3, 5e-5, 3)
+    assert sys.stderr.getvalue() == ""
+
+
+def test_a_bar_in_a_terminal_is_closed_even_after_an_error(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    shown = Progress(0, 7e-3)
+    with pytest.raises(RuntimeError), shown:
+        shown.update(3.5e-3, 0.3123, 5e-5, 3)
+        raise RuntimeError
+    assert shown._bar.disable  # what tqdm sets on closing
+    assert "50%" in sys.stderr.getvalue() and "mu 0.312" in sys.stderr.getvalue()
+    assert sys.stderr.getvalue().endswith("\n")

@@ -1,0 +1,262 @@
+"""Scenes: units, overrides, and one clear sentence for every kind of bad input."""
+
+import json
+import re
+from copy import deepcopy
+from pathlib import Path
+
+import pytest
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.materials import COMPOUNDS
+from iceslide_fem.scene import load_scene, scene_from_dict
+
+CASES = sorted((Path(__file__).parent.parent / "cases").glob("*.toml"))
+BASE = {
+    "name": "base",
+    "model": "block",
+    "rubber": {"compound": "B"},
+    "load": {"pressure": "1 bar", "speed": "3 m/s", "duration": "7 ms"},
+}
+CONSTANTS = {"C10": "0.2 MPa", "C01": "0.1 MPa", "nu": 0.49}
+CONTACT = {"k": 0.3, "D": "30 um", "H_V": "2 um"}
+
+
+def changed(changes: dict) -> dict:
+    """BASE with the dotted keys of `changes` set."""
+    data = deepcopy(BASE)
+    for key, value in changes.items():
+        *tables, name = key.split(".")
+        table = data
+        for part in tables:
+            table = table.setdefault(part, {})
+        table[name] = value
+    return data
+
+
+def refusal(changes: dict) -> str:
+    with pytest.raises(SceneError) as caught:
+        scene_from_dict(changed(changes))
+    message = str(caught.value)
+    assert "\n" not in message
+    return message
+
+
+def test_strings_with_units_become_si():
+    scene = scene_from_dict(changed({"ice.temperature": "-4 degC", "film": dict(CONTACT)}))
+    assert scene.load.pressure == 1e5
+    assert scene.load.speed == 3.0
+    assert scene.load.duration == 0.007
+    assert scene.ice.temperature == 269.15
+    assert (scene.film.k, scene.film.D, scene.film.H_V) == (0.3, 3e-5, 2e-6)
+
+
+@pytest.mark.parametrize(
+    ("key", "text", "expected"),
+    [
+        ("load.pressure", "0.2 MPa", 2e5),
+        ("load.pressure", "2e5 Pa", 2e5),
+        ("load.pressure", 200000, 2e5),
+        ("load.speed", "3.6 km/h", 1.0),
+        ("ice.temperature", "-10°C", 263.15),
+        ("ice.temperature", 263.15, 263.15),
+        ("rubber.length", "20mm", 0.02),
+        ("numerics.penalty", "50 MPa/mm", 5e10),
+        ("film.initial_height", "70 nm", 7e-8),
+    ],
+)
+def test_every_way_to_write_a_quantity(key, text, expected):
+    table, name = key.split(".")
+    scene = scene_from_dict(changed({key: text}))
+    assert getattr(getattr(scene, table), name) == pytest.approx(expected, rel=1e-14)
+
+
+def test_defaults():
+    scene = scene_from_dict(BASE)
+    assert scene.rubber.length == scene.rubber.width == scene.rubber.height == 1e-3
+    assert (scene.load.static_friction, scene.film.initial_height) == (0.1, 70e-9)
+    assert (scene.ice.motion, scene.ice.temperature) == ("attached", 269.15)
+    assert (scene.numerics.tolerance, scene.numerics.refinement) == (1e-3, 1.0)
+
+
+def test_as_dict_is_json_and_reads_back():
+    scene = scene_from_dict(changed({"rubber": dict(CONSTANTS), "film": dict(CONTACT)}))
+    assert scene_from_dict(json.loads(json.dumps(scene.as_dict()))) == scene
+
+
+def test_scene_is_frozen():
+    scene = scene_from_dict(BASE)
+    with pytest.raises(ValueError, match="frozen"):
+        scene.load.pressure = 2e5
+
+
+def test_mooney_rivlin_of_compound_and_of_constants():
+    assert scene_from_dict(BASE).mooney_rivlin == COMPOUNDS["B"]
+    by_nu = scene_from_dict(changed({"rubber": dict(CONSTANTS), "film": dict(CONTACT)}))
+    assert by_nu.mooney_rivlin.poissons_ratio == pytest.approx(0.49, rel=1e-12)
+    by_D1 = {"C10": "166.2 MPa", "C01": "106.8 MPa", "D1": "0.0055 1/MPa"}
+    rubber = scene_from_dict(changed({"rubber": by_D1, "film": dict(CONTACT)})).mooney_rivlin
+    assert (rubber.C10, rubber.D1) == pytest.approx((166.2e6, 5.5e-9), rel=1e-12)
+
+
+def test_contact_parameters_follow_the_table_unless_given():
+    table = scene_from_dict(changed({"load.pressure": "5 bar"})).contact_parameters
+    assert table(5e5).k == pytest.approx(0.405)
+    constant = scene_from_dict(changed({"film": dict(CONTACT)})).contact_parameters
+    assert constant(5e5).k == 0.3
+
+
+def test_nominal_pressure_outside_the_table_is_said_once():
+    assert scene_from_dict(changed({"load.pressure": "5 bar"})).outside_table() is None
+    assert scene_from_dict(changed({"load.pressure": "1 bar"})).outside_table() is None
+    message = scene_from_dict(changed({"load.pressure": "6 bar"})).outside_table()
+    assert message is not None and "1 to 5 bar" in message and "6 bar" in message
+    given = changed({"load.pressure": "6 bar", "film": dict(CONTACT)})
+    assert scene_from_dict(given).outside_table() is None
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        # unit
+        ("load.pressure", "3 m/s", ['load.pressure = "3 m/s"', "wrong unit", "0.01 bar"]),
+        ("load.pressure", "3 baar", ["unknown unit", "baar", "100 bar"]),
+        ("load.pressure", "3 m/(", ["unknown unit"]),
+        ("load.speed", "3", ['load.speed = "3"', "no unit", "m/s"]),
+        ("load.speed", "fast", ["not a number with a unit"]),
+        ("ice.temperature", "-4 C", ["wrong unit", "degC"]),
+        ("film.k", "3 mm", ["wrong unit"]),
+        # range
+        ("load.pressure", "-1 bar", ["load.pressure", "out of range", "0.01 bar", "100 bar"]),
+        ("load.pressure", float("nan"), ["out of range"]),
+        ("load.pressure", 10**400, ["out of range"]),
+        ("load.speed", 0, ["load.speed = 0", "out of range", "m/s"]),
+        ("ice.temperature", "0 degC", ["out of range", "-0.001 degC"]),
+        ("ice.temperature", 273.15, ["ice.temperature = 273.15", "out of range"]),
+        ("ice.temperature", -4, ["ice.temperature = -4", "a plain number is in K", "degC"]),
+        ("numerics.tolerance", 1.0, ["numerics.tolerance = 1.0", "1e-6 to 0.1"]),
+        ("numerics.refinement", 100, ["0.25 to 8"]),
+        ("rubber.nu", 0.5, ["rubber.nu", "0.4995"]),
+        # type
+        ("load.pressure", True, ["not a number"]),
+        ("load.pressure", [1], ["not a number"]),
+        ("load", 3, ["load = 3", "not a table", "[load]"]),
+        ("rubber.heat", "yes", ["rubber.heat", "true or false"]),
+        ("name", "a/b", ["name", "letters, digits"]),
+        ("name", 3, ["name = 3"]),
+        ("rubber.mesh", "no-such.msh", ["rubber.mesh", "no-such.msh", "not a file"]),
+        # choice
+        ("model", "blok", ['model = "blok"', "'point', 'slice' or 'block'"]),
+        ("ice.heat", "columns", ["ice.heat", "'half-space', 'column' or 'continuum'"]),
+        ("numerics.film_integrator", "rk4", ["'sdirk2'", "'explicit-euler'"]),
+        # unknown key
+        ("load.presure", 1, ["load.presure", "did you mean load.pressure?"]),
+        ("load.temperature", 1, ["did you mean ice.temperature?"]),
+        ("film.hv", 1, ["did you mean film.H_V?"]),
+        ("temprature", 1, ["did you mean ice.temperature?"]),
+        ("film.foo", 1, ["film.foo", "allowed: film.carrier, film.pressure, film.k"]),
+        # compound
+        ("rubber.compound", "A", ["1.10 MPa", "rubber.C10", "D1", "film.k, film.D and film.H_V"]),
+        ("rubber.compound", "C", ["2.04 MPa", "rubber.C10"]),
+        ("rubber.compound", "X", ['"X" is not known', '"B"']),
+    ],
+)
+def test_one_bad_value(key, value, words):
+    message = refusal({key: value})
+    assert all(word in message for word in words), message
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"rubber.C10": "1 MPa"}, ["rubber.compound", "rubber.C10", "contradict"]),
+        (
+            {"rubber": CONSTANTS | {"D1": "0.07 1/MPa"}},
+            ["rubber.D1 and rubber.nu contradict", "one of them"],
+        ),
+        ({"rubber": {}}, ['compound = "B"', "C10, C01"]),
+        ({"rubber": {"C10": "1 MPa", "C01": "1 MPa"}}, ["one of D1 and nu", "given: C10, C01"]),
+        ({"rubber": CONSTANTS | {"C10": 0, "C01": 0}}, ["both 0"]),
+        ({"rubber": CONSTANTS}, ["film.k, film.D and film.H_V are missing"]),
+        ({"film.k": 0.3}, ["film has k only", "together"]),
+        ({"film.k": 0.3, "film.D": "30 um"}, ["film has k and D only"]),
+        (
+            {"ice.heat": "half-space", "ice.motion": "sliding"},
+            ["half-space", "sliding", "'column'"],
+        ),
+        ({"model": "point", "ice.heat": "continuum"}, ["point", "'column' or 'half-space'"]),
+        ({"rubber.heat": True}, ["rubber.heat", "not implemented in this version"]),
+        ({"ice.motion": "sliding"}, ["ice.motion", "not implemented in this version"]),
+    ],
+)
+def test_contradictions(changes, words):
+    message = refusal(changes)
+    assert all(word in message for word in words), message
+
+
+def test_missing_keys():
+    data = deepcopy(BASE)
+    del data["load"]["speed"]
+    with pytest.raises(SceneError, match=r"^load\.speed is missing$"):
+        scene_from_dict(data)
+    with pytest.raises(SceneError, match="^name is missing$"):
+        scene_from_dict({})
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
+def test_the_cases_are_valid_and_named_after_their_files(path):
+    scene = load_scene(path)
+    assert scene.name == path.stem
+    assert path.with_suffix(".py").is_file()
+    pressure = float(re.search(r"_(\d)bar", path.stem)[1]) * 1e5
+    source = {"thesis": (3.0, 7e-3), "paper": (4.0, 5e-3)}[path.stem.split("_")[0]]
+    assert (scene.load.pressure, scene.load.speed, scene.load.duration) == (pressure, *source)
+    assert scene.outside_table() is None
+
+
+def test_overrides():
+    scene = load_scene(
+        CASES[0], ["load.pressure=3bar", "model=slice", "ice.heat = column", "load.speed=2"]
+    )
+    assert (scene.load.pressure, scene.load.speed) == (3e5, 2.0)
+    assert (scene.model, scene.ice.heat) == ("slice", "column")
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("load.pressure", ["load.pressure", "load.pressure=3bar"]),
+        ("=3", ["form"]),
+        ("load..speed=3", ["form"]),
+        ("name.x=3", ["name.x=3", "not a table"]),
+        ("load.presure=3bar", ["did you mean load.pressure?"]),
+        ("load.pressure=3", ["load.pressure = 3", "out of range", "a plain number is in Pa"]),
+        ("load.pressure=", ['load.pressure = ""', "not a number"]),
+    ],
+)
+def test_bad_overrides(override, words):
+    with pytest.raises(SceneError) as caught:
+        load_scene(CASES[0], [override])
+    assert all(word in str(caught.value) for word in words), caught.value
+
+
+def test_unreadable_files(tmp_path):
+    with pytest.raises(SceneError, match="cannot read the scene file .*nowhere.toml"):
+        load_scene(tmp_path / "nowhere.toml")
+    with pytest.raises(SceneError, match="cannot read the scene file"):
+        load_scene(tmp_path)
+    binary = tmp_path / "binary.toml"
+    binary.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(SceneError, match="not UTF-8"):
+        load_scene(binary)
+    bare_unit = tmp_path / "bare.toml"
+    bare_unit.write_text("[load]\npressure = 1 bar\n")
+    with pytest.raises(SceneError, match=r"not valid TOML.*line 2.*in quotes"):
+        load_scene(bare_unit)
+
+
+def test_a_mesh_is_found_beside_its_scene(tmp_path):
+    (tmp_path / "tread.msh").touch()
+    text = CASES[0].read_text().replace("[rubber]", '[rubber]\nmesh = "tread.msh"')
+    (tmp_path / "scene.toml").write_text(text)
+    assert load_scene(tmp_path / "scene.toml").rubber.mesh == tmp_path / "tread.msh"
