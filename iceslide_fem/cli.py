@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+import time
 import traceback
 from collections.abc import Sequence
 from pathlib import Path
@@ -141,6 +142,8 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
             app(args=argv, prog_name="iceslide")
         except IceslideError as error:
             print(f"iceslide: {error}", file=sys.stderr)
+            if _rank() > 0:  # mpirun ends rank 0, perhaps before it has printed, when another fails
+                time.sleep(1.0)
             sys.exit(error.exit_code)
         except Exception:
             traceback.print_exc(file=sys.__stderr__)  # also of the ranks that are silent
