@@ -1,0 +1,192 @@
+"""The functions of `_dolfinx` mean the same in every DOLFINx version and on any number of ranks."""
+
+import logging
+
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+
+import ufl  # noqa: E402
+from dolfinx import fem  # noqa: E402
+from dolfinx import mesh as dolfinx_mesh  # noqa: E402
+from mpi4py import MPI  # noqa: E402
+from petsc4py import PETSc  # noqa: E402
+
+from iceslide_fem import _dolfinx  # noqa: E402
+
+pytestmark = [pytest.mark.fe, pytest.mark.mpi]
+
+WORLD = MPI.COMM_WORLD
+CELLS = ["triangle", "quadrilateral", "tetrahedron", "hexahedron"]
+
+
+def unit_mesh(name):
+    kind = getattr(dolfinx_mesh.CellType, name)
+    if name in ("triangle", "quadrilateral"):
+        return dolfinx_mesh.create_unit_square(WORLD, 4, 3, kind)
+    return dolfinx_mesh.create_unit_cube(WORLD, 3, 2, 2, kind)
+
+
+def all_facets(mesh):
+    dim = mesh.topology.dim
+    mesh.topology.create_connectivity(dim - 1, dim)
+    return dolfinx_mesh.exterior_facet_indices(mesh.topology)
+
+
+@pytest.mark.parametrize("name", CELLS)
+def test_spaces_have_the_expected_dofs(name):
+    mesh = unit_mesh(name)
+    dim = mesh.geometry.dim
+    scalar, vector = _dolfinx.scalar_space(mesh, 2), _dolfinx.vector_space(mesh, 2)
+    nodes = 9 * 7 if dim == 2 else 7 * 5 * 5
+    assert scalar.dofmap.index_map.size_global == nodes
+    assert vector.dofmap.index_map.size_global == nodes
+    assert vector.dofmap.index_map_bs == dim
+    cells = mesh.topology.index_map(dim).size_global
+    assert _dolfinx.discontinuous_space(mesh, 0).dofmap.index_map.size_global == cells
+    mixed = _dolfinx.mixed_space(mesh, 2, 1)
+    linear = _dolfinx.scalar_space(mesh, 1).dofmap.index_map.size_global
+    assert mixed.dofmap.index_map.size_global == dim * nodes + linear
+    assert _dolfinx.cell_name(mesh) == name
+
+
+@pytest.mark.parametrize("name", CELLS)
+@pytest.mark.parametrize("degree", [1, 2])
+def test_basix_element_numbers_dofs_as_the_space(name, degree):
+    mesh = unit_mesh(name)
+    dim = mesh.geometry.dim
+    space = _dolfinx.scalar_space(mesh, degree)
+    element = _dolfinx.basix_lagrange(name, degree)
+    geometry = mesh.geometry.x[_dolfinx.geometry_dofmap(mesh), :dim]
+    shape = _dolfinx.basix_lagrange(name, 1).tabulate(0, element.points)[0, :, :, 0]
+    expected = np.einsum("qn,cnd->cqd", shape, geometry)
+    dofs = _dolfinx.cell_dofs(space)
+    np.testing.assert_allclose(space.tabulate_dof_coordinates()[dofs, :dim], expected, atol=1e-14)
+
+
+def test_unrolled_dofs_repeat_the_blocks():
+    space = _dolfinx.vector_space(unit_mesh("quadrilateral"), 2)
+    blocked, unrolled = _dolfinx.cell_dofs(space), _dolfinx.unrolled_dofs(space)
+    np.testing.assert_array_equal(unrolled[:, 0::2], 2 * blocked)
+    np.testing.assert_array_equal(unrolled[:, 1::2], 2 * blocked + 1)
+
+
+@pytest.mark.parametrize("name", CELLS)
+def test_every_outer_facet_is_paired_once(name):
+    mesh = unit_mesh(name)
+    dim = mesh.geometry.dim
+    facets = all_facets(mesh)
+    cells, local = _dolfinx.facet_cell_pairs(mesh, facets)
+    element = _dolfinx.basix_lagrange(name, 1)
+    corners = np.array([element.entity_closure_dofs[dim - 1][number] for number in local])
+    geometry = mesh.geometry.x[_dolfinx.geometry_dofmap(mesh), :dim]
+    if len(cells):
+        facet_nodes = geometry[cells[:, None], corners.astype(int)]
+        on_boundary = np.isclose(facet_nodes, 0.0) | np.isclose(facet_nodes, 1.0)
+        assert on_boundary.all(axis=1).any(axis=1).all()
+    count = {"triangle": 14, "quadrilateral": 14, "tetrahedron": 64, "hexahedron": 32}[name]
+    assert WORLD.allreduce(len(cells)) == count
+
+
+def test_no_facets_are_no_trouble():
+    cells, local = _dolfinx.facet_cell_pairs(unit_mesh("hexahedron"), np.empty(0, dtype=np.int32))
+    assert len(cells) == len(local) == 0
+
+
+@pytest.mark.parametrize("name", CELLS)
+def test_quadrature_integrates_its_degree(name):
+    points, weights = _dolfinx.quadrature(name, 4)
+    volume = {"triangle": 1 / 2, "tetrahedron": 1 / 6}.get(name, 1.0)
+    fourth = {"triangle": 1 / 30, "tetrahedron": 1 / 210}.get(name, 1 / 5)
+    assert weights.sum() == pytest.approx(volume)
+    assert weights @ points[:, 0] ** 4 == pytest.approx(fourth)
+
+
+def test_assembly_sums_over_ranks():
+    mesh = unit_mesh("quadrilateral")
+    space = _dolfinx.scalar_space(mesh, 2)
+    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+    load, mass = _dolfinx.form(v * ufl.dx), _dolfinx.form(u * v * ufl.dx)
+    vector, matrix = _dolfinx.create_vector(space), _dolfinx.create_matrix(mass)
+    ones = _dolfinx.create_vector(space)
+    ones.set(1.0)
+    for _ in range(2):  # the second assembly overwrites the first
+        _dolfinx.assemble_vector(vector, load)
+        _dolfinx.assemble_matrix(matrix, mass)
+    assert vector.sum() == pytest.approx(1.0)
+    assert ones.dot(matrix * ones) == pytest.approx(1.0)
+    assert (matrix * ones - vector).norm() == pytest.approx(0.0, abs=1e-15)
+
+
+def test_constrained_rows_become_identity():
+    mesh = unit_mesh("triangle")
+    space = _dolfinx.vector_space(mesh, 1)
+    facets = dolfinx_mesh.locate_entities_boundary(mesh, 1, lambda x: np.isclose(x[0], 0.0))
+    dofs = fem.locate_dofs_topological(space.sub(1), 1, facets)
+    fixed = fem.dirichletbc(PETSc.ScalarType(0), dofs, space.sub(1))
+    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+    mass = _dolfinx.form(ufl.inner(u, v) * ufl.dx)
+    matrix = _dolfinx.assemble_matrix(_dolfinx.create_matrix(mass), mass, [fixed])
+    diagonal = matrix.getDiagonal().array
+    owned = dofs[dofs < len(diagonal)]
+    np.testing.assert_array_equal(diagonal[owned], 1.0)
+    assert WORLD.allreduce(len(owned)) == 4
+
+
+def test_petsc_vector_shares_the_functions_memory():
+    function = fem.Function(_dolfinx.scalar_space(unit_mesh("triangle"), 1))
+    vector = _dolfinx.petsc_vector(function)
+    vector.set(3.0)
+    _dolfinx.update_ghosts(vector)
+    assert (function.x.array == 3.0).all()
+
+
+def test_an_expression_is_interpolated():
+    mesh = unit_mesh("quadrilateral")
+    space = _dolfinx.scalar_space(mesh, 2)
+    function = fem.Function(space)
+    x = ufl.SpatialCoordinate(mesh)
+    function.interpolate(_dolfinx.expression(x[0] * x[1], space))
+    where = space.tabulate_dof_coordinates()
+    np.testing.assert_allclose(function.x.array, where[:, 0] * where[:, 1], atol=1e-14)
+
+
+def test_nan_survives_the_compiler():
+    mesh = unit_mesh("quadrilateral")
+    negative = fem.Constant(mesh, -1.0)
+    value = _dolfinx.assemble_scalar(_dolfinx.form(ufl.ln(negative) * ufl.dx(mesh)), WORLD)
+    assert np.isnan(value)
+
+
+def test_compiling_says_nothing(caplog):
+    mesh = unit_mesh("quadrilateral")
+    caplog.set_level(logging.INFO)
+    level = logging.getLogger().level
+    factor = float(np.random.default_rng().random())  # a form that no cache knows
+    _dolfinx.form(WORLD.bcast(factor) * ufl.dx(mesh))
+    assert not caplog.records
+    assert logging.getLogger().level == level
+
+
+@pytest.mark.parametrize("degree", [1, 2])
+@pytest.mark.parametrize("name", ["quadrilateral", "hexahedron"])
+def test_vtk_series_is_read_by_pyvista(name, degree, tmp_path):
+    pyvista = pytest.importorskip("pyvista")
+    folder = WORLD.bcast(tmp_path)
+    space = _dolfinx.vector_space(unit_mesh(name), degree)
+    displacement = fem.Function(space, name="displacement")
+    with _dolfinx.VtkSeries(folder / "series.pvd", displacement) as series:
+        for time in (0.0, 0.5):
+            displacement.interpolate(lambda x, time=time: time * x[: space.mesh.geometry.dim])
+            series.write(time)
+    WORLD.barrier()
+    reader = pyvista.get_reader(str(folder / "series.pvd"))
+    assert reader.time_values == [0.0, 0.5]
+    reader.set_active_time_value(0.5)
+    grid = pyvista.merge([block for block in reader.read() if block is not None])
+    owned = np.flatnonzero(grid.cell_data["vtkGhostType"] == 0)
+    cells = 12
+    assert len(owned) == cells
+    found = grid.point_data["displacement"]
+    np.testing.assert_allclose(found, 0.5 * grid.points, atol=1e-14)

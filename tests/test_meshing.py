@@ -1,0 +1,378 @@
+"""Meshes of rubber and ice, users' own meshes, and the cache."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+
+import meshio  # noqa: E402
+import ufl  # noqa: E402
+from dolfinx import fem  # noqa: E402
+from mpi4py import MPI  # noqa: E402
+
+from iceslide_fem import _dolfinx, gmsh_model, mesh_cache, meshing  # noqa: E402
+from iceslide_fem.errors import SceneError  # noqa: E402
+from iceslide_fem.grid import graded, tensor_grid  # noqa: E402
+from iceslide_fem.scene import load_scene  # noqa: E402
+from iceslide_fem.user_mesh import load_user_mesh, mesh_size  # noqa: E402
+
+pytestmark = pytest.mark.fe
+
+ROOT = Path(__file__).parent.parent
+WORLD = MPI.COMM_WORLD
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("ICESLIDE_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def a_scene(model, length=1e-3, width=1e-3, height=1e-3, refinement=1.0, mesh=None):
+    return SimpleNamespace(
+        name="a-scene",
+        model=model,
+        rubber=SimpleNamespace(length=length, width=width, height=height, mesh=mesh),
+        load=SimpleNamespace(duration=7e-3),
+        numerics=SimpleNamespace(refinement=refinement),
+    )
+
+
+def measures(meshed):
+    """Volume, and area of every tagged part."""
+    one = fem.Constant(meshed.mesh, 1.0)
+    outer = ufl.Measure("ds", meshed.mesh, subdomain_data=meshed.facet_tags)
+    volume = _dolfinx.assemble_scalar(_dolfinx.form(one * ufl.dx(meshed.mesh)), WORLD)
+    return volume, {
+        name: _dolfinx.assemble_scalar(_dolfinx.form(one * outer(tag)), WORLD)
+        for name, tag in meshed.tags.items()
+    }
+
+
+# --- grids
+
+
+def test_graded_lines_reach_the_end_and_grow_as_asked():
+    lines = graded(1.0, first=0.01, slope=0.2, largest=0.08)
+    sizes = np.diff(lines)
+    assert lines[0] == 0.0 and lines[-1] == 1.0
+    assert sizes[0] == pytest.approx(0.01, rel=0.15)
+    assert sizes[-1] == pytest.approx(0.08, rel=0.05)
+    assert (np.diff(sizes) > -1e-12).all()
+    assert (sizes[1:] / sizes[:-1]).max() < np.exp(0.2) + 1e-9
+
+
+def test_graded_lines_double_in_number_under_refinement():
+    coarse, fine = graded(1.0, 0.02, 0.2, 0.1), graded(1.0, 0.01, 0.1, 0.05)
+    assert len(fine) - 1 == pytest.approx(2 * (len(coarse) - 1), abs=1)
+
+
+def test_one_cell_where_there_is_no_room():
+    np.testing.assert_array_equal(graded(1.0, 5.0, 0.1, 10.0), [0.0, 1.0])
+    np.testing.assert_array_equal(graded(1.0, 5.0, 0.1, 2.0), [0.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    "scene, counts",
+    [
+        (a_scene("slice"), {"nx": 16, "nz": 12}),
+        (a_scene("block"), {"nx": 10, "ny": 5, "nz": 8}),
+        (a_scene("slice", refinement=2.0), {"nx": 32, "nz": 24}),
+        (a_scene("block", refinement=2.0), {"nx": 20, "ny": 10, "nz": 16}),
+    ],
+)
+def test_divisions_of_a_cube(scene, counts):
+    found = meshing.divisions(scene)
+    assert {name: found[name] for name in counts} == counts
+
+
+def test_divisions_of_thin_and_long_blocks():
+    thin = meshing.divisions(a_scene("slice", height=0.05e-3))
+    assert 2 <= thin["nz"] <= 4 and 20 <= thin["nx"] <= 30
+    long = meshing.divisions(a_scene("slice", length=20e-3, height=6e-3))
+    assert long["largest_m"] <= 4.2 * 6e-3 / long["nz"]
+
+
+def test_cells_are_smallest_at_the_contact_edges():
+    x, y, z = meshing._rubber_lines(meshing._block(a_scene("block")), 1.0)
+    assert np.allclose(x, -x[::-1])
+    assert np.diff(x)[0] == pytest.approx(np.diff(x).max() / 3, rel=0.25)
+    assert np.argmin(np.diff(y)) == len(y) - 2
+    assert np.argmin(np.diff(z)) == 0
+
+
+# --- rubber and ice in DOLFINx
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("model", ["slice", "block"])
+def test_rubber_has_its_volume_and_parts(model):
+    meshed = meshing.rubber_mesh(a_scene(model, 2e-3, 1.5e-3, 1e-3), WORLD)
+    volume, areas = measures(meshed)
+    sides = areas["contact"]
+    if model == "slice":
+        assert volume == pytest.approx(2e-6)
+        assert areas["plate"] == pytest.approx(2e-3)
+        assert 2e-3 + 2 * 0.35e-3 < sides < 2e-3 + 2 * 0.6e-3
+    else:
+        assert volume == pytest.approx(1.5e-9)
+        assert areas["plate"] == pytest.approx(1.5e-6)
+        assert areas["symmetry"] == pytest.approx(2e-6)
+        assert 1.5e-6 + 3.5e-3 * 0.35e-3 < sides < 1.5e-6 + 3.5e-3 * 0.6e-3
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("model", ["slice", "block"])
+def test_ice_covers_the_footprint_and_its_margin(model):
+    scene = a_scene(model)
+    ice = meshing.ice_mesh(scene, WORLD)
+    thermal = (1.105e-6 * 7e-3) ** 0.5
+    length, depth = 1e-3 + 8 * thermal, 5 * thermal
+    width = 1.0 if model == "slice" else 0.5e-3 + 4 * thermal
+    volume, areas = measures(ice)
+    assert volume == pytest.approx(length * width * depth, rel=2e-3)
+    assert areas["surface"] == pytest.approx(length * width, rel=2e-3)
+    assert ("symmetry" in areas) == (model == "block")
+    below = ice.x[(ice.x >= -0.5e-3) & (ice.x <= 0.5e-3)]
+    np.testing.assert_array_equal(below, meshing._rubber_lines(meshing._block(scene), 1.0)[0])
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("model", ["slice", "block"])
+def test_ice_lines_locate_the_nodes(model):
+    ice = meshing.ice_mesh(a_scene(model), WORLD)
+    nodes = ice.mesh.geometry.x
+    lines = [ice.x, ice.z] if model == "slice" else [ice.x, ice.y, ice.z]
+    for axis, line in enumerate(lines):
+        assert np.isin(nodes[:, axis], line).all()
+
+
+def test_ice_layers_start_thin_and_stay_within_the_ratio():
+    for refinement in (1.0, 2.0):
+        ice = meshing.ice_mesh(a_scene("slice", refinement=refinement), MPI.COMM_SELF)
+        layers = np.diff(ice.z)[::-1]
+        assert layers[0] == pytest.approx(4e-6 / refinement, rel=0.1)
+        assert (layers[1:] / layers[:-1]).max() <= 1.38 ** (1 / refinement)
+
+
+def test_ice_range_and_depth_can_be_given():
+    ice = meshing.ice_mesh(
+        a_scene("block"), MPI.COMM_SELF, x_range=(-1e-3, 0.5e-3), y_range=(0, 0.7e-3), depth=1e-4
+    )
+    ends = [(line[0], line[-1]) for line in (ice.x, ice.y, ice.z)]
+    np.testing.assert_allclose(ends, [(-1e-3, 0.5e-3), (0, 0.7e-3), (-1e-4, 0)])
+
+
+# --- files
+
+
+def test_the_cache_is_read_and_rebuilt(cache, monkeypatch):
+    scene = a_scene("block")
+    first = meshing._rubber(scene)
+    (file,) = cache.glob("*.msh")
+    monkeypatch.setattr(meshing, "tensor_grid", None)  # a second call must not build
+    second = meshing._rubber(scene)
+    np.testing.assert_array_equal(first.points[first.cells], second.points[second.cells])
+    for name, facets in first.facets.items():
+        np.testing.assert_array_equal(first.points[facets], second.points[second.facets[name]])
+    monkeypatch.undo()
+    monkeypatch.setenv("ICESLIDE_CACHE", str(cache))
+    meshing._rubber(a_scene("block", height=2e-3))
+    assert len(list(cache.glob("*.msh"))) == 2
+    file.unlink()
+    meshing._rubber(scene)
+    assert file.exists()
+    assert sorted(cache.iterdir()) == sorted(cache.glob("*.msh"))  # nothing unfinished stays
+
+
+def test_another_builder_version_rebuilds(cache, monkeypatch):
+    meshing._rubber(a_scene("slice"))
+    monkeypatch.setattr(mesh_cache, "_BUILDER", 99)
+    meshing._rubber(a_scene("slice"))
+    assert len(list(cache.glob("*.msh"))) == 2
+
+
+def test_an_unusable_cache_is_not_used(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("ICESLIDE_CACHE", str(tmp_path / "file" / "cache"))
+    assert len(meshing._rubber(a_scene("slice")).cells) == 16 * 12
+
+
+def test_meshes_are_written_on_request(tmp_path):
+    paths = meshing.write_mesh(a_scene("block"), tmp_path / "meshes")
+    assert [path.name for path in paths] == ["a-scene_rubber.msh", "a-scene_ice.msh"]
+    written = gmsh_model.load(paths[0], 3, "rubber")
+    assert len(written.cells) == 400
+    assert list(written.facets) == ["contact", "plate", "symmetry"]
+
+
+# --- users' own meshes
+
+
+def a_block(dim=2, **changed):
+    """A rubber block of 2 x (1 x) 1 mm with all its parts; keywords replace or drop (None) some."""
+    lines = [np.linspace(-1e-3, 1e-3, 5), np.linspace(0, 1e-3, 4), np.linspace(0, 1e-3, 5)]
+    parts = {
+        "contact": lambda centre: (centre[:, -1] < 0.6e-3) & (centre[:, dim - 2] != 0.0),
+        "plate": lambda centre: centre[:, -1] == 1e-3,
+    }
+    if dim == 2:
+        parts["contact"] = lambda centre: centre[:, -1] < 0.6e-3
+    parts |= changed
+    chosen = {name: choose for name, choose in parts.items() if choose is not None}
+    return tensor_grid(lines if dim == 3 else [lines[0], lines[2]], "rubber", chosen)
+
+
+def test_a_good_mesh_is_read(tmp_path):
+    for dim in (2, 3):
+        gmsh_model.save(a_block(dim), tmp_path / "block.msh")
+        tagged = load_user_mesh(tmp_path / "block.msh", dim)
+        assert len(tagged.cells) == 16 * (3 if dim == 3 else 1)
+        assert ("symmetry" in tagged.facets) == (dim == 3)
+
+
+def test_the_size_of_a_users_mesh(tmp_path):
+    for dim, nodes in ((2, 9 * 9), (3, 9 * 7 * 9)):
+        size = mesh_size(a_block(dim))
+        assert size["quadratic_nodes"] == nodes
+        assert size["smallest_m"] == pytest.approx(0.25e-3)
+
+
+def raised(by=0.0, scaled=1.0, **changed):
+    block = a_block(**changed)
+    return block._replace(points=scaled * block.points + [0.0, by])
+
+
+def twice(block):
+    return block._replace(facets={**block.facets, "symmetry": block.facets["plate"][:1]})
+
+
+BAD = {
+    'no facets tagged "plate"; tags found: contact': a_block(plate=None),
+    'no facets tagged "contact"; tags found: plate': a_block(contact=None),
+    'no cells tagged "rubber"; tags found: contact, gum, plate': a_block()._replace(body="gum"),
+    '"plate" are not flat, they reach from 0.0005 m to 0.001 m': a_block(
+        contact=lambda centre: centre[:, -1] == 0.0, plate=lambda centre: centre[:, -1] > 0.6e-3
+    ),
+    '"plate" are at 0 m; they must lie on the top at 0.001 m': a_block(
+        contact=lambda centre: centre[:, -1] > 0.3e-3, plate=lambda centre: centre[:, -1] == 0.0
+    ),
+    '"contact" begin at 0.0005 m; they must include the lowest points': a_block(
+        contact=lambda centre: (centre[:, -1] > 0.5e-3) & (centre[:, -1] < 0.9e-3)
+    ),
+    '"contact" lie on the top': a_block(
+        contact=lambda centre: (centre[:, -1] == 0.0) | (centre[:, 0] > 0.5e-3),
+        plate=lambda centre: (centre[:, -1] == 1e-3) & (centre[:, 0] < 0.5e-3),
+    ),
+    "lowest point is at 0.002 m; move the mesh by -0.002 m": raised(by=2e-3),
+    "is 2 m large; its coordinates must be in metres": raised(scaled=1e3),
+    'a facet is tagged "plate" and "symmetry"': twice(a_block()),
+}
+
+
+@pytest.mark.parametrize("message", BAD)
+def test_a_bad_mesh_is_refused_with_the_reason(message, tmp_path):
+    gmsh_model.save(BAD[message], tmp_path / "bad.msh")
+    with pytest.raises(SceneError) as refusal:
+        load_user_mesh(tmp_path / "bad.msh", 2)
+    assert message in str(refusal.value)
+    assert str(tmp_path / "bad.msh") in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+def test_symmetry_must_be_at_the_middle(tmp_path):
+    block = a_block(3)
+    gmsh_model.save(block._replace(points=block.points + [0, 1e-3, 0]), tmp_path / "bad.msh")
+    with pytest.raises(SceneError, match='"symmetry" must be at y = 0'):
+        load_user_mesh(tmp_path / "bad.msh", 3)
+
+
+def test_a_mesh_of_the_wrong_dimension(tmp_path):
+    gmsh_model.save(a_block(2), tmp_path / "flat.msh")
+    with pytest.raises(SceneError, match="must be made of 3-dimensional cells"):
+        load_user_mesh(tmp_path / "flat.msh", 3)
+
+
+def by_meshio(path, cells, tags, points=None):
+    """Write a mesh of given cells, with cell data `tags`: name -> one list per cell block."""
+    if points is None:
+        points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]) * 1e-3
+    meshio.Mesh(points, cells, cell_data=tags).write(path)
+
+
+SQUARE = [("quad", [[0, 1, 2, 3]]), ("line", [[0, 1], [2, 3]])]
+PARTS = {"rubber": [[1], [0, 0]], "contact": [[0], [1, 0]], "plate": [[0], [0, 1]]}
+
+
+def test_a_mesh_that_meshio_reads(tmp_path):
+    by_meshio(tmp_path / "square.vtu", SQUARE, PARTS)
+    tagged = load_user_mesh(tmp_path / "square.vtu", 2)
+    assert tagged.cell_type == "quadrilateral"
+    np.testing.assert_array_equal(tagged.points[tagged.facets["plate"]][..., 1], [[1e-3, 1e-3]])
+
+
+def test_named_sets_that_meshio_reads(tmp_path):
+    points = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * 1e-3
+    names = {"rubber": [[0], []], "contact": [[], [0]], "plate": [[], [1]]}
+    sets = {name: [np.array(part, dtype=int) for part in parts] for name, parts in names.items()}
+    meshio.Mesh(points, SQUARE, cell_sets=sets).write(tmp_path / "square.inp", "abaqus")
+    assert set(load_user_mesh(tmp_path / "square.inp", 2).facets) == {"contact", "plate"}
+
+
+def test_a_mesh_with_facets_inside_is_refused(tmp_path):
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 2, 0], [1, 2, 0]]) * 1e-3
+    cells = [("quad", [[0, 1, 2, 3], [3, 2, 5, 4]]), ("line", [[2, 3], [4, 5]])]
+    tags = {"rubber": [[1, 1], [0, 0]], "contact": [[0, 0], [1, 0]], "plate": [[0, 0], [0, 1]]}
+    by_meshio(tmp_path / "inside.vtu", cells, tags, points)
+    with pytest.raises(SceneError, match='"contact" are not on the outside'):
+        load_user_mesh(tmp_path / "inside.vtu", 2)
+
+
+def test_mixed_and_higher_order_cells_are_refused(tmp_path):
+    cells = [("quad", [[0, 1, 2, 3]]), ("triangle", [[0, 1, 2]]), ("line", [[0, 1], [2, 3]])]
+    tags = {name: [parts[0], [name == "rubber"], parts[1]] for name, parts in PARTS.items()}
+    by_meshio(tmp_path / "mixed.vtu", cells, tags)
+    with pytest.raises(SceneError, match=r"mixes cell types \(quadrilateral, triangle\)"):
+        load_user_mesh(tmp_path / "mixed.vtu", 2)
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.5, 0, 0], [0.5, 0.5, 0], [0, 0.5, 0]])
+    by_meshio(tmp_path / "p2.vtu", [("triangle6", [range(6)])], {"rubber": [[1]]}, points * 1e-3)
+    with pytest.raises(SceneError, match="made of triangle6 cells; allowed are first-order"):
+        load_user_mesh(tmp_path / "p2.vtu", 2)
+
+
+@pytest.mark.parametrize("name", ["bad.msh", "bad.vtu", "bad.unknown"])
+def test_an_unreadable_file_is_refused(name, tmp_path):
+    (tmp_path / name).write_text("this is no mesh")
+    with pytest.raises(SceneError) as refusal:
+        load_user_mesh(tmp_path / name, 2)
+    assert str(refusal.value).startswith(f"mesh {tmp_path / name} ")
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.mpi
+def test_a_bad_mesh_is_refused_on_every_rank(tmp_path):
+    (tmp_path / "bad.msh").write_text("this is no mesh")
+    with pytest.raises(SceneError, match="bad.msh"):
+        meshing.rubber_mesh(a_scene("slice", mesh=tmp_path / "bad.msh"), WORLD)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("model, name", [("slice", "siped_block"), ("block", "siped_block_half")])
+def test_the_example_mesh(model, name):
+    scene = a_scene(model, mesh=ROOT / "meshes" / f"{name}.msh")
+    volume, areas = measures(meshing.rubber_mesh(scene, WORLD))
+    width = 1.0 if model == "slice" else 3e-3
+    corners, sipe = 2 * (1 - np.pi / 4) * 0.4e-3**2, 0.4e-3 * 2.6e-3 + np.pi / 2 * 0.2e-3**2
+    assert volume == pytest.approx(width * (24e-6 - corners - sipe), rel=2e-3)
+    assert areas["plate"] == pytest.approx(6e-3 * width)
+    ice = meshing.ice_mesh(scene, WORLD)
+    assert ice.x[0] < -3e-3 < 3e-3 < ice.x[-1]
+    assert model == "slice" or ice.y[0] == 0.0
+
+
+def test_the_case_of_the_example_mesh():
+    scene = load_scene(ROOT / "cases" / "user_mesh.toml")
+    assert meshing.divisions(scene)["cells"] > 100
