@@ -8,6 +8,7 @@ conduction, and the surface temperature.
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from typing import Protocol
 
 import numpy as np
@@ -64,24 +65,32 @@ class Column:
     def __init__(
         self,
         temperature: float | Array,
-        duration: float,
+        duration: float | Array,
         first_layer: float = FIRST_LAYER,
         ratio: float = LAYER_RATIO,
         depth: float = DEPTH_IN_LAYERS,
     ) -> None:
-        """Column at `temperature` (K, scalar or per point) for runs of `duration` (s).
+        """Column at `temperature` (K) for runs of `duration` (s); both scalar or per point.
 
-        `first_layer` and `depth` are in thermal layers sqrt(alpha * duration).
+        `first_layer` and `depth` are in thermal layers sqrt(alpha * duration) of the shortest
+        and of the longest run.
         """
         self.temperature = np.asarray(temperature, dtype=float)
-        layer = np.sqrt(ICE_DIFFUSIVITY * duration)
-        count = int(np.ceil(np.log1p(depth / first_layer * (ratio - 1.0)) / np.log(ratio)))
-        thickness = first_layer * layer * ratio ** np.arange(count)
+        first = first_layer * np.sqrt(ICE_DIFFUSIVITY * np.min(duration))
+        total = depth * np.sqrt(ICE_DIFFUSIVITY * np.max(duration))
+        count = int(np.ceil(np.log1p(total / first * (ratio - 1.0)) / np.log(ratio)))
+        thickness = first * ratio ** np.arange(count)
         capacity, conduction = _quadratic_elements(thickness)
         rates, modes = eigh(conduction, capacity)
         self.rates = np.maximum(rates, 0.0)
         self.surface = modes[0]
         self._storage = capacity.sum(axis=0) @ modes
+
+    def take(self, index: Array) -> Column:
+        """The column below the points at `index` only (its mesh stays as it is)."""
+        part = copy(self)
+        part.temperature = self.temperature[index]
+        return part
 
     def initial(self, n_points: int) -> Array:
         """Zero amplitudes: the content counts from the initial temperature."""
@@ -89,17 +98,18 @@ class Column:
 
     def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
         """One implicit stage of all amplitudes with the film law at the surface."""
-        decay = 1.0 / (1.0 + np.multiply.outer(self.rates, dt))
-        if decay.ndim == 1:
-            decay = decay[:, None]
+        decay = self._decay(dt)
         offset = self.temperature + self.surface @ (start * decay)
         resistance = np.broadcast_to((self.surface**2 @ decay) * dt, offset.shape)
         result = film(IceSurface(offset, resistance, (MELTING_TEMPERATURE - offset) / resistance))
-        return self.absorb(start, dt, decay, result.ice_flux), result
+        return self.absorb(start, dt, result.ice_flux), result
 
-    def absorb(self, start: Array, dt: Array | float, decay: Array, flux: Array) -> Array:
+    def absorb(self, start: Array, dt: Array | float, flux: Array) -> Array:
         """Amplitudes after an implicit stage with `flux` (W/m2) at the surface."""
-        return (start + np.multiply.outer(self.surface, dt * flux)) * decay
+        return (start + np.multiply.outer(self.surface, dt * flux)) * self._decay(dt)
+
+    def _decay(self, dt: Array | float) -> Array:
+        return 1.0 / (1.0 + self.rates[:, None] * dt)
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature of the surface (K), shape (n_points,)."""
@@ -113,40 +123,42 @@ class Column:
 class HalfSpace:
     """The thesis's closed-form flux after melting: lambda (T_m - T_0) / sqrt(pi alpha t), (5.6).
 
-    Up to melting the surface temperature is that of resolved conduction. (5.6) assumes that the
-    surface jumped to T_m at t = 0; right after the onset it is about half the true flux. t is
-    the time in contact (the thesis's subroutine takes the run time). Content: that of `Column`
-    with the contact time (s) as its last row.
+    Up to melting the surface temperature is that of resolved conduction; from then on it is
+    T_m for good. (5.6) assumes that the surface jumped to T_m at t = 0; right after the onset it
+    is about half the true flux. t is the time in contact (the thesis's subroutine takes the run
+    time). Content: that of `Column` and two more rows, 1 where melting has begun, and t (s).
     """
 
-    def __init__(self, temperature: float | Array, duration: float) -> None:
-        """Half-space at `temperature` (K, scalar or per point) for runs of `duration` (s)."""
+    def __init__(self, temperature: float | Array, duration: float | Array) -> None:
+        """Half-space at `temperature` (K) for runs of `duration` (s); both scalar or per point."""
         self._column = Column(temperature, duration)
 
+    def take(self, index: Array) -> HalfSpace:
+        """The half-space below the points at `index` only."""
+        part = copy(self)
+        part._column = self._column.take(index)
+        return part
+
     def initial(self, n_points: int) -> Array:
-        """Ice at its initial temperature, contact time zero."""
-        return np.vstack([self._column.initial(n_points), np.zeros(n_points)])
+        """Ice at its initial temperature, not melting, contact time zero."""
+        return np.vstack([self._column.initial(n_points), np.zeros((2, n_points))])
 
     def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
-        """One implicit stage: conduction decides on melting, (5.6) is what melting loses."""
-        time = start[-1] + dt
-        true_flux = np.zeros_like(time)
+        """One implicit stage: conduction decides when melting begins, (5.6) what it loses."""
+        begun, time = start[-2] > 0.5, start[-1] + dt
+        closed_form = step_flux(self._column.temperature, time)
 
         def with_closed_form(ice: IceSurface) -> FilmStage:
-            true_flux[:] = ice.melted_flux
-            return film(ice._replace(melted_flux=step_flux(self._column.temperature, time)))
+            offset = np.where(begun, MELTING_TEMPERATURE, ice.offset)
+            return film(IceSurface(offset, ice.resistance, closed_form))
 
-        content, result = self._column.stage(start[:-1], dt, with_closed_form)
-        # The conduction below goes on with the surface held at T_m, not with the flux (5.6).
-        correction = np.where(result.melting, true_flux - result.ice_flux, 0.0)
-        decay = 1.0 / (1.0 + np.multiply.outer(self._column.rates, dt))
-        decay = decay[:, None] if decay.ndim == 1 else decay
-        content = content + np.multiply.outer(self._column.surface, dt * correction) * decay
-        return np.vstack([content, time]), result
+        content, result = self._column.stage(start[:-2], dt, with_closed_form)
+        return np.vstack([content, begun | result.melting, time]), result
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature of the surface (K), shape (n_points,)."""
-        return self._column.surface_temperature(content[:-1])
+        temperature = self._column.surface_temperature(content[:-2])
+        return np.where(content[-2] > 0.5, MELTING_TEMPERATURE, temperature)
 
 
 def _quadratic_elements(thickness: Array) -> tuple[Array, Array]:

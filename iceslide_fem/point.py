@@ -1,0 +1,261 @@
+"""The point rung: the film law and the ice below it at one pressure, for many conditions at once.
+
+Every condition has a time and a step of its own; steps end on melt onset and on saturation, so
+that the integrator keeps its order through both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from iceslide_fem.film import FilmLoads, film_loads
+from iceslide_fem.heat import Column, HalfSpace, IceHeat
+from iceslide_fem.integrators import (
+    INTEGRATORS,
+    Integrator,
+    InterfaceState,
+    Step,
+    advance,
+    error_norms,
+    surface_excess,
+)
+from iceslide_fem.materials import MELTING_TEMPERATURE, Array
+from iceslide_fem.timestep import step_factor
+
+ICE_MODELS: dict[str, type[Column] | type[HalfSpace]] = {
+    "column": Column,
+    "half-space": HalfSpace,
+}
+# The local error allowed per step, relative to the tolerance asked of mu(t).
+LOCAL_SHARE = 0.3
+# How closely a step ends on an event, relative to the tolerance.
+EVENT_SHARE = 0.02
+FIRST_STEP = 1e-5
+
+
+class Conditions(NamedTuple):
+    """What distinguishes the points; arrays of one shape (n,).
+
+    pressure (Pa), speed (m/s), temperature of the ice (K), k, D (m), H_V (m), initial_height
+    (m), duration (s).
+    """
+
+    pressure: Array
+    speed: Array
+    temperature: Array
+    k: Array
+    D: Array
+    H_V: Array
+    initial_height: Array
+    duration: Array
+
+    @classmethod
+    def of(cls, **values: ArrayLike) -> Conditions:
+        """Conditions from anything that broadcasts to one dimension."""
+        arrays = np.broadcast_arrays(*(np.atleast_1d(values[name]) for name in cls._fields))
+        return cls(*(np.array(a, dtype=float).ravel() for a in arrays))
+
+    def loads(self) -> FilmLoads:
+        """The film's loads, constant in time."""
+        return film_loads(self.pressure, self.speed, self.k, self.D, self.H_V)
+
+    def take(self, index: Array) -> Conditions:
+        """The conditions at `index`."""
+        return Conditions(*(part[index] for part in self))
+
+
+@dataclass
+class PointResult:
+    """Results of `simulate`; arrays (n,), times in s, NaN where something did not happen.
+
+    mu_mean is the time average (5.35); samples holds mu at the sample times, (n_times, n).
+    """
+
+    mu_peak: Array
+    mu_peak_time: Array
+    mu_mean: Array
+    mu_end: Array
+    melt_onset: Array
+    saturation: Array
+    film_height: Array
+    squeezed_height: Array
+    steps: Array
+    rejected: Array
+    samples: Array
+
+
+class Record(NamedTuple):
+    """An accepted step: the conditions' indices, their places in the arrays of `step`, the times
+    at its start and its length (s), and the loads."""
+
+    index: Array
+    place: Array
+    time: Array
+    dt: Array
+    loads: FilmLoads
+    step: Step
+
+
+class IntegrationStopped(ArithmeticError):
+    """The film could not be advanced: the message says where and why."""
+
+
+def simulate(
+    conditions: Conditions,
+    ice: str = "column",
+    tolerance: float = 1e-3,
+    integrator: str = "sdirk3",
+    times: ArrayLike = (),
+    fixed_step: float | None = None,
+    observe: Callable[[Record], None] | None = None,
+) -> PointResult:
+    """Integrate all `conditions` from t = 0 to their duration.
+
+    `ice` is `column` or `half-space`; `tolerance` the relative error of mu(t) aimed at;
+    `times` (s) where mu is sampled; `fixed_step` (s) replaces error control; `observe` is called
+    with every accepted step. Raises IntegrationStopped where a step cannot be made.
+    """
+    method = INTEGRATORS[integrator]
+    if fixed_step is None and not method.estimate:
+        raise ValueError(f"{integrator} has no error estimate: give fixed_step")
+    n = conditions.pressure.size
+    sample_times = np.asarray(times, dtype=float)
+    mu_start = conditions.loads().viscous / (conditions.pressure * conditions.initial_height)
+    result = PointResult(
+        *(np.full(n, np.nan) for _ in range(8)),
+        steps=np.zeros(n, dtype=int),
+        rejected=np.zeros(n, dtype=int),
+        samples=np.full((sample_times.size, n), np.nan),
+    )
+    result.mu_peak, result.mu_peak_time, result.mu_mean = mu_start.copy(), np.zeros(n), np.zeros(n)
+    result.samples[sample_times <= 0.0] = mu_start
+
+    heat = ICE_MODELS[ice](conditions.temperature, conditions.duration)
+    active = np.arange(n)
+    here = conditions
+    state = InterfaceState(np.log(here.initial_height), np.zeros(n), heat.initial(n))
+    time = np.zeros(n)
+    dt = FIRST_STEP * here.duration if fixed_step is None else np.full(n, fixed_step)
+    loads = here.loads()
+
+    while active.size:
+        left = here.duration - time
+        dt_try = np.minimum(dt, left)
+        step = advance(state, loads, loads, dt_try, heat, method)
+        undercooling = MELTING_TEMPERATURE - here.temperature
+        if fixed_step is None:
+            error = error_norms(step, heat, state, here.H_V, undercooling)
+            error = error / (LOCAL_SHARE * tolerance)
+        else:
+            error = np.where(np.isfinite(step.state.log_height), 0.0, np.inf)
+        fraction = _event_fraction(step, state, heat, here, EVENT_SHARE * tolerance)
+        good = (error <= 1.0) & (fraction >= 1.0)
+        _refuse_hopeless(error, dt_try, here, time)
+
+        accepted = np.flatnonzero(good)
+        if accepted.size:
+            record = Record(active[accepted], accepted, time, dt_try, loads, step)
+            _note(result, record, here, state, sample_times)
+            if observe is not None:
+                observe(record)
+        result.rejected[active[~good]] += 1
+        time = np.where(good, time + dt_try, time)
+        state = InterfaceState(
+            *(np.where(good, b, a) for a, b in zip(state, step.state, strict=True))
+        )
+        if fixed_step is None:
+            # An event cuts this step only: the error says how long the next one may be.
+            wanted = dt_try * step_factor(error, method.estimate_order)
+            dt = np.where(fraction < 1.0, np.minimum(fraction * dt_try, wanted), wanted)
+            dt = np.where(good & (dt_try < dt), np.maximum(dt, dt_try), dt)
+        else:
+            dt = np.where(fraction < 1.0, fraction * dt_try, fixed_step)
+
+        running = time < here.duration * (1.0 - 1e-12)
+        if not running.all():
+            keep = np.flatnonzero(running)
+            active, time, dt = active[keep], time[keep], dt[keep]
+            here = here.take(keep)
+            loads = here.loads()
+            state = InterfaceState(*(part[..., keep] for part in state))
+            heat = heat.take(keep)
+    result.mu_mean /= conditions.duration
+    return result
+
+
+def _event_fraction(
+    step: Step, start: InterfaceState, heat: IceHeat, here: Conditions, share: float
+) -> Array:
+    """Fraction of the step at which melting or saturation sets in; 1 where neither does.
+
+    On the straight line of surface temperature and of H_s; a step that ends within `share` of
+    the event (relative to T_m - T_0 and to H_V) counts as ending on it.
+    """
+    excess = surface_excess(step)
+    lack = MELTING_TEMPERATURE - heat.surface_temperature(start.ice)
+    slack = share * (MELTING_TEMPERATURE - here.temperature)
+    melts = _fraction(lack, excess, slack)
+    room = here.H_V - start.squeezed_height
+    fills = _fraction(room, step.last.overfill, share * here.H_V)
+    return np.maximum(np.minimum(melts, fills), 0.01)
+
+
+def _fraction(before: Array, beyond: Array, slack: Array) -> Array:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        fraction = (before + 0.5 * slack) / (before + beyond)
+    return np.where((before > slack) & (beyond > slack), fraction, 1.0)
+
+
+def _refuse_hopeless(error: Array, dt: Array, here: Conditions, time: Array) -> None:
+    """Raise IntegrationStopped where a step fails that is too short to be cut further."""
+    stuck = np.flatnonzero(~np.isfinite(error) & (dt < 1e-13 * here.duration))
+    if stuck.size:
+        i = stuck[0]
+        raise IntegrationStopped(
+            f"the film at {here.pressure[i]:.4g} Pa and {here.speed[i]:.4g} m/s cannot be advanced "
+            f"beyond t = {time[i]:.4g} s: the step would have to be below {dt[i]:.1e} s"
+        )
+
+
+def _note(
+    result: PointResult,
+    record: Record,
+    here: Conditions,
+    start: InterfaceState,
+    sample_times: Array,
+) -> None:
+    """Enter an accepted step into the results."""
+    i, at, step = record.index, record.place, record.step
+    dt, t0 = record.dt[at], record.time[at]
+    t1 = t0 + dt
+    factor = record.loads.viscous[at] / here.pressure[at]
+    y1 = step.state.log_height[at]
+    mu = factor * np.exp(-y1)
+    result.mu_mean[i] += dt * factor * step.mean_inverse_height[at]
+    higher = mu > result.mu_peak[i]
+    result.mu_peak[i[higher]], result.mu_peak_time[i[higher]] = mu[higher], t1[higher]
+    result.mu_end[i], result.film_height[i] = mu, np.exp(y1)
+    result.squeezed_height[i] = step.state.squeezed_height[at]
+    result.steps[i] += 1
+    for times, switch in (
+        (result.melt_onset, step.last.melting[at]),
+        (result.saturation, step.last.saturated[at]),
+    ):
+        first = switch & np.isnan(times[i])
+        times[i[first]] = t1[first]
+    if sample_times.size:
+        low, high = np.searchsorted(sample_times, (t0.min(), t1.max()), side="right")
+        y0, rate = start.log_height[at], step.height_rate[at]
+        for j in range(low, high):
+            tau = sample_times[j]
+            inside = (tau > t0) & (tau <= t1)
+            left = (t1 - tau)[inside]
+            s = left / dt[inside]
+            curve = y0[inside] - y1[inside] + rate[inside] * dt[inside]
+            y = y1[inside] - rate[inside] * left + s**2 * curve
+            result.samples[j, i[inside]] = factor[inside] * np.exp(-y)
