@@ -1,9 +1,9 @@
 """Every difference between DOLFINx 0.5.2 and 0.11, and nothing else.
 
-The rest of the package imports DOLFINx through this module first: it loads the wheel's start-up
-module where there is one, and keeps the C compiler's log of every form off the screen.
-Names that are the same in all versions (`fem.Function`, `fem.dirichletbc`,
-`fem.locate_dofs_topological`, `ufl.Measure`, ...) are used directly from DOLFINx.
+The rest of the package takes DOLFINx from here (`from iceslide_fem._dolfinx import MPI, PETSc,
+fem, ufl`), because this module loads the wheel's start-up module first where there is one, and
+keeps the C compiler's log of every form off the screen. What is the same in all versions
+(`fem.Function`, `fem.dirichletbc`, `ufl.Measure`, ...) has no function here.
 """
 
 from __future__ import annotations

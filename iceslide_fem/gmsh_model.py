@@ -14,10 +14,10 @@ from typing import Any, NamedTuple, TypeVar
 
 import gmsh
 import numpy as np
-from mpi4py import MPI
 from numpy.typing import NDArray
 
 from iceslide_fem import _dolfinx
+from iceslide_fem._dolfinx import MPI
 from iceslide_fem.errors import SceneError
 
 IntArray = NDArray[np.int64]
@@ -112,10 +112,10 @@ def load(path: Path, dim: int, body: str) -> TaggedMesh:
                     corners = model.mesh.getElementProperties(number)[3]
                     blocks.append((name, group_dim, kind, tags.reshape(-1, corners)))
         numbers, coordinates, _ = model.mesh.getNodes()
-    return assemble(path, dim, body, numbers, coordinates.reshape(-1, 3), blocks)
+    return from_blocks(path, dim, body, numbers, coordinates.reshape(-1, 3), blocks)
 
 
-def assemble(
+def from_blocks(
     path: Path,
     dim: int,
     body: str,
@@ -130,7 +130,8 @@ def assemble(
     """
     bodies = [block for block in blocks if block[0] == body]
     if not bodies:
-        raise SceneError(f'mesh {path} has no cells tagged "{body}"')
+        found = ", ".join(sorted({block[0] for block in blocks} - {""})) or "none"
+        raise SceneError(f'mesh {path} has no cells tagged "{body}"; tags found: {found}')
     if {block[1] for block in bodies} != {dim}:
         raise SceneError(f'mesh {path}: "{body}" must be made of {dim}-dimensional cells')
     kinds = sorted({block[2] for block in bodies})

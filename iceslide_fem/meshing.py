@@ -12,22 +12,20 @@ size by the same number, so meshes of different refinement are similar.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from mpi4py import MPI
 from numpy.typing import NDArray
 
 from iceslide_fem import gmsh_model
+from iceslide_fem._dolfinx import MPI
 from iceslide_fem.gmsh_model import TaggedMesh
+from iceslide_fem.grid import Lines, graded, tensor_grid
 from iceslide_fem.materials import ICE_DIFFUSIVITY
 from iceslide_fem.mesh_cache import cached
+from iceslide_fem.scene import Scene
 from iceslide_fem.user_mesh import load_user_mesh, mesh_size
-
-Lines = NDArray[np.float64]
-_Chooser = Callable[[Lines], NDArray[np.bool_]]
 
 # Rubber. The reference cell is the height (or the lateral size, if smaller) over CELLS. A block
 # whose height is less than FLAT of its length takes fewer, by the square root, because away from
@@ -70,7 +68,7 @@ class IceMesh(NamedTuple):
     z: Lines
 
 
-def rubber_mesh(scene: Any, comm: MPI.Comm) -> RubberMesh:
+def rubber_mesh(scene: Scene, comm: MPI.Comm) -> RubberMesh:
     """Mesh of the scene's rubber block, or the user's own if `rubber.mesh` names one.
 
     Collective. Raises SceneError if the user's mesh can't be used.
@@ -80,7 +78,7 @@ def rubber_mesh(scene: Any, comm: MPI.Comm) -> RubberMesh:
 
 
 def ice_mesh(
-    scene: Any,
+    scene: Scene,
     comm: MPI.Comm,
     x_range: tuple[float, float] | None = None,
     y_range: tuple[float, float] | None = None,
@@ -102,7 +100,7 @@ def ice_mesh(
     return IceMesh(*gmsh_model.distribute(tagged, comm), lines[0], y, lines[-1])
 
 
-def divisions(scene: Any) -> dict[str, float]:
+def divisions(scene: Scene) -> dict[str, float]:
     """Size of the rubber's mesh: cells nx, ny (block only), nz of the built-in grid; cells;
     nodes of the quadratic elements; smallest and largest cell edge in m.
     """
@@ -120,7 +118,7 @@ def divisions(scene: Any) -> dict[str, float]:
     }
 
 
-def write_mesh(scene: Any, folder: Path | str) -> list[Path]:
+def write_mesh(scene: Scene, folder: Path | str) -> list[Path]:
     """Write the scene's rubber and ice meshes as gmsh files to `folder`; returns their paths."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -132,45 +130,31 @@ def write_mesh(scene: Any, folder: Path | str) -> list[Path]:
     return paths
 
 
-def graded(length: float, first: float, slope: float, largest: float = math.inf) -> Lines:
-    """Grid lines from 0 to `length` with cells of about s(x) = min(first + slope x, largest).
-
-    The lines are evenly spaced in N(x) = integral of dx / s, the number of cells up to x, after
-    N(length) is rounded to a whole number (at least 1). Same units for all but `slope`.
-    """
-    turn = min(max((largest - first) / slope, 0.0), length)
-    cells_to_turn = math.log1p(slope * turn / first) / slope
-    cells = cells_to_turn + (length - turn) / min(first + slope * turn, largest)
-    number = np.linspace(0.0, cells, max(round(cells), 1) + 1)
-    growing = first / slope * np.expm1(slope * np.minimum(number, cells_to_turn))
-    lines = (
-        growing + np.maximum(number - cells_to_turn, 0.0) * largest if turn < length else growing
-    )
-    lines[-1] = length
-    return lines
-
-
 class _Block(NamedTuple):
     """Ranges of x and (in 3-D) y that the rubber covers, and its height, in m.
 
-    y begins at 0 if the block is the half of a symmetric one.
+    If it is `symmetric`, y begins at 0 and the other half is left out.
     """
 
     ranges: list[tuple[float, float]]
     height: float
+    symmetric: bool
 
 
-def _block(scene: Any) -> _Block:
+def _block(scene: Scene) -> _Block:
     rubber = scene.rubber
     if rubber.mesh is not None:
-        points = _rubber(scene).points
-        low, high = points.min(axis=0), points.max(axis=0)
-        return _Block(list(zip(low[:-1], high[:-1], strict=True)), high[-1])
+        tagged = _rubber(scene)
+        low, high = tagged.points.min(axis=0), tagged.points.max(axis=0)
+        ranges = list(zip(low[:-1], high[:-1], strict=True))
+        return _Block(ranges, high[-1], "symmetry" in tagged.facets)
     x, y = (-rubber.length / 2, rubber.length / 2), (0.0, rubber.width / 2)
-    return _Block([x] if scene.model == "slice" else [x, y], rubber.height)
+    if scene.model == "slice":
+        return _Block([x], rubber.height, symmetric=False)
+    return _Block([x, y], rubber.height, symmetric=True)
 
 
-def _rubber(scene: Any) -> TaggedMesh:
+def _rubber(scene: Scene) -> TaggedMesh:
     if scene.rubber.mesh is not None:
         return load_user_mesh(scene.rubber.mesh, 2 if scene.model == "slice" else 3)
     block = _block(scene)
@@ -186,19 +170,21 @@ def _rubber(scene: Any) -> TaggedMesh:
 
     parts = {"contact": contact, "plate": plate}
     parameters = [CONTACT_HEIGHT, *(line.tolist() for line in lines)]
-    return cached("rubber", len(lines), parameters, lambda: _grid(lines, "rubber", parts))
+    return cached("rubber", len(lines), parameters, lambda: tensor_grid(lines, "rubber", parts))
 
 
 def _ice(lines: list[Lines]) -> TaggedMesh:
     parts = {"surface": lambda centre: centre[:, -1] == 0.0}
     parameters = [line.tolist() for line in lines]
-    return cached("ice", len(lines), parameters, lambda: _grid(lines, "ice", parts))
+    return cached("ice", len(lines), parameters, lambda: tensor_grid(lines, "ice", parts))
 
 
 def _reference_cell(block: _Block, refinement: float) -> tuple[float, float]:
     """Reference cell and the length that the slopes refer to, both in m."""
-    # half a symmetric block is as fine as the whole
-    lateral = min(high - low if low < 0.0 else 2 * high for low, high in block.ranges)
+    lengths = [high - low for low, high in block.ranges]
+    if block.symmetric:
+        lengths[1] *= 2
+    lateral = min(lengths)
     cells = CELLS[len(block.ranges) + 1] * math.sqrt(min(1.0, block.height / (FLAT * lateral)))
     size = min(lateral, block.height)
     return size / (max(cells, FEWEST_CELLS) * refinement), size
@@ -214,8 +200,8 @@ def _rubber_lines(block: _Block, refinement: float) -> list[Lines]:
     """Grid lines of the rubber in x, (y,) z."""
     cell, size = _reference_cell(block, refinement)
     lines = []
-    for low, high in block.ranges:
-        if low == 0.0:
+    for axis, (low, high) in enumerate(block.ranges):
+        if axis == 1 and block.symmetric:
             lines.append(high - _from_edge(high, cell, size)[::-1])
         else:
             half = _from_edge((high - low) / 2, cell, size)
@@ -225,7 +211,7 @@ def _rubber_lines(block: _Block, refinement: float) -> list[Lines]:
 
 
 def _ice_lines(
-    scene: Any,
+    scene: Scene,
     x_range: tuple[float, float] | None = None,
     y_range: tuple[float, float] | None = None,
     depth: float | None = None,
@@ -239,46 +225,16 @@ def _ice_lines(
         return _from_edge(distance, cell, size)[1:] if distance > 0.0 else np.empty(0)
 
     lines = []
-    below = _rubber_lines(block, refinement)
-    for inner, (low, high), wanted in zip(below, block.ranges, (x_range, y_range), strict=False):
+    *below, _ = _rubber_lines(block, refinement)
+    for inner, wanted in zip(below, (x_range, y_range), strict=False):
+        low, high = inner[0], inner[-1]
         start, end = wanted or (low - MARGIN * thermal, high + MARGIN * thermal)
-        before = beyond(low - start if low < 0.0 else 0.0)
-        lines.append(np.concatenate([low - before[::-1], inner, high + beyond(end - high)]))
+        lines.append(
+            np.concatenate([low - beyond(low - start)[::-1], inner, high + beyond(end - high)])
+        )
+    if block.symmetric:
+        lines[1] = lines[1][lines[1] >= 0.0]
     slope = math.log(LAYER_RATIO) / refinement
     first = SURFACE_LAYER / refinement * slope / math.expm1(slope)  # so that graded starts with it
     layers = graded(DEPTH * thermal if depth is None else depth, first, slope)
     return [*lines, -layers[::-1]]
-
-
-def _grid(lines: list[Lines], body: str, parts: Mapping[str, _Chooser]) -> TaggedMesh:
-    """Tensor-product grid; `parts` choose outer facets by their centres (n, dim).
-
-    In 3-D a side at y = 0 is the part `symmetry`.
-    """
-    dim = len(lines)
-    shape = [len(line) for line in lines]
-    number = np.arange(math.prod(shape)).reshape(shape)
-    points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, dim)
-    sides = [np.take(number, end, axis) for axis in range(dim) for end in (0, -1)]
-    facets = np.concatenate([_corners(side) for side in sides])
-    centre = points[facets].mean(axis=1)
-    if dim == 3:
-        parts = {**parts, "symmetry": lambda centre: centre[:, 1] == 0.0}
-    chosen = {
-        name: facets[inside] for name, choose in parts.items() if (inside := choose(centre)).any()
-    }
-    kind = "quadrilateral" if dim == 2 else "hexahedron"
-    return TaggedMesh(points, kind, _corners(number), chosen, body)
-
-
-def _corners(number: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Corner nodes (cells, 2**dim) of the cells of a grid of node numbers, in gmsh's order."""
-    ends = (slice(None, -1), slice(1, None))
-    around = [(0, 0), (1, 0), (1, 1), (0, 1)]
-    order: dict[int, list[tuple[int, ...]]] = {
-        1: [(0,), (1,)],
-        2: [*around],
-        3: [(*corner, above) for above in (0, 1) for corner in around],
-    }
-    corners = [number[tuple(ends[end] for end in corner)] for corner in order[number.ndim]]
-    return np.stack([corner.ravel() for corner in corners], axis=-1)

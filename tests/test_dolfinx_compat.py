@@ -5,7 +5,7 @@ import logging
 import numpy as np
 import pytest
 
-pytest.importorskip("dolfinx")
+pytest.importorskip("iceslide_fem._dolfinx")  # before anything of DOLFINx
 
 import ufl  # noqa: E402
 from dolfinx import fem  # noqa: E402

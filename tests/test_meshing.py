@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-pytest.importorskip("dolfinx")
+pytest.importorskip("iceslide_fem._dolfinx")  # before anything of DOLFINx
 
 import meshio  # noqa: E402
 import ufl  # noqa: E402
