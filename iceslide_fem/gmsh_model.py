@@ -101,7 +101,7 @@ def load(path: Path, dim: int, body: str) -> TaggedMesh:
         try:
             gmsh.merge(str(path))
         except Exception as error:  # gmsh raises nothing more specific
-            raise SceneError(f"mesh {path} can't be read by gmsh: {error}") from None
+            raise SceneError(f"mesh {path} can't be read by gmsh: {str(error).strip()}") from None
         blocks = []
         for group_dim, group in model.getPhysicalGroups():
             name = model.getPhysicalName(group_dim, group)

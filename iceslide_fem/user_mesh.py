@@ -11,8 +11,10 @@ MED family, or cell data of that name that are not zero; facets must be cells of
 
 from __future__ import annotations
 
+import io
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import redirect_stderr
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +26,7 @@ from iceslide_fem import gmsh_model
 from iceslide_fem.errors import SceneError
 from iceslide_fem.gmsh_model import TaggedMesh
 
+PARTS = ("contact", "plate", "symmetry")
 LARGEST = 1.0  # m; what is larger was drawn in other units
 TOLERANCE = 1e-6  # of the height, for what must lie in a plane
 
@@ -51,18 +54,20 @@ def load_user_mesh(path: Path | str, dim: int) -> TaggedMesh:
     path = Path(path)
     read = gmsh_model.load if path.suffix == ".msh" else _load_by_meshio
     tagged = read(path, dim, "rubber")
-    check(path, tagged)
-    return tagged
-
-
-def check(path: Path, tagged: TaggedMesh) -> None:
-    """Raise SceneError if the parts of a mesh are not where the module's docstring says."""
-    points, height = tagged.points, tagged.points[:, -1].max()
-    near = TOLERANCE * np.ptp(points[:, -1])
     for name in ("contact", "plate"):
         if name not in tagged.facets:
             found = ", ".join(tagged.facets) or "none"
-            raise SceneError(f'mesh {path} has no facets tagged "{name}"; tagged are: {found}')
+            raise SceneError(f'mesh {path} has no facets tagged "{name}"; tags found: {found}')
+    known = {name: tagged.facets[name] for name in PARTS if name in tagged.facets}
+    tagged = tagged._replace(facets=known)
+    _check_placement(path, tagged)
+    return tagged
+
+
+def _check_placement(path: Path, tagged: TaggedMesh) -> None:
+    """Raise SceneError if the parts of a mesh are not where the module's docstring says."""
+    points, height = tagged.points, tagged.points[:, -1].max()
+    near = TOLERANCE * np.ptp(points[:, -1])
     size = np.ptp(points, axis=0).max()
     if size > LARGEST:
         raise SceneError(f"mesh {path} is {size:g} m large; its coordinates must be in metres")
@@ -143,10 +148,13 @@ def _check_facets(path: Path, tagged: TaggedMesh) -> None:
 
 
 def _load_by_meshio(path: Path, dim: int, body: str) -> TaggedMesh:
+    said = io.StringIO()
     try:
-        mesh = meshio.read(path)
-    except (Exception, SystemExit) as error:  # meshio leaves the program on a bad file
-        raise SceneError(f"mesh {path} can't be read by meshio: {error}") from None
+        with redirect_stderr(said):
+            mesh = meshio.read(path)
+    except (Exception, SystemExit) as error:  # on a bad file meshio prints and exits
+        reason = " ".join((said.getvalue() or str(error)).split())
+        raise SceneError(f"mesh {path} can't be read by meshio: {reason}") from None
     coordinates = np.zeros((len(mesh.points), 3))
     coordinates[:, : mesh.points.shape[1]] = mesh.points
     blocks = []
@@ -156,14 +164,15 @@ def _load_by_meshio(path: Path, dim: int, body: str) -> TaggedMesh:
             kind = _MESHIO_KINDS.get(cells.type, cells.type)
             blocks.append((name, cells.dim, kind, cells.data[marked].astype(np.int64)))
     numbers = np.arange(len(coordinates))
-    return gmsh_model.assemble(path, dim, body, numbers, coordinates, blocks)
+    return gmsh_model.from_blocks(path, dim, body, numbers, coordinates, blocks)
 
 
 def _names(mesh: Any) -> Iterator[tuple[str, int, NDArray[np.bool_]]]:
     """(name, number of a cell block, which of its cells have that name)."""
-    families = {
-        name: ids for ids, names in getattr(mesh, "cell_tags", {}).items() for name in names
-    }
+    # MED: an element belongs to one family, which may have several names
+    families = [
+        (name, family) for family, names in getattr(mesh, "cell_tags", {}).items() for name in names
+    ]
     for number, cells in enumerate(mesh.cells):
         for name, members in mesh.cell_sets.items():
             if not name.startswith("gmsh:") and members[number] is not None:
@@ -171,8 +180,8 @@ def _names(mesh: Any) -> Iterator[tuple[str, int, NDArray[np.bool_]]]:
         for name, data in mesh.cell_data.items():
             values = np.asarray(data[number])
             if name == "cell_tags":
-                for family, tag in families.items():
-                    yield family, number, values == tag
+                for group, family in families:
+                    yield group, number, values == family
             elif name == "gmsh:physical":
                 for group, (tag, dim) in mesh.field_data.items():
                     yield group, number, (values == tag) & (cells.dim == dim)

@@ -17,7 +17,7 @@ from iceslide_fem import _dolfinx, gmsh_model, mesh_cache, meshing  # noqa: E402
 from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.grid import graded, tensor_grid  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
-from iceslide_fem.user_mesh import load_user_mesh, mesh_size  # noqa: E402
+from iceslide_fem.user_mesh import _names, load_user_mesh, mesh_size  # noqa: E402
 
 pytestmark = pytest.mark.fe
 
@@ -376,3 +376,19 @@ def test_the_example_mesh(model, name):
 def test_the_case_of_the_example_mesh():
     scene = load_scene(ROOT / "cases" / "user_mesh.toml")
     assert meshing.divisions(scene)["cells"] > 100
+
+
+def test_med_families_and_gmsh_groups_are_names():
+    mesh = meshio.Mesh(np.zeros((4, 2)), SQUARE, cell_data={"cell_tags": [[-1], [-2, -3]]})
+    mesh.cell_tags = {-1: ["rubber"], -2: ["contact", "outer"], -3: ["plate", "outer"]}
+    outer = [marked for name, number, marked in _names(mesh) if (name, number) == ("outer", 1)]
+    np.testing.assert_array_equal(outer, [[True, False], [False, True]])
+    mesh = meshio.Mesh(
+        np.zeros((4, 2)),
+        SQUARE,
+        cell_data={"gmsh:physical": [[1], [1, 2]]},
+        field_data={"rubber": np.array([1, 2]), "contact": np.array([1, 1])},
+    )
+    found = {(name, number): list(marked) for name, number, marked in _names(mesh)}
+    assert found["rubber", 0] == [True] and found["rubber", 1] == [False, False]
+    assert found["contact", 1] == [True, False]
