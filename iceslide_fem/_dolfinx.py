@@ -152,11 +152,16 @@ def create_matrix(bilinear_form: Any) -> PETSc.Mat:
 
 def assemble_vector(vector: PETSc.Vec, linear_form: Any) -> PETSc.Vec:
     """Overwrite `vector` with the assembled linear form; ghost contributions are summed."""
+    assemble_shares(vector, linear_form)
+    sum_ghosts(vector)
+    return vector
+
+
+def assemble_shares(vector: PETSc.Vec, linear_form: Any) -> None:
+    """Overwrite `vector` with this rank's shares of the linear form, ghosts not yet summed."""
     with vector.localForm() as local:
         local.set(0.0)
     fem_petsc.assemble_vector(vector, linear_form)
-    sum_ghosts(vector)
-    return vector
 
 
 def assemble_matrix(

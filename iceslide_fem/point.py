@@ -17,7 +17,6 @@ from iceslide_fem.film import FilmLoads, film_loads
 from iceslide_fem.heat import Column, HalfSpace, IceHeat
 from iceslide_fem.integrators import (
     INTEGRATORS,
-    Integrator,
     InterfaceState,
     Step,
     advance,

@@ -1,0 +1,142 @@
+"""Unilateral contact with the plane of the ice by penalty, and the tangential tractions on it.
+
+The ice is the plane z = 0, so the gap is the z of the deformed surface. All functions are local
+to quadrature points; `contact_forces` turns tractions into nodal forces and their tangent.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.film import FilmLoads, film_loads
+from iceslide_fem.materials import WATER_VISCOSITY, Array, ConstantContact, ContactTable
+from iceslide_fem.surface import ContactSurface
+
+
+class Traction(NamedTuple):
+    """Tangential traction on the rubber and its derivatives at the points.
+
+    value: (f, q, d-1), Pa; by_pressure: (f, q, d-1); by_displacement: (f, q, d-1, d-1), Pa/m.
+    """
+
+    value: Array
+    by_pressure: Array
+    by_displacement: Array
+
+
+@dataclass(frozen=True)
+class FilmFriction:
+    """The film law's parameters as they follow from the contact pressure.
+
+    parameters: k, D, H_V of the pressure; nominal: the pressure (Pa) that they and the squeeze
+    term follow instead of the local one, or None; ramp_pressure: shear is faded in over this
+    pressure (Pa), because the film's shear does not vanish with p and would jump where an edge
+    touches down.
+    """
+
+    parameters: ContactTable | ConstantContact
+    nominal: float | None
+    ramp_pressure: float
+
+    def loads(self, pressure: Array, speed: Array) -> FilmLoads:
+        """Loads of the film at local `pressure` (Pa) and `speed` (m/s)."""
+        p, k, D, H_V, _ = self._parameters(pressure)
+        ramp, _ = self._ramp(pressure)
+        return film_loads(np.where(pressure > 0.0, p, 0.0), speed, ramp * k, D, H_V)
+
+    def shear(self, pressure: Array, speed: Array, film_height: Array) -> tuple[Array, Array]:
+        """tau = k eta v / h (5.29), faded in with pressure (Pa), and d tau / d p."""
+        _, k, _, _, dk_dp = self._parameters(pressure)
+        ramp, slope = self._ramp(pressure)
+        factor = WATER_VISCOSITY * speed / film_height
+        return ramp * k * factor, (slope * k + ramp * dk_dp) * factor
+
+    def _parameters(self, pressure: Array) -> tuple[Array, Array, Array, Array, Array]:
+        if self.nominal is None:
+            return (pressure, *self.parameters(pressure))
+        p = np.full_like(pressure, self.nominal)
+        k, D, H_V, dk_dp = self.parameters(p)
+        return p, k, D, H_V, np.zeros_like(dk_dp)
+
+    def _ramp(self, pressure: Array) -> tuple[Array, Array]:
+        x = pressure / self.ramp_pressure
+        return np.clip(x, 0.0, 1.0), np.where((x > 0.0) & (x < 1.0), 1.0 / self.ramp_pressure, 0.0)
+
+
+def normal_pressure(gap: Array, penalty: float) -> Array:
+    """Contact pressure p = eps <-g> (Pa) for the gap (m) and the penalty eps (Pa/m)."""
+    return penalty * np.maximum(-gap, 0.0)
+
+
+def static_friction(
+    pressure: Array, displacement: Array, coefficient: float, length: float
+) -> Traction:
+    """Coulomb friction against the displacement since first contact, regularised over `length`.
+
+    t = -mu p u / sqrt(|u|^2 + length^2) with the tangential displacement u (f, q, d-1), m.
+    """
+    u = displacement
+    size = np.sqrt((u**2).sum(axis=-1, keepdims=True) + length**2)
+    direction = u / size
+    identity = np.eye(u.shape[-1])
+    slope = (identity - direction[..., :, None] * direction[..., None, :]) / size[..., None]
+    strength = coefficient * pressure[..., None]
+    return Traction(-strength * direction, -coefficient * direction, -strength[..., None] * slope)
+
+
+def sliding_friction(shear: Array, by_pressure: Array, components: int) -> Traction:
+    """Shear stress (f, q) that acts on the rubber against the sliding direction +x."""
+    value = np.zeros((*shear.shape, components))
+    slope = np.zeros_like(value)
+    value[..., 0], slope[..., 0] = -shear, -by_pressure
+    return Traction(value, slope, np.zeros((*shear.shape, components, components)))
+
+
+def blend(first: Traction, second: Traction, fraction: float) -> Traction:
+    """(1 - fraction) * first + fraction * second."""
+    return Traction(
+        *((1.0 - fraction) * a + fraction * b for a, b in zip(first, second, strict=True))
+    )
+
+
+class ContactState(NamedTuple):
+    """Contact at a displacement: gap (m), pressure (Pa), covered area (m2), all (f, q)."""
+
+    gap: Array
+    pressure: Array
+    area: Array
+
+
+def contact_state(surface: ContactSurface, u: Array, penalty: float) -> ContactState:
+    """Gap, pressure and area at the points for nodal displacements `u` (blocked dofs, d)."""
+    gap = surface.positions(u)[..., -1]
+    area, _ = surface.footprint(u)
+    return ContactState(gap, normal_pressure(gap, penalty), area)
+
+
+def contact_forces(surface: ContactSurface, u: Array, penalty: float, traction: Traction) -> Array:
+    """Nodal forces (f, a, d), N (N/m in a slice), of pressure and tangential traction."""
+    state = contact_state(surface, u, penalty)
+    stress = np.concatenate([traction.value, state.pressure[..., None]], axis=-1)
+    return np.asarray(
+        np.einsum("fqa,fqd,fq->fad", surface.shape, stress, state.area, optimize=True)
+    )
+
+
+def contact_tangent(surface: ContactSurface, u: Array, penalty: float, traction: Traction) -> Array:
+    """Derivative of `contact_forces` by the nodal displacements: (f, a, d, a, d), N/m."""
+    state = contact_state(surface, u, penalty)
+    _, d_area = surface.footprint(u)
+    stress = np.concatenate([traction.value, state.pressure[..., None]], axis=-1)
+    d_pressure = np.where(state.gap < 0.0, -penalty, 0.0)
+    d_stress = np.zeros((*stress.shape, stress.shape[-1]))
+    d_stress[..., :-1, :-1] = traction.by_displacement
+    d_stress[..., :-1, -1] = traction.by_pressure * d_pressure[..., None]
+    d_stress[..., -1, -1] = d_pressure
+    shape = surface.shape
+    moving = np.einsum("fqa,fqij,fq,fqb->faibj", shape, d_stress, state.area, shape, optimize=True)
+    turning = np.einsum("fqa,fqi,fqbj->faibj", shape, stress, d_area, optimize=True)
+    return np.asarray(moving + turning)

@@ -1,0 +1,192 @@
+"""Quasi-static equilibrium of the block under its plate: globalised Newton, bordered by the plate.
+
+Unknowns are the nodal displacements and the plate's vertical displacement, which is that of all
+nodes on the plate; the last equation is that the plate carries the given force.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem import _dolfinx
+from iceslide_fem._dolfinx import MPI, PETSc
+from iceslide_fem.contact import Traction, contact_forces, contact_state, contact_tangent
+from iceslide_fem.materials import Array
+from iceslide_fem.rubber import Rubber
+from iceslide_fem.surface import ContactSurface
+
+MAX_ITERATIONS = 30
+# A tangent is kept as long as an iteration divides the residual by at least this.
+STALL = 0.25
+SMALLEST_DAMPING = 1.0 / 64.0
+
+# Tangential traction on the rubber of the contact pressure (f, q) and displacement (f, q, d-1).
+TractionLaw = Callable[[Array, Array], Traction]
+
+
+class NotConverged(ArithmeticError):
+    """No equilibrium was found; the displacements are left at their last iterate."""
+
+
+class Solution(NamedTuple):
+    """Newton iterations and tangents that one equilibrium took, and the residual left (N)."""
+
+    iterations: int
+    tangents: int
+    residual: float
+
+
+class Equilibrium:
+    """Solves for the displacements of `rubber` and the plate.
+
+    force (N; N/m in a slice; half of it in a half model) and the traction law are given per
+    solve; the factorised tangent is kept from one solve to the next.
+    """
+
+    def __init__(
+        self, rubber: Rubber, surface: ContactSurface, penalty: float, prefix: str = "rubber_"
+    ) -> None:
+        """`penalty` in Pa/m; `prefix` selects PETSc options of the linear solver."""
+        self.rubber, self.surface, self.penalty = rubber, surface, penalty
+        self._matrix = rubber.create_matrix()
+        self._residual, self._newton = rubber.create_vector(), rubber.create_vector()
+        self._plate_column, self._plate_row = rubber.create_vector(), rubber.create_vector()
+        self._border = rubber.create_vector()
+        self._plate_stiffness = 0.0
+        self._has_tangent = False
+        dim = rubber.mesh.geometry.dim
+        index_map = rubber.space.dofmap.index_map
+        n_owned = index_map.size_local
+        owned = rubber.plate[rubber.plate < n_owned]
+        self._plate_z = owned * dim + dim - 1
+        symmetry = rubber.symmetry[rubber.symmetry < n_owned] * dim + 1
+        plate = (owned[:, None] * dim + np.arange(dim)).ravel()
+        self._fixed = np.unique(np.concatenate([plate, symmetry])).astype(np.int32)
+        self._first = index_map.local_range[0] * dim
+        self._lift = rubber.create_vector()
+        self._lift.array[self._plate_z] = 1.0
+        self._ksp = self._solver(prefix)
+
+    def _solver(self, prefix: str) -> PETSc.KSP:
+        ksp = PETSc.KSP().create(self.rubber.mesh.comm)
+        ksp.setType("preonly")
+        ksp.getPC().setType("lu")
+        ksp.getPC().setFactorSolverType("mumps")
+        ksp.setOptionsPrefix(prefix)
+        ksp.setFromOptions()
+        ksp.setOperators(self._matrix)
+        return ksp
+
+    def solve(self, force: float, law: TractionLaw, tolerance: float) -> Solution:
+        """Find equilibrium from the present displacements; plate force `force`, downwards.
+
+        `tolerance` (N) is the norm of the residual to reach. Raises NotConverged, with the
+        displacements at the last iterate: the caller restores what it had.
+        """
+        values = self.rubber.u.x.array
+        tangents = 0
+        size = self._imbalance(force, law)
+        change = self._direction() if self._has_tangent else None
+        for iteration in range(MAX_ITERATIONS):
+            if size <= tolerance:
+                return Solution(iteration, tangents, size)
+            fresh = change is None
+            if change is None:
+                if not np.isfinite(size):
+                    raise NotConverged("elements of the rubber are inverted")
+                self._linearise(law)
+                tangents += 1
+                change = self._direction()
+            start, length = values.copy(), self._length(change)
+            damping = 1.0
+            while True:
+                values[:] = start + damping * change
+                size = self._imbalance(force, law)
+                following = self._direction()
+                contraction = self._length(following) / length
+                if contraction <= 1.0 - 0.25 * damping:
+                    break
+                if size <= tolerance or damping < SMALLEST_DAMPING or not fresh:
+                    break
+                damping *= 0.5
+            if size > tolerance and not contraction <= 1.0 - 0.25 * damping:
+                if fresh:
+                    raise NotConverged(f"no descent, residual {size:.3g} N")
+                # The kept tangent points the wrong way from here: take the one that belongs here.
+                values[:] = start
+                size = self._imbalance(force, law)
+                change = None
+                continue
+            keep = damping == 1.0 and contraction <= STALL
+            change = following if keep else None
+            self._has_tangent = keep
+        raise NotConverged(f"residual of {size:.3g} N after {MAX_ITERATIONS} iterations")
+
+    def forget(self) -> None:
+        """Drop the kept tangent (after the displacements were restored from far away)."""
+        self._has_tangent = False
+
+    def plate_displacement(self) -> float:
+        """Downward displacement of the plate, m. Collective."""
+        own = self.rubber.u.x.array[self._plate_z]
+        down = float(-own[0]) if own.size else -np.inf
+        return float(self.rubber.mesh.comm.allreduce(down, op=MPI.MAX))
+
+    def _traction(self, law: TractionLaw) -> Traction:
+        u = self.rubber.displacements
+        pressure = contact_state(self.surface, u, self.penalty).pressure
+        return law(pressure, self.surface.displacements(u)[..., :-1])
+
+    def _imbalance(self, force: float, law: TractionLaw) -> float:
+        """Norm of internal minus external forces (N); leaves the residual and the plate's."""
+        u, residual = self.rubber.displacements, self._residual
+        self.rubber.internal_forces(residual)
+        forces = contact_forces(self.surface, u, self.penalty, self._traction(law))
+        with residual.localForm() as local:
+            self.surface.scatter(-forces, local.array.reshape(u.shape))
+        _dolfinx.sum_ghosts(residual)
+        self._plate_imbalance = residual.dot(self._lift) + force
+        residual.array[self._fixed] = 0.0
+        return float(np.hypot(residual.norm(), self._plate_imbalance))
+
+    def _linearise(self, law: TractionLaw) -> None:
+        """Assemble and factorise the tangent at the present displacements."""
+        u, matrix, dim = self.rubber.displacements, self._matrix, self.rubber.mesh.geometry.dim
+        self.rubber.tangent(matrix)
+        blocks = contact_tangent(self.surface, u, self.penalty, self._traction(law))
+        rows = (self.surface.dofs[:, :, None] * dim + np.arange(dim, dtype=np.int32)).reshape(
+            len(blocks), -1
+        )
+        for row, block in zip(rows, blocks, strict=True):
+            size = row.size
+            values = -block.reshape(size, size)
+            matrix.setValuesLocal(row, row, values, addv=PETSc.InsertMode.ADD_VALUES)
+        matrix.assemble()
+        matrix.mult(self._lift, self._plate_column)
+        matrix.multTranspose(self._lift, self._plate_row)
+        self._plate_stiffness = self._plate_column.dot(self._lift)
+        for vector in (self._plate_column, self._plate_row):
+            vector.array[self._fixed] = 0.0
+        matrix.zeroRowsColumns(self._fixed + self._first, diag=1.0)
+        self._ksp.setOperators(matrix)
+        self._ksp.solve(self._plate_column, self._border)
+        self._has_tangent = True
+
+    def _direction(self) -> Array:
+        """Newton's change of the bordered system from the kept factors, by block elimination."""
+        self._ksp.solve(self._residual, self._newton)
+        schur = self._plate_stiffness - self._plate_row.dot(self._border)
+        lift = -(self._plate_imbalance - self._plate_row.dot(self._newton)) / schur
+        self._newton.scale(-1.0)
+        self._newton.axpy(-lift, self._border)
+        self._newton.axpy(lift, self._lift)
+        _dolfinx.update_ghosts(self._newton)
+        with self._newton.localForm() as local:
+            return np.array(local.array)
+
+    def _length(self, change: Array) -> float:
+        own = change[: self._newton.getLocalSize()]
+        return float(np.sqrt(self.rubber.mesh.comm.allreduce(float(own @ own), op=MPI.SUM)))

@@ -1,0 +1,99 @@
+"""Hyperelastic rubber: Mooney-Rivlin energy, internal forces and tangent on a mesh."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from iceslide_fem import _dolfinx
+from iceslide_fem._dolfinx import PETSc, fem, ufl
+from iceslide_fem.materials import Array, MooneyRivlin
+from iceslide_fem.meshing import RubberMesh
+
+# The displacement is quadratic and the volumetric term fully integrated: linear tetrahedra lock,
+# and the under-integrated term fails at 17 % compression (see docs/elements.md).
+DEGREE = 2
+QUADRATURE_DEGREE = 5
+
+
+def energy_density(grad_u: Any, material: MooneyRivlin) -> Any:
+    """W = C10 (I1bar - 3) + C01 (I2bar - 3) + (J - 1)^2 / D1 (J/m3) as a UFL expression.
+
+    In a slice the strain is plane: `grad_u` (2, 2) gets an undeformed third direction.
+    """
+    dim = grad_u.ufl_shape[0]
+    F = ufl.Identity(dim) + grad_u
+    J = ufl.det(F)
+    C = F.T * F
+    out_of_plane = 1.0 if dim == 2 else 0.0
+    I1 = ufl.tr(C) + out_of_plane
+    I2 = 0.5 * (I1**2 - ufl.tr(C * C) - out_of_plane)
+    return (
+        material.C10 * (J ** (-2.0 / 3.0) * I1 - 3.0)
+        + material.C01 * (J ** (-4.0 / 3.0) * I2 - 3.0)
+        + (J - 1.0) ** 2 / material.D1
+    )
+
+
+class Rubber:
+    """Forms of the rubber block and its displacement Function `u`.
+
+    plate: blocked dofs on the rigid plate (this rank's, ghosts included); symmetry: blocked dofs
+    that do not move in y.
+    """
+
+    def __init__(self, block: RubberMesh, material: MooneyRivlin) -> None:
+        """Compile the forms on the mesh of `block`."""
+        self.mesh = block.mesh
+        self.space = _dolfinx.vector_space(self.mesh, DEGREE)
+        self.u = fem.Function(self.space, name="displacement")
+        self.block = block
+        dx = ufl.dx(metadata={"quadrature_degree": QUADRATURE_DEGREE})
+        energy = energy_density(ufl.grad(self.u), material) * dx
+        test, trial = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
+        residual = ufl.derivative(energy, self.u, test)
+        self._energy = _dolfinx.form(energy)
+        self._residual = _dolfinx.form(residual)
+        self._tangent = _dolfinx.form(ufl.derivative(residual, self.u, trial))
+        self.plate = self._dofs("plate")
+        self.symmetry = self._dofs("symmetry") if "symmetry" in block.tags else self.plate[:0]
+
+    @property
+    def displacements(self) -> Array:
+        """Nodal displacements of this rank, ghosts included (blocked dofs, d): a view, m."""
+        return np.asarray(self.u.x.array).reshape(-1, self.mesh.geometry.dim)
+
+    @property
+    def n_dofs(self) -> int:
+        """Displacement unknowns on all ranks."""
+        return int(self.space.dofmap.index_map.size_global * self.mesh.geometry.dim)
+
+    def facets(self, name: str) -> Any:
+        """Local facet numbers with the tag `name`."""
+        tags = self.block.facet_tags
+        return tags.indices[tags.values == self.block.tags[name]]
+
+    def create_vector(self) -> PETSc.Vec:
+        """Vector of nodal forces, with ghosts."""
+        return _dolfinx.create_vector(self.space)
+
+    def create_matrix(self) -> PETSc.Mat:
+        """Matrix with the tangent's sparsity."""
+        return _dolfinx.create_matrix(self._tangent)
+
+    def internal_forces(self, vector: PETSc.Vec) -> None:
+        """Overwrite `vector` by this rank's shares of the internal forces (ghosts not summed)."""
+        _dolfinx.assemble_shares(vector, self._residual)
+
+    def tangent(self, matrix: PETSc.Mat) -> None:
+        """Overwrite `matrix` with the derivative of the internal forces at `u`."""
+        _dolfinx.assemble_matrix(matrix, self._tangent)
+
+    def elastic_energy(self) -> float:
+        """Stored energy, J (J/m in a slice), on all ranks. Collective."""
+        return _dolfinx.assemble_scalar(self._energy, self.mesh.comm)
+
+    def _dofs(self, name: str) -> Any:
+        dim = self.mesh.topology.dim
+        return fem.locate_dofs_topological(self.space, dim - 1, self.facets(name))

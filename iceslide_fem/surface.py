@@ -1,0 +1,143 @@
+"""The rubber's contact surface: quadrature points on its facets, gathered and scattered by NumPy.
+
+Facets belong to the rank that owns their cell, so every point exists once; a rank may have none.
+Shapes: f facets, q points per facet, a nodes per facet, d = 2 or 3 components (z last).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iceslide_fem import _dolfinx
+from iceslide_fem._dolfinx import MPI, basix
+from iceslide_fem.materials import Array
+
+FACET_OF = {
+    "triangle": "interval",
+    "quadrilateral": "interval",
+    "tetrahedron": "triangle",
+    "hexahedron": "quadrilateral",
+}
+
+
+@dataclass(frozen=True)
+class ContactSurface:
+    """Quadrature on facets of a vector Lagrange space.
+
+    dofs: blocked dofs (f, a); nodes: undeformed positions (f, a, d), m; shape: (f, q, a);
+    slopes: derivatives of the shape functions by the facet's coordinates (f, q, a, d-1);
+    weights: reference weights with the sign that makes area vectors point outwards (f, q).
+    """
+
+    dofs: NDArray[np.int32]
+    nodes: Array
+    shape: Array
+    slopes: Array
+    weights: Array
+    comm: MPI.Comm
+
+    @property
+    def n_points(self) -> int:
+        """Points on this rank."""
+        return int(self.weights.size)
+
+    def positions(self, u: Array) -> Array:
+        """Deformed positions (f, q, d) for nodal displacements `u` (blocked dofs, d), m."""
+        return np.asarray(np.einsum("fqa,fad->fqd", self.shape, self.nodes + u[self.dofs]))
+
+    def displacements(self, u: Array) -> Array:
+        """Displacements of the points (f, q, d), m."""
+        return np.asarray(np.einsum("fqa,fad->fqd", self.shape, u[self.dofs]))
+
+    def footprint(self, u: Array) -> tuple[Array, Array]:
+        """Area that each point covers on the plane of the ice, and its derivative.
+
+        The deformed area vector's component towards the ice, not below zero (a facet that is
+        vertical or faces upwards covers nothing): (f, q) in m2 (m in a slice), and (f, q, a, d)
+        with respect to the nodes' positions. n da = J F^-T N dA (Nanson), from the tangents.
+        """
+        x = self.nodes + u[self.dofs]
+        tangents = np.einsum("fqas,fad->fqds", self.slopes, x)
+        slopes, weights = self.slopes, self.weights
+        d_area = np.zeros((*self.shape.shape, x.shape[-1]))
+        if x.shape[-1] == 2:
+            area = weights * tangents[:, :, 0, 0]
+            d_area[..., 0] = weights[..., None] * slopes[..., 0]
+        else:
+            (x1, x2), (y1, y2) = np.moveaxis(tangents[:, :, :2, :], (2, 3), (0, 1))
+            area = -weights * (x1 * y2 - y1 * x2)
+            d1, d2 = slopes[..., 0], slopes[..., 1]
+            d_area[..., 0] = -weights[..., None] * (d1 * y2[..., None] - d2 * y1[..., None])
+            d_area[..., 1] = -weights[..., None] * (d2 * x1[..., None] - d1 * x2[..., None])
+        facing = area > 0.0
+        return np.where(facing, area, 0.0), np.where(facing[..., None, None], d_area, 0.0)
+
+    def scatter(self, forces: Array, vector: Array) -> None:
+        """Add nodal forces (f, a, d) to `vector` (blocked dofs, d), ghosts included, in place."""
+        np.add.at(vector, self.dofs, forces)
+
+    def total(self, density: Array, area: Array) -> float:
+        """Integral over all ranks of `density` (f, q) with the weights `area` (f, q)."""
+        return float(self.comm.allreduce(float(np.sum(density * area)), op=MPI.SUM))
+
+
+def contact_surface(space: Any, facets: NDArray[np.int32], degree: int) -> ContactSurface:
+    """Quadrature of polynomial `degree` on the exterior `facets` (local numbers) of `space`.
+
+    `space` is a vector Lagrange space of degree 1 or 2 on a mesh of linear geometry.
+    """
+    mesh = space.mesh
+    dim = mesh.topology.dim
+    name = _dolfinx.cell_name(mesh)
+    element = _dolfinx.basix_lagrange(name, space_degree(space))
+    cells, local = _dolfinx.facet_cell_pairs(mesh, facets)
+
+    facet_points, facet_weights = _dolfinx.quadrature(FACET_OF[name], degree)
+    cell_type = getattr(basix.CellType, name)
+    reference = np.asarray(basix.geometry(cell_type))
+    tables = []
+    for number, vertices in enumerate(basix.topology(cell_type)[dim - 1]):
+        origin = reference[vertices[0]]
+        axes = np.array([reference[v] - origin for v in vertices[1:dim]])
+        points = origin + facet_points @ axes
+        table = np.array(element.tabulate(1, points))[..., 0]
+        closure = element.entity_closure_dofs[dim - 1][number]
+        slopes = np.einsum("sd,dqa->qas", axes, table[1:, :, closure])
+        tables.append((closure, table[0][:, closure], slopes))
+
+    dofs_of_cells = _dolfinx.cell_dofs(space)[cells]
+    closures, shapes, slopes = (np.array(parts) for parts in zip(*tables, strict=True))
+    dofs = np.take_along_axis(dofs_of_cells, closures[local], axis=1)
+    coordinates = space.tabulate_dof_coordinates()[:, :dim]
+    nodes = coordinates[dofs]
+    surface = ContactSurface(
+        dofs,
+        nodes,
+        shapes[local],
+        slopes[local],
+        np.broadcast_to(facet_weights, (len(cells), facet_weights.size)).copy(),
+        mesh.comm,
+    )
+    inside = nodes.mean(axis=1) - coordinates[dofs_of_cells].mean(axis=1)
+    outward = np.sign(np.einsum("fqd,fd->fq", _area_vectors(surface), inside))
+    return ContactSurface(
+        dofs, nodes, surface.shape, surface.slopes, surface.weights * outward, mesh.comm
+    )
+
+
+def space_degree(space: Any) -> int:
+    """Polynomial degree of a Lagrange space."""
+    element = space.ufl_element()
+    degree = element.degree() if callable(element.degree) else element.degree
+    return int(degree)
+
+
+def _area_vectors(surface: ContactSurface) -> Array:
+    tangents = np.einsum("fqas,fad->fqds", surface.slopes, surface.nodes)
+    if tangents.shape[-1] == 1:
+        return np.stack([tangents[..., 1, 0], -tangents[..., 0, 0]], axis=-1)
+    return np.asarray(np.cross(tangents[..., 0], tangents[..., 1]))
