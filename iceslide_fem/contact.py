@@ -12,8 +12,17 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.film import FilmLoads, film_loads
-from iceslide_fem.materials import WATER_VISCOSITY, Array, ConstantContact, ContactTable
+from iceslide_fem.materials import (
+    WATER_VISCOSITY,
+    Array,
+    ConstantContact,
+    ContactTable,
+    MooneyRivlin,
+)
 from iceslide_fem.surface import ContactSurface
+
+# Penetration over the block's mean deformation (scripts/penalty_effect prints what it changes).
+PENETRATION_SHARE = 0.01
 
 
 class Traction(NamedTuple):
@@ -140,3 +149,11 @@ def contact_tangent(surface: ContactSurface, u: Array, penalty: float, traction:
     moving = np.einsum("fqa,fqij,fq,fqb->faibj", shape, d_stress, state.area, shape, optimize=True)
     turning = np.einsum("fqa,fqi,fqbj->faibj", shape, stress, d_area, optimize=True)
     return np.asarray(moving + turning)
+
+
+def default_penalty(material: MooneyRivlin, height: float) -> float:
+    """Penalty (Pa/m) that lets the surface sink in by 1 % of the block's mean deformation.
+
+    A block of this height (m) yields by p H / E, the penalty by p / eps: eps = 100 E / H.
+    """
+    return material.youngs_modulus / (PENETRATION_SHARE * height)

@@ -1,0 +1,224 @@
+"""The rubber block on the ice: press it, bring it to speed, and hold it in equilibrium.
+
+In `press` the plate's force grows from nothing under static friction; in `start_sliding` static
+friction gives way to the film's shear at its initial height while the speed grows. Both are
+continuations along a path parameter from 0 to 1 with a secant predictor, whose steps are halved
+where Newton fails.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem import _dolfinx
+from iceslide_fem._dolfinx import MPI, PETSc, fem, ufl
+from iceslide_fem.contact import (
+    ContactState,
+    FilmFriction,
+    Traction,
+    blend,
+    contact_state,
+    default_penalty,
+    sliding_friction,
+    static_friction,
+)
+from iceslide_fem.equilibrium import Equilibrium, NotConverged, Solution, TractionLaw
+from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.materials import Array
+from iceslide_fem.meshing import rubber_mesh
+from iceslide_fem.rubber import Rubber
+from iceslide_fem.scene import Scene
+from iceslide_fem.surface import ContactSurface, contact_surface
+
+# Newton stops at this residual, relative to the plate's force and the scene's tolerance.
+EQUILIBRIUM_SHARE = 1e-3
+# Shear is faded in up to this share of the nominal pressure.
+RAMP_SHARE = 0.05
+# Static friction is fully mobilised after a slip of about this share of the height.
+STICK_SHARE = 1e-3
+FIRST_STRAIN = 0.02
+FIRST_RAMP = 0.25
+SMALLEST_PATH_STEP = 1e-3
+EASY_ITERATIONS = 6
+FACET_QUADRATURE = 4
+
+# Slip speed (m/s) of the displacement along x (f, q), and its derivative (1/s).
+SpeedLaw = Callable[[Array], tuple[Array, float]]
+
+
+@dataclass(frozen=True)
+class Block:
+    """A scene's block, its contact surface and its equilibrium solver.
+
+    area: nominal contact area of the mesh (m2; m in a slice); force: the plate's (N; N/m);
+    scale: from forces of the mesh to those of the whole block; height: of the block, m.
+    """
+
+    scene: Scene
+    rubber: Rubber
+    surface: ContactSurface
+    equilibrium: Equilibrium
+    friction: FilmFriction
+    area: float
+    force: float
+    scale: float
+    height: float
+
+    @property
+    def contact(self) -> ContactState:
+        """Contact at the present displacements."""
+        return contact_state(self.surface, self.rubber.displacements, self.equilibrium.penalty)
+
+    def balance(self, law: TractionLaw, load: float = 1.0) -> Solution:
+        """Find equilibrium under `load` times the plate's force. Raises NotConverged."""
+        tolerance = EQUILIBRIUM_SHARE * self.scene.numerics.tolerance * self.force * load
+        return self.equilibrium.solve(self.force * load, law, tolerance)
+
+    def static(self, pressure: Array, displacement: Array) -> Traction:
+        """Static friction of the press phase."""
+        coefficient = self.scene.load.static_friction
+        return static_friction(pressure, displacement, coefficient, STICK_SHARE * self.height)
+
+    def film_shear(self, film_height: Array, speed: SpeedLaw) -> TractionLaw:
+        """The film's shear at heights (f, q), m, and slip speeds that may follow the rubber."""
+
+        def law(pressure: Array, displacement: Array) -> Traction:
+            slip, slope = speed(displacement[..., 0])
+            unit, unit_by_pressure = self.friction.shear(pressure, np.ones_like(slip), film_height)
+            traction = sliding_friction(unit * slip, unit_by_pressure * slip, displacement.shape[-1])
+            traction.by_displacement[..., 0, 0] = -unit * slope
+            return traction
+
+        return law
+
+    def normal_force(self, contact: ContactState) -> float:
+        """Contact force of the whole block, N. Collective."""
+        return self.scale * self.surface.total(contact.pressure, contact.area)
+
+
+def build_block(scene: Scene, comm: MPI.Comm) -> Block:
+    """Mesh the scene's block and prepare its forms. Collective."""
+    mesh = rubber_mesh(scene, comm)
+    material = scene.mooney_rivlin
+    rubber = Rubber(mesh, material)
+    surface = contact_surface(rubber.space, rubber.facets("contact"), FACET_QUADRATURE)
+    z = mesh.mesh.geometry.x[:, mesh.mesh.geometry.dim - 1]
+    height = float(comm.allreduce(z.max(initial=0.0), op=MPI.MAX))
+    ds = ufl.Measure("ds", domain=mesh.mesh, subdomain_data=mesh.facet_tags)
+    plate = fem.Constant(mesh.mesh, PETSc.ScalarType(1.0)) * ds(mesh.tags["plate"])
+    area = _dolfinx.assemble_scalar(_dolfinx.form(plate), comm)
+    if scene.model == "slice":
+        scale = scene.rubber.width
+    else:
+        scale = 2.0 if "symmetry" in mesh.tags else 1.0
+    pressure = scene.load.pressure
+    penalty = scene.numerics.penalty or default_penalty(material, height)
+    friction = FilmFriction(
+        scene.contact_parameters,
+        pressure if scene.film.pressure == "nominal" else None,
+        scene.numerics.shear_ramp_pressure or RAMP_SHARE * pressure,
+    )
+    return Block(
+        scene,
+        rubber,
+        surface,
+        Equilibrium(rubber, surface, penalty),
+        friction,
+        area,
+        pressure * area,
+        scale,
+        height,
+    )
+
+
+class PathPoint(NamedTuple):
+    """An equilibrium on the way to sliding: phase, share of the load and of the speed."""
+
+    phase: str
+    load: float
+    speed: float
+    law: TractionLaw
+    solution: Solution
+
+
+def press(block: Block, observe: Callable[[PathPoint], None]) -> None:
+    """Press the block on the ice under static friction, up to the nominal force.
+
+    Raises SimulationStopped where no equilibrium is found.
+    """
+    scene, u = block.scene, block.rubber.displacements
+    strain = scene.load.pressure / scene.mooney_rivlin.youngs_modulus
+    first = min(1.0, FIRST_STRAIN / strain)
+    # Contact must carry the first load, or the plate is free to move.
+    u[:, -1] -= first * scene.load.pressure / block.equilibrium.penalty
+
+    def solve(load: float) -> Solution:
+        solution = block.balance(block.static, load)
+        observe(PathPoint("press", load, 0.0, block.static, solution))
+        return solution
+
+    _follow(block, solve, first, lambda load: f"pressing it at {load * strain:.0%} of E")
+
+
+def start_sliding(block: Block, observe: Callable[[PathPoint], None]) -> None:
+    """Bring the pressed block to its speed: static friction gives way to the film at h0.
+
+    Raises SimulationStopped where no equilibrium is found.
+    """
+    scene = block.scene
+    height = np.full(block.surface.weights.shape, scene.film.initial_height)
+
+    def solve(path: float) -> Solution:
+        share = path**2 * (3.0 - 2.0 * path)
+        speed = np.full_like(height, share * scene.load.speed)
+        film = block.film_shear(height, lambda _: (speed, 0.0))
+
+        def law(pressure: Array, displacement: Array) -> Traction:
+            slipping = film(pressure, displacement)
+            return blend(block.static(pressure, displacement), slipping, share)
+
+        solution = block.balance(law)
+        observe(PathPoint("ramp", 1.0, share, law, solution))
+        return solution
+
+    def where(path: float) -> str:
+        return f"bringing it to {path**2 * (3.0 - 2.0 * path):.0%} of the sliding speed"
+
+    _follow(block, solve, FIRST_RAMP, where)
+
+
+def _follow(
+    block: Block,
+    solve: Callable[[float], Solution],
+    first: float,
+    where: Callable[[float], str],
+) -> None:
+    """Solve at path parameters from `first` to 1."""
+    values = block.rubber.u.x.array
+    done, step = 0.0, first
+    before: tuple[float, Array] | None = None
+    while done < 1.0:
+        path = min(1.0, done + step)
+        start = values.copy()
+        if before is not None:
+            values[:] += (start - before[1]) * (path - done) / (done - before[0])
+        try:
+            solution = solve(path)
+        except NotConverged as reason:
+            values[:] = start
+            block.equilibrium.forget()
+            step *= 0.5
+            if step < SMALLEST_PATH_STEP * first:
+                raise SimulationStopped(
+                    f"the block finds no equilibrium when {where(path)}: {reason}"
+                ) from reason
+            continue
+        # A first point is far from the start, which was a guess: no secant through it.
+        before = (done, start) if done > 0.0 else None
+        done = path
+        if solution.iterations <= EASY_ITERATIONS:
+            step *= 1.5
