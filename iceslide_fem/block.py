@@ -89,7 +89,9 @@ class Block:
         def law(pressure: Array, displacement: Array) -> Traction:
             slip, slope = speed(displacement[..., 0])
             unit, unit_by_pressure = self.friction.shear(pressure, np.ones_like(slip), film_height)
-            traction = sliding_friction(unit * slip, unit_by_pressure * slip, displacement.shape[-1])
+            traction = sliding_friction(
+                unit * slip, unit_by_pressure * slip, displacement.shape[-1]
+            )
             traction.by_displacement[..., 0, 0] = -unit * slope
             return traction
 

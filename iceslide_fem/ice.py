@@ -51,7 +51,9 @@ class Continuum:
         self.function = fem.Function(self.space, name="temperature")
         T, test = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
         capacity = _dolfinx.form(ICE_DENSITY * ICE_HEAT_CAPACITY * T * test * ufl.dx)
-        conduction = _dolfinx.form(ICE_CONDUCTIVITY * ufl.inner(ufl.grad(T), ufl.grad(test)) * ufl.dx)
+        conduction = _dolfinx.form(
+            ICE_CONDUCTIVITY * ufl.inner(ufl.grad(T), ufl.grad(test)) * ufl.dx
+        )
         self._capacity = _dolfinx.assemble_matrix(_dolfinx.create_matrix(capacity), capacity)
         self._conduction = _dolfinx.assemble_matrix(_dolfinx.create_matrix(conduction), conduction)
         self._matrix = self._conduction.duplicate(copy=True)
@@ -85,7 +87,9 @@ class Continuum:
         resistance = np.full(self.area.shape, self.resistance)
         for _ in range(MAX_ITERATIONS):
             offset = self.surface_temperature(content)
-            result = film(IceSurface(offset, resistance, (MELTING_TEMPERATURE - offset) / resistance))
+            result = film(
+                IceSurface(offset, resistance, (MELTING_TEMPERATURE - offset) / resistance)
+            )
             heat = self._load(result.ice_flux)
             self._x.array[:] = (content - start) / float(dt)
             self._capacity.mult(self._x, self._b)

@@ -12,6 +12,7 @@ size by the same number, so meshes of different refinement are similar.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -42,7 +43,6 @@ CONTACT_HEIGHT = 0.5  # the sides may touch the ice up to this fraction of the h
 SURFACE_LAYER = 4e-6  # m, thickness of the first layer
 LAYER_RATIO = 1.35  # of neighbouring layers
 DEPTH = 5.0  # in thermal lengths sqrt(alpha t): 4e-4 of the surface's temperature rise is left
-MARGIN = 4.0  # in thermal lengths, around the footprint
 
 
 class RubberMesh(NamedTuple):
@@ -78,21 +78,21 @@ def rubber_mesh(scene: Scene, comm: MPI.Comm) -> RubberMesh:
 
 
 def ice_mesh(
-    scene: Scene,
+    scene: Any,
     comm: MPI.Comm,
-    x_range: tuple[float, float] | None = None,
-    y_range: tuple[float, float] | None = None,
+    footprint: Sequence[tuple[float, float]] | None = None,
     depth: float | None = None,
 ) -> IceMesh:
     """Mesh of the ice that a run of the scene warms.
 
-    x_range and y_range (m) must contain the block's footprint; by default they exceed it by 4
-    thermal lengths sqrt(alpha t) of the scene's duration, and depth (m) is 5 of them. y begins
-    at 0 below a symmetric block. Collective. Raises SceneError if the user's mesh can't be used.
+    footprint: ranges of x (and y) in contact, m, by default those of the undeformed block; the
+    ice exceeds it by `ice.margin` on each side and no heat passes its sides. depth (m) is 5
+    thermal lengths sqrt(alpha t) by default. y begins at 0 below a symmetric block. Collective.
+    Raises SceneError if the user's mesh can't be used.
     """
 
     def build() -> tuple[list[Lines], TaggedMesh]:
-        lines = _ice_lines(scene, x_range, y_range, depth)
+        lines = _ice_lines(scene, footprint, depth)
         return lines, _ice(lines)
 
     lines, tagged = gmsh_model.from_root(build, comm)
@@ -211,27 +211,22 @@ def _rubber_lines(block: _Block, refinement: float) -> list[Lines]:
 
 
 def _ice_lines(
-    scene: Scene,
-    x_range: tuple[float, float] | None = None,
-    y_range: tuple[float, float] | None = None,
+    scene: Any,
+    footprint: Sequence[tuple[float, float]] | None = None,
     depth: float | None = None,
 ) -> list[Lines]:
-    """Grid lines of the ice in x, (y,) z: below the rubber those of its block, then continued."""
+    """Grid lines of the ice in x, (y,) z: the rubber's, stretched to the footprint, and beyond."""
     block, refinement = _block(scene), scene.numerics.refinement
     thermal = math.sqrt(ICE_DIFFUSIVITY * scene.load.duration)
     cell, size = _reference_cell(block, refinement)
-
-    def beyond(distance: float) -> Lines:
-        return _from_edge(distance, cell, size)[1:] if distance > 0.0 else np.empty(0)
+    margin = scene.ice.margin
+    beyond = _from_edge(margin, cell, size)[1:] if margin > 0.0 else np.empty(0)
 
     lines = []
     *below, _ = _rubber_lines(block, refinement)
-    for inner, wanted in zip(below, (x_range, y_range), strict=False):
-        low, high = inner[0], inner[-1]
-        start, end = wanted or (low - MARGIN * thermal, high + MARGIN * thermal)
-        lines.append(
-            np.concatenate([low - beyond(low - start)[::-1], inner, high + beyond(end - high)])
-        )
+    for inner, (low, high) in zip(below, footprint or block.ranges, strict=True):
+        inner = low + (inner - inner[0]) * (high - low) / (inner[-1] - inner[0])
+        lines.append(np.concatenate([low - beyond[::-1], inner, high + beyond]))
     if block.symmetric:
         lines[1] = lines[1][lines[1] >= 0.0]
     slope = math.log(LAYER_RATIO) / refinement

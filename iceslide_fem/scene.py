@@ -110,9 +110,14 @@ class Load(_Table):
 
 
 class Ice(_Table):
-    """Initial temperature of the ice (K), its motion under the rubber, and its heat model."""
+    """Initial temperature of the ice (K), its motion under the rubber, and its heat model.
+
+    `margin` (m) is how far continuum ice extends beside the contact. The attached ice of a
+    sample of a long block has none: its neighbours are as warm.
+    """
 
     temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC")] = 269.15
+    margin: Annotated[float, Quantity("m", "0 m", "1 m")] = 0.0
     motion: Literal["attached", "sliding"] = "attached"
     heat: Literal["half-space", "column", "continuum"] = "column"
 
@@ -151,7 +156,7 @@ class Numerics(_Table):
     refinement: Annotated[float, Quantity("", "0.25", "8")] = 1.0
     penalty: Annotated[float, Quantity("Pa/m", "0.001 MPa/mm", "1e6 MPa/mm")] | None = None
     shear_ramp_pressure: Annotated[float, Quantity("Pa", "1 Pa", "10 bar")] | None = None
-    film_integrator: Literal["sdirk2", "sdirk3", "implicit-euler", "explicit-euler"] = "sdirk2"
+    film_integrator: Literal["sdirk2", "sdirk3", "implicit-euler", "explicit-euler"] = "sdirk3"
     max_step: Annotated[float, Quantity("s", "1 ns", "100 s")] | None = None
 
 

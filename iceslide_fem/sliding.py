@@ -155,7 +155,7 @@ class Sliding:
             raise Refused("film and heat change too fast", float(self._factor(control)))
 
         shear = self._shear_of(step, contact, speed)
-        if self._is_quiet(shear, contact, area):
+        if self._is_quiet(shear, area):
             values[:] = start.displacements
             contact, speed = start.contact, start.speed
             moment = Moment(
@@ -172,8 +172,8 @@ class Sliding:
             contact, speed = block.contact, self._speed(dt)
             corrected, area = self._film(start, contact, speed, dt)
             change = corrected.state.log_height - step.state.log_height
-            weights = self._weights(contact, area)
-            mismatches.append(self._mean_square(change, weights) / (COUPLING_SHARE * self._tolerance))
+            mismatch = self._mean(change, area * self._shear_of(corrected, contact, speed))
+            mismatches.append(mismatch / (COUPLING_SHARE * self._tolerance))
             step = corrected
             if mismatches[-1] <= 1.0:
                 break
@@ -198,9 +198,15 @@ class Sliding:
         if scene.ice.heat == "half-space":
             return HalfSpace(scene.ice.temperature, scene.load.duration)
         # Attached ice stays under the point of the rubber that it lies under at t = 0.
-        positions = block.surface.positions(block.rubber.displacements)
-        points = positions.reshape(-1, positions.shape[-1])[:, :-1]
-        mesh = ice_mesh(scene, block.rubber.mesh.comm)
+        positions = block.surface.positions(block.rubber.displacements)[..., :-1]
+        points = positions.reshape(-1, positions.shape[-1])
+        touching = points[contact.pressure.ravel() > 0.0]
+        comm = block.surface.comm
+        low = comm.allreduce(touching.min(axis=0, initial=np.inf), op=MPI.MIN)
+        high = comm.allreduce(touching.max(axis=0, initial=-np.inf), op=MPI.MAX)
+        if "symmetry" in block.rubber.block.tags:
+            low[1] = 0.0
+        mesh = ice_mesh(scene, comm, list(zip(low, high, strict=True)))
         return Continuum(mesh, scene.ice.temperature, points, contact.area.ravel())
 
     def _predicted(self, dt: float) -> Array:
@@ -241,9 +247,7 @@ class Sliding:
         step = advance(start.interface, loads[0], loads[1], dt, self.ice, self._integrator)
         return step, area
 
-    def _film_error(
-        self, step: Step, start: Moment, contact: ContactState, area: Array
-    ) -> float:
+    def _film_error(self, step: Step, start: Moment, contact: ContactState, area: Array) -> float:
         """Local error of film and heat relative to what is allowed, over the contact area."""
         if not self._adaptive:
             ok = self._all(bool(np.isfinite(step.state.log_height).all()))
@@ -253,8 +257,8 @@ class Sliding:
         error = error_norms(step, self.ice, start.interface, loads.free_height, undercooling)
         if not self._all(bool(np.isfinite(error).all())):
             return np.inf
-        weights = self._weights(contact, area)
-        return self._mean_square(error, weights) / (LOCAL_SHARE * self._tolerance)
+        weights = area * self._shear_of(step, contact, start.speed)
+        return self._mean(error, weights) / (LOCAL_SHARE * self._tolerance)
 
     def _factor(self, control: float) -> Array:
         return step_factor(control, self._integrator.estimate_order)
@@ -263,20 +267,20 @@ class Sliding:
         height = np.exp(step.state.log_height)
         return self.block.friction.shear(contact.pressure.ravel(), speed, height)[0]
 
-    def _is_quiet(self, shear: Array, contact: ContactState, area: Array) -> bool:
+    def _is_quiet(self, shear: Array, area: Array) -> bool:
         """Whether shear has hardly changed since the block was last solved."""
-        change = self._mean_square(shear - self.moment.shear, self._weights(contact, area))
-        pressure = self.block.scene.load.pressure
-        return change <= QUIET_SHARE * self._tolerance * pressure
+        change = self._mean(shear - self.moment.shear, area)
+        return change <= QUIET_SHARE * self._tolerance * self.block.scene.load.pressure
 
-    def _weights(self, contact: ContactState, area: Array) -> Array:
-        return np.where(contact.pressure.ravel() > 0.0, area, 0.0)
+    def _mean(self, values: Array, weights: Array) -> float:
+        """Mean size of `values` over all ranks' points.
 
-    def _mean_square(self, values: Array, weights: Array) -> float:
-        comm = self.block.surface.comm
-        own = np.array([float(weights @ values**2), float(weights.sum())])
-        total = comm.allreduce(own, op=MPI.SUM)
-        return float(np.sqrt(total[0] / total[1])) if total[1] > 0.0 else 0.0
+        With the friction force of each point as its weight, the mean of relative errors of the
+        shear bounds that of mu.
+        """
+        own = np.array([float(weights @ np.abs(values)), float(weights.sum())])
+        total = self.block.surface.comm.allreduce(own, op=MPI.SUM)
+        return float(total[0] / total[1]) if total[1] > 0.0 else 0.0
 
     def _all(self, here: bool) -> bool:
         return bool(self.block.surface.comm.allreduce(here, op=MPI.LAND))
