@@ -24,9 +24,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.materials import MELTING_ENTHALPY, MELTING_TEMPERATURE, WATER_VISCOSITY, Array
+from iceslide_fem.materials import (
+    MELTING_ENTHALPY,
+    MELTING_TEMPERATURE,
+    WATER_VISCOSITY,
+    Array,
+    Index,
+    Mask,
+)
 
-_NEWTON_TOLERANCE = 1e-12
+# Newton's last change of ln h; what is left is of the order of its square.
+_NEWTON_TOLERANCE = 1e-7
 _NEWTON_ITERATIONS = 80
 
 
@@ -84,8 +92,8 @@ class FilmStage(NamedTuple):
     ice_flux: Array
     melt_power: Array
     dry_temperature: Array
-    melting: Array
-    saturated: Array
+    melting: Mask
+    saturated: Mask
     overfill: Array
 
 
@@ -159,7 +167,7 @@ def explicit_stage(
     )
 
 
-def _pick(dt: Array | float, index: Array) -> Array | float:
+def _pick(dt: Array | float, index: Index) -> Array | float:
     return dt if np.ndim(dt) == 0 else np.asarray(dt)[index]
 
 

@@ -22,6 +22,7 @@ from iceslide_fem.materials import (
     ICE_HEAT_CAPACITY,
     MELTING_TEMPERATURE,
     Array,
+    Index,
 )
 from iceslide_fem.reference import step_flux
 
@@ -86,7 +87,7 @@ class Column:
         self.surface = modes[0]
         self._storage = capacity.sum(axis=0) @ modes
 
-    def take(self, index: Array) -> Column:
+    def take(self, index: Index) -> Column:
         """The column below the points at `index` only (its mesh stays as it is)."""
         part = copy(self)
         part.temperature = self.temperature[index]
@@ -98,18 +99,11 @@ class Column:
 
     def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
         """One implicit stage of all amplitudes with the film law at the surface."""
-        decay = self._decay(dt)
+        decay = 1.0 / (1.0 + self.rates[:, None] * dt)
         offset = self.temperature + self.surface @ (start * decay)
         resistance = np.broadcast_to((self.surface**2 @ decay) * dt, offset.shape)
         result = film(IceSurface(offset, resistance, (MELTING_TEMPERATURE - offset) / resistance))
-        return self.absorb(start, dt, result.ice_flux), result
-
-    def absorb(self, start: Array, dt: Array | float, flux: Array) -> Array:
-        """Amplitudes after an implicit stage with `flux` (W/m2) at the surface."""
-        return (start + np.multiply.outer(self.surface, dt * flux)) * self._decay(dt)
-
-    def _decay(self, dt: Array | float) -> Array:
-        return 1.0 / (1.0 + self.rates[:, None] * dt)
+        return (start + np.multiply.outer(self.surface, dt * result.ice_flux)) * decay, result
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature of the surface (K), shape (n_points,)."""
@@ -133,7 +127,7 @@ class HalfSpace:
         """Half-space at `temperature` (K) for runs of `duration` (s); both scalar or per point."""
         self._column = Column(temperature, duration)
 
-    def take(self, index: Array) -> HalfSpace:
+    def take(self, index: Index) -> HalfSpace:
         """The half-space below the points at `index` only."""
         part = copy(self)
         part._column = self._column.take(index)

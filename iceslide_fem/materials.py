@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Index = NDArray[np.intp]
 
 BAR = 1.0e5
 
@@ -120,7 +122,7 @@ class ContactTable:
         dk_dp = np.where(inside, slope * k / p, 0.0)
         return ContactParameters(k, power_law(self.D), power_law(self.H_V), dk_dp)
 
-    def outside(self, pressure: ArrayLike) -> NDArray[np.bool_]:
+    def outside(self, pressure: ArrayLike) -> Mask:
         """Where `pressure` (Pa) lies outside the published range, to rounding."""
         p = np.asarray(pressure)
         return (p < self.pressure[0] * (1 - 1e-9)) | (p > self.pressure[1] * (1 + 1e-9))
@@ -149,6 +151,6 @@ class ConstantContact:
         one = np.ones_like(np.asarray(pressure, dtype=float))
         return ContactParameters(self.k * one, self.D * one, self.H_V * one, 0.0 * one)
 
-    def outside(self, pressure: ArrayLike) -> NDArray[np.bool_]:
+    def outside(self, pressure: ArrayLike) -> Mask:
         """Nowhere: constants hold at every pressure."""
         return np.zeros(np.shape(pressure), dtype=bool)

@@ -23,7 +23,7 @@ from iceslide_fem.integrators import (
     error_norms,
     surface_excess,
 )
-from iceslide_fem.materials import MELTING_TEMPERATURE, Array
+from iceslide_fem.materials import MELTING_TEMPERATURE, Array, Index, Mask
 from iceslide_fem.timestep import step_factor
 
 ICE_MODELS: dict[str, type[Column] | type[HalfSpace]] = {
@@ -34,7 +34,9 @@ ICE_MODELS: dict[str, type[Column] | type[HalfSpace]] = {
 LOCAL_SHARE = 0.3
 # How closely a step ends on an event, relative to the tolerance.
 EVENT_SHARE = 0.02
-FIRST_STEP = 1e-5
+FIRST_STEP = 1e-4
+# The step after an event, relative to the one that ended on it.
+RESTART = 0.05
 
 
 class Conditions(NamedTuple):
@@ -63,7 +65,7 @@ class Conditions(NamedTuple):
         """The film's loads, constant in time."""
         return film_loads(self.pressure, self.speed, self.k, self.D, self.H_V)
 
-    def take(self, index: Array) -> Conditions:
+    def take(self, index: Index) -> Conditions:
         """The conditions at `index`."""
         return Conditions(*(part[index] for part in self))
 
@@ -83,17 +85,40 @@ class PointResult:
     saturation: Array
     film_height: Array
     squeezed_height: Array
-    steps: Array
-    rejected: Array
+    steps: Index
+    rejected: Index
     samples: Array
+
+    @classmethod
+    def at_start(cls, conditions: Conditions, times: Array) -> PointResult:
+        """Results at t = 0, with room for mu at `times` (s)."""
+        n = conditions.pressure.size
+        mu = conditions.loads().viscous / (conditions.pressure * conditions.initial_height)
+        samples = np.full((times.size, n), np.nan)
+        samples[times <= 0.0] = mu
+        return cls(
+            mu_peak=mu.copy(),
+            mu_peak_time=np.zeros(n),
+            mu_mean=np.zeros(n),
+            mu_end=mu,
+            melt_onset=np.full(n, np.nan),
+            saturation=np.full(n, np.nan),
+            film_height=conditions.initial_height.copy(),
+            squeezed_height=np.zeros(n),
+            steps=np.zeros(n, dtype=int),
+            rejected=np.zeros(n, dtype=int),
+            samples=samples,
+        )
 
 
 class Record(NamedTuple):
-    """An accepted step: the conditions' indices, their places in the arrays of `step`, the times
-    at its start and its length (s), and the loads."""
+    """Accepted steps of the conditions `points`, found at `places` in all the other arrays.
 
-    index: Array
-    place: Array
+    time: at the start of the step (s); dt: its length (s); loads: the film's; step: the step.
+    """
+
+    points: Index
+    places: Index
     time: Array
     dt: Array
     loads: FilmLoads
@@ -108,7 +133,7 @@ def simulate(
     conditions: Conditions,
     ice: str = "column",
     tolerance: float = 1e-3,
-    integrator: str = "sdirk3",
+    integrator: str = "sdirk2",
     times: ArrayLike = (),
     fixed_step: float | None = None,
     observe: Callable[[Record], None] | None = None,
@@ -124,15 +149,7 @@ def simulate(
         raise ValueError(f"{integrator} has no error estimate: give fixed_step")
     n = conditions.pressure.size
     sample_times = np.asarray(times, dtype=float)
-    mu_start = conditions.loads().viscous / (conditions.pressure * conditions.initial_height)
-    result = PointResult(
-        *(np.full(n, np.nan) for _ in range(8)),
-        steps=np.zeros(n, dtype=int),
-        rejected=np.zeros(n, dtype=int),
-        samples=np.full((sample_times.size, n), np.nan),
-    )
-    result.mu_peak, result.mu_peak_time, result.mu_mean = mu_start.copy(), np.zeros(n), np.zeros(n)
-    result.samples[sample_times <= 0.0] = mu_start
+    result = PointResult.at_start(conditions, sample_times)
 
     heat = ICE_MODELS[ice](conditions.temperature, conditions.duration)
     active = np.arange(n)
@@ -152,9 +169,9 @@ def simulate(
             error = error / (LOCAL_SHARE * tolerance)
         else:
             error = np.where(np.isfinite(step.state.log_height), 0.0, np.inf)
-        fraction = _event_fraction(step, state, heat, here, EVENT_SHARE * tolerance)
+        fraction, landed = _events(step, state, heat, here, EVENT_SHARE * tolerance)
         good = (error <= 1.0) & (fraction >= 1.0)
-        _refuse_hopeless(error, dt_try, here, time)
+        _refuse_hopeless(error, dt_try, here, time, fixed_step is not None)
 
         accepted = np.flatnonzero(good)
         if accepted.size:
@@ -168,10 +185,11 @@ def simulate(
             *(np.where(good, b, a) for a, b in zip(state, step.state, strict=True))
         )
         if fixed_step is None:
-            # An event cuts this step only: the error says how long the next one may be.
+            # Across an event the error estimate means nothing; behind it the solution has a kink
+            # that an estimate can overlook unless the steps grow from short ones again.
             wanted = dt_try * step_factor(error, method.estimate_order)
-            dt = np.where(fraction < 1.0, np.minimum(fraction * dt_try, wanted), wanted)
-            dt = np.where(good & (dt_try < dt), np.maximum(dt, dt_try), dt)
+            wanted = np.where(landed, np.minimum(wanted, RESTART * dt_try), wanted)
+            dt = np.where(fraction < 1.0, fraction * dt_try, wanted)
         else:
             dt = np.where(fraction < 1.0, fraction * dt_try, fixed_step)
 
@@ -187,37 +205,39 @@ def simulate(
     return result
 
 
-def _event_fraction(
+def _events(
     step: Step, start: InterfaceState, heat: IceHeat, here: Conditions, share: float
-) -> Array:
-    """Fraction of the step at which melting or saturation sets in; 1 where neither does.
+) -> tuple[Array, Mask]:
+    """Fraction of the step at which melting or saturation sets in, and whether it ends on one.
 
-    On the straight line of surface temperature and of H_s; a step that ends within `share` of
-    the event (relative to T_m - T_0 and to H_V) counts as ending on it.
+    The fraction is taken on the straight lines of surface temperature and of H_s; it is 1 where
+    nothing sets in, or within `share` of the end (relative to T_m - T_0 and to H_V).
     """
-    excess = surface_excess(step)
-    lack = MELTING_TEMPERATURE - heat.surface_temperature(start.ice)
     slack = share * (MELTING_TEMPERATURE - here.temperature)
-    melts = _fraction(lack, excess, slack)
-    room = here.H_V - start.squeezed_height
-    fills = _fraction(room, step.last.overfill, share * here.H_V)
-    return np.maximum(np.minimum(melts, fills), 0.01)
+    lack = MELTING_TEMPERATURE - heat.surface_temperature(start.ice)
+    melts, melted = _crossing(lack, surface_excess(step), slack)
+    slack = share * here.H_V
+    fills, filled = _crossing(here.H_V - start.squeezed_height, step.last.overfill, slack)
+    return np.maximum(np.minimum(melts, fills), 0.01), melted | filled
 
 
-def _fraction(before: Array, beyond: Array, slack: Array) -> Array:
+def _crossing(before: Array, beyond: Array, slack: Array) -> tuple[Array, Mask]:
+    """Fraction of the step that ends half a `slack` beyond the event, and whether it did."""
+    ahead = before > slack
     with np.errstate(divide="ignore", invalid="ignore"):
         fraction = (before + 0.5 * slack) / (before + beyond)
-    return np.where((before > slack) & (beyond > slack), fraction, 1.0)
+    return np.where(ahead & (beyond > slack), fraction, 1.0), ahead & (np.abs(beyond) <= slack)
 
 
-def _refuse_hopeless(error: Array, dt: Array, here: Conditions, time: Array) -> None:
-    """Raise IntegrationStopped where a step fails that is too short to be cut further."""
-    stuck = np.flatnonzero(~np.isfinite(error) & (dt < 1e-13 * here.duration))
+def _refuse_hopeless(error: Array, dt: Array, here: Conditions, time: Array, fixed: bool) -> None:
+    """Raise IntegrationStopped where a step fails that cannot be cut (any further)."""
+    stuck = np.flatnonzero(~np.isfinite(error) & (fixed | (dt < 1e-13 * here.duration)))
     if stuck.size:
         i = stuck[0]
         raise IntegrationStopped(
             f"the film at {here.pressure[i]:.4g} Pa and {here.speed[i]:.4g} m/s cannot be advanced "
-            f"beyond t = {time[i]:.4g} s: the step would have to be below {dt[i]:.1e} s"
+            f"beyond t = {time[i]:.4g} s: a step of {dt[i]:.2g} s is too long for this integrator; "
+            "take a shorter one, or an implicit integrator"
         )
 
 
@@ -229,7 +249,7 @@ def _note(
     sample_times: Array,
 ) -> None:
     """Enter an accepted step into the results."""
-    i, at, step = record.index, record.place, record.step
+    i, at, step = record.points, record.places, record.step
     dt, t0 = record.dt[at], record.time[at]
     t1 = t0 + dt
     factor = record.loads.viscous[at] / here.pressure[at]

@@ -7,7 +7,7 @@ import numpy as np
 from iceslide_fem.materials import Array
 
 SAFETY = 0.9
-SHRINK, GROW = 0.1, 4.0
+SHRINK, GROW = 0.1, 2.0
 
 
 def step_factor(error: Array | float, order: int) -> Array:
