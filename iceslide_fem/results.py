@@ -1,0 +1,87 @@
+"""What a finished run left in its directory: summary, histories and the times of its fields."""
+
+from __future__ import annotations
+
+import csv
+import json
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.materials import BAR, MELTING_TEMPERATURE, Array
+
+
+class Run(NamedTuple):
+    """The files of a run; SI units, as in the columns' names.
+
+    history: column -> (rows,); preload: the same for the press and the speed ramp, empty if the
+    run had none; summary: as in summary.json.
+    """
+
+    directory: Path
+    summary: dict[str, Any]
+    history: dict[str, Array]
+    preload: dict[str, Array]
+
+    @property
+    def scene(self) -> dict[str, Any]:
+        """The scene as it was resolved."""
+        return dict(self.summary["scene"])
+
+    @property
+    def title(self) -> str:
+        """The scene in one line: name, model, pressure, speed, temperature and the ice's model."""
+        scene, load, ice = self.scene, self.scene["load"], self.scene["ice"]
+        celsius = ice["temperature"] - MELTING_TEMPERATURE
+        return (
+            f"{scene['name']}: {scene['model']}, {load['pressure'] / BAR:.3g} bar, "
+            f"{load['speed']:.3g} m/s, {ice['motion']} ice at {celsius:.3g} °C ({ice['heat']})"
+        )
+
+    def at(self, column: str, time: float) -> float:
+        """History `column` at `time` (s), linear between steps."""
+        return float(np.interp(time, self.history["time_s"], self.history[column]))
+
+
+def read_run(directory: Path | str) -> Run:
+    """Read a finished run. Raises SceneError if the directory holds none."""
+    directory = Path(directory)
+    try:
+        text = (directory / "summary.json").read_text(encoding="utf-8")
+        summary, history = json.loads(text), _columns(directory / "history.csv")
+    except OSError as error:
+        missing = Path(error.filename).name
+        raise SceneError(f"{directory} holds no finished run (no readable {missing})") from None
+    except ValueError as error:
+        raise SceneError(f"{directory} holds no finished run ({error})") from None
+    if "scene" not in summary or "mu" not in history or not history["mu"].size:
+        raise SceneError(f"{directory} holds no finished run (its files are of something else)")
+    preload = directory / "preload.csv"
+    return Run(directory, summary, history, _columns(preload) if preload.is_file() else {})
+
+
+def field_files(directory: Path, name: str) -> list[tuple[float, Path]]:
+    """Times (s) and files of the field `name` (rubber, ice, interface); empty if not written."""
+    path = directory / "fields" / f"{name}.pvd"
+    if not path.is_file():
+        return []
+    entries = ET.parse(path).iter("DataSet")
+    return [
+        (float(entry.attrib["timestep"]), path.parent / entry.attrib["file"]) for entry in entries
+    ]
+
+
+def _columns(path: Path) -> dict[str, Array]:
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    return {name: _numbers([row[name] for row in rows]) for name in (rows[0] if rows else ())}
+
+
+def _numbers(cells: list[str]) -> Array:
+    try:
+        return np.array([float(cell) for cell in cells])
+    except ValueError:
+        return np.array(cells)
