@@ -66,6 +66,11 @@ class Continuum:
         self._ksp = self._solver()
         self._iterations = 2 * PATIENCE
 
+    @property
+    def n_dofs(self) -> int:
+        """Temperature unknowns on all ranks."""
+        return int(self.space.dofmap.index_map.size_global)
+
     def initial(self, n_points: int) -> Array:
         """Content of ice at its initial temperature (whatever the number of points)."""
         return np.zeros(self._x.getLocalSize())
