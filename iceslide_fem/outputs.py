@@ -152,7 +152,8 @@ class Fields:
     def write(self, time: float, values: Mapping[str, Array]) -> None:
         """Append the present state at `time` (s).
 
-        values: name with unit -> values at the contact points (f, q) of this rank.
+        values: name with unit -> values at the contact points (f, q) of this rank; NaN where a
+        point has none: the facet's mean is that of its other points.
         """
         if self._kelvin is not None:
             self._celsius.x.array[:] = self._kelvin.x.array - ZERO_CELSIUS
@@ -173,10 +174,8 @@ class Fields:
             volume.close()
 
     def _write_interface(self, values: Mapping[str, Array]) -> None:
-        weights = abs(self._surface.weights)
-        weights = weights / weights.sum(axis=1, keepdims=True)
         corners = self._gather(self._corner_nodes + self._rubber.displacements[self._corner_dofs])
-        means = {name: self._gather((weights * at).sum(axis=1)) for name, at in values.items()}
+        means = {name: self._gather(self._means(at)) for name, at in values.items()}
         if corners is None:
             return
         points = corners.reshape(-1, corners.shape[-1])[self._first]
@@ -188,6 +187,12 @@ class Fields:
             [(self._facet_name, self._cells)],
             cell_data={name: [mean] for name, mean in means.items()},
         )
+
+    def _means(self, at: Array) -> Array:
+        weights = np.where(np.isnan(at), 0.0, abs(self._surface.weights))
+        total = weights.sum(axis=1)
+        mean = (weights * np.nan_to_num(at)).sum(axis=1) / np.where(total > 0.0, total, 1.0)
+        return np.where(total > 0.0, mean, np.nan)
 
     def _gather(self, local: Array) -> Array | None:
         """Rows of all ranks one after the other on rank 0, None on the others."""

@@ -1,0 +1,266 @@
+"""One picture of a run at one time: block, contact pressure, film, temperatures and mu."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyvista as pv
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from iceslide_fem.materials import BAR, ICE_DIFFUSIVITY, MELTING_TEMPERATURE, Array
+from iceslide_fem.results import Run
+from iceslide_fem.snapshots import PRESSURE, TEMPERATURE, Interface, Snapshot, read_interface
+
+SIZE, DPI = (12.8, 9.6), 100  # inches; their pixels divide by 16, as films need it
+MM, UM, NM, MS = 1e3, 1e6, 1e9, 1e3
+NO_CONTACT = "#D9D9D9"
+THERMAL_LENGTHS = 3.0  # of ice below the surface that are shown
+ROBUST = 98.0  # per cent of the facets that the colours span: the pressure is singular at the edge
+
+
+class Quantity(NamedTuple):
+    """What is shown of the interface: cell data, title, unit and factor to it, and colours."""
+
+    name: str
+    title: str
+    unit: str
+    factor: float
+    colours: str
+
+
+CONTACT = Quantity(PRESSURE, "Contact pressure", "bar", 1.0 / BAR, "viridis")
+FILM = Quantity("film height (m)", "Height of the water film", "nm", NM, "YlGnBu")
+SURFACE = Quantity(
+    "surface temperature (degC)", "Temperature of the ice surface", "°C", 1.0, "inferno"
+)
+
+
+class Scales(NamedTuple):
+    """What all pictures of a run share: the quantities' ranges in their units, by name, and the
+    range of x in mm.
+    """
+
+    ranges: dict[str, tuple[float, float]]
+    x: tuple[float, float]
+
+
+def scales_of(run: Run, n_times: int) -> Scales:
+    """Scales that suit all times at which fields were written."""
+    parts = [read_interface(run.directory, number) for number in range(n_times)]
+    coldest = run.scene["ice"]["temperature"] - MELTING_TEMPERATURE
+    ranges = {SURFACE.name: (coldest, 0.0)}
+    for quantity in (CONTACT, FILM):
+        values = np.concatenate([part.values[quantity.name][part.touching] for part in parts])
+        low, high = np.nanpercentile(quantity.factor * values, (100.0 - ROBUST, ROBUST))
+        ranges[quantity.name] = (0.0 if quantity is CONTACT else float(low), float(high))
+    x = MM * np.concatenate([part.corners[part.touching][..., 0].ravel() for part in parts])
+    margin = 0.1 * np.ptp(x)
+    return Scales(ranges, (float(x.min() - margin), float(x.max() + margin)))
+
+
+def draw(run: Run, snapshot: Snapshot, scales: Scales) -> Figure:
+    """The picture of `snapshot`, to be rendered at `DPI`."""
+    figure = Figure(figsize=SIZE, layout="constrained")
+    mu = run.at("mu", snapshot.time)
+    figure.suptitle(
+        f"{run.title}\nt = {MS * snapshot.time:.2f} ms,  $\\mu$ = {mu:.3f}", fontsize=14
+    )
+    flat = snapshot.interface.corners.shape[1] == 2
+    right = [CONTACT, FILM, SURFACE] if flat else [FILM, SURFACE]
+    rows = len(right) + 1
+    below = "block" if snapshot.ice is None else "ice"
+    layout: list[Any] = [["block", quantity.name] for quantity in right] + [[below, "mu"]]
+    panels = figure.subplot_mosaic(
+        layout, width_ratios=[1.15, 1.0], height_ratios=[1.0] * (rows - 1) + [rows * 0.3]
+    )
+    (_block_2d if flat else _block_3d)(panels["block"], snapshot, scales)
+    show: Callable[..., None] = _curve if flat else _map
+    for quantity in right:
+        show(panels[quantity.name], snapshot.interface, quantity, scales)
+    _friction(panels["mu"], run, snapshot.time)
+    if snapshot.ice is not None:
+        _ice(panels["ice"], run, snapshot, scales)
+        _say_stretch(figure, panels["ice"])
+    return figure
+
+
+def _colour_bar(panel: Axes, quantity: Quantity, scales: Scales, **where: Any) -> None:
+    colours = ScalarMappable(Normalize(*scales.ranges[quantity.name]), quantity.colours)
+    figure = panel.get_figure()
+    assert figure is not None
+    extend = "neither" if quantity is SURFACE else "max" if quantity is CONTACT else "both"
+    figure.colorbar(
+        colours,
+        ax=panel,
+        extend=extend,
+        label=f"{quantity.title.lower()} ({quantity.unit})",
+        **where,
+    )
+
+
+def _block_3d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
+    panel.imshow(_render(snapshot, scales))
+    panel.set_axis_off()
+    size = " x ".join(f"{MM * length:.3g}" for length in np.ptp(snapshot.undeformed, axis=0))
+    panel.set_title(
+        f"The block from below, deformed to scale\n(lines: undeformed, {size} mm; "
+        "arrow: sliding direction; grey: no contact)",
+        fontsize=10,
+    )  # fmt: skip
+    _colour_bar(panel, CONTACT, scales, orientation="horizontal", location="bottom")
+
+
+def _render(snapshot: Snapshot, scales: Scales) -> NDArray[np.uint8]:
+    """Image of the block seen from below the ice, its white margins cut off."""
+    low, high = snapshot.undeformed
+    centre, size = (low + high) / 2, float(np.linalg.norm(high - low))
+    plotter = pv.Plotter(off_screen=True, window_size=(1200, 1200))
+    plotter.set_background("white")
+    rubber = snapshot.rubber.copy()
+    rubber.cell_data[PRESSURE] *= CONTACT.factor
+    plotter.add_mesh(
+        rubber,
+        scalars=PRESSURE,
+        clim=scales.ranges[PRESSURE],
+        cmap=CONTACT.colours,
+        nan_color=NO_CONTACT,
+        show_edges=True,
+        edge_color="#595959",
+        show_scalar_bar=False,
+        ambient=0.35,
+        diffuse=0.7,
+    )
+    outline = pv.Box(np.column_stack([low, high]).ravel()).extract_all_edges()
+    plotter.add_mesh(outline, color="black", line_width=2)
+    start = [low[0] + 0.25 * (high[0] - low[0]), low[1] - 0.25 * (high[1] - low[1]), 0.0]
+    arrow = pv.Arrow(start=start, direction=(1.0, 0.0, 0.0), scale=0.5 * (high[0] - low[0]))
+    plotter.add_mesh(arrow, color="black")
+    plotter.camera_position = [centre + size * np.array([0.9, -1.3, -1.2]), centre, (0, 0, 1)]
+    plotter.enable_anti_aliasing("ssaa")
+    image = np.asarray(plotter.screenshot(return_img=True))
+    plotter.close()
+    inked = (image < 255).any(axis=2)
+    rows, columns = (np.flatnonzero(inked.any(axis=axis)) for axis in (1, 0))
+    return image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+
+
+def _block_2d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
+    cells = MM * snapshot.rubber.points[snapshot.rubber.regular_faces][..., :2]
+    panel.add_collection(PolyCollection(cells, facecolors=NO_CONTACT, edgecolors="0.5", lw=0.4))
+    (x0, z0, _), (x1, z1, _) = MM * snapshot.undeformed
+    panel.plot([x0, x1, x1, x0, x0], [z0, z0, z1, z1, z0], "k:", linewidth=1.2)
+    contact = snapshot.interface.touching
+    panel.add_collection(
+        LineCollection(
+            MM * snapshot.interface.corners[contact][..., :2],
+            array=CONTACT.factor * snapshot.interface.values[PRESSURE][contact],
+            cmap=CONTACT.colours,
+            norm=Normalize(*scales.ranges[PRESSURE]),
+            linewidth=6,
+        )
+    )
+    panel.axhspan(-0.08 * z1, 0.0, color="#D6ECF8", zorder=0)
+    panel.annotate(
+        "",
+        (0.75 * x1, 1.08 * z1),
+        (0.25 * x1, 1.08 * z1),
+        arrowprops={"arrowstyle": "-|>", "color": "black"},
+    )
+    panel.text(0.2 * x1, 1.08 * z1, "sliding", ha="right", va="center")
+    panel.set(xlabel="x (mm)", ylabel="z (mm)", ylim=(-0.08 * z1, 1.15 * z1))
+    panel.set_aspect("equal")
+    panel.set_title("The block, deformed to scale (dotted: undeformed)", fontsize=10)
+    _colour_bar(panel, CONTACT, scales, orientation="horizontal", location="bottom")
+
+
+def _map(panel: Axes, interface: Interface, quantity: Quantity, scales: Scales) -> None:
+    """The quantity on the contact area, seen from above."""
+    corners, touching = MM * interface.corners[..., :2], interface.touching
+    panel.add_collection(PolyCollection(corners[~touching], facecolors=NO_CONTACT))
+    panel.add_collection(
+        PolyCollection(
+            corners[touching],
+            array=quantity.factor * interface.values[quantity.name][touching],
+            cmap=quantity.colours,
+            norm=Normalize(*scales.ranges[quantity.name]),
+            edgecolors="face",
+            linewidths=0.3,
+        )
+    )
+    panel.set(xlabel="x (mm)", ylabel="y (mm)")
+    panel.set_aspect("equal")
+    panel.autoscale_view()
+    panel.set_title(f"{quantity.title} (from above, block slides to the right)", fontsize=10)
+    _colour_bar(panel, quantity, scales)
+
+
+def _curve(panel: Axes, interface: Interface, quantity: Quantity, scales: Scales) -> None:
+    """The quantity along the contact line of a slice."""
+    x = MM * interface.corners[..., 0].mean(axis=1)
+    values = np.where(interface.touching, quantity.factor * interface.values[quantity.name], np.nan)
+    order = np.argsort(x)
+    panel.plot(x[order], values[order], ".-", color="#0072B2")
+    low, high = scales.ranges[quantity.name]
+    margin = 0.1 * (high - low)
+    panel.set(
+        xlabel="x (mm)",
+        ylabel=quantity.unit,
+        xlim=scales.x,
+        ylim=(low - margin, high + margin),
+    )
+    panel.grid(alpha=0.25)
+    panel.set_title(quantity.title, fontsize=10)
+
+
+def _ice(panel: Axes, run: Run, snapshot: Snapshot, scales: Scales) -> None:
+    ice = snapshot.ice
+    assert ice is not None
+    x, depth = MM * ice.points[:, 0], UM * _vertical(ice, snapshot)
+    drawn = panel.tripcolor(
+        x, depth, ice.point_data[TEMPERATURE], triangles=ice.regular_faces,
+        shading="gouraud", cmap=SURFACE.colours, norm=Normalize(*scales.ranges[SURFACE.name]),
+    )  # fmt: skip
+    shown = THERMAL_LENGTHS * math.sqrt(ICE_DIFFUSIVITY * run.history["time_s"][-1])
+    panel.set(
+        xlabel="x (mm)", ylabel="z (µm)", ylim=(-UM * shown, 0.06 * UM * shown), xlim=scales.x
+    )
+    touching = MM * snapshot.interface.corners[snapshot.interface.touching][..., 0]
+    panel.plot([touching.min(), touching.max()], [0.0, 0.0], "k", linewidth=5)
+    figure = panel.get_figure()
+    assert figure is not None
+    figure.colorbar(drawn, ax=panel, label="temperature (°C)")
+
+
+def _vertical(ice: pv.PolyData, snapshot: Snapshot) -> Array:
+    return np.asarray(ice.points[:, 1 if snapshot.interface.corners.shape[1] == 2 else 2])
+
+
+def _say_stretch(figure: Figure, panel: Axes) -> None:
+    """Title with the exaggeration of the depth, which is known after the layout only."""
+    panel.set_title("Temperature", fontsize=10)
+    figure.draw_without_rendering()
+    box = panel.get_window_extent()
+    wide, deep = np.ptp(panel.get_xlim()) / MM, np.ptp(panel.get_ylim()) / UM
+    stretch = (box.height / deep) / (box.width / wide)
+    panel.set_title(
+        f"Temperature of the ice below the block's middle, depth stretched "
+        f"{stretch:.1f} times\n(black: rubber in contact)",
+        fontsize=10,
+    )
+
+
+def _friction(panel: Axes, run: Run, time: float) -> None:
+    panel.plot(MS * run.history["time_s"], run.history["mu"], color="#0072B2")
+    panel.plot(MS * time, run.at("mu", time), "o", color="#D55E00", markersize=8)
+    panel.set(xlabel="sliding time (ms)", ylabel=r"$\mu$ (1)")
+    panel.set_ylim(bottom=0.0)
+    panel.grid(alpha=0.25)
+    panel.set_title("Friction coefficient", fontsize=10)

@@ -1,0 +1,126 @@
+"""The fields of a finished run at one time, read with pyvista and made whole for pictures.
+
+Imports nothing of DOLFINx: two libraries in one process would bring two versions of VTK's C++
+library. In a slice points are (x, z, 0), in a block (x, y, z).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pyvista as pv
+from scipy.spatial import cKDTree
+
+from iceslide_fem.materials import Array
+from iceslide_fem.results import field_files
+
+TEMPERATURE = "temperature (degC)"
+PRESSURE = "contact pressure (Pa)"
+
+# Lagrange cells of any degree list their corners first: (corners, VTK's linear cell).
+_LINEAR = {
+    pv.CellType.LAGRANGE_TRIANGLE: (3, pv.CellType.TRIANGLE),
+    pv.CellType.LAGRANGE_QUADRILATERAL: (4, pv.CellType.QUAD),
+    pv.CellType.LAGRANGE_TETRAHEDRON: (4, pv.CellType.TETRA),
+    pv.CellType.LAGRANGE_HEXAHEDRON: (8, pv.CellType.HEXAHEDRON),
+}
+
+
+class Interface(NamedTuple):
+    """Contact facets: corners in their order around the facet (f, c, 3), m, and means (f,)."""
+
+    corners: Array
+    values: Mapping[str, Array]
+
+    @property
+    def touching(self) -> Array:
+        """Which facets are in contact (f,)."""
+        return np.asarray(self.values[PRESSURE] > 0.0)
+
+
+class Snapshot(NamedTuple):
+    """The deformed rubber, its contact facets and a section of the ice at `time` (s).
+
+    rubber: the outer surface (in a slice the cells) with the contact pressure, NaN where there is
+    no contact. ice: the section y = 0, triangles with the temperature in degC as point data, or
+    None. undeformed: lowest and highest corner of the block before it was pressed (2, 3), m.
+    Both halves of a symmetric block are there.
+    """
+
+    time: float
+    rubber: pv.PolyData
+    interface: Interface
+    ice: pv.PolyData | None
+    undeformed: Array
+
+
+def times(directory: Path) -> Array:
+    """Times (s) of the fields in a run's directory; empty if it has none."""
+    return np.array([time for time, _ in field_files(directory, "interface")])
+
+
+def read_interface(directory: Path, number: int) -> Interface:
+    """The contact facets, as they were written as `number` (of half a block only its half)."""
+    grid = pv.read(field_files(directory, "interface")[number][1])
+    connectivity = grid.cell_connectivity.reshape(grid.n_cells, -1)
+    values = {name: np.asarray(grid.cell_data[name]) for name in grid.cell_data}
+    return Interface(np.asarray(grid.points)[connectivity], values)
+
+
+def read_snapshot(directory: Path, number: int) -> Snapshot:
+    """The fields that were written as `number` (0, 1, ...)."""
+    time, _ = field_files(directory, "interface")[number]
+    interface = read_interface(directory, number)
+    grid = _read_linear(field_files(directory, "rubber")[number][1])
+    undeformed = np.array([grid.points.min(axis=0), grid.points.max(axis=0)])
+    grid.points = grid.points + grid.point_data["displacement"]
+    rubber = grid.extract_surface(algorithm="geometry")
+    flat = interface.corners.shape[1] == 2
+    if not flat:
+        _put_pressure(rubber, interface)
+        if rubber.bounds.y_min > -1e-6 * rubber.length:  # half a block
+            rubber, interface = _with_mirror_image(rubber, interface)
+            undeformed[0, 1] = -undeformed[1, 1]
+    ice_files = field_files(directory, "ice")
+    ice = None
+    if ice_files:
+        grid = _read_linear(ice_files[number][1])
+        # just inside the cells, whose faces lie in the plane of symmetry itself
+        inside = (0.0, 1e-6 * grid.length, 0.0)
+        section = (
+            grid.extract_surface(algorithm="geometry") if flat else grid.slice("y", origin=inside)
+        )
+        ice = section.triangulate()
+    return Snapshot(time, rubber, interface, ice, undeformed)
+
+
+def _read_linear(path: Path) -> pv.UnstructuredGrid:
+    """Cells by their corners; without the copies that every rank keeps of others' cells."""
+    grid = pv.read(path)
+    own = grid.cell_data["vtkGhostType"] == 0
+    corners, kind = _LINEAR[pv.CellType(grid.celltypes[0])]
+    cells = grid.cell_connectivity.reshape(grid.n_cells, -1)[own, :corners]
+    used, cells = np.unique(cells, return_inverse=True)
+    linear = pv.UnstructuredGrid({kind: cells.reshape(-1, corners)}, np.array(grid.points[used]))
+    for name in grid.point_data:
+        if not name.startswith("vtk"):
+            linear.point_data[name] = grid.point_data[name][used]
+    return linear.clean(tolerance=1e-9)
+
+
+def _put_pressure(rubber: pv.PolyData, interface: Interface) -> None:
+    """Give the surface's faces the pressure of the contact facet in the same place."""
+    centres = rubber.cell_centers().points
+    distance, facet = cKDTree(interface.corners.mean(axis=1)).query(centres)
+    pressure = np.where(interface.touching, interface.values[PRESSURE], np.nan)[facet]
+    rubber.cell_data[PRESSURE] = np.where(distance < 1e-5 * rubber.length, pressure, np.nan)
+
+
+def _with_mirror_image(rubber: pv.PolyData, interface: Interface) -> tuple[pv.PolyData, Interface]:
+    """Both with their images behind the plane of symmetry y = 0."""
+    corners = np.concatenate([interface.corners, [1.0, -1.0, 1.0] * interface.corners])
+    values = {name: np.tile(mean, 2) for name, mean in interface.values.items()}
+    return rubber.merge(rubber.reflect((0, 1, 0))), Interface(corners, values)
