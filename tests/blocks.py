@@ -1,0 +1,55 @@
+"""Small blocks of any cell type for the tests of rubber and contact."""
+
+import numpy as np
+from dolfinx import mesh as dolfinx_mesh
+
+from iceslide_fem._dolfinx import MPI
+from iceslide_fem.meshing import RubberMesh
+
+CELLS = ["triangle", "quadrilateral", "tetrahedron", "hexahedron"]
+SIZE = 1e-3  # m, of every edge
+
+
+def a_block(cells, n=4, comm=MPI.COMM_WORLD):
+    """Square or cube with its corner at the origin, tagged as the rubber's meshes are."""
+    kind = getattr(dolfinx_mesh.CellType, cells)
+    dim = 2 if cells in ("triangle", "quadrilateral") else 3
+    if dim == 2:
+        mesh = dolfinx_mesh.create_unit_square(comm, n, n, kind)
+    else:
+        mesh = dolfinx_mesh.create_unit_cube(comm, n, n, n, kind)
+
+    def contact(x):
+        z = x[dim - 1]
+        sides = np.isclose(x[0], 0) | np.isclose(x[0], 1)
+        if dim == 3:
+            sides |= np.isclose(x[1], 1)
+        return np.isclose(z, 0) | (sides & (z < 0.51))
+
+    parts = {"contact": contact, "plate": lambda x: np.isclose(x[dim - 1], 1)}
+    if dim == 3:
+        parts["symmetry"] = lambda x: np.isclose(x[1], 0)
+    # a facet is chosen by its vertices, so corners must not join two sides: centres decide
+    facets = dolfinx_mesh.locate_entities_boundary(mesh, dim - 1, lambda x: x[0] < 2)
+    centres = dolfinx_mesh.compute_midpoints(mesh, dim - 1, facets).T
+    tags = np.zeros(len(facets), dtype=np.int32)
+    for number, part in enumerate(parts.values(), 1):
+        tags[part(centres)] = number
+    chosen = np.flatnonzero(tags)
+    chosen = chosen[np.argsort(facets[chosen])]
+    facet_tags = dolfinx_mesh.meshtags(mesh, dim - 1, facets[chosen], tags[chosen])
+    mesh.geometry.x[:] *= SIZE
+    return RubberMesh(mesh, facet_tags, {name: tag for tag, name in enumerate(parts, 1)})
+
+
+def bend(rubber, size=0.1):
+    """Give `rubber` a smooth displacement, the same on any number of ranks."""
+    dim = rubber.mesh.geometry.dim
+
+    def field(x):
+        a = x[:dim] / SIZE
+        waves = [np.sin(4.1 * a[0] + 1.3 * a[i] + 0.7 * a[-1] + i) for i in range(dim)]
+        return size * SIZE * (np.array(waves) - 0.5)
+
+    rubber.u.interpolate(field)
+    rubber.u.x.scatter_forward()

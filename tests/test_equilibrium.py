@@ -1,0 +1,169 @@
+"""Equilibrium of the pressed block: forces, symmetry, linearisation, ranks and lanes."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("iceslide_fem._dolfinx")  # before anything of DOLFINx
+
+from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
+
+from iceslide_fem._dolfinx import MPI  # noqa: E402
+from iceslide_fem.contact import contact_state, sliding_friction, static_friction  # noqa: E402
+from iceslide_fem.equilibrium import Equilibrium, NotConverged  # noqa: E402
+from iceslide_fem.materials import BAR, COMPOUNDS  # noqa: E402
+from iceslide_fem.rubber import Rubber  # noqa: E402
+from iceslide_fem.surface import contact_surface  # noqa: E402
+
+pytestmark = [pytest.mark.fe, pytest.mark.mpi]
+
+B = COMPOUNDS["B"]
+PENALTY = 100 * B.youngs_modulus / SIZE
+N = {"triangle": 5, "quadrilateral": 5, "tetrahedron": 3, "hexahedron": 3}
+
+# Plate displacement (um) at 1 bar, sliding, on the meshes above; found with DOLFINx 0.5.2.
+PRESSED = [("quadrilateral", 38.604760606), ("hexahedron", 47.956618803)]
+
+
+def static(pressure, displacement):
+    return static_friction(pressure, displacement, 0.1, 1e-6)
+
+
+def sliding(pressure, displacement, mu=0.15):
+    return sliding_friction(mu * pressure, np.full_like(pressure, mu), displacement.shape[-1])
+
+
+def equilibrium_of(cells, comm=MPI.COMM_WORLD):
+    rubber = Rubber(a_block(cells, N[cells], comm), B)
+    surface = contact_surface(rubber.space, rubber.facets("contact"), 4)
+    return Equilibrium(rubber, surface, PENALTY)
+
+
+def press(system, law, pressure=BAR, accuracy=1e-9):
+    """Press by `pressure` (Pa) in steps that Newton can take; returns the force (N or N/m)."""
+    dim = system.rubber.mesh.geometry.dim
+    force = pressure * SIZE ** (dim - 1)
+    steps = max(1, round(pressure / (0.2 * BAR)))
+    system.rubber.displacements[:, -1] -= pressure / steps / PENALTY
+    for step in range(1, steps + 1):
+        system.solve(force * step / steps, law, accuracy * force)
+    return force
+
+
+def forces_on_contact(system, law):
+    """Resultant (d,) of the contact tractions on all ranks, and the covered area."""
+    u, surface = system.rubber.displacements, system.surface
+    state = contact_state(surface, u, PENALTY)
+    shear = law(state.pressure, surface.displacements(u)[..., :-1]).value
+    parts = [surface.total(shear[..., i], state.area) for i in range(shear.shape[-1])]
+    touching = surface.total(state.pressure > 0.0, state.area)
+    return np.array([*parts, surface.total(state.pressure, state.area)]), touching
+
+
+@pytest.mark.parametrize("law", [static, sliding])
+@pytest.mark.parametrize("cells", CELLS)
+def test_contact_carries_the_plate(cells, law):
+    system = equilibrium_of(cells)
+    force = press(system, law)
+    resultant, _ = forces_on_contact(system, law)
+    assert resultant[-1] == pytest.approx(force, rel=1e-8)
+    if law is sliding:
+        assert resultant[0] == pytest.approx(-0.15 * force, rel=1e-8)
+
+
+def test_friction_of_a_symmetric_block_cancels():
+    system = equilibrium_of("hexahedron")
+    force = press(system, static)
+    resultant, _ = forces_on_contact(system, static)
+    assert abs(resultant[0]) < 1e-8 * force
+    assert resultant[1] < -1e-3 * force  # of half of the block: towards its middle
+    held = system.rubber.symmetry
+    assert not system.rubber.displacements[held, 1].any()
+
+
+def test_plate_stays_parallel_to_the_ice_and_its_displacement_is_that_of_its_nodes():
+    system = equilibrium_of("hexahedron")
+    press(system, sliding)
+    plate = system.rubber.displacements[system.rubber.plate]
+    assert not plate[:, :2].any()
+    np.testing.assert_allclose(plate[:, 2], -system.plate_displacement(), rtol=1e-12)
+    assert 0.02 * SIZE < system.plate_displacement() < 0.08 * SIZE
+
+
+def test_five_bar():
+    system = equilibrium_of("quadrilateral")
+    force = press(system, static, 5 * BAR)
+    resultant, touching = forces_on_contact(system, static)
+    assert resultant[-1] == pytest.approx(force, rel=1e-8)
+    assert touching > 1.02 * SIZE  # the bulging sides rolled onto the ice
+    assert 0.12 * SIZE < system.plate_displacement() < 0.18 * SIZE
+
+
+@pytest.mark.parametrize("cells", CELLS)
+def test_newton_direction_solves_the_linearised_bordered_system(cells):
+    system = equilibrium_of(cells)
+    rubber, values = system.rubber, system.rubber.u.x.array
+    bend(rubber, 0.03)
+    rubber.displacements[rubber.plate] = 0.0
+    rubber.displacements[rubber.symmetry, 1] = 0.0
+    force = 0.5 * BAR * SIZE ** (rubber.mesh.geometry.dim - 1)
+
+    def imbalance():
+        system._imbalance(force, static)
+        return np.append(system._residual.array, system._plate_imbalance)
+
+    start, here = values.copy(), imbalance()
+    system._linearise(static)
+    change = system._direction()
+    step = 1e-6
+    values[:] = start + step * change
+    ahead = imbalance()
+    values[:] = start - step * change
+    slope = (ahead - imbalance()) / (2 * step)
+    assert MPI.COMM_WORLD.allreduce(np.linalg.norm(here)) > 0.0
+    largest = MPI.COMM_WORLD.allreduce(abs(here).max(), op=MPI.MAX)
+    np.testing.assert_allclose(slope, -here, atol=2e-6 * largest)
+
+
+def test_too_large_a_load_is_refused_and_the_caller_can_restore():
+    system = equilibrium_of("quadrilateral")
+    force = press(system, static)
+    before, displacement = system.rubber.u.x.array.copy(), system.plate_displacement()
+    with pytest.raises(NotConverged):
+        system.solve(300 * force, static, 1e-9 * force)
+    system.rubber.u.x.array[:] = before
+    system.forget()
+    solution = system.solve(force, static, 1e-8 * force)
+    assert solution.iterations == 0
+    assert system.plate_displacement() == displacement
+
+
+@pytest.mark.parametrize("cells, micrometres", PRESSED)
+def test_plate_displacement_is_the_same_in_every_dolfinx_version(cells, micrometres):
+    system = equilibrium_of(cells)
+    press(system, sliding)
+    assert system.plate_displacement() * 1e6 == pytest.approx(micrometres, rel=1e-7)
+
+
+@pytest.mark.parametrize("cells", CELLS)
+def test_ranks_do_not_change_the_result(cells):
+    together, alone = equilibrium_of(cells), equilibrium_of(cells, MPI.COMM_SELF)
+    for law in (static, sliding):
+        press(together, law)
+        press(alone, law)
+        assert together.plate_displacement() == pytest.approx(alone.plate_displacement(), rel=1e-7)
+        (one, area_one), (other, area_other) = (
+            forces_on_contact(system, law) for system in (together, alone)
+        )
+        assert area_one == pytest.approx(area_other, rel=1e-6)
+        np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-8 * abs(one).max())
+        rubber = together.rubber
+        found = dict(zip(keys(alone.rubber), alone.rubber.displacements, strict=True))
+        expected = np.array([found[key] for key in keys(rubber)])
+        size = together.plate_displacement()
+        np.testing.assert_allclose(rubber.displacements, expected, atol=1e-6 * size)
+
+
+def keys(rubber):
+    """Undeformed positions of the nodes as integers, to find a node again."""
+    X = rubber.space.tabulate_dof_coordinates()
+    return [tuple(row) for row in np.round(X / SIZE * 1e6).astype(int)]
