@@ -22,8 +22,8 @@ from iceslide_fem.snapshots import PRESSURE, TEMPERATURE, Interface, Snapshot, r
 SIZE, DPI = (12.8, 9.6), 100  # inches; their pixels divide by 16, as films need it
 MM, UM, NM, MS = 1e3, 1e6, 1e9, 1e3
 NO_CONTACT = "#D9D9D9"
-THERMAL_LENGTHS = 3.0  # of ice below the surface that are shown
-ROBUST = 98.0  # per cent of the facets that the colours span: the pressure is singular at the edge
+THERMAL_LENGTHS = 2.0  # of ice below the surface that are shown
+ROBUST = 98.0  # per cent of the facets whose pressure the colours span: it is singular at the edge
 
 
 class Quantity(NamedTuple):
@@ -55,11 +55,12 @@ class Scales(NamedTuple):
 def scales_of(run: Run, n_times: int) -> Scales:
     """Scales that suit all times at which fields were written."""
     parts = [read_interface(run.directory, number) for number in range(n_times)]
+    robust = 100.0 if parts[0].flat else ROBUST
     coldest = run.scene["ice"]["temperature"] - MELTING_TEMPERATURE
     ranges = {SURFACE.name: (coldest, 0.0)}
     for quantity in (CONTACT, FILM):
         values = np.concatenate([part.values[quantity.name][part.touching] for part in parts])
-        low, high = np.nanpercentile(quantity.factor * values, (100.0 - ROBUST, ROBUST))
+        low, high = np.nanpercentile(quantity.factor * values, (100.0 - robust, robust))
         ranges[quantity.name] = (0.0 if quantity is CONTACT else float(low), float(high))
     x = MM * np.concatenate([part.corners[part.touching][..., 0].ravel() for part in parts])
     margin = 0.1 * np.ptp(x)
@@ -73,17 +74,19 @@ def draw(run: Run, snapshot: Snapshot, scales: Scales) -> Figure:
     figure.suptitle(
         f"{run.title}\nt = {MS * snapshot.time:.2f} ms,  $\\mu$ = {mu:.3f}", fontsize=14
     )
-    flat = snapshot.interface.corners.shape[1] == 2
-    right = [CONTACT, FILM, SURFACE] if flat else [FILM, SURFACE]
-    rows = len(right) + 1
-    below = "block" if snapshot.ice is None else "ice"
-    layout: list[Any] = [["block", quantity.name] for quantity in right] + [[below, "mu"]]
-    panels = figure.subplot_mosaic(
-        layout, width_ratios=[1.15, 1.0], height_ratios=[1.0] * (rows - 1) + [rows * 0.3]
-    )
+    flat = snapshot.interface.flat
+    quantities = [CONTACT, FILM, SURFACE] if flat else [FILM, SURFACE]
+    above = ["block", "mu" if snapshot.ice is None else "ice"]
+    below = [quantity.name for quantity in quantities]
+    if snapshot.ice is not None:
+        below.append("mu")
+    panels: dict[str, Axes] = {}
+    parts: Any = figure.subfigures(2, 1, height_ratios=[1.4, 1.0])
+    for part, row in zip(parts, (above, below), strict=True):
+        panels |= zip(row, part.subplots(1, len(row)), strict=True)
     (_block_2d if flat else _block_3d)(panels["block"], snapshot, scales)
     show: Callable[..., None] = _curve if flat else _map
-    for quantity in right:
+    for quantity in quantities:
         show(panels[quantity.name], snapshot.interface, quantity, scales)
     _friction(panels["mu"], run, snapshot.time)
     if snapshot.ice is not None:
@@ -97,11 +100,12 @@ def _colour_bar(panel: Axes, quantity: Quantity, scales: Scales, **where: Any) -
     figure = panel.get_figure()
     assert figure is not None
     extend = "neither" if quantity is SURFACE else "max" if quantity is CONTACT else "both"
+    label = f"{quantity.title.lower()} ({quantity.unit})" if where else quantity.unit
     figure.colorbar(
         colours,
         ax=panel,
         extend=extend,
-        label=f"{quantity.title.lower()} ({quantity.unit})",
+        label=label,
         **where,
     )
 
@@ -111,11 +115,11 @@ def _block_3d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
     panel.set_axis_off()
     size = " x ".join(f"{MM * length:.3g}" for length in np.ptp(snapshot.undeformed, axis=0))
     panel.set_title(
-        f"The block from below, deformed to scale\n(lines: undeformed, {size} mm; "
-        "arrow: sliding direction; grey: no contact)",
+        "The block from below (arrow: sliding direction; grey: no contact)\n"
+        f"deformed to scale (lines: undeformed, {size} mm)",
         fontsize=10,
     )  # fmt: skip
-    _colour_bar(panel, CONTACT, scales, orientation="horizontal", location="bottom")
+    _colour_bar(panel, CONTACT, scales, location="left", aspect=30)
 
 
 def _render(snapshot: Snapshot, scales: Scales) -> NDArray[np.uint8]:
@@ -126,24 +130,26 @@ def _render(snapshot: Snapshot, scales: Scales) -> NDArray[np.uint8]:
     plotter.set_background("white")
     rubber = snapshot.rubber.copy()
     rubber.cell_data[PRESSURE] *= CONTACT.factor
+    contact = np.isfinite(rubber.cell_data[PRESSURE])
+    edges = {"show_edges": True, "edge_color": "#595959"}
+    plotter.add_mesh(rubber.extract_cells(~contact), color=NO_CONTACT, ambient=0.2, **edges)
     plotter.add_mesh(
-        rubber,
+        rubber.extract_cells(contact),
         scalars=PRESSURE,
         clim=scales.ranges[PRESSURE],
         cmap=CONTACT.colours,
-        nan_color=NO_CONTACT,
-        show_edges=True,
-        edge_color="#595959",
+        lighting=False,  # so that colours are those of the bar
         show_scalar_bar=False,
-        ambient=0.35,
-        diffuse=0.7,
+        **edges,
     )
     outline = pv.Box(np.column_stack([low, high]).ravel()).extract_all_edges()
     plotter.add_mesh(outline, color="black", line_width=2)
-    start = [low[0] + 0.25 * (high[0] - low[0]), low[1] - 0.25 * (high[1] - low[1]), 0.0]
-    arrow = pv.Arrow(start=start, direction=(1.0, 0.0, 0.0), scale=0.5 * (high[0] - low[0]))
+    start = [high[0] + 0.1 * size, centre[1], 0.0]
+    arrow = pv.Arrow(start=start, direction=(1.0, 0.0, 0.0), scale=0.25 * size)
     plotter.add_mesh(arrow, color="black")
-    plotter.camera_position = [centre + size * np.array([0.9, -1.3, -1.2]), centre, (0, 0, 1)]
+    plotter.camera_position = [centre + size * np.array([0.6, -1.1, -1.5]), centre, (0, 0, 1)]
+    plotter.enable_parallel_projection()
+    plotter.reset_camera()
     plotter.enable_anti_aliasing("ssaa")
     image = np.asarray(plotter.screenshot(return_img=True))
     plotter.close()
@@ -178,7 +184,7 @@ def _block_2d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
     panel.set(xlabel="x (mm)", ylabel="z (mm)", ylim=(-0.08 * z1, 1.15 * z1))
     panel.set_aspect("equal")
     panel.set_title("The block, deformed to scale (dotted: undeformed)", fontsize=10)
-    _colour_bar(panel, CONTACT, scales, orientation="horizontal", location="bottom")
+    _colour_bar(panel, CONTACT, scales, location="left", aspect=30)
 
 
 def _map(panel: Axes, interface: Interface, quantity: Quantity, scales: Scales) -> None:
@@ -198,7 +204,7 @@ def _map(panel: Axes, interface: Interface, quantity: Quantity, scales: Scales) 
     panel.set(xlabel="x (mm)", ylabel="y (mm)")
     panel.set_aspect("equal")
     panel.autoscale_view()
-    panel.set_title(f"{quantity.title} (from above, block slides to the right)", fontsize=10)
+    panel.set_title(f"{quantity.title} (from above)", fontsize=10)
     _colour_bar(panel, quantity, scales)
 
 
@@ -233,14 +239,15 @@ def _ice(panel: Axes, run: Run, snapshot: Snapshot, scales: Scales) -> None:
         xlabel="x (mm)", ylabel="z (µm)", ylim=(-UM * shown, 0.06 * UM * shown), xlim=scales.x
     )
     touching = MM * snapshot.interface.corners[snapshot.interface.touching][..., 0]
-    panel.plot([touching.min(), touching.max()], [0.0, 0.0], "k", linewidth=5)
+    above = 0.03 * UM * shown
+    panel.plot([touching.min(), touching.max()], [above, above], "k", linewidth=5)
     figure = panel.get_figure()
     assert figure is not None
     figure.colorbar(drawn, ax=panel, label="temperature (°C)")
 
 
 def _vertical(ice: pv.PolyData, snapshot: Snapshot) -> Array:
-    return np.asarray(ice.points[:, 1 if snapshot.interface.corners.shape[1] == 2 else 2])
+    return np.asarray(ice.points[:, 1 if snapshot.interface.flat else 2])
 
 
 def _say_stretch(figure: Figure, panel: Axes) -> None:
@@ -251,8 +258,8 @@ def _say_stretch(figure: Figure, panel: Axes) -> None:
     wide, deep = np.ptp(panel.get_xlim()) / MM, np.ptp(panel.get_ylim()) / UM
     stretch = (box.height / deep) / (box.width / wide)
     panel.set_title(
-        f"Temperature of the ice below the block's middle, depth stretched "
-        f"{stretch:.1f} times\n(black: rubber in contact)",
+        f"Temperature of the ice below the block's middle\n"
+        f"(depth stretched {stretch:.1f} times; black: rubber in contact)",
         fontsize=10,
     )
 
@@ -261,6 +268,6 @@ def _friction(panel: Axes, run: Run, time: float) -> None:
     panel.plot(MS * run.history["time_s"], run.history["mu"], color="#0072B2")
     panel.plot(MS * time, run.at("mu", time), "o", color="#D55E00", markersize=8)
     panel.set(xlabel="sliding time (ms)", ylabel=r"$\mu$ (1)")
-    panel.set_ylim(bottom=0.0)
+    panel.set_ylim(0.0, 1.1 * run.history["mu"].max())
     panel.grid(alpha=0.25)
     panel.set_title("Friction coefficient", fontsize=10)

@@ -36,6 +36,11 @@ class Interface(NamedTuple):
     values: Mapping[str, Array]
 
     @property
+    def flat(self) -> bool:
+        """Whether this is of a slice: facets are lines."""
+        return self.corners.shape[1] == 2
+
+    @property
     def touching(self) -> Array:
         """Which facets are in contact (f,)."""
         return np.asarray(self.values[PRESSURE] > 0.0)
@@ -78,8 +83,7 @@ def read_snapshot(directory: Path, number: int) -> Snapshot:
     undeformed = np.array([grid.points.min(axis=0), grid.points.max(axis=0)])
     grid.points = grid.points + grid.point_data["displacement"]
     rubber = grid.extract_surface(algorithm="geometry")
-    flat = interface.corners.shape[1] == 2
-    if not flat:
+    if not interface.flat:
         _put_pressure(rubber, interface)
         if rubber.bounds.y_min > -1e-6 * rubber.length:  # half a block
             rubber, interface = _with_mirror_image(rubber, interface)
@@ -91,7 +95,9 @@ def read_snapshot(directory: Path, number: int) -> Snapshot:
         # just inside the cells, whose faces lie in the plane of symmetry itself
         inside = (0.0, 1e-6 * grid.length, 0.0)
         section = (
-            grid.extract_surface(algorithm="geometry") if flat else grid.slice("y", origin=inside)
+            grid.extract_surface(algorithm="geometry")
+            if interface.flat
+            else grid.slice("y", origin=inside)
         )
         ice = section.triangulate()
     return Snapshot(time, rubber, interface, ice, undeformed)
