@@ -36,6 +36,9 @@ from iceslide_fem.materials import (
 # Newton's last change of ln h; what is left is of the order of its square.
 _NEWTON_TOLERANCE = 1e-7
 _NEWTON_ITERATIONS = 80
+# Changes of ln h from which on Newton's method needs no safeguard: the residual is a sum of
+# exponentials of at most 2 ln h.
+_FAR = 0.1
 
 
 class FilmLoads(NamedTuple):
@@ -62,6 +65,8 @@ def film_loads(pressure: Array, speed: Array, k: Array, D: Array, H_V: Array) ->
 
 def interpolate(start: FilmLoads, end: FilmLoads, fraction: float) -> FilmLoads:
     """Loads at `fraction` of a step, on straight lines between its ends."""
+    if start is end:
+        return start
     return FilmLoads(*(a + fraction * (b - a) for a, b in zip(start, end, strict=True)))
 
 
@@ -106,9 +111,8 @@ def implicit_stage(
     fulfils value = start + dt * rate(value). Melting starts where the dry film would be warmer
     than T_m; saturation limits squeeze-out to the volume still free.
     """
-    y_dry, squeeze, overfill = _height(
-        log_height, squeezed, dt, loads, 0.0 * log_height, 0.0 * log_height, log_height
-    )
+    none = np.zeros_like(log_height)
+    y_dry, squeeze, overfill = _height(log_height, squeezed, dt, loads, none, none)
     q_dry = loads.viscous * loads.speed * np.exp(-y_dry)
     dry_temperature = ice.offset + ice.resistance * q_dry
     melting = (dry_temperature > MELTING_TEMPERATURE) & (q_dry > ice.melted_flux)
@@ -121,7 +125,7 @@ def implicit_stage(
         heating = some.viscous * some.speed / MELTING_ENTHALPY
         cooling = q_ice[wet] / MELTING_ENTHALPY
         y[wet], squeeze[wet], overfill[wet] = _height(
-            log_height[wet], squeezed[wet], _pick(dt, wet), some, heating, cooling, y_dry[wet]
+            log_height[wet], squeezed[wet], _pick(dt, wet), some, heating, cooling
         )
         q_f[wet] = some.viscous * some.speed * np.exp(-y[wet])
     return FilmStage(
@@ -178,7 +182,6 @@ def _height(
     loads: FilmLoads,
     heating: Array,
     cooling: Array,
-    y_guess: Array,
 ) -> tuple[Array, Array, Array]:
     """ln h, squeeze-out rate (m/s) and overfill (m) of one implicit stage.
 
@@ -186,17 +189,15 @@ def _height(
     just fills it. `heating` = c v / (rho L) and `cooling` = q_ice / (rho L) act where it melts.
     """
     zero = np.zeros_like(y_start)
-    y = _solve(y_start, dt, loads.squeeze_rate, zero, heating, cooling, y_guess)
+    y = _solve(y_start, dt, loads.squeeze_rate, zero, heating, cooling)
     squeeze = loads.squeeze_rate * np.exp(3.0 * y)
     overfill = squeezed + dt * squeeze - loads.free_height
     full = np.flatnonzero((overfill > 0.0) & (squeeze > 0.0))
     if full.size:
         dt_full = _pick(dt, full)
         squeeze[full] = np.maximum(loads.free_height[full] - squeezed[full], 0.0) / dt_full
-        # From the right of the root, where the residual is convex and increasing.
-        guess = np.maximum(y_guess[full], y_start[full])
         y[full] = _solve(
-            y_start[full], dt_full, zero[full], squeeze[full], heating[full], cooling[full], guess
+            y_start[full], dt_full, zero[full], squeeze[full], heating[full], cooling[full]
         )
     return y, squeeze, overfill
 
@@ -208,32 +209,35 @@ def _solve(
     squeeze: Array,
     heating: Array,
     cooling: Array,
-    y_guess: Array,
 ) -> Array:
     """Root y of y - y_start + dt (K3 e^2y + squeeze e^-y - heating e^-2y + cooling e^-y) = 0.
 
-    Newton's method, kept inside the bracket that the signs of the residual give.
+    Newton's method; far from the root it is kept inside the bracket that the residual's signs
+    give.
     """
-    y = y_guess.copy()
+    thinning_rate, loss_rate, gain_rate = dt * K3, dt * (squeeze + cooling), dt * heating
+    y = y_start.copy()
     low = np.full_like(y, -np.inf)
     high = np.full_like(y, np.inf)
     for _ in range(_NEWTON_ITERATIONS):
         inverse = np.exp(-y)
-        thinning = dt * K3 / inverse**2
-        loss = dt * (squeeze + cooling) * inverse
-        gain = dt * heating * inverse**2
+        square = inverse * inverse
+        thinning, loss, gain = thinning_rate / square, loss_rate * inverse, gain_rate * square
         residual = y - y_start + thinning + loss - gain
-        slope = np.maximum(1.0 + 2.0 * thinning - loss + 2.0 * gain, 0.1)
-        low = np.where(residual < 0.0, y, low)
-        high = np.where(residual >= 0.0, y, high)
-        change = np.clip(-residual / slope, -2.0, 2.0)
-        new = y + change
-        outside = (new <= low) | (new >= high)
-        outside &= np.isfinite(low) & np.isfinite(high) & (np.abs(change) > _NEWTON_TOLERANCE)
-        if outside.any():
-            new[outside] = 0.5 * (low[outside] + high[outside])
-        done = np.abs(new - y).max(initial=0.0) <= _NEWTON_TOLERANCE
-        y = new
-        if done:
-            break
+        change = -residual / np.maximum(1.0 + 2.0 * (thinning + gain) - loss, 0.1)
+        largest = np.abs(change).max(initial=0.0)
+        if largest > _FAR:
+            low = np.where(residual < 0.0, y, low)
+            high = np.where(residual >= 0.0, y, high)
+            change = np.clip(change, -2.0, 2.0)
+            new = y + change
+            outside = (new <= low) | (new >= high)
+            outside &= np.isfinite(low) & np.isfinite(high) & (np.abs(change) > _NEWTON_TOLERANCE)
+            if outside.any():
+                new[outside] = 0.5 * (low[outside] + high[outside])
+            y = new
+        else:
+            y += change
+            if largest <= _NEWTON_TOLERANCE:
+                break
     return y

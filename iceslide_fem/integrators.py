@@ -29,7 +29,8 @@ class Integrator(NamedTuple):
 
     `estimate` holds b - b_hat, the weights that give the local error; empty if the method has
     none and runs at fixed steps. `order` is that of the solution kept, `estimate_order` the
-    power of the step with which the estimate falls. `stage` is the film law's stage.
+    power of the step with which the estimate falls; `share` the local error allowed per step
+    relative to the error wanted of mu(t), as measured. `stage` is the film law's stage.
     """
 
     diagonal: float
@@ -37,6 +38,7 @@ class Integrator(NamedTuple):
     estimate: tuple[float, ...]
     order: int
     estimate_order: int
+    share: float = 1.0
     stage: Callable[..., FilmStage] = implicit_stage
 
     @property
@@ -53,7 +55,7 @@ class Integrator(NamedTuple):
 def _sdirk2() -> Integrator:
     """Two stages, order 2, L-stable (Alexander 1977); estimate against implicit Euler."""
     g = 1.0 - 1.0 / np.sqrt(2.0)
-    return Integrator(g, ((), (1.0 - g,)), (-g, g), order=2, estimate_order=2)
+    return Integrator(g, ((), (1.0 - g,)), (-g, g), order=2, estimate_order=2, share=0.8)
 
 
 def _sdirk3() -> Integrator:
@@ -65,7 +67,8 @@ def _sdirk3() -> Integrator:
     # The order 2 companion uses the first two stages: b1^ + b2^ = 1, b1^ g + b2^ c2 = 1/2.
     b2_hat = (0.5 - g) / (c2 - g)
     estimate = (b1 - (1.0 - b2_hat), b2 - b2_hat, g)
-    return Integrator(g, ((), ((1.0 - g) / 2.0,), (b1, b2)), estimate, order=3, estimate_order=3)
+    rows = ((), ((1.0 - g) / 2.0,), (b1, b2))
+    return Integrator(g, rows, estimate, order=3, estimate_order=3, share=0.1)
 
 
 INTEGRATORS = {
@@ -89,7 +92,7 @@ class Step(NamedTuple):
 
     error: local errors of ln h (1), H_s (m) and the ice's content; friction_work, ice_heat,
     latent_heat: J/m2 over the step, with friction_work = ice_heat + latent_heat; last: the last
-    stage; height_rate: d ln h / dt at the end (1/s); mean_viscous: mean of 1/h (1/m).
+    stage; height_rate: d ln h / dt at the end (1/s); mean_inverse_height: mean of 1/h (1/m).
     """
 
     state: InterfaceState
@@ -111,11 +114,12 @@ def advance(
     integrator: Integrator,
 ) -> Step:
     """One step of `dt` (s, scalar or one per point) under loads on a line from start to end."""
-    stage_dt = integrator.diagonal * dt
-    rates: list[InterfaceState] = []
+    diagonal, weights = integrator.diagonal, integrator.weights
+    stage_dt = diagonal * dt
+    increments: list[InterfaceState] = []
     stages: list[FilmStage] = []
     for row, node in zip(integrator.rows, integrator.nodes, strict=True):
-        y, squeezed, content = _combine(state, rates, row, dt)
+        y, squeezed, content = _combine(state, increments, row, diagonal)
         loads = interpolate(start, end, node)
 
         def film(
@@ -125,24 +129,25 @@ def advance(
 
         new_content, stage = ice.stage(content, stage_dt, film)
         stages.append(stage)
-        rates.append(
+        increments.append(
             InterfaceState(
-                (stage.log_height - y) / stage_dt,
-                (stage.squeezed_height - squeezed) / stage_dt,
-                (new_content - content) / stage_dt,
+                stage.log_height - y, stage.squeezed_height - squeezed, new_content - content
             )
         )
-    weights = integrator.weights
     last = stages[-1]
-    zero = InterfaceState(*(np.zeros_like(part) for part in state))
     return Step(
         state=InterfaceState(last.log_height, last.squeezed_height, new_content),
-        error=_combine(zero, rates, integrator.estimate, dt),
+        error=InterfaceState(
+            *(
+                _sum(integrator.estimate, [one[i] for one in increments]) / diagonal
+                for i in range(len(state))
+            )
+        ),
         friction_work=dt * _sum(weights, [s.friction_power for s in stages]),
         ice_heat=dt * _sum(weights, [s.ice_flux for s in stages]),
         latent_heat=dt * _sum(weights, [s.melt_power for s in stages]),
         last=last,
-        height_rate=rates[-1].log_height,
+        height_rate=increments[-1].log_height / stage_dt,
         mean_inverse_height=_sum(weights, [np.exp(-s.log_height) for s in stages]),
     )
 
@@ -173,17 +178,23 @@ def surface_excess(step: Step) -> Array:
 
 
 def _combine(
-    state: InterfaceState, rates: list[InterfaceState], row: tuple[float, ...], dt: Array | float
+    state: InterfaceState,
+    increments: list[InterfaceState],
+    row: tuple[float, ...],
+    diagonal: float,
 ) -> InterfaceState:
+    """state + dt * sum(row * rates); the increments are diagonal * dt * rates."""
     if not row:
         return state
+    weights = tuple(weight / diagonal for weight in row)
     return InterfaceState(
-        *(part + dt * _sum(row, [rate[i] for rate in rates]) for i, part in enumerate(state))
+        *(part + _sum(weights, [one[i] for one in increments]) for i, part in enumerate(state))
     )
 
 
 def _sum(weights: tuple[float, ...], parts: list[Array]) -> Array:
-    total = weights[0] * parts[0]
+    """Sum of the weighted parts; zero without weights."""
+    total = (weights[0] if weights else 0.0) * parts[0]
     for weight, part in zip(weights[1:], parts[1:], strict=False):
-        total = total + weight * part
+        total += weight * part
     return total

@@ -30,13 +30,11 @@ ICE_MODELS: dict[str, type[Column] | type[HalfSpace]] = {
     "column": Column,
     "half-space": HalfSpace,
 }
-# The local error allowed per step, relative to the tolerance asked of mu(t).
-LOCAL_SHARE = 0.3
 # How closely a step ends on an event, relative to the tolerance.
-EVENT_SHARE = 0.02
-FIRST_STEP = 1e-4
+EVENT_SHARE = 0.005
+FIRST_STEP = 3e-4
 # The step after an event, relative to the one that ended on it.
-RESTART = 0.05
+RESTART = 0.03
 
 
 class Conditions(NamedTuple):
@@ -166,7 +164,7 @@ def simulate(
         undercooling = MELTING_TEMPERATURE - here.temperature
         if fixed_step is None:
             error = error_norms(step, heat, state, here.H_V, undercooling)
-            error = error / (LOCAL_SHARE * tolerance)
+            error = error / (method.share * tolerance)
         else:
             error = np.where(np.isfinite(step.state.log_height), 0.0, np.inf)
         fraction, landed = _events(step, state, heat, here, EVENT_SHARE * tolerance)
@@ -267,14 +265,12 @@ def _note(
     ):
         first = switch & np.isnan(times[i])
         times[i[first]] = t1[first]
-    if sample_times.size:
-        low, high = np.searchsorted(sample_times, (t0.min(), t1.max()), side="right")
-        y0, rate = start.log_height[at], step.height_rate[at]
-        for j in range(low, high):
-            tau = sample_times[j]
-            inside = (tau > t0) & (tau <= t1)
-            left = (t1 - tau)[inside]
-            s = left / dt[inside]
-            curve = y0[inside] - y1[inside] + rate[inside] * dt[inside]
-            y = y1[inside] - rate[inside] * left + s**2 * curve
-            result.samples[j, i[inside]] = factor[inside] * np.exp(-y)
+    # Sample times that fall into the steps: `which` step, and the time left to its end.
+    low, high = (np.searchsorted(sample_times, t, side="right") for t in (t0, t1))
+    count = high - low
+    which = np.repeat(np.arange(i.size), count)
+    sample = np.arange(which.size) - np.repeat(np.cumsum(count) - count, count) + low[which]
+    y0, slope = start.log_height[at], step.height_rate[at] * dt
+    s = (t1[which] - sample_times[sample]) / dt[which]
+    y = y1[which] - slope[which] * s + (y0 - y1 + slope)[which] * s**2
+    result.samples[sample, i[which]] = factor[which] * np.exp(-y)
