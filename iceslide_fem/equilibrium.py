@@ -157,13 +157,10 @@ class Equilibrium:
         u, matrix, dim = self.rubber.displacements, self._matrix, self.rubber.mesh.geometry.dim
         self.rubber.tangent(matrix)
         blocks = contact_tangent(self.surface, u, self.penalty, self._traction(law))
-        rows = (self.surface.dofs[:, :, None] * dim + np.arange(dim, dtype=np.int32)).reshape(
-            len(blocks), -1
-        )
+        rows = self.surface.dofs[:, :, None] * dim + np.arange(dim, dtype=np.int32)
         for row, block in zip(rows, blocks, strict=True):
-            size = row.size
-            values = -block.reshape(size, size)
-            matrix.setValuesLocal(row, row, values, addv=PETSc.InsertMode.ADD_VALUES)
+            values = -block.reshape(row.size, row.size)
+            matrix.setValuesLocal(row.ravel(), row.ravel(), values, PETSc.InsertMode.ADD_VALUES)
         matrix.assemble()
         matrix.mult(self._lift, self._plate_column)
         matrix.multTranspose(self._lift, self._plate_row)
