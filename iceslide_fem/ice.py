@@ -90,6 +90,7 @@ class Continuum:
         """
         content = start.copy()
         resistance = np.full(self.area.shape, self.resistance)
+        scale = 0.0
         for _ in range(MAX_ITERATIONS):
             offset = self.surface_temperature(content)
             result = film(
@@ -101,8 +102,9 @@ class Continuum:
             self._x.array[:] = content
             self._conduction.multAdd(self._x, self._b, self._b)
             self._b.array[self._own_dof] -= heat
-            scale = float(np.sqrt(self._comm.allreduce(float(heat @ heat), op=MPI.SUM)))
-            if self._b.norm() <= RELATIVE_RESIDUAL * scale + 1e-30:
+            residual = self._b.norm()
+            scale = max(scale, residual)
+            if residual <= RELATIVE_RESIDUAL * scale:
                 return content, result
             self._correct(float(dt), np.where(result.melting, self.area / resistance, 0.0))
             content = content - self._x.array

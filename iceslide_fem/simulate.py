@@ -10,6 +10,7 @@ from time import monotonic
 from typing import Any
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 import iceslide_fem
 from iceslide_fem.errors import SimulationStopped
@@ -29,9 +30,9 @@ def run(scene: Scene, out: Path | str, petsc_options: Sequence[str] = ()) -> dic
     """
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
-    return (
-        _run_point(scene, out) if scene.model == "point" else _run_block(scene, out, petsc_options)
-    )
+    if scene.model == "point":
+        return _run_point(scene, out)
+    return _run_block(scene, out, petsc_options)
 
 
 def _run_point(scene: Scene, out: Path) -> dict[str, Any]:
@@ -90,20 +91,17 @@ def _run_block(scene: Scene, out: Path, petsc_options: Sequence[str]) -> dict[st
             row = slide_row(sliding, ledger, None)
             history.row(row)
             results.note(row, 0)
-            next_fields = 1
-            while sliding.moment.time < scene.load.duration * (1.0 - 1e-9):
+            due = FieldTimes(scene.load.duration)
+            while sliding.moment.time < scene.load.duration:
                 accepted = sliding.advance()
                 ledger.add(accepted)
                 row = slide_row(sliding, ledger, accepted)
                 history.row(row)
                 results.note(row, accepted.rejected)
-                if sliding.moment.time >= next_fields / FIELD_TIMES * scene.load.duration * (
-                    1 - 1e-9
-                ):
+                if due(sliding.moment.time):
                     if isinstance(sliding.ice, Continuum):
                         sliding.ice.show(sliding.moment.interface.ice)
                     fields.write(sliding.moment.time, interface_fields(sliding, accepted))
-                    next_fields = int(sliding.moment.time / scene.load.duration * FIELD_TIMES) + 1
                 progress.update(
                     sliding.moment.time, row["mu"], accepted.dt, accepted.iterations, "sliding"
                 )
@@ -118,6 +116,20 @@ def _run_block(scene: Scene, out: Path, petsc_options: Sequence[str]) -> dict[st
     if stopped:
         raise stopped
     return summary
+
+
+class FieldTimes:
+    """Says after which steps fields are written: the first one in each of `FIELD_TIMES` parts."""
+
+    def __init__(self, duration: float) -> None:
+        self._duration, self._written = duration, 0
+
+    def __call__(self, time: float) -> bool:
+        """Whether fields are due at `time` (s)."""
+        part = int(FIELD_TIMES * time / self._duration)
+        due = part > self._written
+        self._written = part
+        return due
 
 
 class Results:
@@ -153,7 +165,7 @@ class Results:
         return {
             "mu_peak": float(mu[peak]),
             "mu_peak_time_s": float(time[peak]),
-            "mu_mean": float(np.trapz(mu, time) / span) if span > 0.0 else float(mu[0]),
+            "mu_mean": float(trapezoid(mu, time) / span) if span > 0.0 else float(mu[0]),
             "mu_end": float(mu[-1]),
             "melt_onset_s": self.melt_onset,
             "saturation_s": self.saturation,

@@ -125,6 +125,7 @@ class Sliding:
             dt = min(self._dt, left)
             if left - dt < 1e-3 * dt:
                 dt = left
+            last = dt == left
             try:
                 trial, following = self._try(dt)
             except (Refused, NotConverged) as reason:
@@ -139,6 +140,8 @@ class Sliding:
             if trial.solved:
                 self._before = (self.moment.time, self.moment.displacements)
             self.moment = trial.moment
+            if last:
+                self.moment = self.moment._replace(time=self._duration)
             # A step cut short by the end of the run says nothing about the next one.
             self._dt = min(following, self._longest)
             return trial._replace(rejected=rejected)

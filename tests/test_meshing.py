@@ -155,8 +155,8 @@ def test_ice_layers_start_thin_and_stay_within_the_ratio():
     for refinement in (1.0, 2.0):
         ice = meshing.ice_mesh(a_scene("slice", refinement=refinement), MPI.COMM_SELF)
         layers = np.diff(ice.z)[::-1]
-        assert layers[0] == pytest.approx(4e-6 / refinement, rel=0.1)
-        assert (layers[1:] / layers[:-1]).max() <= 1.38 ** (1 / refinement)
+        assert layers[0] == pytest.approx(meshing.SURFACE_LAYER / refinement, rel=0.1)
+        assert (layers[1:] / layers[:-1]).max() <= (1.02 * meshing.LAYER_RATIO) ** (1 / refinement)
 
 
 def test_ice_footprint_and_depth_can_be_given():

@@ -1,0 +1,163 @@
+"""Continuum ice: conservation, closed forms, convergence; on any number of ranks."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+from iceslide_fem._dolfinx import MPI  # noqa: E402
+from iceslide_fem.film import FilmLoads, FilmStage, IceSurface  # noqa: E402
+from iceslide_fem.ice import Continuum  # noqa: E402
+from iceslide_fem.integrators import INTEGRATORS, InterfaceState, advance  # noqa: E402
+from iceslide_fem.materials import (  # noqa: E402
+    ICE_DENSITY,
+    ICE_DIFFUSIVITY,
+    ICE_HEAT_CAPACITY,
+    MELTING_TEMPERATURE,
+)
+from iceslide_fem.meshing import ice_mesh  # noqa: E402
+from iceslide_fem.reference import constant_flux_rise, flux_after_onset  # noqa: E402
+
+pytestmark = [pytest.mark.fe, pytest.mark.mpi]
+
+DURATION, T_0 = 1e-3, 269.15
+EVERYWHERE = MPI.COMM_WORLD
+
+
+def a_scene(model, refinement=1.0):
+    return SimpleNamespace(
+        name="ice",
+        model=model,
+        rubber=SimpleNamespace(length=1e-3, width=1e-3, height=1e-3, mesh=None),
+        load=SimpleNamespace(duration=DURATION),
+        ice=SimpleNamespace(margin=0.0),
+        numerics=SimpleNamespace(refinement=refinement),
+    )
+
+
+def gauss_points(line):
+    """Two Gauss points in each cell of the grid `line`, and their weights."""
+    half, middle = np.diff(line) / 2, (line[1:] + line[:-1]) / 2
+    points = middle[:, None] + half[:, None] * np.array([-1.0, 1.0]) / np.sqrt(3.0)
+    return points.ravel(), np.repeat(half, 2)
+
+
+def some_ice(model, refinement=1.0):
+    """Ice below Gauss points of its own surface cells, shared out among the ranks."""
+    mesh = ice_mesh(a_scene(model, refinement), EVERYWHERE)
+    points, area = gauss_points(mesh.x)
+    points = points[:, None]
+    if model == "block":
+        y, width = gauss_points(mesh.y)
+        points = np.array(np.meshgrid(points[:, 0], y)).reshape(2, -1).T
+        area = np.outer(width, area).ravel()
+    mine = slice(EVERYWHERE.rank, None, EVERYWHERE.size)
+    points, area = points[mine], area[mine]
+    return Continuum(mesh, T_0, points, area), points, area
+
+
+def given_flux(flux):
+    """A film that gives `flux` (n,) as long as the surface does not melt."""
+
+    def film(surface: IceSurface) -> FilmStage:
+        dry = surface.offset + surface.resistance * flux
+        melting = dry > MELTING_TEMPERATURE
+        ice_flux = np.where(melting, surface.melted_flux, flux)
+        zero = np.zeros_like(flux)
+        return FilmStage(zero, zero, flux, ice_flux, flux - ice_flux, dry, melting, melting, zero)
+
+    return film
+
+
+def total(values):
+    return EVERYWHERE.allreduce(float(np.sum(values)), op=MPI.SUM)
+
+
+def march(ice, flux, steps, duration=DURATION):
+    """Implicit Euler steps that grow with time; the content and the last stage."""
+    times = duration * np.linspace(0.0, 1.0, steps + 1) ** 2
+    content = ice.initial(flux.size)
+    for dt in np.diff(times):
+        content, stage = ice.stage(content, float(dt), given_flux(flux))
+    return content, stage
+
+
+@pytest.mark.parametrize("model", ["slice", "block"])
+def test_heat_that_leaves_the_points_is_the_heat_in_the_ice(model):
+    ice, points, area = some_ice(model)
+    flux = 1e5 * (1.0 + np.sin(3e3 * points[:, 0]))
+    content, _ = ice.stage(ice.initial(flux.size), 1e-4, given_flux(flux))
+    given = 1e-4 * total(area * flux)
+    assert ice.heat(content) == pytest.approx(given, rel=1e-9)
+
+
+@pytest.mark.parametrize("model", ["slice", "block"])
+def test_heat_is_conserved_while_part_of_the_surface_melts(model):
+    ice, points, area = some_ice(model)
+    flux = 6e5 * (1.0 + 0.8 * np.sin(3e3 * points[:, 0]))
+    content, given = ice.initial(flux.size), 0.0
+    melting = []
+    for _ in range(8):
+        content, stage = ice.stage(content, 5e-5, given_flux(flux))
+        given += 5e-5 * total(area * stage.ice_flux)
+        melting.append(total(stage.melting) / total(np.ones_like(flux)))
+    assert 0.2 < melting[-1] < 0.9
+    assert ice.heat(content) == pytest.approx(given, rel=1e-8)
+    hottest = ice.surface_temperature(content).max(initial=0.0)
+    assert hottest < MELTING_TEMPERATURE + 1e-3
+    assert total(stage.ice_flux > flux * (1 + 1e-9)) == 0
+
+
+def test_constant_flux_converges_to_the_closed_form():
+    errors = []
+    for refinement in (0.5, 1.0, 2.0):
+        ice, _, area = some_ice("slice", refinement)
+        flux = np.full(area.shape, 1e5)
+        content, _ = march(ice, flux, steps=int(400 * refinement**2))
+        rise = ice.surface_temperature(content) - T_0
+        errors.append(np.abs(rise / constant_flux_rise(1e5, DURATION) - 1.0).max(initial=0.0))
+    errors = [EVERYWHERE.allreduce(error, op=MPI.MAX) for error in errors]
+    slopes = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert errors[1] < 2e-3
+    assert (slopes > 1.7).all(), (errors, slopes)
+
+
+def test_flux_after_melt_onset_follows_the_closed_form():
+    ice, _, area = some_ice("slice", 2.0)
+    q = 2.0 * 4.0 / constant_flux_rise(1.0, DURATION)  # melts at a quarter of the run
+    flux = np.full(area.shape, q)
+    _, stage = march(ice, flux, steps=800)
+    expected = flux_after_onset(q, 0.25 * DURATION, DURATION)
+    worst = np.abs(stage.ice_flux / expected - 1.0).max(initial=0.0)
+    assert EVERYWHERE.allreduce(worst, op=MPI.MAX) < 4e-3
+
+
+def test_a_decaying_wave_has_the_orders_of_mesh_and_integrator():
+    """T - T_0 = cos(k x) cos(m z) exp(-alpha (k^2 + m^2) t) with insulated sides."""
+    errors = []
+    for refinement, steps in ((1.0, 8), (2.0, 16), (4.0, 32)):
+        ice, _, area = some_ice("slice", refinement)
+        x, z = ice.space.tabulate_dof_coordinates()[:, :2].T
+        depth = -EVERYWHERE.allreduce(float(z.min(initial=0.0)), op=MPI.MIN)
+        k, m = 2.0 * np.pi / 1e-3, np.pi / depth
+        wave = (np.cos(k * (x + 0.5e-3)) * np.cos(m * z))[: ice.initial(0).size]
+        state = InterfaceState(np.zeros(area.size), np.zeros(area.size), wave)
+        cold = FilmLoads(*np.zeros((3, area.size)), np.ones(area.size))
+        for _ in range(steps):
+            dt = 5e-3 / steps
+            state = advance(state, cold, cold, dt, ice, INTEGRATORS["sdirk3"]).state
+        exact = wave * np.exp(-ICE_DIFFUSIVITY * (k**2 + m**2) * 5e-3)
+        worst = np.abs(state.ice - exact).max(initial=0.0) / np.exp(
+            -ICE_DIFFUSIVITY * (k**2 + m**2) * 5e-3
+        )
+        errors.append(EVERYWHERE.allreduce(worst, op=MPI.MAX))
+    slopes = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert (slopes > 1.8).all(), (errors, slopes)
+
+
+def test_content_of_the_whole_patch_is_capacity_times_rise():
+    ice, _, area = some_ice("slice")
+    one = np.ones(ice.initial(0).size)
+    depth = ice.heat(one) / (ICE_DENSITY * ICE_HEAT_CAPACITY * 1e-3)
+    assert depth == pytest.approx(5 * np.sqrt(ICE_DIFFUSIVITY * DURATION), rel=0.01)

@@ -1,0 +1,195 @@
+"""The coupled step: against the point rung, its ledger, its rejected steps, its ranks."""
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+from iceslide_fem._dolfinx import MPI  # noqa: E402
+from iceslide_fem.block import build_block, press, start_sliding  # noqa: E402
+from iceslide_fem.errors import SimulationStopped  # noqa: E402
+from iceslide_fem.history import Ledger, slide_row  # noqa: E402
+from iceslide_fem.point import Conditions, simulate  # noqa: E402
+from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
+from iceslide_fem.simulate import run  # noqa: E402
+from iceslide_fem.sliding import Refused, Sliding  # noqa: E402
+
+pytestmark = pytest.mark.fe
+CASES = Path(__file__).parent.parent / "cases"
+
+
+def thesis(*changes):
+    scene = ["model=slice", "numerics.tolerance=3e-3", "ice.heat=column", *changes]
+    return load_scene(CASES / "thesis_1bar.toml", scene)
+
+
+def started(scene, comm=MPI.COMM_SELF):
+    block = build_block(scene, comm)
+    press(block, lambda point: None)
+    start_sliding(block, lambda point: None)
+    return Sliding(block)
+
+
+def slide(scene, comm=MPI.COMM_SELF):
+    """Rows of a whole run."""
+    sliding = started(scene, comm)
+    ledger = Ledger(sliding)
+    rows = [slide_row(sliding, ledger, None)]
+    while sliding.moment.time < scene.load.duration:
+        accepted = sliding.advance()
+        ledger.add(accepted)
+        rows.append(slide_row(sliding, ledger, accepted))
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def uniform(heat):
+    return scene_from_dict(
+        {
+            "name": "uniform",
+            "model": "slice",
+            "rubber": {"C10": 166.2e6, "C01": 106.8e6, "D1": 0.0055e-6, "height": "0.05 mm"},
+            "load": {"pressure": "5 bar", "speed": "4 m/s", "duration": "6 ms"},
+            "ice": {"heat": heat},
+            "film": {"k": 0.405, "D": "46.5 um", "H_V": "0.56 um"},
+        }
+    )
+
+
+@pytest.mark.parametrize("heat", ["column", "half-space", "continuum"])
+def test_uniform_pressure_gives_the_point_rung(heat):
+    scene = uniform(heat)
+    rows = slide(scene)
+    conditions = Conditions.of(
+        pressure=5e5,
+        speed=4.0,
+        temperature=269.15,
+        k=0.405,
+        D=46.5e-6,
+        H_V=0.56e-6,
+        initial_height=70e-9,
+        duration=6e-3,
+    )
+    rung = "half-space" if heat == "half-space" else "column"
+    point = simulate(conditions, rung, tolerance=1e-5, times=rows["time_s"])
+    difference = np.abs(rows["mu"] / point.samples[:, 0] - 1.0)
+    # The edges melt and fill a little earlier or later than the rest and round the kinks off.
+    kinks = np.array([point.melt_onset[0], point.saturation[0]])
+    away = (np.abs(rows["time_s"][:, None] - kinks) > np.array([5e-5, 4e-4])).all(axis=1)
+    assert difference[away].max() < 3e-3
+    assert difference.max() < 8e-3
+    assert rows["saturated_fraction"][-1] > 0.9
+    assert point.saturation[0] < 6e-3
+
+
+@pytest.mark.parametrize("heat", ["column", "continuum"])
+def test_energy_ledger_closes(heat):
+    rows = slide(thesis(f"ice.heat={heat}"))
+    late = rows["time_s"] > 1e-4
+    assert np.abs(rows["energy_imbalance"][late]).max() < 1e-3
+    assert rows["latent_heat_J"][-1] > 0.02 * rows["friction_work_J"][-1]
+    # The film grows from what was melted, less what was squeezed out: another count of latent heat.
+    assert rows["friction_force_N"][-1] == pytest.approx(
+        rows["mu"][-1] * rows["normal_force_N"][-1]
+    )
+
+
+def test_normal_force_is_the_load_at_every_step():
+    rows = slide(thesis("load.duration=1ms"))
+    assert rows["normal_force_N"] == pytest.approx(0.1, rel=1e-5)
+
+
+def test_a_rejected_step_leaves_no_trace():
+    scene = thesis("load.duration=1ms")
+    sliding = started(scene)
+    for _ in range(12):
+        sliding.advance()
+    before = sliding.moment
+    copies = [np.array(part, copy=True) for part in (before.displacements, *before.interface)]
+    with pytest.raises(Refused):
+        sliding._tolerance = 1e-9
+        sliding._try(0.3e-3)
+    assert sliding.moment is before
+    for part, copy in zip((before.displacements, *before.interface), copies, strict=True):
+        np.testing.assert_array_equal(part, copy)
+
+    sliding._tolerance = scene.numerics.tolerance
+    sliding._dt = 0.9e-3
+    after_rejections = sliding.advance()
+    assert after_rejections.rejected > 0
+    undisturbed = started(scene)
+    for _ in range(12):
+        undisturbed.advance()
+    undisturbed._dt = after_rejections.dt
+    direct = undisturbed.advance()
+    assert direct.rejected == 0 and direct.dt == after_rejections.dt
+    np.testing.assert_allclose(
+        after_rejections.moment.interface.log_height,
+        direct.moment.interface.log_height,
+        atol=1e-5,
+    )
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("heat", ["column", "continuum"])
+def test_the_same_friction_on_any_number_of_ranks(heat):
+    scene = thesis(f"ice.heat={heat}", "load.duration=3ms", "numerics.tolerance=1e-2")
+    together = slide(scene, MPI.COMM_WORLD)
+    alone = slide(scene, MPI.COMM_SELF)
+    times = np.linspace(0.0, 3e-3, 40)
+    curves = [np.interp(times, rows["time_s"], rows["mu"]) for rows in (together, alone)]
+    np.testing.assert_allclose(*curves, rtol=1e-3)
+    assert together["ice_heat_J"][-1] == pytest.approx(alone["ice_heat_J"][-1], rel=1e-3)
+
+
+def test_refusing_to_go_on_says_where_and_keeps_what_was_accepted(tmp_path, monkeypatch):
+    scene = thesis("load.duration=1ms")
+    attempts = []
+
+    def too_hard(self, dt):
+        attempts.append(dt)
+        if self.moment.time > 2e-4:
+            raise Refused("film and heat change too fast", 0.1)
+        return original(self, dt)
+
+    original = Sliding._try
+    monkeypatch.setattr(Sliding, "_try", too_hard)
+    with pytest.raises(SimulationStopped, match=r"stops at t = 0\.\d+ ms of 1 ms.*touches the ice"):
+        run(scene, tmp_path)
+    rows = list(csv.DictReader(open(tmp_path / "history.csv")))
+    assert float(rows[-1]["time_s"]) > 2e-4
+    assert "stops at" in (tmp_path / "summary.json").read_text()
+
+
+def test_a_killed_run_leaves_readable_rows_and_can_be_run_again(tmp_path):
+    command = [sys.executable, "-m", "iceslide_fem.cli", "run", str(CASES / "thesis_1bar.toml")]
+    changes = ["model=slice", "numerics.tolerance=1e-3", "ice.heat=column"]
+    for change in changes:
+        command += ["--set", change]
+    history = tmp_path / "history.csv"
+    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+    running = subprocess.Popen(
+        [*command, "--out", str(tmp_path)],
+        env=environment,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    deadline = time.monotonic() + 60.0
+    while not (history.is_file() and history.read_text().count("\n") > 20):
+        assert time.monotonic() < deadline and running.poll() is None
+        time.sleep(0.02)
+    running.send_signal(signal.SIGKILL)
+    running.wait()
+    text = history.read_text()
+    rows = list(csv.DictReader(text[: text.rfind("\n")].splitlines()))
+    assert len(rows) >= 19 and all(np.isfinite(float(row["mu"])) for row in rows)
+    assert not (tmp_path / "summary.json").exists()
+    again = [*command, "--set", "load.duration=0.5ms", "--out", str(tmp_path)]
+    assert subprocess.run(again, env=environment, capture_output=True).returncode == 0
+    assert (tmp_path / "report.png").stat().st_size > 10_000
