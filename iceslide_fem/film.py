@@ -154,8 +154,9 @@ def explicit_stage(
     dry_temperature = ice.offset + ice.resistance * q_f
     melting = (dry_temperature > MELTING_TEMPERATURE) & (q_f > ice.melted_flux)
     q_ice = np.where(melting, ice.melted_flux, q_f)
-    overfill = squeezed - loads.free_height
-    squeeze = np.where(overfill < 0.0, loads.squeeze_rate * h**3, 0.0)
+    squeeze = loads.squeeze_rate * h**3
+    overfill = squeezed + dt * squeeze - loads.free_height
+    squeeze = np.where(overfill > 0.0, (loads.free_height - squeezed) / dt, squeeze)
     new = h + dt * ((q_f - q_ice) / MELTING_ENTHALPY - squeeze)
     y = np.log(np.where(new > 0.0, new, np.nan))
     return FilmStage(
@@ -166,7 +167,7 @@ def explicit_stage(
         q_f - q_ice,
         dry_temperature,
         melting,
-        overfill >= 0.0,
+        overfill > 0.0,
         overfill,
     )
 
@@ -186,16 +187,17 @@ def _height(
     """ln h, squeeze-out rate (m/s) and overfill (m) of one implicit stage.
 
     First as if free volume were unlimited; where that overfills it, with the squeeze-out that
-    just fills it. `heating` = c v / (rho L) and `cooling` = q_ice / (rho L) act where it melts.
+    just fills it (negative where earlier stages of the step overshot). `heating` = c v / (rho L)
+    and `cooling` = q_ice / (rho L) act where it melts.
     """
     zero = np.zeros_like(y_start)
     y = _solve(y_start, dt, loads.squeeze_rate, zero, heating, cooling)
     squeeze = loads.squeeze_rate * np.exp(3.0 * y)
     overfill = squeezed + dt * squeeze - loads.free_height
-    full = np.flatnonzero((overfill > 0.0) & (squeeze > 0.0))
+    full = np.flatnonzero(overfill > 0.0)
     if full.size:
         dt_full = _pick(dt, full)
-        squeeze[full] = np.maximum(loads.free_height[full] - squeezed[full], 0.0) / dt_full
+        squeeze[full] = (loads.free_height[full] - squeezed[full]) / dt_full
         y[full] = _solve(
             y_start[full], dt_full, zero[full], squeeze[full], heating[full], cooling[full]
         )

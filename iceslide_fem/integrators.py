@@ -121,6 +121,8 @@ def advance(
     for row, node in zip(integrator.rows, integrator.nodes, strict=True):
         y, squeezed, content = _combine(state, increments, row, diagonal)
         loads = interpolate(start, end, node)
+        # What has been squeezed out stays out, also where a rising pressure lowers H_V.
+        loads = loads._replace(free_height=np.maximum(loads.free_height, state.squeezed_height))
 
         def film(
             surface: IceSurface, y: Array = y, s: Array = squeezed, loads: FilmLoads = loads

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film import FilmLoads, film_loads
 from iceslide_fem.heat import Column, HalfSpace, IceHeat
 from iceslide_fem.integrators import (
@@ -112,7 +113,8 @@ class PointResult:
 class Record(NamedTuple):
     """Accepted steps of the conditions `points`, found at `places` in all the other arrays.
 
-    time: at the start of the step (s); dt: its length (s); loads: the film's; step: the step.
+    time: at the start of the step (s); dt: its length (s); loads: the film's; step: the step;
+    melting, full: where melting has begun and the free volume is full by the end of the step.
     """
 
     points: Index
@@ -121,10 +123,17 @@ class Record(NamedTuple):
     dt: Array
     loads: FilmLoads
     step: Step
+    melting: Mask
+    full: Mask
 
 
-class IntegrationStopped(ArithmeticError):
-    """The film could not be advanced: the message says where and why."""
+class _Event(NamedTuple):
+    """Fraction of the step at which melting or saturation sets in, 1 where neither does, and
+    where the step ends on them."""
+
+    fraction: Array
+    melting: Mask
+    full: Mask
 
 
 def simulate(
@@ -134,13 +143,15 @@ def simulate(
     integrator: str = "sdirk2",
     times: ArrayLike = (),
     fixed_step: float | None = None,
+    max_step: float = np.inf,
     observe: Callable[[Record], None] | None = None,
 ) -> PointResult:
     """Integrate all `conditions` from t = 0 to their duration.
 
     `ice` is `column` or `half-space`; `tolerance` the relative error of mu(t) aimed at;
-    `times` (s) where mu is sampled; `fixed_step` (s) replaces error control; `observe` is called
-    with every accepted step. Raises IntegrationStopped where a step cannot be made.
+    `times` (s) where mu is sampled; `fixed_step` (s) replaces error control, `max_step` (s)
+    bounds it; `observe` is called with every accepted step. Raises SimulationStopped where a
+    step cannot be made.
     """
     method = INTEGRATORS[integrator]
     if fixed_step is None and not method.estimate:
@@ -159,7 +170,7 @@ def simulate(
 
     while active.size:
         left = here.duration - time
-        dt_try = np.minimum(dt, left)
+        dt_try = np.minimum(np.minimum(dt, max_step), left)
         step = advance(state, loads, loads, dt_try, heat, method)
         undercooling = MELTING_TEMPERATURE - here.temperature
         if fixed_step is None:
@@ -167,13 +178,16 @@ def simulate(
             error = error / (method.share * tolerance)
         else:
             error = np.where(np.isfinite(step.state.log_height), 0.0, np.inf)
-        fraction, landed = _events(step, state, heat, here, EVENT_SHARE * tolerance)
+        event = _events(step, state, heat, here, EVENT_SHARE * tolerance)
+        fraction = event.fraction
         good = (error <= 1.0) & (fraction >= 1.0)
         _refuse_hopeless(error, dt_try, here, time, fixed_step is not None)
 
         accepted = np.flatnonzero(good)
         if accepted.size:
-            record = Record(active[accepted], accepted, time, dt_try, loads, step)
+            melting = event.melting | step.last.melting
+            full = event.full | step.last.saturated
+            record = Record(active[accepted], accepted, time, dt_try, loads, step, melting, full)
             _note(result, record, here, state, sample_times)
             if observe is not None:
                 observe(record)
@@ -186,7 +200,9 @@ def simulate(
             # Across an event the error estimate means nothing; behind it the solution has a kink
             # that an estimate can overlook unless the steps grow from short ones again.
             wanted = dt_try * step_factor(error, method.estimate_order)
-            wanted = np.where(landed, np.minimum(wanted, RESTART * dt_try), wanted)
+            wanted = np.where(
+                event.melting | event.full, np.minimum(wanted, RESTART * dt_try), wanted
+            )
             dt = np.where(fraction < 1.0, fraction * dt_try, wanted)
         else:
             dt = np.where(fraction < 1.0, fraction * dt_try, fixed_step)
@@ -205,18 +221,17 @@ def simulate(
 
 def _events(
     step: Step, start: InterfaceState, heat: IceHeat, here: Conditions, share: float
-) -> tuple[Array, Mask]:
-    """Fraction of the step at which melting or saturation sets in, and whether it ends on one.
+) -> _Event:
+    """What sets in during `step`, on the straight lines of surface temperature and of H_s.
 
-    The fraction is taken on the straight lines of surface temperature and of H_s; it is 1 where
-    nothing sets in, or within `share` of the end (relative to T_m - T_0 and to H_V).
+    A step that ends within `share` of an event (relative to T_m - T_0 and to H_V) ends on it.
     """
     slack = share * (MELTING_TEMPERATURE - here.temperature)
     lack = MELTING_TEMPERATURE - heat.surface_temperature(start.ice)
     melts, melted = _crossing(lack, surface_excess(step), slack)
     slack = share * here.H_V
     fills, filled = _crossing(here.H_V - start.squeezed_height, step.last.overfill, slack)
-    return np.maximum(np.minimum(melts, fills), 0.01), melted | filled
+    return _Event(np.maximum(np.minimum(melts, fills), 0.01), melted, filled)
 
 
 def _crossing(before: Array, beyond: Array, slack: Array) -> tuple[Array, Mask]:
@@ -228,11 +243,11 @@ def _crossing(before: Array, beyond: Array, slack: Array) -> tuple[Array, Mask]:
 
 
 def _refuse_hopeless(error: Array, dt: Array, here: Conditions, time: Array, fixed: bool) -> None:
-    """Raise IntegrationStopped where a step fails that cannot be cut (any further)."""
+    """Raise SimulationStopped where a step fails that cannot be cut (any further)."""
     stuck = np.flatnonzero(~np.isfinite(error) & (fixed | (dt < 1e-13 * here.duration)))
     if stuck.size:
         i = stuck[0]
-        raise IntegrationStopped(
+        raise SimulationStopped(
             f"the film at {here.pressure[i]:.4g} Pa and {here.speed[i]:.4g} m/s cannot be advanced "
             f"beyond t = {time[i]:.4g} s: a step of {dt[i]:.2g} s is too long for this integrator; "
             "take a shorter one, or an implicit integrator"
@@ -260,8 +275,8 @@ def _note(
     result.squeezed_height[i] = step.state.squeezed_height[at]
     result.steps[i] += 1
     for times, switch in (
-        (result.melt_onset, step.last.melting[at]),
-        (result.saturation, step.last.saturated[at]),
+        (result.melt_onset, record.melting[at]),
+        (result.saturation, record.full[at]),
     ):
         first = switch & np.isnan(times[i])
         times[i[first]] = t1[first]

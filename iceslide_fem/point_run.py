@@ -1,0 +1,144 @@
+"""One scene on the point rung: the same history and summary as the rungs with rubber."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from iceslide_fem.heat import Column, HalfSpace
+from iceslide_fem.integrators import INTEGRATORS
+from iceslide_fem.materials import MELTING_TEMPERATURE
+from iceslide_fem.point import ICE_MODELS, Conditions, PointResult, Record, simulate
+from iceslide_fem.scene import Scene
+
+Row = dict[str, float | int]
+
+# Steps of a run whose integrator has no error estimate, unless numerics.max_step is given.
+FIXED_STEPS = 2000
+
+
+def point_history(scene: Scene) -> tuple[list[Row], dict[str, Any]]:
+    """Run `scene` at its nominal pressure; rows of `history.csv` from t = 0, and the results.
+
+    The rubber's length and width only turn stresses (Pa) into forces (N) and works (J/m2) into
+    J; contact is complete. Raises SimulationStopped where the film cannot be advanced.
+    """
+    conditions = scene_conditions(scene)
+    numerics, duration = scene.numerics, scene.load.duration
+    step = numerics.max_step
+    if not INTEGRATORS[numerics.film_integrator].estimate:
+        fixed, largest = step or duration / FIXED_STEPS, np.inf
+    else:
+        fixed, largest = None, step or np.inf
+    history = _History(scene, conditions)
+    result = simulate(
+        conditions,
+        ice=scene.ice.heat,
+        tolerance=numerics.tolerance,
+        integrator=numerics.film_integrator,
+        fixed_step=fixed,
+        max_step=largest,
+        observe=history.add,
+    )
+    return history.rows, _results(result, history.rows)
+
+
+def scene_conditions(scene: Scene) -> Conditions:
+    """The one condition of `scene`: its nominal pressure and what follows from it."""
+    k, D, H_V, _ = scene.contact_parameters(scene.load.pressure)
+    return Conditions.of(
+        pressure=scene.load.pressure,
+        speed=scene.load.speed,
+        temperature=scene.ice.temperature,
+        k=k,
+        D=D,
+        H_V=H_V,
+        initial_height=scene.film.initial_height,
+        duration=scene.load.duration,
+    )
+
+
+class _History:
+    """Rows of the history, one per accepted step from t = 0."""
+
+    def __init__(self, scene: Scene, conditions: Conditions) -> None:
+        self._scene = scene
+        self._area = scene.rubber.length * scene.rubber.width
+        self._shear_height = float(conditions.loads().viscous[0])
+        self._ice: Column | HalfSpace = ICE_MODELS[scene.ice.heat](
+            conditions.temperature, conditions.duration
+        )
+        self._work = self._ice_heat = self._latent_heat = 0.0
+        self.rows = [self._row(0.0, 0.0, scene.film.initial_height, 0.0, scene.ice.temperature)]
+
+    def add(self, record: Record) -> None:
+        """Enter an accepted step."""
+        step, dt = record.step, float(record.dt[0])
+        self._work += self._area * float(step.friction_work[0])
+        self._ice_heat += self._area * float(step.ice_heat[0])
+        self._latent_heat += self._area * float(step.latent_heat[0])
+        row = self._row(
+            float(record.time[0]) + dt,
+            dt,
+            float(np.exp(step.state.log_height[0])),
+            float(step.state.squeezed_height[0]),
+            float(self._ice.surface_temperature(step.state.ice)[0]),
+            bool(record.melting[0]),
+            bool(record.full[0]),
+        )
+        self.rows.append(row)
+
+    def _row(
+        self,
+        time: float,
+        dt: float,
+        height: float,
+        squeezed: float,
+        temperature: float,
+        melting: bool = False,
+        saturated: bool = False,
+    ) -> Row:
+        load = self._scene.load
+        shear = self._shear_height / height
+        missing = self._work - self._ice_heat - self._latent_heat
+        return {
+            "time_s": time,
+            "step_s": dt,
+            "slip_m": load.speed * time,
+            "mu": shear / load.pressure,
+            "film_height_m": height,
+            "squeezed_height_m": squeezed,
+            "surface_temperature_C": temperature - MELTING_TEMPERATURE,
+            "contact_fraction": 1.0,
+            "normal_force_N": load.pressure * self._area,
+            "friction_force_N": shear * self._area,
+            "plate_displacement_m": 0.0,
+            "melted_fraction": float(melting),
+            "saturated_fraction": float(saturated),
+            "friction_work_J": self._work,
+            "load_work_J": 0.0,
+            "ice_heat_J": self._ice_heat,
+            "rubber_heat_J": 0.0,
+            "latent_heat_J": self._latent_heat,
+            "elastic_energy_J": 0.0,
+            "energy_imbalance": missing / self._work if self._work else 0.0,
+            "newton_iterations": 0,
+        }
+
+
+def _results(result: PointResult, rows: list[Row]) -> dict[str, Any]:
+    def when(time: float) -> float | None:
+        return None if np.isnan(time) else float(time)
+
+    return {
+        "mu_peak": float(result.mu_peak[0]),
+        "mu_peak_time_s": float(result.mu_peak_time[0]),
+        "mu_mean": float(result.mu_mean[0]),
+        "mu_end": float(result.mu_end[0]),
+        "melt_onset_s": when(result.melt_onset[0]),
+        "saturation_s": when(result.saturation[0]),
+        "steps": int(result.steps[0]),
+        "rejected_steps": int(result.rejected[0]),
+        "energy_imbalance": rows[-1]["energy_imbalance"],
+    }
