@@ -111,7 +111,8 @@ def _colour_bar(panel: Axes, quantity: Quantity, scales: Scales, **where: Any) -
 
 
 def _block_3d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
-    panel.imshow(_render(snapshot, scales))
+    with pv.vtk_verbosity("error"):  # no warning that there is no X server
+        panel.imshow(_render(snapshot, scales))
     panel.set_axis_off()
     size = " x ".join(f"{MM * length:.3g}" for length in np.ptp(snapshot.undeformed, axis=0))
     panel.set_title(
@@ -126,7 +127,7 @@ def _render(snapshot: Snapshot, scales: Scales) -> NDArray[np.uint8]:
     """Image of the block seen from below the ice, its white margins cut off."""
     low, high = snapshot.undeformed
     centre, size = (low + high) / 2, float(np.linalg.norm(high - low))
-    plotter = pv.Plotter(off_screen=True, window_size=(1200, 1200))
+    plotter = pv.Plotter(off_screen=True, window_size=(1000, 1000))
     plotter.set_background("white")
     rubber = snapshot.rubber.copy()
     rubber.cell_data[PRESSURE] *= CONTACT.factor
@@ -150,7 +151,7 @@ def _render(snapshot: Snapshot, scales: Scales) -> NDArray[np.uint8]:
     plotter.camera_position = [centre + size * np.array([0.6, -1.1, -1.5]), centre, (0, 0, 1)]
     plotter.enable_parallel_projection()
     plotter.reset_camera()
-    plotter.enable_anti_aliasing("ssaa")
+    plotter.enable_anti_aliasing("msaa", multi_samples=8)
     image = np.asarray(plotter.screenshot(return_img=True))
     plotter.close()
     inked = (image < 255).any(axis=2)

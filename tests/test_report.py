@@ -1,0 +1,60 @@
+"""The report of a run, drawn from its files alone."""
+
+import subprocess
+import sys
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.report import report
+from iceslide_fem.results import field_files, read_run
+
+pytest.importorskip("iceslide_fem._dolfinx")  # the outputs' writers need it
+
+from runs import rows_of, write_run  # noqa: E402
+
+
+@pytest.mark.parametrize("saturation", [None, 5e-3])
+@pytest.mark.parametrize("model, preload", [("point", False), ("block", True)])
+def test_report_is_a_picture(tmp_path, model, preload, saturation):
+    write_run(tmp_path, model, saturation, preload)
+    path = report(tmp_path)
+    assert path == tmp_path / "report.png"
+    image = matplotlib.image.imread(path)[..., :3]
+    assert image.shape[0] > 800 and image.shape[1] > 1000
+    assert 0.02 < (image < 0.9).any(axis=2).mean() < 0.5  # neither empty nor a blot
+
+
+def test_run_is_read_as_it_was_written(tmp_path):
+    write_run(tmp_path, "slice")
+    run = read_run(tmp_path)
+    rows = rows_of(tmp_path / "history.csv")
+    np.testing.assert_array_equal(run.history["mu"], [float(row["mu"]) for row in rows])
+    assert list(run.preload["phase"]) == ["press", "press", "press", "ramp", "ramp"]
+    assert run.at("mu", 1.5e-3) == pytest.approx(0.35)
+    assert run.title == "invented: slice, 1 bar, 3 m/s, attached ice at -4 °C (column)"
+    assert field_files(tmp_path, "rubber") == []
+
+
+@pytest.mark.parametrize("missing", ["summary.json", "history.csv"])
+def test_directory_that_is_no_run_is_named(tmp_path, missing):
+    write_run(tmp_path, "slice")
+    (tmp_path / missing).unlink()
+    with pytest.raises(SceneError, match=f"holds no finished run.*{missing}"):
+        read_run(tmp_path)
+
+
+@pytest.mark.parametrize("text", ["{", "{}", "[1]"])
+def test_summary_of_something_else_is_refused(tmp_path, text):
+    write_run(tmp_path, "slice")
+    (tmp_path / "summary.json").write_text(text)
+    with pytest.raises(SceneError, match="holds no finished run"):
+        read_run(tmp_path)
+
+
+def test_no_dolfinx_is_needed():
+    code = "import sys, iceslide_fem.report, iceslide_fem.view; print('dolfinx' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

@@ -1,0 +1,94 @@
+"""Pictures of runs, made by a process without DOLFINx, as `iceslide view` does."""
+
+import subprocess
+import sys
+
+import imageio.v3 as imageio
+import numpy as np
+import pytest
+
+pytest.importorskip("iceslide_fem._dolfinx")  # before anything of DOLFINx
+
+from blocks import SIZE, a_block  # noqa: E402
+from runs import DURATION, a_scene, write_run  # noqa: E402
+
+from iceslide_fem._dolfinx import MPI, fem, scalar_space  # noqa: E402
+from iceslide_fem.outputs import Fields  # noqa: E402
+from iceslide_fem.rubber import Rubber  # noqa: E402
+from iceslide_fem.surface import contact_surface  # noqa: E402
+
+TIMES = [0.0, 3.1e-3, DURATION]
+
+
+def view(directory, *options):
+    call = [sys.executable, "-m", "iceslide_fem.cli", "view", str(directory), *options]
+    return subprocess.run(call, capture_output=True, text=True)
+
+
+def write_fields(directory, cells, with_ice):
+    """A sheared block in contact at its bottom, above warm ice."""
+    rubber = Rubber(a_block(cells, comm=MPI.COMM_SELF), a_scene("slice").mooney_rivlin)
+    surface = contact_surface(rubber.space, rubber.facets("contact"), 4)
+    height = rubber.space.tabulate_dof_coordinates()[:, rubber.mesh.geometry.dim - 1]
+    ice = None
+    if with_ice:
+        mesh = a_block(cells, comm=MPI.COMM_SELF).mesh
+        mesh.geometry.x[:, mesh.geometry.dim - 1] -= SIZE
+        ice = fem.Function(scalar_space(mesh, 1))
+        ice.interpolate(lambda x: 273.15 + 4.0 * x[mesh.geometry.dim - 1] / SIZE)
+    with Fields(directory / "fields", rubber, surface, ice) as fields:
+        for time in TIMES:
+            rubber.displacements[:, 0] = -0.2 * time / DURATION * (SIZE - height)
+            x = surface.positions(rubber.displacements)
+            bottom = surface.nodes[..., -1].max(axis=1, keepdims=True) < 1e-9 * SIZE
+            pressure = np.where(bottom, 1e5 * (1.5 + x[..., 0] / SIZE), 0.0)
+            values = {
+                "contact pressure (Pa)": pressure,
+                "film height (m)": 5e-8 + 1e-5 * x[..., 0],
+                "surface temperature (degC)": -1.0 - x[..., 0] / SIZE,
+            }
+            fields.write(time, values)
+
+
+@pytest.mark.fe
+@pytest.mark.parametrize(
+    "cells, with_ice",
+    [("quadrilateral", True), ("triangle", False), ("hexahedron", True), ("tetrahedron", False)],
+)
+def test_pictures_at_peak_and_end(tmp_path, cells, with_ice):
+    model = "slice" if cells in ("quadrilateral", "triangle") else "block"
+    write_run(tmp_path, model)
+    write_fields(tmp_path, cells, with_ice)
+    done = view(tmp_path)
+    assert done.returncode == 0, done.stderr
+    names = ["report.png", "view_peak.png", "view_end.png"]
+    assert done.stdout.split() == [str(tmp_path / name) for name in names]
+    peak, end = (imageio.imread(tmp_path / name)[..., :3] for name in names[1:])
+    assert peak.shape == end.shape == (960, 1280, 3)
+    assert (peak != end).any()
+    for picture in (peak, end):
+        colourful = np.ptp(picture.astype(int), axis=2) > 60
+        assert 0.005 < colourful.mean() < 0.6
+
+
+@pytest.mark.fe
+def test_film_has_all_times(tmp_path):
+    write_run(tmp_path, "slice")
+    write_fields(tmp_path, "quadrilateral", True)
+    done = view(tmp_path, "--animate")
+    assert done.returncode == 0, done.stderr
+    assert str(tmp_path / "view.gif") in done.stdout.split()
+    assert imageio.improps(tmp_path / "view.gif").n_images == len(TIMES)
+
+
+def test_point_has_a_report_only(tmp_path):
+    write_run(tmp_path, "point", preload=False)
+    done = view(tmp_path)
+    assert done.stdout.split() == [str(tmp_path / "report.png")], done.stderr
+
+
+def test_directory_that_is_no_run_is_said_in_one_sentence(tmp_path):
+    done = view(tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"iceslide: {tmp_path} holds no finished run")
+    assert done.stderr.count("\n") == 1
