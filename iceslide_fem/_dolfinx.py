@@ -90,6 +90,17 @@ def discontinuous_space(mesh: Any, degree: int) -> Any:
 
 
 @_quietly
+def polynomial_space(mesh: Any, degree: int) -> Any:
+    """Complete polynomials of the given degree in every quadrilateral or hexahedron, no continuity.
+
+    Fewer than in `discontinuous_space`: 1, x, y, z for degree 1.
+    """
+    if _HAS_BASIX_UFL:
+        return fem.functionspace(mesh, ("DPC", degree))
+    return fem.FunctionSpace(mesh, ("DPC", degree))
+
+
+@_quietly
 def mixed_space(mesh: Any, displacement_degree: int, pressure_degree: int) -> Any:
     """Product of a continuous vector and a continuous scalar Lagrange space (mixed u-p)."""
     if _HAS_BASIX_UFL:

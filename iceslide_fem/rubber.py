@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,11 @@ def energy_density(grad_u: Any, material: MooneyRivlin) -> Any:
 
     In a slice the strain is plane: `grad_u` (2, 2) gets an undeformed third direction.
     """
+    return isochoric_energy(grad_u, material) + volumetric_energy(grad_u, material)
+
+
+def isochoric_energy(grad_u: Any, material: MooneyRivlin) -> Any:
+    """The part C10 (I1bar - 3) + C01 (I2bar - 3) of `energy_density`."""
     dim = grad_u.ufl_shape[0]
     F = ufl.Identity(dim) + grad_u
     J = ufl.det(F)
@@ -29,11 +35,20 @@ def energy_density(grad_u: Any, material: MooneyRivlin) -> Any:
     out_of_plane = 1.0 if dim == 2 else 0.0
     I1 = ufl.tr(C) + out_of_plane
     I2 = 0.5 * (I1**2 - ufl.tr(C * C) - out_of_plane)
-    return (
-        material.C10 * (J ** (-2.0 / 3.0) * I1 - 3.0)
-        + material.C01 * (J ** (-4.0 / 3.0) * I2 - 3.0)
-        + (J - 1.0) ** 2 / material.D1
-    )
+    C10, C01 = material.C10, material.C01
+    return C10 * (J ** (-2.0 / 3.0) * I1 - 3.0) + C01 * (J ** (-4.0 / 3.0) * I2 - 3.0)
+
+
+def volumetric_energy(grad_u: Any, material: MooneyRivlin) -> Any:
+    """The part (J - 1)^2 / D1 of `energy_density`."""
+    J = ufl.det(ufl.Identity(grad_u.ufl_shape[0]) + grad_u)
+    return (J - 1.0) ** 2 / material.D1
+
+
+def stored_energy(u: Any, material: MooneyRivlin) -> Any:
+    """Elastic energy (J; J/m in a slice) of the displacement `u` as a UFL functional."""
+    dx = ufl.dx(metadata={"quadrature_degree": QUADRATURE_DEGREE})
+    return energy_density(ufl.grad(u), material) * dx
 
 
 class Rubber:
@@ -43,17 +58,26 @@ class Rubber:
     that do not move in y.
     """
 
-    def __init__(self, block: RubberMesh, material: MooneyRivlin) -> None:
-        """Compile the forms on the mesh of `block`."""
+    def __init__(
+        self,
+        block: RubberMesh,
+        material: MooneyRivlin,
+        degree: int = DEGREE,
+        energy: Callable[[Any, MooneyRivlin], Any] = stored_energy,
+    ) -> None:
+        """Compile the forms on the mesh of `block`.
+
+        `degree` (1 or 2) and `energy` (UFL functional of displacement and material) choose
+        another element than the default.
+        """
         self.mesh = block.mesh
-        self.space = _dolfinx.vector_space(self.mesh, DEGREE)
+        self.space = _dolfinx.vector_space(self.mesh, degree)
         self.u = fem.Function(self.space, name="displacement")
         self.block = block
-        dx = ufl.dx(metadata={"quadrature_degree": QUADRATURE_DEGREE})
-        energy = energy_density(ufl.grad(self.u), material) * dx
+        functional = energy(self.u, material)
         test, trial = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
-        residual = ufl.derivative(energy, self.u, test)
-        self._energy = _dolfinx.form(energy)
+        residual = ufl.derivative(functional, self.u, test)
+        self._energy = _dolfinx.form(functional)
         self._residual = _dolfinx.form(residual)
         self._tangent = _dolfinx.form(ufl.derivative(residual, self.u, trial))
         self.plate = self._dofs("plate")
