@@ -9,3 +9,4 @@ export OMPI_MCA_hwloc_base_binding_policy=none # two runs at once would share th
 if [ "$(id -u)" = 0 ]; then
     export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 fi
+export OMPI_MCA_mpi_yield_when_idle=1 # ranks that wait leave the core to those that work
