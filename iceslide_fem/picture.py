@@ -19,7 +19,7 @@ from iceslide_fem.materials import BAR, ICE_DIFFUSIVITY, MELTING_TEMPERATURE, Ar
 from iceslide_fem.results import Run
 from iceslide_fem.snapshots import PRESSURE, TEMPERATURE, Interface, Snapshot, read_interface
 
-SIZE, DPI = (12.8, 9.6), 100  # inches; their pixels divide by 16, as films need it
+SIZE, DPI = (12.8, 9.6), 100  # inches; their pixels divide by 16, as video needs it
 MM, UM, NM, MS = 1e3, 1e6, 1e9, 1e3
 NO_CONTACT = "#D9D9D9"
 THERMAL_LENGTHS = 2.0  # of ice below the surface that are shown
@@ -101,13 +101,7 @@ def _colour_bar(panel: Axes, quantity: Quantity, scales: Scales, **where: Any) -
     assert figure is not None
     extend = "neither" if quantity is SURFACE else "max" if quantity is CONTACT else "both"
     label = f"{quantity.title.lower()} ({quantity.unit})" if where else quantity.unit
-    figure.colorbar(
-        colours,
-        ax=panel,
-        extend=extend,
-        label=label,
-        **where,
-    )
+    figure.colorbar(colours, ax=panel, extend=extend, label=label, **where)
 
 
 def _block_3d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
@@ -119,7 +113,7 @@ def _block_3d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
         "The block from below (arrow: sliding direction; grey: no contact)\n"
         f"deformed to scale (lines: undeformed, {size} mm)",
         fontsize=10,
-    )  # fmt: skip
+    )
     _colour_bar(panel, CONTACT, scales, location="left", aspect=30)
 
 
@@ -175,13 +169,9 @@ def _block_2d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
         )
     )
     panel.axhspan(-0.08 * z1, 0.0, color="#D6ECF8", zorder=0)
-    panel.annotate(
-        "",
-        (0.75 * x1, 1.08 * z1),
-        (0.25 * x1, 1.08 * z1),
-        arrowprops={"arrowstyle": "-|>", "color": "black"},
-    )
-    panel.text(0.2 * x1, 1.08 * z1, "sliding", ha="right", va="center")
+    top, arrow = 1.08 * z1, {"arrowstyle": "-|>", "color": "black"}
+    panel.annotate("", (0.75 * x1, top), (0.25 * x1, top), arrowprops=arrow)
+    panel.text(0.2 * x1, top, "sliding", ha="right", va="center")
     panel.set(xlabel="x (mm)", ylabel="z (mm)", ylim=(-0.08 * z1, 1.15 * z1))
     panel.set_aspect("equal")
     panel.set_title("The block, deformed to scale (dotted: undeformed)", fontsize=10)

@@ -44,7 +44,8 @@ def report(directory: Path | str) -> Path:
         panel.grid(alpha=0.25)
         if name != "preload":
             panel.set_xlabel("sliding time (ms)")
-            panel.set_xlim(0.0, MS * run.history["time_s"][-1])
+            # a run that stopped at once has no length
+            panel.set_xlim(0.0, MS * (run.history["time_s"][-1] or run.scene["load"]["duration"]))
             _shade_phases(panel, run)
     _name_phases(figure, run)
     if run.preload:

@@ -43,7 +43,7 @@ def view(directory: Path | str, animate: bool = False) -> list[Path]:
 
 
 def _animate(run: Run, scales: Scales, n_times: int) -> list[Path]:
-    """Film of all times as GIF and, where its encoder is there, as MP4."""
+    """Animation of all times as GIF and, where its encoder is there, as MP4."""
     writers: dict[str, dict[str, Any]] = {
         "gif": {"loop": 0, "duration": 1000.0 / FRAMES_PER_SECOND}
     }
@@ -51,7 +51,7 @@ def _animate(run: Run, scales: Scales, n_times: int) -> list[Path]:
         writers["mp4"] = {"fps": FRAMES_PER_SECOND}
     paths = [run.directory / f"view.{kind}" for kind in writers]
     with contextlib.ExitStack() as stack:
-        films: list[Any] = [
+        movies: list[Any] = [
             stack.enter_context(imageio.get_writer(path, **options))
             for path, options in zip(paths, writers.values(), strict=True)
         ]
@@ -59,6 +59,6 @@ def _animate(run: Run, scales: Scales, n_times: int) -> list[Path]:
             canvas = FigureCanvasAgg(draw(run, read_snapshot(run.directory, number), scales))
             canvas.figure.set_dpi(DPI)
             canvas.draw()
-            for film in films:
-                film.append_data(np.asarray(canvas.buffer_rgba())[..., :3])
+            for movie in movies:
+                movie.append_data(np.asarray(canvas.buffer_rgba())[..., :3])
     return paths

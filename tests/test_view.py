@@ -72,7 +72,7 @@ def test_pictures_at_peak_and_end(tmp_path, cells, with_ice):
 
 
 @pytest.mark.fe
-def test_film_has_all_times(tmp_path):
+def test_animation_has_all_times(tmp_path):
     write_run(tmp_path, "slice")
     write_fields(tmp_path, "quadrilateral", True)
     done = view(tmp_path, "--animate")
