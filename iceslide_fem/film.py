@@ -26,19 +26,18 @@ import numpy as np
 
 from iceslide_fem.materials import (
     MELTING_ENTHALPY,
-    MELTING_TEMPERATURE,
     WATER_VISCOSITY,
     Array,
-    Index,
     Mask,
 )
 
 # Newton's last change of ln h; what is left is of the order of its square.
-_NEWTON_TOLERANCE = 1e-7
+_NEWTON_TOLERANCE = 1e-8
 _NEWTON_ITERATIONS = 80
 # Changes of ln h from which on Newton's method needs no safeguard: the residual is a sum of
 # exponentials of at most 2 ln h.
 _FAR = 0.1
+_UNSETTLED = 8
 
 
 class FilmLoads(NamedTuple):
@@ -74,7 +73,8 @@ class IceSurface(NamedTuple):
     """The ice's answer within one implicit stage, as the film sees it; arrays.
 
     The surface takes the temperature `offset` + `resistance` * q (K, K m2/W) under the flux q,
-    and draws the flux `melted_flux` (W/m2) when it is at the melting temperature.
+    and draws the flux `melted_flux` (W/m2) when it is at the melting temperature: it melts
+    where the friction power is larger.
     """
 
     offset: Array
@@ -86,9 +86,9 @@ class FilmStage(NamedTuple):
     """Film and energy balance at the end of one implicit stage; arrays of one shape.
 
     log_height: ln(h / 1 m); squeezed_height: H_s (m); friction_power, ice_flux, melt_power: q_f,
-    q_ice, q_melt (W/m2), with q_f = q_ice + q_melt; dry_temperature: the surface temperature
-    (K) without melting; melting, saturated: which switches are on; overfill: how far H_s would
-    be above H_V (m, negative below) if the free volume were not limited.
+    q_ice, q_melt (W/m2), with q_f = q_ice + q_melt; dry_temperature: what the surface would have
+    (K) without melting in this stage, to first order; melting, saturated: which switches are on;
+    overfill: how far H_s would be above H_V (m, negative below) with unlimited free volume.
     """
 
     log_height: Array
@@ -105,37 +105,30 @@ class FilmStage(NamedTuple):
 def implicit_stage(
     log_height: Array, squeezed: Array, dt: Array | float, loads: FilmLoads, ice: IceSurface
 ) -> FilmStage:
-    """Solve (5.21), (5.23) and the melting complementarity implicitly over `dt` (s).
+    """Solve (5.21), (5.23) and both complementarities implicitly over `dt` (s).
 
     `log_height` and `squeezed` (ln m, m) are the values that the stage starts from; the result
-    fulfils value = start + dt * rate(value). Melting starts where the dry film would be warmer
-    than T_m; saturation limits squeeze-out to the volume still free.
+    fulfils value = start + dt * rate(value). The ice takes what the friction gives, and at most
+    what holds its surface at T_m; squeeze-out takes what the pressure drives, and at most the
+    volume still free (below zero where earlier stages of the step overshot).
     """
-    none = np.zeros_like(log_height)
-    y_dry, squeeze, overfill = _height(log_height, squeezed, dt, loads, none, none)
-    q_dry = loads.viscous * loads.speed * np.exp(-y_dry)
-    dry_temperature = ice.offset + ice.resistance * q_dry
-    melting = (dry_temperature > MELTING_TEMPERATURE) & (q_dry > ice.melted_flux)
-
-    y, q_f, q_ice = y_dry.copy(), q_dry.copy(), q_dry.copy()
-    wet = np.flatnonzero(melting)
-    if wet.size:
-        some = FilmLoads(*(load[wet] for load in loads))
-        q_ice[wet] = ice.melted_flux[wet]
-        heating = some.viscous * some.speed / MELTING_ENTHALPY
-        cooling = q_ice[wet] / MELTING_ENTHALPY
-        y[wet], squeeze[wet], overfill[wet] = _height(
-            log_height[wet], squeezed[wet], _pick(dt, wet), some, heating, cooling
-        )
-        q_f[wet] = some.viscous * some.speed * np.exp(-y[wet])
+    power = loads.viscous * loads.speed
+    room = loads.free_height - squeezed
+    squeezing = dt * loads.squeeze_rate
+    y = _log_height(log_height, squeezing, room, dt * power, dt * ice.melted_flux)
+    h = np.exp(y)
+    q_f = power / h
+    q_ice = np.minimum(q_f, ice.melted_flux)
+    melted = dt * (q_f - q_ice) / MELTING_ENTHALPY
+    overfill = squeezing * h**3 - room
     return FilmStage(
         y,
-        squeezed + dt * squeeze,
+        squeezed + np.minimum(squeezing * h**3, room),
         q_f,
         q_ice,
         q_f - q_ice,
-        dry_temperature,
-        melting,
+        ice.offset + ice.resistance * q_f * (1.0 + melted / h),
+        q_f > ice.melted_flux,
         overfill > 0.0,
         overfill,
     )
@@ -151,84 +144,49 @@ def explicit_stage(
     """
     h = np.exp(log_height)
     q_f = loads.viscous * loads.speed / h
-    dry_temperature = ice.offset + ice.resistance * q_f
-    melting = (dry_temperature > MELTING_TEMPERATURE) & (q_f > ice.melted_flux)
-    q_ice = np.where(melting, ice.melted_flux, q_f)
-    squeeze = loads.squeeze_rate * h**3
-    overfill = squeezed + dt * squeeze - loads.free_height
-    squeeze = np.where(overfill > 0.0, (loads.free_height - squeezed) / dt, squeeze)
-    new = h + dt * ((q_f - q_ice) / MELTING_ENTHALPY - squeeze)
+    q_ice = np.minimum(q_f, ice.melted_flux)
+    room = loads.free_height - squeezed
+    overfill = dt * loads.squeeze_rate * h**3 - room
+    squeeze = np.minimum(dt * loads.squeeze_rate * h**3, room)
+    new = h + dt * (q_f - q_ice) / MELTING_ENTHALPY - squeeze
     y = np.log(np.where(new > 0.0, new, np.nan))
     return FilmStage(
         y,
-        squeezed + dt * squeeze,
+        squeezed + squeeze,
         q_f,
         q_ice,
         q_f - q_ice,
-        dry_temperature,
-        melting,
+        ice.offset + ice.resistance * q_f,
+        q_f > ice.melted_flux,
         overfill > 0.0,
         overfill,
     )
 
 
-def _pick(dt: Array | float, index: Index) -> Array | float:
-    return dt if np.ndim(dt) == 0 else np.asarray(dt)[index]
-
-
-def _height(
-    y_start: Array,
-    squeezed: Array,
-    dt: Array | float,
-    loads: FilmLoads,
-    heating: Array,
-    cooling: Array,
-) -> tuple[Array, Array, Array]:
-    """ln h, squeeze-out rate (m/s) and overfill (m) of one implicit stage.
-
-    First as if free volume were unlimited; where that overfills it, with the squeeze-out that
-    just fills it (negative where earlier stages of the step overshot). `heating` = c v / (rho L)
-    and `cooling` = q_ice / (rho L) act where it melts.
-    """
-    zero = np.zeros_like(y_start)
-    y = _solve(y_start, dt, loads.squeeze_rate, zero, heating, cooling)
-    squeeze = loads.squeeze_rate * np.exp(3.0 * y)
-    overfill = squeezed + dt * squeeze - loads.free_height
-    full = np.flatnonzero(overfill > 0.0)
-    if full.size:
-        dt_full = _pick(dt, full)
-        squeeze[full] = (loads.free_height[full] - squeezed[full]) / dt_full
-        y[full] = _solve(
-            y_start[full], dt_full, zero[full], squeeze[full], heating[full], cooling[full]
-        )
-    return y, squeeze, overfill
-
-
-def _solve(
-    y_start: Array,
-    dt: Array | float,
-    K3: Array,
-    squeeze: Array,
-    heating: Array,
-    cooling: Array,
+def _log_height(
+    y_start: Array, squeezing: Array, room: Array, heating: Array, cooling: Array
 ) -> Array:
-    """Root y of y - y_start + dt (K3 e^2y + squeeze e^-y - heating e^-2y + cooling e^-y) = 0.
+    """Root y = ln h of y - y_start + min(squeezing h^3, room) / h - melted / h = 0.
 
-    Newton's method; far from the root it is kept inside the bracket that the residual's signs
-    give.
+    melted = max(heating / h - cooling, 0) / (rho L). The residual falls to minus infinity with y
+    and rises to infinity with it. Newton's method, kept inside the bracket that the residual's
+    signs give where it is far from the root or not settled after a few iterations.
     """
-    thinning_rate, loss_rate, gain_rate = dt * K3, dt * (squeeze + cooling), dt * heating
+    heating, cooling = heating / MELTING_ENTHALPY, cooling / MELTING_ENTHALPY
     y = y_start.copy()
     low = np.full_like(y, -np.inf)
     high = np.full_like(y, np.inf)
-    for _ in range(_NEWTON_ITERATIONS):
+    for iteration in range(_NEWTON_ITERATIONS):
         inverse = np.exp(-y)
-        square = inverse * inverse
-        thinning, loss, gain = thinning_rate / square, loss_rate * inverse, gain_rate * square
-        residual = y - y_start + thinning + loss - gain
-        change = -residual / np.maximum(1.0 + 2.0 * (thinning + gain) - loss, 0.1)
+        thinning, filling = squeezing / (inverse * inverse), room * inverse
+        gain = heating * inverse
+        melted = np.maximum(gain - cooling, 0.0) * inverse
+        residual = y - y_start + np.minimum(thinning, filling) - melted
+        slope = np.where(thinning < filling, 2.0 * thinning, -filling)
+        slope += np.where(melted > 0.0, gain * inverse + melted, 0.0) + 1.0
+        change = -residual / np.maximum(slope, 0.1)
         largest = np.abs(change).max(initial=0.0)
-        if largest > _FAR:
+        if largest > _FAR or iteration >= _UNSETTLED:
             low = np.where(residual < 0.0, y, low)
             high = np.where(residual >= 0.0, y, high)
             change = np.clip(change, -2.0, 2.0)
@@ -240,6 +198,6 @@ def _solve(
             y = new
         else:
             y += change
-            if largest <= _NEWTON_TOLERANCE:
-                break
+        if largest <= _NEWTON_TOLERANCE:
+            break
     return y

@@ -143,7 +143,8 @@ class HalfSpace:
 
         def with_closed_form(ice: IceSurface) -> FilmStage:
             offset = np.where(begun, MELTING_TEMPERATURE, ice.offset)
-            return film(IceSurface(offset, ice.resistance, closed_form))
+            melted_flux = np.where(begun, closed_form, ice.melted_flux)
+            return film(IceSurface(offset, ice.resistance, melted_flux))
 
         content, result = self._column.stage(start[:-2], dt, with_closed_form)
         return np.vstack([content, begun | result.melting, time]), result

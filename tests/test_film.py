@@ -1,0 +1,168 @@
+"""The film law alone: closed forms, complementarity, conservation, robustness."""
+
+import numpy as np
+import pytest
+
+from iceslide_fem import reference
+from iceslide_fem.film import (
+    FilmLoads,
+    FilmStage,
+    IceSurface,
+    film_loads,
+    implicit_stage,
+    interpolate,
+)
+from iceslide_fem.heat import HalfSpace
+from iceslide_fem.integrators import INTEGRATORS, InterfaceState, advance
+from iceslide_fem.materials import MELTING_ENTHALPY, MELTING_TEMPERATURE, WATER_VISCOSITY
+
+ONE_BAR = {"k": 0.266, "D": 29e-6, "H_V": 2.86e-6}
+H0 = 70e-9
+
+
+class Surface:
+    """Ice that never changes: what the film sees is `ice`."""
+
+    def __init__(self, offset: float, resistance: float, melted_flux: float) -> None:
+        self.ice = IceSurface(*(np.array([x]) for x in (offset, resistance, melted_flux)))
+
+    def stage(self, start, dt, film):
+        return start, film(self.ice)
+
+
+COLD = Surface(MELTING_TEMPERATURE - 4.0, 0.0, 1e30)
+ADIABATIC = Surface(MELTING_TEMPERATURE, 1.0, 0.0)
+
+
+def loads(pressure: float = 1e5, speed: float = 3.0, **parameters: float) -> FilmLoads:
+    values = {**ONE_BAR, **parameters}
+    return film_loads(
+        *(np.array([x]) for x in (pressure, speed, values["k"], values["D"], values["H_V"]))
+    )
+
+
+def heights(ice, load: FilmLoads, duration: float, steps: int, state=None, method="sdirk3"):
+    """State after `steps` equal steps."""
+    if state is None:
+        state = InterfaceState(np.log([H0]), np.zeros(1), np.zeros((1, 1)))
+    for _ in range(steps):
+        state = advance(state, load, load, duration / steps, ice, INTEGRATORS[method]).state
+    return state
+
+
+def test_squeeze_only():
+    state = heights(COLD, loads(), 5e-3, 200)
+    h = np.exp(state.log_height)
+    K3 = reference.squeeze_coefficient(1e5, 29e-6)
+    assert h == pytest.approx(reference.squeezed_film(H0, K3, 5e-3), rel=1e-7)
+    assert state.squeezed_height == pytest.approx(H0 - h, rel=1e-6)
+
+
+def test_melt_only_without_conduction():
+    state = heights(ADIABATIC, loads(pressure=0.0), 1e-3, 200)
+    K1 = reference.melt_coefficient(0.266, 3.0)
+    assert np.exp(state.log_height) == pytest.approx(reference.melting_film(H0, K1, 1e-3), rel=1e-6)
+    assert state.squeezed_height == 0.0
+
+
+def test_steady_balance_of_melting_and_squeeze_out():
+    state = heights(ADIABATIC, loads(H_V=1.0), 1.0, 50)
+    K1, K3 = reference.melt_coefficient(0.266, 3.0), reference.squeeze_coefficient(1e5, 29e-6)
+    assert np.exp(state.log_height) == pytest.approx(reference.balanced_film(K1, K3), rel=1e-9)
+
+
+def test_saturated_film_with_the_closed_form_flux():
+    T_0, start, end = np.array([MELTING_TEMPERATURE - 4.0]), 1e-3, 7e-3
+    K1 = reference.melt_coefficient(0.266, 3.0)
+    ice = HalfSpace(T_0, end)
+    content = ice.initial(1)
+    content[-2:, 0] = 1.0, start  # melting since long, in contact since `start`
+    state = InterfaceState(
+        np.log(reference.saturated_film(K1, T_0, start)), np.array([2.86e-6]), content
+    )
+    state = heights(ice, loads(), end - start, 200, state)
+    assert np.exp(state.log_height) == pytest.approx(
+        reference.saturated_film(K1, T_0, end), rel=1e-7
+    )
+    assert state.squeezed_height == 2.86e-6
+
+
+def random_stages(seed: int = 0, n: int = 20_000) -> tuple[FilmStage, tuple]:
+    """Stages from states, loads and ice of all magnitudes."""
+    rng = np.random.default_rng(seed)
+
+    def log_uniform(low, high):
+        return 10.0 ** rng.uniform(low, high, n)
+
+    h, dt = log_uniform(-9.0, -5.0), log_uniform(-9.0, 1.0)
+    H_V = log_uniform(-7.0, -5.0)
+    squeezed = H_V * rng.choice([0.0, 0.5, 1.0], n)
+    load = film_loads(
+        rng.choice([0.0, 1e5, 1e6], n),
+        rng.choice([0.0, 0.1, 3.0, 30.0], n),
+        rng.uniform(0.01, 1.0, n),
+        log_uniform(-5.0, -4.0),
+        H_V,
+    )
+    offset = MELTING_TEMPERATURE - rng.choice([0.0, 1e-6, 4.0, 40.0], n)
+    resistance = log_uniform(-8.0, -3.0)
+    ice = IceSurface(offset, resistance, (MELTING_TEMPERATURE - offset) / resistance)
+    return implicit_stage(np.log(h), squeezed, dt, load, ice), (h, squeezed, dt, load, ice)
+
+
+def test_a_stage_of_any_length_is_finite_positive_and_conserves_energy_and_water():
+    stage, (h, squeezed, dt, load, ice) = random_stages()
+    assert all(np.isfinite(part).all() for part in stage)
+    assert (np.exp(stage.log_height) > 0.0).all()
+    np.testing.assert_allclose(stage.friction_power, stage.ice_flux + stage.melt_power, rtol=1e-12)
+    assert (stage.squeezed_height <= load.free_height * (1 + 1e-12)).all()
+    # The stage's equations, in the relative precision of their largest term.
+    y, new_h = stage.log_height, np.exp(stage.log_height)
+    melting = dt * stage.melt_power / MELTING_ENTHALPY / new_h
+    squeezing = (stage.squeezed_height - squeezed) / new_h
+    size = 1.0 + np.abs(y - np.log(h)) + melting + squeezing
+    gain = dt * stage.friction_power / MELTING_ENTHALPY / new_h
+    residual = np.abs(y - np.log(h) - melting + squeezing) / (size + gain)
+    assert np.quantile(residual, 0.999) <= 1e-11
+    assert residual.max() <= 1e-4  # where two roots are about to merge
+
+
+def test_melting_is_complementary_to_being_colder_than_the_melting_temperature():
+    stage, (*_, ice) = random_stages(1)
+    temperature = ice.offset + ice.resistance * stage.ice_flux
+    scale = 1e-9 * stage.friction_power
+    assert (stage.melt_power >= -scale).all()
+    assert (temperature <= MELTING_TEMPERATURE * (1 + 1e-12)).all()
+    lack = np.maximum(MELTING_TEMPERATURE - temperature, 0.0)
+    assert (np.minimum(lack / MELTING_TEMPERATURE, stage.melt_power) <= 1e-12).all()
+    assert stage.melting.any() and not stage.melting.all()
+
+
+def test_saturation_is_complementary_to_room():
+    stage, (_, squeezed, dt, load, _) = random_stages(2)
+    full = load.squeeze_rate * dt * np.exp(3 * stage.log_height)
+    room = load.free_height - stage.squeezed_height
+    np.testing.assert_allclose(room[stage.saturated], 0.0, atol=1e-12 * load.free_height.max())
+    free = ~stage.saturated
+    np.testing.assert_allclose(
+        stage.squeezed_height[free], (squeezed + full)[free], rtol=1e-6, atol=1e-20
+    )
+
+
+def test_loads():
+    load = loads()
+    assert load.viscous == pytest.approx(0.266 * WATER_VISCOSITY * 3.0)
+    assert load.squeeze_rate == pytest.approx(reference.squeeze_coefficient(1e5, 29e-6))
+    assert loads(pressure=-1.0).squeeze_rate == 0.0
+    middle = interpolate(loads(), loads(pressure=3e5), 0.5)
+    assert middle.squeeze_rate == pytest.approx(loads(pressure=2e5).squeeze_rate)
+
+
+def test_falling_free_height_does_not_return_squeezed_water():
+    """H_V falls as pressure rises: H_s then stays, and the film is saturated."""
+    state = InterfaceState(np.log([H0]), np.array([2e-6]), np.zeros((1, 1)))
+    tight = loads(H_V=1e-6)
+    step = advance(state, tight, tight, 1e-4, COLD, INTEGRATORS["sdirk2"])
+    assert step.state.squeezed_height == 2e-6
+    assert step.last.saturated.all()
+    assert step.state.log_height == pytest.approx(state.log_height)
