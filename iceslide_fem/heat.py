@@ -23,6 +23,7 @@ from iceslide_fem.materials import (
     MELTING_TEMPERATURE,
     Array,
     Index,
+    Mask,
 )
 from iceslide_fem.reference import step_flux
 
@@ -138,16 +139,23 @@ class HalfSpace:
 
     def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
         """One implicit stage: conduction decides when melting begins, (5.6) what it loses."""
-        begun, time = start[-2] > 0.5, start[-1] + dt
+        time = start[-1] + dt
         closed_form = step_flux(self._column.temperature, time)
 
         def with_closed_form(ice: IceSurface) -> FilmStage:
-            offset = np.where(begun, MELTING_TEMPERATURE, ice.offset)
-            melted_flux = np.where(begun, closed_form, ice.melted_flux)
-            return film(IceSurface(offset, ice.resistance, melted_flux))
+            def where(begun: Mask) -> FilmStage:
+                offset = np.where(begun, MELTING_TEMPERATURE, ice.offset)
+                flux = np.where(begun, closed_form, ice.melted_flux)
+                return film(IceSurface(offset, ice.resistance, flux))
+
+            begun = start[-2] > 0.5
+            result = where(begun)
+            begins = result.melting & ~begun
+            return where(begun | begins) if begins.any() else result
 
         content, result = self._column.stage(start[:-2], dt, with_closed_form)
-        return np.vstack([content, begun | result.melting, time]), result
+        begun = (start[-2] > 0.5) | result.melting
+        return np.vstack([content, begun, time]), result
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature of the surface (K), shape (n_points,)."""

@@ -127,10 +127,14 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Ro
 
 
 def interface_fields(sliding: Sliding, accepted: Accepted | None) -> dict[str, Array]:
-    """Fields on the contact points for output, (f, q), by their names with units. Collective."""
+    """Fields on the contact points for output, (f, q), by their names with units. Collective.
+
+    NaN where there is no contact and so no film: a facet's mean leaves those points out.
+    """
     moment = sliding.moment
     shape = moment.contact.pressure.shape
     nowhere = np.zeros(shape)
+    always = ("contact pressure (Pa)", "friction stress (Pa)")
     fields = {
         "contact pressure (Pa)": moment.contact.pressure,
         "friction stress (Pa)": sliding.shear(moment),
@@ -140,7 +144,11 @@ def interface_fields(sliding: Sliding, accepted: Accepted | None) -> dict[str, A
         "melted (1)": accepted.step.last.melting if accepted else nowhere,
         "saturated (1)": accepted.step.last.saturated if accepted else nowhere,
     }
-    return {name: np.asarray(values, dtype=float).reshape(shape) for name, values in fields.items()}
+    touching = moment.contact.pressure > 0.0
+    return {
+        name: np.where(touching | (name in always), np.reshape(values, shape), np.nan)
+        for name, values in fields.items()
+    }
 
 
 def outside_table(block: Block, contact: ContactState) -> float:

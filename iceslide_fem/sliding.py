@@ -205,8 +205,9 @@ class Sliding:
         points = positions.reshape(-1, positions.shape[-1])
         touching = points[contact.pressure.ravel() > 0.0]
         comm = block.surface.comm
-        low = comm.allreduce(touching.min(axis=0, initial=np.inf), op=MPI.MIN)
-        high = comm.allreduce(touching.max(axis=0, initial=-np.inf), op=MPI.MAX)
+        low, high = touching.min(axis=0, initial=np.inf), touching.max(axis=0, initial=-np.inf)
+        comm.Allreduce(MPI.IN_PLACE, low, op=MPI.MIN)
+        comm.Allreduce(MPI.IN_PLACE, high, op=MPI.MAX)
         if "symmetry" in block.rubber.block.tags:
             low[1] = 0.0
         mesh = ice_mesh(scene, comm, list(zip(low, high, strict=True)))
