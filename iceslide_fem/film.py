@@ -139,8 +139,8 @@ def explicit_stage(
 ) -> FilmStage:
     """One explicit Euler step of (5.21) and (5.23), the thesis's method, for comparison.
 
-    Rates are those of the starting height, switches those of the starting state. The height is
-    NaN where the step is too large and empties the film.
+    Rates are those of the starting height. The height is NaN where the step empties the film or
+    is beyond the limit of stability, 2 / |d rate / d h|.
     """
     h = np.exp(log_height)
     q_f = loads.viscous * loads.speed / h
@@ -149,7 +149,9 @@ def explicit_stage(
     overfill = dt * loads.squeeze_rate * h**3 - room
     squeeze = np.minimum(dt * loads.squeeze_rate * h**3, room)
     new = h + dt * (q_f - q_ice) / MELTING_ENTHALPY - squeeze
-    y = np.log(np.where(new > 0.0, new, np.nan))
+    damping = np.where(overfill > 0.0, 0.0, 3.0 * dt * loads.squeeze_rate * h**2)
+    damping += np.where(q_f > ice.melted_flux, dt * q_f / (MELTING_ENTHALPY * h), 0.0)
+    y = np.log(np.where((new > 0.0) & (damping < 2.0), new, np.nan))
     return FilmStage(
         y,
         squeezed + squeeze,

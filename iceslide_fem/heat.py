@@ -83,7 +83,8 @@ class Column:
         thickness = first * ratio ** np.arange(count)
         capacity, conduction = _quadratic_elements(thickness)
         rates, modes = eigh(conduction, capacity)
-        self.rates = np.maximum(rates, 0.0)
+        rates[0] = 0.0  # uniform warmth does not decay: exactly, so that heat is conserved
+        self.rates = rates
         self.surface = modes[0]
         self._storage = capacity.sum(axis=0) @ modes
 
@@ -139,23 +140,21 @@ class HalfSpace:
 
     def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
         """One implicit stage: conduction decides when melting begins, (5.6) what it loses."""
-        time = start[-1] + dt
+        begun, time = start[-2] > 0.5, start[-1] + dt
         closed_form = step_flux(self._column.temperature, time)
 
         def with_closed_form(ice: IceSurface) -> FilmStage:
-            def where(begun: Mask) -> FilmStage:
-                offset = np.where(begun, MELTING_TEMPERATURE, ice.offset)
-                flux = np.where(begun, closed_form, ice.melted_flux)
+            def switched(at: Mask) -> FilmStage:
+                offset = np.where(at, MELTING_TEMPERATURE, ice.offset)
+                flux = np.where(at, closed_form, ice.melted_flux)
                 return film(IceSurface(offset, ice.resistance, flux))
 
-            begun = start[-2] > 0.5
-            result = where(begun)
+            result = switched(begun)
             begins = result.melting & ~begun
-            return where(begun | begins) if begins.any() else result
+            return switched(begun | begins) if begins.any() else result
 
         content, result = self._column.stage(start[:-2], dt, with_closed_form)
-        begun = (start[-2] > 0.5) | result.melting
-        return np.vstack([content, begun, time]), result
+        return np.vstack([content, begun | result.melting, time]), result
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature of the surface (K), shape (n_points,)."""

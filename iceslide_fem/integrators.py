@@ -55,7 +55,7 @@ class Integrator(NamedTuple):
 def _sdirk2() -> Integrator:
     """Two stages, order 2, L-stable (Alexander 1977); estimate against implicit Euler."""
     g = 1.0 - 1.0 / np.sqrt(2.0)
-    return Integrator(g, ((), (1.0 - g,)), (-g, g), order=2, estimate_order=2, share=0.8)
+    return Integrator(g, ((), (1.0 - g,)), (-g, g), order=2, estimate_order=2, share=0.5)
 
 
 def _sdirk3() -> Integrator:
