@@ -1,0 +1,45 @@
+"""The study scripts run in their quick forms and print their tables."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("iceslide_fem._dolfinx")
+
+pytestmark = pytest.mark.fe
+
+SCRIPTS = Path(__file__).parent.parent / "scripts"
+
+
+def printed(script, *options):
+    done = subprocess.run(
+        [sys.executable, SCRIPTS / script, "--quick", *options],
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+    return [
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in done.stdout.splitlines()
+        if line.startswith("|")
+    ]
+
+
+def test_press_of_the_elements(tmp_path):
+    rows = printed("press_elements", "--chart", str(tmp_path / "chart.png"))
+    errors = {(row[0], row[1]): row[4] for row in rows if row[4:] and row[4].endswith("%")}
+    assert all(error.startswith("-") for error in errors.values())  # too stiff, all of them
+    error = {key: abs(float(text.strip("%"))) for key, text in errors.items()}
+    assert error["P1 tetrahedra", "4"] > 10 > error["Q2", "4"] > error["Q2/P1 mixed", "4"]
+    assert (tmp_path / "chart.png").stat().st_size > 10_000
+
+
+def test_penalty_moves_the_plate_little():
+    rows = printed("penalty_effect")
+    changes = {row[1]: float(row[3].strip("%")) for row in rows if row[0] == "pressed"}
+    assert 0.0 < changes["penalty x 0.5"] < 2.0
+    assert -1.0 < changes["penalty x 2"] < 0.0
+    assert all(row[2] != "not found in one solve" for row in rows)
