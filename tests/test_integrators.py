@@ -7,6 +7,7 @@ from iceslide_fem.heat import Column
 from iceslide_fem.integrators import INTEGRATORS, InterfaceState, advance, error_norms
 from iceslide_fem.materials import CONTACT_TABLES, MELTING_TEMPERATURE
 from iceslide_fem.point import Conditions, PointResult, simulate
+from iceslide_fem.timestep import GROW, SAFETY, SHRINK, step_factor
 
 IMPLICIT = ("sdirk2", "sdirk3", "implicit-euler")
 DURATION = 5e-3
@@ -168,3 +169,10 @@ def test_a_step_that_is_not_finite_has_an_infinite_error():
     step = advance(state, loads, loads, 1.0, column, method)
     error = error_norms(step, column, state, here.H_V, np.array([4.0]))
     assert np.isinf(error).all()
+
+
+def test_step_factor():
+    np.testing.assert_allclose(
+        step_factor(np.array([0.0, 1.0, 4.0, 1e9, np.inf, np.nan]), 2),
+        [GROW, SAFETY, SAFETY / 2.0, SHRINK, SHRINK, SHRINK],
+    )
