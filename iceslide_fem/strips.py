@@ -39,6 +39,10 @@ class Strips(Column):
         self.at = grid.own_nodes()
         self.area = np.zeros(grid.own.size)
 
+    def initial(self, n_points: int) -> Array:
+        """Cold ice below this rank's nodes, whatever the number of points."""
+        return super().initial(self.grid.own.size)
+
     def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
         """One implicit stage; columns and films know nothing of each other's neighbours."""
         decay, offset, resistance = self._response(start, dt)
