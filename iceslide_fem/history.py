@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from iceslide_fem._dolfinx import MPI
@@ -10,7 +12,7 @@ from iceslide_fem.contact import ContactState
 from iceslide_fem.materials import MELTING_TEMPERATURE, Array
 from iceslide_fem.sliding import Accepted, Moment, Sliding
 
-Row = dict[str, float | int | str]
+Row = dict[str, Any]
 
 
 def preload_row(block: Block, point: PathPoint) -> Row:
@@ -94,9 +96,9 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Ro
     block, moment = sliding.block, sliding.moment
     contact = moment.contact
     area = np.where(contact.pressure > 0.0, contact.area, 0.0)
-    touching = max(_contact_area(block, contact), np.finfo(float).tiny)
+    touching = max(_contact_area(block, contact), 1e-300)
 
-    def mean(values: Array) -> float:
+    def mean(values: Any) -> float:
         return block.surface.total(values.reshape(area.shape), area) / touching
 
     carrier = sliding.carrier
