@@ -23,7 +23,7 @@ from iceslide_fem.film import FilmLoads
 from iceslide_fem.heat import Column, HalfSpace
 from iceslide_fem.ice import Continuum
 from iceslide_fem.integrators import Integrator, InterfaceState, Step, advance
-from iceslide_fem.materials import Array
+from iceslide_fem.materials import Array, Mask
 from iceslide_fem.strips import Strips, StripsUnderPoints
 from iceslide_fem.surface_grid import Placement
 
@@ -170,12 +170,14 @@ class OnIce:
         self, state: InterfaceState, start: Side, end: Side, dt: float, integrator: Integrator
     ) -> Passage:
         """Advance the films of this rank's nodes. Collective."""
-        (area0, loads0), (area1, loads1) = (self._on_nodes(side) for side in (start, end))
-        # A node that is covered at one end only has there the loads of the other end.
-        first = FilmLoads(*(np.where(area0 > 0, a, b) for a, b in zip(loads0, loads1, strict=True)))
-        last = FilmLoads(*(np.where(area1 > 0, b, a) for a, b in zip(loads0, loads1, strict=True)))
-        area = 0.5 * (area0 + area1)
-        self.ice.area = area
+        (covered, first), (covers, last) = (self._on_nodes(side) for side in (start, end))
+        # A node that is covered at one end only has the free height of that end.
+        first = first._replace(free_height=np.where(covered, first.free_height, last.free_height))
+        last = last._replace(free_height=np.where(covers, last.free_height, first.free_height))
+        grid = self.ice.grid
+        area = np.where(covered | covers, grid.cell_area[grid.own], 0.0)
+        if isinstance(self.ice, Continuum):
+            self.ice.area = area
         step = advance(state, first, last, dt, self.ice, integrator)
         return Passage(step, area, last)
 
@@ -216,8 +218,12 @@ class OnIce:
             rest,
         )
 
-    def _on_nodes(self, side: Side) -> tuple[Array, FilmLoads]:
-        """Covered area of this rank's nodes and the mean loads on it. Collective."""
+    def _on_nodes(self, side: Side) -> tuple[Mask, FilmLoads]:
+        """Which of this rank's nodes are covered, and their loads per area of the node's cell.
+
+        A cell that is covered in part has that part of the loads, so that a film is as old as it
+        should be when the leading edge has passed its cell. Collective.
+        """
         grid = self.ice.grid
         loads = self.friction.loads(side.pressure, side.speed)
         touching = np.where(side.pressure > 0.0, side.area, 0.0)
@@ -231,13 +237,12 @@ class OnIce:
                 touching * loads.free_height,
             ]
         )
-        area, viscous, power, squeeze, free = grid.give(amounts, _place(self.ice, side))[
-            :, grid.own
-        ]
-        some = np.maximum(area, 1e-300)
-        speed = np.where(viscous > 0.0, power / np.maximum(viscous, 1e-300), 0.0)
-        free = np.where(area > 0.0, free / some, 1.0)
-        return area, FilmLoads(viscous / some, speed, squeeze / some, free)
+        given = grid.give(amounts, _place(self.ice, side))
+        area, viscous, power, squeeze, free = given[:, grid.own]
+        covered, cell = area > 0.0, grid.cell_area[grid.own]
+        speed = np.divide(power, viscous, out=np.zeros_like(power), where=viscous > 0.0)
+        free = np.divide(free, area, out=np.ones_like(free), where=covered)
+        return covered, FilmLoads(viscous / cell, speed, squeeze / cell, free)
 
 
 def _fresh(film_height: float, n: int, ice: Array) -> InterfaceState:

@@ -180,4 +180,5 @@ def _switches(sliding: Sliding, accepted: Accepted | None) -> tuple[Array, Array
         return nowhere, nowhere
     last, side = accepted.passage.step.last, accepted.side
     carrier = sliding.carrier
-    return carrier.at_points(last.melting, side), carrier.at_points(last.saturated, side)
+    melting, saturated = last.melting.astype(float), last.saturated.astype(float)
+    return carrier.at_points(melting, side), carrier.at_points(saturated, side)

@@ -27,30 +27,17 @@ TEMPERATURE_TOLERANCE = 1e-9  # K
 class Strips(Column):
     """Columns below this rank's nodes of `grid`, heated by films on the nodes themselves.
 
-    Content: amplitudes (n_modes, own nodes). `area` (own nodes,) is what is covered by rubber at
-    each node, m2 (m in a slice): the column is as wide as the node's cell and takes the film's
-    flux on the covered part of it.
+    Content: amplitudes (n_modes, own nodes).
     """
 
     def __init__(self, grid: SurfaceGrid, temperature: float, duration: float) -> None:
         """Ice at `temperature` (K); `duration` (s) that any of it is heated or watched."""
         super().__init__(temperature, duration)
         self.grid = grid
-        self.at = grid.own_nodes()
-        self.area = np.zeros(grid.own.size)
 
     def initial(self, n_points: int) -> Array:
         """Cold ice below this rank's nodes, whatever the number of points."""
         return super().initial(self.grid.own.size)
-
-    def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
-        """One implicit stage; columns and films know nothing of each other's neighbours."""
-        decay, offset, resistance = self._response(start, dt)
-        # A node that is hardly covered keeps a small coverage, so that its resistance is not 0.
-        covered = np.maximum(self.area / self.grid.cell_area[self.grid.own], 1e-9)
-        seen = covered * resistance
-        result = film(IceSurface(offset, seen, (MELTING_TEMPERATURE - offset) / seen))
-        return self._heated(start, dt, decay, covered * result.ice_flux), result
 
     def shifted(self, content: Array, cells: int) -> Array:
         """Content after the window has moved `cells` cells in +x: fresh ice enters. Collective."""
@@ -64,23 +51,18 @@ class Strips(Column):
         own = float(self.heat(content) @ self.grid.cell_area[self.grid.own])
         return float(self.grid.comm.allreduce(own, op=MPI.SUM))
 
-    def _response(self, start: Array, dt: Array | float) -> tuple[Array, Array, Array]:
-        """Decay of the modes, and the surface's temperature as offset + resistance * flux."""
-        decay = np.reciprocal(1.0 + self.rates[:, None] * dt)
-        offset = self.temperature + self.surface @ (start * decay)
-        resistance = np.broadcast_to((self.surface**2 @ decay) * dt, offset.shape)
-        return decay, offset, resistance
-
-    def _heated(self, start: Array, dt: Array | float, decay: Array, flux: Array) -> Array:
-        return np.asarray((start + np.multiply.outer(self.surface, dt * flux)) * decay)
-
 
 class StripsUnderPoints(Strips):
     """Columns below a surface grid, heated by films on points that move over it.
 
-    `at` places the points, `area` (n,) is what each stands for. Points share strips, so their
-    fluxes are found together.
+    `at` places the points, `area` (n,) is what each stands for, m2 (m in a slice). Points share
+    strips, so their fluxes are found together.
     """
+
+    def __init__(self, grid: SurfaceGrid, temperature: float, duration: float) -> None:
+        """As `Strips`, without points yet."""
+        super().__init__(grid, temperature, duration)
+        self.at, self.area = grid.own_nodes(), np.zeros(grid.own.size)
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature at the points (K), shape (n,). Collective."""
@@ -93,7 +75,9 @@ class StripsUnderPoints(Strips):
         Raises NotConverged if the set of melting points does not settle.
         """
         grid = self.grid
-        decay, own_offset, own_resistance = self._response(start, dt)
+        decay = np.reciprocal(1.0 + self.rates[:, None] * dt)
+        own_offset = self.temperature + self.surface @ (start * decay)
+        own_resistance = np.broadcast_to((self.surface**2 @ decay) * dt, own_offset.shape)
         offset, resistance = grid.everywhere(np.stack([own_offset, own_resistance]))
         per_heat = resistance / grid.cell_area
         link = np.full(self.area.shape, RESISTANCE_SHARE * float(resistance.max()))
@@ -105,7 +89,7 @@ class StripsUnderPoints(Strips):
             residual = temperature - offset - per_heat * heat
             if np.abs(residual).max() <= TEMPERATURE_TOLERANCE:
                 flux = heat[grid.own] / grid.cell_area[grid.own]
-                return self._heated(start, dt, decay, flux), result
+                return (start + np.multiply.outer(self.surface, dt * flux)) * decay, result
             coupling = grid.coupling(np.where(result.melting, self.area / link, 0.0), self.at)
             matrix = identity(grid.n_nodes) + diags(per_heat) @ coupling
             temperature = temperature - spsolve(matrix.tocsc(), residual)

@@ -64,13 +64,13 @@ def test_band_source(kind, length, speed):
     cell = float(grid.lines[0][1] - grid.lines[0][0])
     n = 1000
     points = ((np.arange(n) + 0.5) / n - 0.5)[:, None] * length
-    flux = np.full(grid.own.size, q)
     content, dt = ice.initial(n), cell / speed
     coldest = 0.0
     for _ in range(int(1.3 * length / cell)):
         middle = points + np.array([0.5 * cell])
-        ice.area = grid.give(np.full(n, length / n), grid.place(middle))[grid.own]
-        content, _ = ice.stage(content, dt, given_flux(flux))
+        flux = grid.give(np.full(n, q * length / n), grid.place(middle)) / grid.cell_area
+        ice.area = grid.cell_area[grid.own]
+        content, _ = ice.stage(content, dt, given_flux(flux[grid.own]))
         coldest = min(coldest, float(np.min(ice.surface_temperature(content) - T_0)))
         content = ice.shifted(content, 1)
     rise = grid.everywhere(ice.surface_temperature(content) - T_0)
@@ -112,8 +112,8 @@ def test_transit_time_equivalence(heat):
     expected = 0.32 * 1.8e-3 * 5.0 / (2e5 * point.samples[:, 0])
     middle = (age > 0.3e-3) & (age < 3.7e-3) & (side.pressure > 0)
     error = np.abs(height / np.interp(age, times, expected) - 1.0)[middle]
-    assert error.mean() < 0.01
-    assert np.quantile(error, 0.95) < 0.03
+    assert error.mean() < 0.005
+    assert error.max() < 0.02
 
 
 @pytest.mark.parametrize("carrier", ["ice", "rubber"])
@@ -159,7 +159,8 @@ def test_friction_power_is_the_same_on_both_sides():
     height = carrier.film_height(state, side)
     shear, _ = friction.shear(side.pressure, side.speed, height)
     of_points = float((shear * side.speed) @ side.area)
-    area, loads = carrier._on_nodes(side)
+    _, loads = carrier._on_nodes(side)
+    area = grid.cell_area
     of_nodes = float((loads.viscous * loads.speed * np.exp(-state.log_height)) @ area)
     assert of_nodes == pytest.approx(of_points, rel=1e-12)
 
