@@ -29,7 +29,7 @@ from iceslide_fem.contact import (
 from iceslide_fem.equilibrium import Equilibrium, NotConverged, Solution, TractionLaw
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.materials import Array
-from iceslide_fem.meshing import rubber_mesh
+from iceslide_fem.meshing import rubber_mesh, window_cell
 from iceslide_fem.rubber import Rubber
 from iceslide_fem.scene import Scene
 from iceslide_fem.surface import ContactSurface, contact_surface
@@ -45,6 +45,8 @@ FIRST_RAMP = 0.25
 SMALLEST_PATH_STEP = 1e-3
 EASY_ITERATIONS = 6
 FACET_QUADRATURE = 4
+# Where the ice slides, so many points of the rubber lie on each cell of the ice.
+POINTS_PER_CELL = 3.0
 
 # Slip speed (m/s) of the displacement along x (f, q), and its derivative (1/s).
 SpeedLaw = Callable[[Array], tuple[Array, float]]
@@ -108,6 +110,11 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     material = scene.mooney_rivlin
     rubber = Rubber(mesh, material)
     surface = contact_surface(rubber.space, rubber.facets("contact"), FACET_QUADRATURE)
+    if scene.ice.motion == "sliding":
+        widest = float(np.ptp(surface.nodes[..., 0], axis=1).max(initial=0.0))
+        widest = comm.allreduce(widest, op=MPI.MAX)
+        count = int(np.ceil(POINTS_PER_CELL * widest / window_cell(scene)))
+        surface = contact_surface(rubber.space, rubber.facets("contact"), 2 * count - 1)
     z = mesh.mesh.geometry.x[:, mesh.mesh.geometry.dim - 1]
     height = float(comm.allreduce(z.max(initial=0.0), op=MPI.MAX))
     ds = ufl.Measure("ds", domain=mesh.mesh, subdomain_data=mesh.facet_tags)

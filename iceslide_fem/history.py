@@ -53,13 +53,13 @@ class Ledger:
 
     def add(self, accepted: Accepted) -> None:
         """Enter an accepted step (the block's displacements are its). Collective."""
-        block, step = self._block, accepted.step
+        block, step, area = self._block, accepted.passage.step, accepted.passage.area
         force, plate = self.friction_force(), block.equilibrium.plate_displacement()
         distance = block.scene.load.speed * accepted.dt
         self.friction_work += 0.5 * (force + self._force) * distance
         self.load_work += block.scale * block.force * (plate - self._plate)
-        self.ice_heat += self._integral(step.ice_heat, accepted.area)
-        self.latent_heat += self._integral(step.latent_heat, accepted.area)
+        self.ice_heat += self._integral(step.ice_heat, area)
+        self.latent_heat += self._integral(step.latent_heat, area)
         if accepted.solved:
             self.elastic_energy = self._elastic() - self._stored
         self._force, self._plate = force, plate
@@ -76,7 +76,7 @@ class Ledger:
     def friction_force(self) -> float:
         """Friction force of the whole block at the present moment, N. Collective."""
         moment = self._sliding.moment
-        return self._integral(self._sliding.shear(moment), moment.contact.area.ravel())
+        return self._integral(self._sliding.shear(moment), moment.side.area)
 
     def _integral(self, density: Array, area: Array) -> float:
         return self._block.scale * self._block.surface.total(density, area)
@@ -101,22 +101,23 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Ro
     def mean(values: Any) -> float:
         return block.surface.total(values.reshape(area.shape), area) / touching
 
-    nowhere = np.zeros(area.shape)
+    carrier = sliding.carrier
+    melted, saturated = _switches(sliding, accepted)
     normal, friction = block.normal_force(contact), ledger.friction_force()
     return {
         "time_s": moment.time,
         "step_s": accepted.dt if accepted else 0.0,
         "slip_m": block.scene.load.speed * moment.time,
         "mu": friction / normal,
-        "film_height_m": mean(np.exp(moment.interface.log_height)),
-        "squeezed_height_m": mean(moment.interface.squeezed_height),
+        "film_height_m": mean(carrier.film_height(moment.interface, moment.side)),
+        "squeezed_height_m": mean(carrier.at_points(moment.interface.squeezed_height, moment.side)),
         "surface_temperature_C": mean(_surface(sliding, moment)) - MELTING_TEMPERATURE,
         "contact_fraction": touching / block.area,
         "normal_force_N": normal,
         "friction_force_N": friction,
         "plate_displacement_m": block.equilibrium.plate_displacement(),
-        "melted_fraction": mean(accepted.step.last.melting if accepted else nowhere),
-        "saturated_fraction": mean(accepted.step.last.saturated if accepted else nowhere),
+        "melted_fraction": mean(melted),
+        "saturated_fraction": mean(saturated),
         "friction_work_J": ledger.friction_work,
         "load_work_J": ledger.load_work,
         "ice_heat_J": ledger.ice_heat,
@@ -135,16 +136,17 @@ def interface_fields(sliding: Sliding, accepted: Accepted | None) -> dict[str, A
     """
     moment = sliding.moment
     shape = moment.contact.pressure.shape
-    nowhere = np.zeros(shape)
+    melted, saturated = _switches(sliding, accepted)
+    squeezed = sliding.carrier.at_points(moment.interface.squeezed_height, moment.side)
     always = ("contact pressure (Pa)", "friction stress (Pa)")
     fields = {
         "contact pressure (Pa)": moment.contact.pressure,
         "friction stress (Pa)": sliding.shear(moment),
-        "film height (m)": np.exp(moment.interface.log_height),
-        "squeezed height (m)": moment.interface.squeezed_height,
+        "film height (m)": sliding.carrier.film_height(moment.interface, moment.side),
+        "squeezed height (m)": squeezed,
         "surface temperature (degC)": _surface(sliding, moment) - MELTING_TEMPERATURE,
-        "melted (1)": accepted.step.last.melting if accepted else nowhere,
-        "saturated (1)": accepted.step.last.saturated if accepted else nowhere,
+        "melted (1)": melted,
+        "saturated (1)": saturated,
     }
     touching = moment.contact.pressure > 0.0
     return {
@@ -166,5 +168,17 @@ def _contact_area(block: Block, contact: ContactState) -> float:
 
 
 def _surface(sliding: Sliding, moment: Moment) -> Array:
-    temperature = sliding.ice.surface_temperature(moment.interface.ice)
+    """Temperature of the ice at the points (K); no reading may be above T_m. Collective."""
+    temperature = sliding.carrier.ice_temperature(moment.interface, moment.side)
     return np.minimum(temperature, MELTING_TEMPERATURE)
+
+
+def _switches(sliding: Sliding, accepted: Accepted | None) -> tuple[Array, Array]:
+    """Melting and saturation at the points, 0 to 1; nowhere at t = 0. Collective."""
+    if accepted is None:
+        nowhere = np.zeros(sliding.block.surface.n_points)
+        return nowhere, nowhere
+    last, side = accepted.passage.step.last, accepted.side
+    carrier = sliding.carrier
+    melting, saturated = last.melting.astype(float), last.saturated.astype(float)
+    return carrier.at_points(melting, side), carrier.at_points(saturated, side)

@@ -7,12 +7,9 @@ with the same weights, so that the heat that leaves the interface is the heat th
 
 from __future__ import annotations
 
-import itertools
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
 
 from iceslide_fem import _dolfinx
 from iceslide_fem._dolfinx import MPI, PETSc, fem, ufl
@@ -27,6 +24,7 @@ from iceslide_fem.materials import (
     Array,
 )
 from iceslide_fem.meshing import IceMesh
+from iceslide_fem.surface_grid import SurfaceGrid
 
 # Where it melts, the surface is held at T_m through a resistance of this share of the first
 # layer's: the flux is then a function of the point's temperature, and unique.
@@ -40,29 +38,28 @@ PATIENCE = 10
 class Continuum:
     """Heat equation on the ice mesh, linear elements; content: T - T_0 at this rank's nodes.
 
-    `area` (n,) is what each contact point stands for, m2 (m in a slice); it may change between
-    steps as the rubber deforms.
+    `at` places the points that give heat on the surface's `grid`, and `area` (n,) is what each
+    stands for, m2 (m in a slice); both may change between steps. T_0 in K.
     """
 
-    def __init__(self, mesh: IceMesh, temperature: float, points: Array, area: Array) -> None:
-        """Ice at `temperature` (K) under contact points at horizontal positions (n, d-1), m."""
-        self._initial, self.area = temperature, area
+    def __init__(self, mesh: IceMesh, temperature: float) -> None:
+        """Ice at `temperature` (K), without points yet."""
+        self._initial = temperature
         self.space = _dolfinx.scalar_space(mesh.mesh, 1)
         self.function = fem.Function(self.space, name="temperature")
         T, test = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
         capacity = _dolfinx.form(ICE_DENSITY * ICE_HEAT_CAPACITY * T * test * ufl.dx)
-        conduction = _dolfinx.form(
-            ICE_CONDUCTIVITY * ufl.inner(ufl.grad(T), ufl.grad(test)) * ufl.dx
-        )
+        flux = ICE_CONDUCTIVITY * ufl.inner(ufl.grad(T), ufl.grad(test))
+        conduction = _dolfinx.form(flux * ufl.dx)
         self._capacity = _dolfinx.assemble_matrix(_dolfinx.create_matrix(capacity), capacity)
         self._conduction = _dolfinx.assemble_matrix(_dolfinx.create_matrix(conduction), conduction)
         self._matrix = self._conduction.duplicate(copy=True)
         self._x, self._b = self._matrix.createVecs()
-        self._work = self._b.duplicate()
         self._comm = mesh.mesh.comm
         self.resistance = RESISTANCE_SHARE * float(mesh.z[-1] - mesh.z[-2]) / ICE_CONDUCTIVITY
-        self._find_surface(mesh)
-        self._place(mesh, points)
+        self._number_nodes(mesh)
+        self._lump_across()
+        self.at, self.area = self.grid.own_nodes(), np.zeros(self.grid.own.size)
         self._ksp = self._solver()
         self._iterations = 2 * PATIENCE
 
@@ -76,11 +73,18 @@ class Continuum:
         return np.zeros(self._x.getLocalSize())
 
     def surface_temperature(self, content: Array) -> Array:
-        """Temperature at the contact points (K), shape (n,). Collective."""
-        grid = np.zeros(self._global_dof.size)
-        grid[self._own_grid] = content[self._own_dof]
-        self._comm.Allreduce(MPI.IN_PLACE, grid, op=MPI.SUM)
-        return self._initial + np.asarray((self._share * grid[self._node]).sum(axis=1))
+        """Temperature at the points (K), shape (n,). Collective."""
+        grid = self.grid.everywhere(content[self._own_dof])
+        return self._initial + self.grid.read(grid, self.at)
+
+    def shifted(self, content: Array, cells: int) -> Array:
+        """Content after the window has moved `cells` cells in +x: fresh ice enters. Collective."""
+        nodes = np.zeros(self._node_shape)
+        nodes.flat[self._node] = content
+        self._comm.Allreduce(MPI.IN_PLACE, nodes, op=MPI.SUM)
+        moved = np.zeros_like(nodes)
+        moved[: nodes.shape[0] - cells] = nodes[cells:]
+        return np.array(moved.flat[self._node])
 
     def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
         """Solve C (x - start) / dt + K x = heat from the film, with the film law. Collective.
@@ -122,45 +126,42 @@ class Continuum:
         self.function.x.scatter_forward()
         return self.function
 
-    def _find_surface(self, mesh: IceMesh) -> None:
-        """Number the surface's grid nodes; who owns them, and their dofs."""
-        self._lines = [line for line in (mesh.x, mesh.y) if line.size]
-        tags = mesh.facet_tags
-        facets = tags.indices[tags.values == mesh.tags["surface"]]
-        dim = mesh.mesh.topology.dim
-        dofs = fem.locate_dofs_topological(self.space, dim - 1, facets)
+    def _number_nodes(self, mesh: IceMesh) -> None:
+        """Place of every node of this rank on the mesh's grid; the surface's nodes and dofs."""
+        lines = [line for line in (mesh.x, mesh.y, mesh.z) if line.size]
         index_map = self.space.dofmap.index_map
-        dofs = np.unique(dofs[dofs < index_map.size_local])
-        positions = self.space.tabulate_dof_coordinates()[dofs]
-        grid = np.zeros(dofs.size, dtype=np.int64)
-        for axis, line in enumerate(self._lines):
-            middle = 0.5 * (line[1:] + line[:-1])
-            grid = grid * line.size + np.searchsorted(middle, positions[:, axis])
-        self._own_dof, self._own_grid = dofs, grid
-        n = int(np.prod([line.size for line in self._lines]))
-        self._global_dof = np.full(n, -1, dtype=np.int64)
-        self._global_dof[grid] = dofs + index_map.local_range[0]
-        self._comm.Allreduce(MPI.IN_PLACE, self._global_dof, op=MPI.MAX)
+        positions = self.space.tabulate_dof_coordinates()[: index_map.size_local]
+        places = [
+            np.searchsorted(0.5 * (line[1:] + line[:-1]), positions[:, axis])
+            for axis, line in enumerate(lines)
+        ]
+        self._node_shape = tuple(line.size for line in lines)
+        self._node = np.ravel_multi_index(places, self._node_shape)
+        self._own_dof = np.flatnonzero(places[-1] == lines[-1].size - 1)
+        own = self._node[self._own_dof] // lines[-1].size
+        self.grid = SurfaceGrid(lines[:-1], own, self._comm)
+        dofs = (self._own_dof + index_map.local_range[0]).astype(float)
+        self._global_dof = self.grid.everywhere(dofs).astype(PETSc.IntType)
 
-    def _place(self, mesh: IceMesh, points: Array) -> None:
-        """Nodes around every point and their interpolation weights, (n, 2^(d-1))."""
-        cells, fractions = [], []
-        for axis, line in enumerate(self._lines):
-            x = np.clip(points[:, axis], line[0], line[-1])
-            cell = np.clip(np.searchsorted(line, x) - 1, 0, line.size - 2)
-            cells.append(cell)
-            fractions.append((x - line[cell]) / (line[cell + 1] - line[cell]))
-        nodes, shares = [], []
-        for corner in itertools.product((0, 1), repeat=len(self._lines)):
-            node = np.zeros(len(points), dtype=np.int64)
-            share = np.ones(len(points))
-            for axis, side in enumerate(corner):
-                node = node * self._lines[axis].size + cells[axis] + side
-                share = share * (fractions[axis] if side else 1.0 - fractions[axis])
-            nodes.append(node)
-            shares.append(share)
-        self._node: NDArray[np.int64] = np.stack(nodes, axis=1)
-        self._share = np.stack(shares, axis=1)
+    def _lump_across(self) -> None:
+        """Lump the capacity matrix in x and y, and leave it as it is in z.
+
+        Lines of nodes below each other keep the accuracy of the consistent matrix, while nodes
+        beside a sudden flux, as ahead of a leading edge, are not cooled by it.
+        """
+        first, last = self._capacity.getOwnershipRange()
+        levels = self._node_shape[-1]
+        dof_of_node = np.zeros(int(np.prod(self._node_shape)), dtype=np.int64)
+        dof_of_node[self._node] = np.arange(first, last)
+        self._comm.Allreduce(MPI.IN_PLACE, dof_of_node, op=MPI.SUM)
+        node_of_dof = np.argsort(dof_of_node)
+        rows = [self._capacity.getRow(row) for row in range(first, last)]
+        self._capacity.zeroEntries()
+        for row, (columns, values) in enumerate(rows, start=first):
+            above = node_of_dof[row] // levels * levels
+            below = dof_of_node[above + node_of_dof[columns] % levels].astype(PETSc.IntType)
+            self._capacity.setValues([row], below, values, addv=PETSc.InsertMode.ADD_VALUES)
+        self._capacity.assemble()
 
     def _solver(self) -> PETSc.KSP:
         ksp = PETSc.KSP().create(self._comm)
@@ -174,21 +175,18 @@ class Continuum:
         return ksp
 
     def _load(self, flux: Array) -> Array:
-        """Heat (W) that the contact points give to this rank's surface nodes."""
-        grid = np.zeros(self._global_dof.size)
-        np.add.at(grid, self._node, self._share * (self.area * flux)[:, None])
-        self._comm.Allreduce(MPI.IN_PLACE, grid, op=MPI.SUM)
-        return grid[self._own_grid]
+        """Heat (W) that the points give to this rank's surface nodes. Collective."""
+        return self.grid.give(self.area * flux, self.at)[self.grid.own]
 
     def _correct(self, dt: float, conductance: Array) -> None:
         """Solve (C / dt + K + conductance of the melting points) x = b into `_x`."""
         self._conduction.copy(self._matrix, structure=PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
         self._matrix.axpy(1.0 / dt, self._capacity, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
-        coupling = self._coupling(conductance)
-        for grid in self._own_grid:
+        coupling = self.grid.coupling(conductance, self.at)
+        for grid in self.grid.own:
             row = slice(coupling.indptr[grid], coupling.indptr[grid + 1])
             if row.stop > row.start:
-                columns = self._global_dof[coupling.indices[row]].astype(PETSc.IntType)
+                columns = self._global_dof[coupling.indices[row]]
                 self._matrix.setValues(
                     [self._global_dof[grid]],
                     columns,
@@ -203,15 +201,3 @@ class Continuum:
         if self._ksp.getConvergedReason() < 0:
             raise NotConverged("the linear solver of the ice's temperature fails")
         self._iterations = self._ksp.getIterationNumber()
-
-    def _coupling(self, conductance: Array) -> Any:
-        """Sum over points of conductance * N N^T on the surface's grid nodes (CSR), all ranks."""
-        wet = np.flatnonzero(conductance)
-        node, share = self._node[wet], self._share[wet]
-        values = conductance[wet][:, None, None] * share[:, :, None] * share[:, None, :]
-        rows = np.broadcast_to(node[:, :, None], values.shape)
-        columns = np.broadcast_to(node[:, None, :], values.shape)
-        n = self._global_dof.size
-        own = coo_matrix((values.ravel(), (rows.ravel(), columns.ravel())), (n, n)).tocsr()
-        parts = self._comm.allgather(own)
-        return sum(parts[1:], start=parts[0]).tocsr()

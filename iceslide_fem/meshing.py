@@ -42,6 +42,8 @@ CONTACT_HEIGHT = 0.5  # the sides may touch the ice up to this fraction of the h
 # Ice
 SURFACE_LAYER = 3e-6  # m, thickness of the first layer
 LAYER_RATIO = 1.2  # of neighbouring layers
+WINDOW_CELLS = 100  # along the block, where the ice slides
+WINDOW_GUARD = 3  # cells before and behind the footprint
 DEPTH = 5.0  # in thermal lengths sqrt(alpha t): 4e-4 of the surface's temperature rise is left
 
 
@@ -80,24 +82,63 @@ def rubber_mesh(scene: Scene, comm: MPI.Comm) -> RubberMesh:
 def ice_mesh(
     scene: Any,
     comm: MPI.Comm,
-    footprint: Sequence[tuple[float, float]] | None = None,
+    surface: Sequence[Lines] | None = None,
     depth: float | None = None,
 ) -> IceMesh:
     """Mesh of the ice that a run of the scene warms.
 
-    footprint: ranges of x (and y) in contact, m, by default those of the undeformed block; the
-    ice exceeds it by `ice.margin` on each side and no heat passes its sides. depth (m) is 5
-    thermal lengths sqrt(alpha t) by default. y begins at 0 below a symmetric block. Collective.
+    surface: grid lines of x (and y) on it, m, by default `patch_lines` of the undeformed block;
+    no heat passes the sides. depth (m) is 5 thermal lengths sqrt(alpha t) by default. Collective.
     Raises SceneError if the user's mesh can't be used.
     """
 
     def build() -> tuple[list[Lines], TaggedMesh]:
-        lines = _ice_lines(scene, footprint, depth)
+        lines = _ice_lines(scene, surface, depth)
         return lines, _ice(lines)
 
     lines, tagged = gmsh_model.from_root(build, comm)
     y = lines[1] if len(lines) == 3 else np.empty(0)
     return IceMesh(*gmsh_model.distribute(tagged, comm), lines[0], y, lines[-1])
+
+
+def patch_lines(scene: Any, footprint: Sequence[tuple[float, float]] | None = None) -> list[Lines]:
+    """Surface lines (x, and y in a block) of attached ice: the rubber's, stretched to the contact.
+
+    footprint: ranges of x (and y) in contact, m, by default those of the undeformed block; the
+    ice exceeds it by `ice.margin` on each side. y begins at 0 below a symmetric block.
+    """
+    block, refinement = _block(scene), scene.numerics.refinement
+    cell, size = _reference_cell(block, refinement)
+    margin = scene.ice.margin
+    beyond = _from_edge(margin, cell, size)[1:] if margin > 0.0 else np.empty(0)
+    lines = []
+    *below, _ = _rubber_lines(block, refinement)
+    for inner, (low, high) in zip(below, footprint or block.ranges, strict=True):
+        inner = low + (inner - inner[0]) * (high - low) / (inner[-1] - inner[0])
+        lines.append(np.concatenate([low - beyond[::-1], inner, high + beyond]))
+    if block.symmetric:
+        lines[1] = lines[1][lines[1] >= 0.0]
+    return lines
+
+
+def window_cell(scene: Any) -> float:
+    """Width (m) of the cells of sliding ice: `ice.cell`, or a share of the block's length."""
+    (low, high), *_ = _block(scene).ranges
+    return scene.ice.cell or (high - low) / (WINDOW_CELLS * scene.numerics.refinement)
+
+
+def window_lines(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[Lines]:
+    """Surface lines (x, and y in a block) of the window of sliding ice that follows the block.
+
+    Equal cells in x, from `ice.trail` behind the footprint to a few cells before it, so that the
+    content can be shifted by whole cells; y as in `patch_lines`.
+    """
+    cell = window_cell(scene)
+    low, high = footprint[0]
+    behind = WINDOW_GUARD + math.ceil(scene.ice.trail / cell)
+    count = math.ceil((high - low) / cell) + behind + WINDOW_GUARD
+    x = low - behind * cell + cell * np.arange(count + 1)
+    return [x, *patch_lines(scene, footprint)[1:]]
 
 
 def divisions(scene: Scene) -> dict[str, float]:
@@ -211,25 +252,12 @@ def _rubber_lines(block: _Block, refinement: float) -> list[Lines]:
 
 
 def _ice_lines(
-    scene: Any,
-    footprint: Sequence[tuple[float, float]] | None = None,
-    depth: float | None = None,
+    scene: Any, surface: Sequence[Lines] | None = None, depth: float | None = None
 ) -> list[Lines]:
-    """Grid lines of the ice in x, (y,) z: the rubber's, stretched to the footprint, and beyond."""
-    block, refinement = _block(scene), scene.numerics.refinement
+    """Grid lines of the ice in x, (y,) z."""
     thermal = math.sqrt(ICE_DIFFUSIVITY * scene.load.duration)
-    cell, size = _reference_cell(block, refinement)
-    margin = scene.ice.margin
-    beyond = _from_edge(margin, cell, size)[1:] if margin > 0.0 else np.empty(0)
-
-    lines = []
-    *below, _ = _rubber_lines(block, refinement)
-    for inner, (low, high) in zip(below, footprint or block.ranges, strict=True):
-        inner = low + (inner - inner[0]) * (high - low) / (inner[-1] - inner[0])
-        lines.append(np.concatenate([low - beyond[::-1], inner, high + beyond]))
-    if block.symmetric:
-        lines[1] = lines[1][lines[1] >= 0.0]
-    slope = math.log(LAYER_RATIO) / refinement
-    first = SURFACE_LAYER / refinement * slope / math.expm1(slope)  # so that graded starts with it
+    slope = math.log(LAYER_RATIO) / scene.numerics.refinement
+    # so that graded starts with the surface's layer
+    first = SURFACE_LAYER / scene.numerics.refinement * slope / math.expm1(slope)
     layers = graded(DEPTH * thermal if depth is None else depth, first, slope)
-    return [*lines, -layers[::-1]]
+    return [*(surface or patch_lines(scene)), -layers[::-1]]

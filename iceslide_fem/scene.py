@@ -113,11 +113,14 @@ class Ice(_Table):
     """Initial temperature of the ice (K), its motion under the rubber, and its heat model.
 
     `margin` (m) is how far continuum ice extends beside the contact. The attached ice of a
-    sample of a long block has none: its neighbours are as warm.
+    sample of a long block has none: its neighbours are as warm. Ice that slides lies in cells of
+    width `cell` (m, along x), kept until they are `trail` (m) behind the block.
     """
 
     temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC")] = 269.15
     margin: Annotated[float, Quantity("m", "0 m", "1 m")] = 0.0
+    cell: Annotated[float, Quantity("m", "0.1 um", "10 mm")] | None = None
+    trail: Annotated[float, Quantity("m", "0 m", "1 m")] = 0.0
     motion: Literal["attached", "sliding"] = "attached"
     heat: Literal["half-space", "column", "continuum"] = "column"
 
@@ -232,10 +235,6 @@ def not_yet(scene: Scene) -> None:
     """Raise ValueError for what the schema knows and this version cannot simulate."""
     if scene.rubber.heat:
         raise ValueError("rubber.heat = true is not implemented in this version; allowed: false")
-    if scene.ice.motion == "sliding":
-        raise ValueError(
-            "ice.motion = \"sliding\" is not implemented in this version; allowed: 'attached'"
-        )
 
 
 def load_scene(path: Path | str, overrides: Sequence[str] = ()) -> Scene:

@@ -81,9 +81,10 @@ def _run_block(scene: Scene, out: Path, petsc_options: Sequence[str]) -> dict[st
             start_sliding(block, observe)
             sliding = Sliding(block)
             temperature = None
-            if isinstance(sliding.ice, Continuum):
-                temperature = sliding.ice.show(sliding.moment.interface.ice)
-                results.dofs += sliding.ice.n_dofs
+            ice = sliding.carrier.ice
+            if isinstance(ice, Continuum):
+                temperature = ice.show(sliding.moment.interface.ice)
+                results.dofs += ice.n_dofs
             fields = Fields(out / "fields", block.rubber, block.surface, temperature)
             open_files.callback(fields.close)
             fields.write(0.0, interface_fields(sliding, None))
@@ -99,8 +100,8 @@ def _run_block(scene: Scene, out: Path, petsc_options: Sequence[str]) -> dict[st
                 history.row(row)
                 results.note(row, accepted.rejected)
                 if due(sliding.moment.time):
-                    if isinstance(sliding.ice, Continuum):
-                        sliding.ice.show(sliding.moment.interface.ice)
+                    if isinstance(ice, Continuum):
+                        ice.show(sliding.moment.interface.ice)
                     fields.write(sliding.moment.time, interface_fields(sliding, accepted))
                 progress.update(
                     sliding.moment.time, row["mu"], accepted.dt, accepted.iterations, "sliding"

@@ -14,15 +14,14 @@ import numpy as np
 
 from iceslide_fem._dolfinx import MPI
 from iceslide_fem.block import Block, SpeedLaw
+from iceslide_fem.carriers import Passage, Side
 from iceslide_fem.contact import ContactState
 from iceslide_fem.equilibrium import NotConverged
 from iceslide_fem.errors import SimulationStopped
-from iceslide_fem.film import FilmLoads
-from iceslide_fem.heat import Column, HalfSpace, IceHeat
-from iceslide_fem.ice import Continuum
-from iceslide_fem.integrators import INTEGRATORS, InterfaceState, Step, advance, error_norms
+from iceslide_fem.integrators import INTEGRATORS, InterfaceState, error_norms
+from iceslide_fem.interface import carrier_of
 from iceslide_fem.materials import MELTING_TEMPERATURE, Array
-from iceslide_fem.meshing import ice_mesh
+from iceslide_fem.meshing import window_cell
 from iceslide_fem.timestep import step_factor
 
 # Shares of the tolerance: the film's and heat's local error per step, the change of the film
@@ -42,14 +41,14 @@ MANY_ITERATIONS = 10
 class Moment(NamedTuple):
     """Everything that a step starts from: committed as a whole, or not at all.
 
-    time (s); displacements (all dofs of this rank, m); contact; speed: slip speed of the points
-    (n,), m/s; interface: film and ice; shear: of the points when the block was last solved, Pa.
+    time (s); displacements (all dofs of this rank, m); contact; side: the rubber's points, (n,);
+    interface: film and ice; shear: of the points when the block was last solved, Pa.
     """
 
     time: float
     displacements: Array
     contact: ContactState
-    speed: Array
+    side: Side
     interface: InterfaceState
     shear: Array
 
@@ -57,14 +56,14 @@ class Moment(NamedTuple):
 class Accepted(NamedTuple):
     """An accepted step: the moment it leads to, and what happened on the way.
 
-    step: film and heat; area: what each point stood for, m2; iterations: Newton's; solved:
-    whether the block was solved; rejected: steps refused before this one.
+    passage: film and heat; side: the rubber's points at its end, before the window moved;
+    iterations: Newton's; solved: whether the block was solved; rejected: steps refused before.
     """
 
     moment: Moment
     dt: float
-    step: Step
-    area: Array
+    passage: Passage
+    side: Side
     iterations: int
     solved: bool
     rejected: int
@@ -93,25 +92,25 @@ class Sliding:
         self._duration = scene.load.duration
         self._undercooling = MELTING_TEMPERATURE - scene.ice.temperature
         n = block.surface.n_points
-        contact = block.contact
-        self.ice = self._ice(contact)
-        film = InterfaceState(
-            np.full(n, np.log(scene.film.initial_height)), np.zeros(n), self.ice.initial(n)
-        )
-        speed = np.full(n, scene.load.speed)
+        self.carrier = carrier_of(block)
+        state = self.carrier.start(scene.film.initial_height, n)
+        side = self._side(np.full(n, scene.load.speed), 0.0)
         displacements = block.rubber.u.x.array.copy()
-        start = Moment(0.0, displacements, contact, speed, film, np.zeros(n))
+        start = Moment(0.0, displacements, block.contact, side, state, np.zeros(n))
         self.moment = start._replace(shear=self.shear(start))
         self._before: tuple[float, Array] | None = None
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
+        self._drift = scene.load.speed if scene.ice.motion == "sliding" else 0.0
+        if self._drift > 0.0:  # no ice passes from cell to cell unseen
+            self._longest = min(self._longest, window_cell(scene) / self._drift)
         self._adaptive = bool(self._integrator.estimate)
         self._dt = min(FIRST_STEP * self._duration if self._adaptive else np.inf, self._longest)
 
     def shear(self, moment: Moment) -> Array:
-        """Friction stress on the ice at the points, (n,), Pa."""
-        height = np.exp(moment.interface.log_height)
-        pressure = moment.contact.pressure.ravel()
-        return self.block.friction.shear(pressure, moment.speed, height)[0]
+        """Friction stress on the ice at the points, (n,), Pa. Collective."""
+        height = self.carrier.film_height(moment.interface, moment.side)
+        side = moment.side
+        return self.block.friction.shear(side.pressure, side.speed, height)[0]
 
     def advance(self) -> Accepted:
         """Make the next step, shortened until it is accepted, and commit it.
@@ -151,67 +150,57 @@ class Sliding:
         block, start = self.block, self.moment
         values = block.rubber.u.x.array
         values[:] = self._predicted(dt)
-        contact, speed = block.contact, self._speed(dt)
-        step, area = self._film(start, contact, speed, dt)
-        control = self._film_error(step, start, contact, area)
+        side = self._side_after(dt)
+        passage = self._pass_over(side, dt)
+        control = self._film_error(passage)
         if control > 1.0:
             raise Refused("film and heat change too fast", float(self._factor(control)))
 
-        shear = self._shear_of(step, contact, speed)
-        if self._is_quiet(shear, area):
+        moment = Moment(
+            start.time + dt, values.copy(), block.contact, side, passage.step.state, start.shear
+        )
+        if self._is_quiet(self.shear(moment)):
             values[:] = start.displacements
-            contact, speed = start.contact, start.speed
-            moment = Moment(
-                start.time + dt, start.displacements, contact, speed, step.state, start.shear
+            still = start.side._replace(offset=side.offset)
+            moment = moment._replace(
+                displacements=start.displacements, contact=start.contact, side=still
             )
             factor = float(self._factor(control))
-            return Accepted(moment, dt, step, area, 0, False, 0), dt * factor
+            return Accepted(self._settled(moment), dt, passage, still, 0, False, 0), dt * factor
 
         iterations, mismatches = 0, []
         for _ in range(MAX_PASSES):
-            height = np.exp(step.state.log_height).reshape(block.surface.weights.shape)
-            law = block.film_shear(height, self._speed_law(dt))
+            height = self.carrier.film_height(passage.step.state, side)
+            law = block.film_shear(height.reshape(block.surface.weights.shape), self._speed(dt))
             iterations += block.balance(law).iterations
-            contact, speed = block.contact, self._speed(dt)
-            corrected, area = self._film(start, contact, speed, dt)
-            change = corrected.state.log_height - step.state.log_height
-            mismatch = self._mean(change, area * self._shear_of(corrected, contact, speed))
+            side = self._side_after(dt)
+            corrected = self._pass_over(side, dt)
+            change = corrected.step.state.log_height - passage.step.state.log_height
+            mismatch = self._mean(change, self._friction_weights(corrected))
             mismatches.append(mismatch / (COUPLING_SHARE * self._tolerance))
-            step = corrected
+            passage = corrected
             if mismatches[-1] <= 1.0:
                 break
         else:
             raise Refused("block and film do not agree", 0.4)
-        control = self._film_error(step, start, contact, area)
+        control = self._film_error(passage)
         if control > 2.0:
             raise Refused("film and heat change too fast", float(self._factor(control)))
 
-        moment = Moment(start.time + dt, values.copy(), contact, speed, step.state, start.shear)
-        moment = moment._replace(shear=self.shear(moment))
+        moment = Moment(
+            start.time + dt, values.copy(), block.contact, side, passage.step.state, start.shear
+        )
+        moment = self._settled(moment._replace(shear=self.shear(moment)))
         factor = min(float(self._factor(control)), float(step_factor(mismatches[0], 2)))
         if iterations > MANY_ITERATIONS:
             factor = min(factor, 0.8)
         factor = min(factor, LARGEST_GROWTH)
-        return Accepted(moment, dt, step, area, iterations, True, 0), dt * factor
+        return Accepted(moment, dt, passage, side, iterations, True, 0), dt * factor
 
-    def _ice(self, contact: ContactState) -> IceHeat:
-        scene, block = self.block.scene, self.block
-        if scene.ice.heat == "column":
-            return Column(scene.ice.temperature, scene.load.duration)
-        if scene.ice.heat == "half-space":
-            return HalfSpace(scene.ice.temperature, scene.load.duration)
-        # Attached ice stays under the point of the rubber that it lies under at t = 0.
-        positions = block.surface.positions(block.rubber.displacements)[..., :-1]
-        points = positions.reshape(-1, positions.shape[-1])
-        touching = points[contact.pressure.ravel() > 0.0]
-        comm = block.surface.comm
-        low, high = touching.min(axis=0, initial=np.inf), touching.max(axis=0, initial=-np.inf)
-        comm.Allreduce(MPI.IN_PLACE, low, op=MPI.MIN)
-        comm.Allreduce(MPI.IN_PLACE, high, op=MPI.MAX)
-        if "symmetry" in block.rubber.block.tags:
-            low[1] = 0.0
-        mesh = ice_mesh(scene, comm, list(zip(low, high, strict=True)))
-        return Continuum(mesh, scene.ice.temperature, points, contact.area.ravel())
+    def _settled(self, moment: Moment) -> Moment:
+        """The moment after the window of sliding ice has caught up with the block."""
+        state, offset = self.carrier.settled(moment.interface, moment.side.offset)
+        return moment._replace(interface=state, side=moment.side._replace(offset=offset))
 
     def _predicted(self, dt: float) -> Array:
         """Displacements at the end of the step, on the line through the last two."""
@@ -221,7 +210,7 @@ class Sliding:
         rate = (now.displacements - self._before[1]) / (now.time - self._before[0])
         return np.asarray(now.displacements + dt * rate)
 
-    def _speed_law(self, dt: float) -> SpeedLaw:
+    def _speed(self, dt: float) -> SpeedLaw:
         """Slip speed: the plate's and that of the rubber relative to it over the step.
 
         Taken at the displacement that is solved for: a lagged one is unstable for steps below
@@ -232,48 +221,51 @@ class Sliding:
         speed = block.scene.load.speed
         return lambda displacement: (speed + (displacement - start) / dt, 1.0 / dt)
 
-    def _speed(self, dt: float) -> Array:
-        """Slip speed of the points (n,) at the block's present displacements, m/s."""
+    def _side(self, speed: Array, offset: float) -> Side:
+        """The rubber's points at the block's present displacements."""
+        surface, contact = self.block.surface, self.block.contact
+        positions = surface.positions(self.block.rubber.displacements)[..., :-1]
+        return Side(
+            positions.reshape(surface.n_points, -1),
+            contact.pressure.ravel(),
+            contact.area.ravel(),
+            speed,
+            offset,
+        )
+
+    def _side_after(self, dt: float) -> Side:
+        """The rubber's points at the end of a step of `dt` to the present displacements."""
         present = self.block.surface.displacements(self.block.rubber.displacements)
-        return self._speed_law(dt)(present[..., 0])[0].ravel()
+        speed, _ = self._speed(dt)(present[..., 0])
+        return self._side(speed.ravel(), self.moment.side.offset + self._drift * dt)
 
-    def _film(
-        self, start: Moment, contact: ContactState, speed: Array, dt: float
-    ) -> tuple[Step, Array]:
-        friction = self.block.friction
-        area = 0.5 * (start.contact.area + contact.area).ravel()
-        if isinstance(self.ice, Continuum):
-            self.ice.area = area
-        loads = [
-            friction.loads(pressure.ravel(), speed)
-            for pressure in (start.contact.pressure, contact.pressure)
-        ]
-        step = advance(start.interface, loads[0], loads[1], dt, self.ice, self._integrator)
-        return step, area
+    def _pass_over(self, side: Side, dt: float) -> Passage:
+        start = self.moment
+        return self.carrier.pass_over(start.interface, start.side, side, dt, self._integrator)
 
-    def _film_error(self, step: Step, start: Moment, contact: ContactState, area: Array) -> float:
-        """Local error of film and heat relative to what is allowed, over the contact area."""
+    def _film_error(self, passage: Passage) -> float:
+        """Local error of film and heat relative to what is allowed, weighted by friction."""
+        step, ice = passage.step, self.carrier.ice
         if not self._adaptive:
             ok = self._all(bool(np.isfinite(step.state.log_height).all()))
             return 0.0 if ok else np.inf
-        loads: FilmLoads = self.block.friction.loads(contact.pressure.ravel(), start.speed)
-        undercooling = np.full(area.shape, self._undercooling)
-        error = error_norms(step, self.ice, start.interface, loads.free_height, undercooling)
+        undercooling = np.full(passage.area.shape, self._undercooling)
+        free_height = passage.loads.free_height
+        error = error_norms(step, ice, self.moment.interface, free_height, undercooling)
         if not self._all(bool(np.isfinite(error).all())):
             return np.inf
-        weights = area * self._shear_of(step, contact, start.speed)
-        return self._mean(error, weights) / (LOCAL_SHARE * self._tolerance)
+        return self._mean(error, self._friction_weights(passage)) / (LOCAL_SHARE * self._tolerance)
 
     def _factor(self, control: float) -> Array:
         return step_factor(control, self._integrator.estimate_order)
 
-    def _shear_of(self, step: Step, contact: ContactState, speed: Array) -> Array:
-        height = np.exp(step.state.log_height)
-        return self.block.friction.shear(contact.pressure.ravel(), speed, height)[0]
+    def _friction_weights(self, passage: Passage) -> Array:
+        """Friction force (N) under each film at the end of the step."""
+        return passage.area * passage.loads.viscous * np.exp(-passage.step.state.log_height)
 
-    def _is_quiet(self, shear: Array, area: Array) -> bool:
+    def _is_quiet(self, shear: Array) -> bool:
         """Whether shear has hardly changed since the block was last solved."""
-        change = self._mean(shear - self.moment.shear, area)
+        change = self._mean(shear - self.moment.shear, self.moment.side.area)
         return change <= QUIET_SHARE * self._tolerance * self.block.scene.load.pressure
 
     def _mean(self, values: Array, weights: Array) -> float:

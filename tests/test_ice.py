@@ -54,7 +54,9 @@ def some_ice(model, refinement=1.0):
         area = np.outer(width, area).ravel()
     mine = slice(EVERYWHERE.rank, None, EVERYWHERE.size)
     points, area = points[mine], area[mine]
-    return Continuum(mesh, T_0, points, area), points, area
+    ice = Continuum(mesh, T_0)
+    ice.at, ice.area = ice.grid.place(points), area
+    return ice, points, area
 
 
 def given_flux(flux):

@@ -161,7 +161,8 @@ def test_ice_layers_start_thin_and_stay_within_the_ratio():
 
 def test_ice_footprint_and_depth_can_be_given():
     scene = a_scene("block", margin=0.0)
-    ice = meshing.ice_mesh(scene, MPI.COMM_SELF, [(-1e-3, 0.5e-3), (0, 0.7e-3)], depth=1e-4)
+    lines = meshing.patch_lines(scene, [(-1e-3, 0.5e-3), (0, 0.7e-3)])
+    ice = meshing.ice_mesh(scene, MPI.COMM_SELF, lines, depth=1e-4)
     ends = [(line[0], line[-1]) for line in (ice.x, ice.y, ice.z)]
     np.testing.assert_allclose(ends, [(-1e-3, 0.5e-3), (0, 0.7e-3), (-1e-4, 0)])
 

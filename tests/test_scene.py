@@ -186,7 +186,6 @@ def test_one_bad_value(key, value, words):
         ),
         ({"model": "point", "ice.heat": "continuum"}, ["point", "'column' or 'half-space'"]),
         ({"rubber.heat": True}, ["rubber.heat", "not implemented in this version"]),
-        ({"ice.motion": "sliding"}, ["ice.motion", "not implemented in this version"]),
     ],
 )
 def test_contradictions(changes, words):

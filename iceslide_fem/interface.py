@@ -1,0 +1,68 @@
+"""The interface that a scene asks for: who carries the film, on which ice, where the points lie."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from iceslide_fem._dolfinx import MPI
+from iceslide_fem.block import Block
+from iceslide_fem.carriers import Attached, OnIce, OnRubber
+from iceslide_fem.heat import Column, HalfSpace
+from iceslide_fem.ice import Continuum
+from iceslide_fem.materials import Array
+from iceslide_fem.meshing import ice_mesh, patch_lines, window_lines
+from iceslide_fem.strips import Strips, StripsUnderPoints
+from iceslide_fem.surface_grid import SurfaceGrid
+
+
+def carrier_of(block: Block) -> Attached | OnRubber | OnIce:
+    """Carrier of the films below the block at its present displacements. Collective."""
+    return _attached(block) if block.scene.ice.motion == "attached" else _sliding(block)
+
+
+def _attached(block: Block) -> Attached:
+    scene = block.scene
+    temperature, duration = scene.ice.temperature, scene.load.duration
+    if scene.ice.heat == "column":
+        return Attached(block.friction, Column(temperature, duration))
+    if scene.ice.heat == "half-space":
+        return Attached(block.friction, HalfSpace(temperature, duration))
+    points, footprint = _footprint(block)
+    mesh = ice_mesh(scene, block.surface.comm, patch_lines(scene, footprint))
+    ice = Continuum(mesh, temperature)
+    # The ice stays under the point of the rubber that it lies under at t = 0.
+    ice.at = ice.grid.place(points)
+    return Attached(block.friction, ice)
+
+
+def _sliding(block: Block) -> OnRubber | OnIce:
+    scene, comm = block.scene, block.surface.comm
+    temperature, duration = scene.ice.temperature, scene.load.duration
+    _, footprint = _footprint(block)
+    lines = window_lines(scene, footprint)
+    ice: Continuum | Strips
+    if scene.ice.heat == "continuum":
+        ice = Continuum(ice_mesh(scene, comm, lines), temperature)
+    else:
+        count = int(np.prod([line.size for line in lines]))
+        own = np.array_split(np.arange(count), comm.size)[comm.rank]
+        grid = SurfaceGrid(lines, own, comm)
+        columns = Strips if scene.film.carrier == "ice" else StripsUnderPoints
+        ice = columns(grid, temperature, duration)
+    if scene.film.carrier == "ice":
+        return OnIce(block.friction, ice, scene.film.initial_height)
+    return OnRubber(block.friction, ice)
+
+
+def _footprint(block: Block) -> tuple[Array, list[tuple[float, float]]]:
+    """Horizontal positions of the points (n, d-1) and the ranges of those in contact, m."""
+    positions = block.surface.positions(block.rubber.displacements)[..., :-1]
+    points = positions.reshape(block.surface.n_points, -1)
+    touching = points[block.contact.pressure.ravel() > 0.0]
+    low, high = touching.min(axis=0, initial=np.inf), touching.max(axis=0, initial=-np.inf)
+    comm = block.surface.comm
+    comm.Allreduce(MPI.IN_PLACE, low, op=MPI.MIN)
+    comm.Allreduce(MPI.IN_PLACE, high, op=MPI.MAX)
+    if "symmetry" in block.rubber.block.tags:
+        low[1] = 0.0
+    return points, list(zip(low.tolist(), high.tolist(), strict=True))

@@ -1,0 +1,96 @@
+"""Ice columns below the nodes of a surface grid: `column` ice that passes under the block.
+
+Longitudinal conduction is negligible at the Peclet numbers of a tread block (thousands), so every
+node of the surface has its own column, which is carried along with the ice.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import diags, identity
+from scipy.sparse.linalg import spsolve
+
+from iceslide_fem._dolfinx import MPI
+from iceslide_fem.equilibrium import NotConverged
+from iceslide_fem.film import FilmStage, IceSurface
+from iceslide_fem.heat import Column, FilmLaw
+from iceslide_fem.materials import MELTING_TEMPERATURE, Array
+from iceslide_fem.surface_grid import SurfaceGrid
+
+# Where points of the rubber carry the film, each is joined to the strips through this share of
+# a strip's resistance: its flux is then a function of its temperature, and unique.
+RESISTANCE_SHARE = 1e-3
+MAX_ITERATIONS = 25
+TEMPERATURE_TOLERANCE = 1e-9  # K
+
+
+class Strips(Column):
+    """Columns below this rank's nodes of `grid`, heated by films on the nodes themselves.
+
+    Content: amplitudes (n_modes, own nodes).
+    """
+
+    def __init__(self, grid: SurfaceGrid, temperature: float, duration: float) -> None:
+        """Ice at `temperature` (K); `duration` (s) that any of it is heated or watched."""
+        super().__init__(temperature, duration)
+        self.grid = grid
+
+    def initial(self, n_points: int) -> Array:
+        """Cold ice below this rank's nodes, whatever the number of points."""
+        return super().initial(self.grid.own.size)
+
+    def shifted(self, content: Array, cells: int) -> Array:
+        """Content after the window has moved `cells` cells in +x: fresh ice enters. Collective."""
+        nodes = self.grid.everywhere(content).reshape(-1, *self.grid.shape)
+        moved = np.zeros_like(nodes)
+        moved[:, : nodes.shape[1] - cells] = nodes[:, cells:]
+        return moved.reshape(len(content), -1)[:, self.grid.own]
+
+    def total_heat(self, content: Array) -> float:
+        """Heat above the initial temperature, J (J/m in a slice), on all ranks. Collective."""
+        own = float(self.heat(content) @ self.grid.cell_area[self.grid.own])
+        return float(self.grid.comm.allreduce(own, op=MPI.SUM))
+
+
+class StripsUnderPoints(Strips):
+    """Columns below a surface grid, heated by films on points that move over it.
+
+    `at` places the points, `area` (n,) is what each stands for, m2 (m in a slice). Points share
+    strips, so their fluxes are found together.
+    """
+
+    def __init__(self, grid: SurfaceGrid, temperature: float, duration: float) -> None:
+        """As `Strips`, without points yet."""
+        super().__init__(grid, temperature, duration)
+        self.at, self.area = grid.own_nodes(), np.zeros(grid.own.size)
+
+    def surface_temperature(self, content: Array) -> Array:
+        """Temperature at the points (K), shape (n,). Collective."""
+        own = super().surface_temperature(content)
+        return self.grid.read(self.grid.everywhere(own), self.at)
+
+    def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
+        """One implicit stage by Newton's method on the strips' temperatures. Collective.
+
+        Raises NotConverged if the set of melting points does not settle.
+        """
+        grid = self.grid
+        decay = np.reciprocal(1.0 + self.rates[:, None] * dt)
+        own_offset = self.temperature + self.surface @ (start * decay)
+        own_resistance = np.broadcast_to((self.surface**2 @ decay) * dt, own_offset.shape)
+        offset, resistance = grid.everywhere(np.stack([own_offset, own_resistance]))
+        per_heat = resistance / grid.cell_area
+        link = np.full(self.area.shape, RESISTANCE_SHARE * float(resistance.max()))
+        temperature = offset.copy()
+        for _ in range(MAX_ITERATIONS):
+            here = grid.read(temperature, self.at)
+            result = film(IceSurface(here, link, (MELTING_TEMPERATURE - here) / link))
+            heat = grid.give(self.area * result.ice_flux, self.at)
+            residual = temperature - offset - per_heat * heat
+            if np.abs(residual).max() <= TEMPERATURE_TOLERANCE:
+                flux = heat[grid.own] / grid.cell_area[grid.own]
+                return (start + np.multiply.outer(self.surface, dt * flux)) * decay, result
+            coupling = grid.coupling(np.where(result.melting, self.area / link, 0.0), self.at)
+            matrix = identity(grid.n_nodes) + diags(per_heat) @ coupling
+            temperature = temperature - spsolve(matrix.tocsc(), residual)
+        raise NotConverged("the melting part of the ice's surface does not settle")

@@ -1,0 +1,106 @@
+"""The grid of nodes on the ice's surface, known to every rank, and points that lie on it.
+
+Points read from the grid by (bi)linear interpolation and give to the same nodes with the same
+weights, so that nothing is lost or made on the way. Nodes are numbered x outermost; each node
+belongs to one rank, each point to one rank.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix, csr_matrix
+
+from iceslide_fem._dolfinx import MPI
+from iceslide_fem.materials import Array
+
+
+class Placement(NamedTuple):
+    """Where points lie: nodes around each and their weights, which add up to 1, (n, corners)."""
+
+    node: NDArray[np.int64]
+    share: Array
+
+
+class SurfaceGrid:
+    """Tensor grid of the sorted coordinates `lines` (x, or x and y; m).
+
+    own: the nodes of this rank; cell_area: what each node stands for, m2 (m in a slice), all
+    nodes; n_nodes: their number.
+    """
+
+    def __init__(self, lines: Sequence[Array], own: NDArray[np.int64], comm: MPI.Comm) -> None:
+        self.lines, self.own, self.comm = list(lines), own, comm
+        self.shape = tuple(line.size for line in lines)
+        self.n_nodes = int(np.prod(self.shape))
+        area = np.ones(1)
+        for line in lines:
+            half = np.diff(line) / 2.0
+            width = np.append(half, 0.0) + np.insert(half, 0, 0.0)
+            area = np.multiply.outer(area, width).ravel()
+        self.cell_area = area
+
+    def place(self, points: Array) -> Placement:
+        """Placement of points (n, len(lines)), m; those outside the grid lie on its edge."""
+        cells, fractions = [], []
+        for axis, line in enumerate(self.lines):
+            x = np.clip(points[:, axis], line[0], line[-1])
+            cell = np.clip(np.searchsorted(line, x) - 1, 0, line.size - 2)
+            cells.append(cell)
+            fractions.append((x - line[cell]) / (line[cell + 1] - line[cell]))
+        nodes, shares = [], []
+        for corner in itertools.product((0, 1), repeat=len(self.lines)):
+            node = np.zeros(len(points), dtype=np.int64)
+            share = np.ones(len(points))
+            for axis, side in enumerate(corner):
+                node = node * self.shape[axis] + cells[axis] + side
+                share = share * (fractions[axis] if side else 1.0 - fractions[axis])
+            nodes.append(node)
+            shares.append(share)
+        return Placement(np.stack(nodes, axis=1), np.stack(shares, axis=1))
+
+    def own_nodes(self) -> Placement:
+        """Placement of points that are this rank's nodes themselves."""
+        return Placement(self.own[:, None], np.ones((self.own.size, 1)))
+
+    def everywhere(self, own_values: Array) -> Array:
+        """Values (..., nodes) from those of each rank's own nodes (..., own). Collective."""
+        grid = np.zeros((*own_values.shape[:-1], self.n_nodes))
+        grid[..., self.own] = own_values
+        self.comm.Allreduce(MPI.IN_PLACE, grid, op=MPI.SUM)
+        return grid
+
+    def read(self, grid: Array, at: Placement) -> Array:
+        """Values (n,) of a grid function (nodes,) at points."""
+        return np.asarray((at.share * grid[at.node]).sum(axis=1))
+
+    def give(self, amounts: Array, at: Placement) -> Array:
+        """What the points of all ranks give to each node (..., nodes). Collective.
+
+        `amounts` (..., n) is extensive: heat, area, force.
+        """
+        grid = np.zeros((*amounts.shape[:-1], self.n_nodes))
+        for corner in range(at.node.shape[1]):
+            for row, amount in zip(
+                grid.reshape(-1, self.n_nodes), amounts.reshape(-1, amounts.shape[-1]), strict=True
+            ):
+                node = at.node[:, corner]
+                row += np.bincount(node, at.share[:, corner] * amount, minlength=self.n_nodes)
+        self.comm.Allreduce(MPI.IN_PLACE, grid, op=MPI.SUM)
+        return grid
+
+    def coupling(self, conductance: Array, at: Placement) -> csr_matrix:
+        """Sum over the points of all ranks of conductance * N N^T, (nodes, nodes). Collective."""
+        some = np.flatnonzero(conductance)
+        node, share = at.node[some], at.share[some]
+        values = conductance[some][:, None, None] * share[:, :, None] * share[:, None, :]
+        rows = np.broadcast_to(node[:, :, None], values.shape)
+        columns = np.broadcast_to(node[:, None, :], values.shape)
+        size = (self.n_nodes, self.n_nodes)
+        own = coo_matrix((values.ravel(), (rows.ravel(), columns.ravel())), size).tocsr()
+        parts = self.comm.allgather(own)
+        return sum(parts[1:], start=parts[0]).tocsr()

@@ -1,0 +1,228 @@
+"""Ice that passes under the block: band source, transit time, conservation, window, ranks."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+from test_ice import given_flux  # noqa: E402
+from test_sliding import slide, started  # noqa: E402
+
+from iceslide_fem._dolfinx import MPI  # noqa: E402
+from iceslide_fem.carriers import OnIce, Side  # noqa: E402
+from iceslide_fem.contact import FilmFriction  # noqa: E402
+from iceslide_fem.ice import Continuum  # noqa: E402
+from iceslide_fem.materials import CONTACT_TABLES  # noqa: E402
+from iceslide_fem.meshing import ice_mesh, window_lines  # noqa: E402
+from iceslide_fem.point import Conditions, simulate  # noqa: E402
+from iceslide_fem.reference import band_source_rise  # noqa: E402
+from iceslide_fem.scene import scene_from_dict  # noqa: E402
+from iceslide_fem.strips import Strips, StripsUnderPoints  # noqa: E402
+from iceslide_fem.surface_grid import SurfaceGrid  # noqa: E402
+
+pytestmark = pytest.mark.fe
+T_0 = 269.15
+
+
+def passing(**changes):
+    """A long, stiff, thin block without transverse strain: almost even pressure."""
+    scene = {
+        "name": "passing",
+        "model": "slice",
+        "rubber": {
+            "C10": 166.2e6,
+            "C01": 106.8e6,
+            "D1": 0.0055e-6,
+            "length": "20 mm",
+            "height": "0.5 mm",
+        },
+        "load": {"pressure": "2 bar", "speed": "5 m/s", "duration": "6 ms"},
+        "ice": {"motion": "sliding", "heat": "column"},
+        "film": {"k": 0.32, "D": "36 um", "H_V": "0.5 um"},
+        "numerics": {"tolerance": 1e-2},
+    }
+    for key, value in changes.items():
+        table, name = key.split("__")
+        scene[table][name] = value
+    return scene_from_dict(scene)
+
+
+def a_window(kind, length, speed, comm=MPI.COMM_SELF):
+    scene = passing(rubber__length=length, load__duration=1.5 * length / speed)
+    lines = window_lines(scene, [(-length / 2, length / 2)])
+    if kind == "continuum":
+        return Continuum(ice_mesh(scene, comm, lines), T_0)
+    own = np.array_split(np.arange(lines[0].size), comm.size)[comm.rank]
+    return Strips(SurfaceGrid(lines, own, comm), T_0, 1.5 * length / speed)
+
+
+@pytest.mark.parametrize("kind", ["column", "continuum"])
+@pytest.mark.parametrize(("length", "speed"), [(1e-3, 3.0), (20e-3, 4.0)])
+def test_band_source(kind, length, speed):
+    """Peclet numbers of 2700 and 72,000: closed form at the trailing edge, nothing ahead."""
+    ice, q = a_window(kind, length, speed), 1e5
+    grid = ice.grid
+    cell = float(grid.lines[0][1] - grid.lines[0][0])
+    n = 1000
+    points = ((np.arange(n) + 0.5) / n - 0.5)[:, None] * length
+    content, dt = ice.initial(n), cell / speed
+    coldest = 0.0
+    for _ in range(int(1.3 * length / cell)):
+        middle = points + np.array([0.5 * cell])
+        flux = grid.give(np.full(n, q * length / n), grid.place(middle)) / grid.cell_area
+        ice.area = grid.cell_area[grid.own]
+        content, _ = ice.stage(content, dt, given_flux(flux[grid.own]))
+        coldest = min(coldest, float(np.min(ice.surface_temperature(content) - T_0)))
+        content = ice.shifted(content, 1)
+    rise = grid.everywhere(ice.surface_temperature(content) - T_0)
+    below = grid.read(rise, grid.place(points))
+    expected = band_source_rise(q, length, speed)
+    assert below.max() == pytest.approx(expected, rel=0.01)
+    assert below.mean() == pytest.approx(2.0 / 3.0 * expected, rel=0.01)
+    assert coldest > -1e-3 * expected
+    ahead = grid.lines[0] > 0.5 * length + cell
+    assert np.abs(rise[ahead]).max() < 1e-3 * expected
+
+
+@pytest.mark.parametrize("heat", ["column", "continuum"])
+def test_transit_time_equivalence(heat):
+    """A long block in steady sliding is the attached sample at t = x / v, melted and saturated."""
+    scene = passing(ice__heat=heat)
+    sliding = started(scene)
+    while sliding.moment.time < scene.load.duration:
+        sliding.advance()
+    side, state = sliding.moment.side, sliding.moment.interface
+    shear = sliding.shear(sliding.moment)
+    times = np.linspace(0.0, 4e-3, 401)
+    conditions = Conditions.of(
+        pressure=2e5,
+        speed=5.0,
+        temperature=T_0,
+        k=0.32,
+        D=36e-6,
+        H_V=0.5e-6,
+        initial_height=70e-9,
+        duration=4e-3,
+    )
+    point = simulate(conditions, "column", tolerance=1e-5, times=times)
+    mu = shear @ side.area / (side.pressure @ side.area)
+    assert mu == pytest.approx(float(point.mu_mean[0]), rel=0.01)
+    assert np.isfinite(point.saturation[0]) and np.isfinite(point.melt_onset[0])
+    height = sliding.carrier.film_height(state, side)
+    age = (side.positions[:, 0].max() - side.positions[:, 0]) / 5.0
+    expected = 0.32 * 1.8e-3 * 5.0 / (2e5 * point.samples[:, 0])
+    middle = (age > 0.3e-3) & (age < 3.7e-3) & (side.pressure > 0)
+    error = np.abs(height / np.interp(age, times, expected) - 1.0)[middle]
+    assert error.mean() < 0.005
+    assert error.max() < 0.02
+
+
+@pytest.mark.parametrize("carrier", ["ice", "rubber"])
+@pytest.mark.parametrize("heat", ["column", "continuum"])
+def test_energy_ledger_closes_while_the_window_moves(heat, carrier):
+    scene = passing(
+        ice__heat=heat, film__carrier=carrier, rubber__length="2 mm", load__duration="1 ms"
+    )
+    rows = slide(scene)
+    assert np.abs(rows["energy_imbalance"][-1]) < 1e-3
+    assert rows["slip_m"][-1] == pytest.approx(5e-3)
+
+
+def test_heat_given_is_the_heat_in_the_ice_trail_included():
+    """Nothing leaves a window with a trail as long as the slide."""
+    scene = passing(rubber__length="1 mm", load__duration="0.6 ms", ice__trail=4e-3)
+    sliding = started(scene)
+    given = 0.0
+    while sliding.moment.time < scene.load.duration:
+        passage = sliding.advance().passage
+        given += float(passage.step.ice_heat @ passage.area)
+    kept = sliding.carrier.ice.total_heat(sliding.moment.interface.ice)
+    assert kept == pytest.approx(given, rel=1e-9)
+
+
+def test_friction_power_is_the_same_on_both_sides():
+    """Loads averaged on the nodes and heights read by the points: equal power to rounding."""
+    rng = np.random.default_rng(1)
+    grid = SurfaceGrid([np.linspace(0.0, 1e-3, 30)], np.arange(30), MPI.COMM_SELF)
+    ice = Strips(grid, T_0, 1e-3)
+    friction = FilmFriction(CONTACT_TABLES["B"], None, 1e4)
+    carrier = OnIce(friction, ice, 70e-9)
+    n = 200
+    side = Side(
+        rng.uniform(0, 1e-3, (n, 1)),
+        rng.uniform(-1e5, 5e5, n).clip(0.0),
+        rng.uniform(1e-6, 2e-6, n),
+        rng.uniform(2.0, 4.0, n),
+        0.0,
+    )
+    state = carrier.start(70e-9, n)
+    state = state._replace(log_height=state.log_height + rng.uniform(-1, 1, 30))
+    height = carrier.film_height(state, side)
+    shear, _ = friction.shear(side.pressure, side.speed, height)
+    of_points = float((shear * side.speed) @ side.area)
+    _, loads = carrier._on_nodes(side)
+    area = grid.cell_area
+    of_nodes = float((loads.viscous * loads.speed * np.exp(-state.log_height)) @ area)
+    assert of_nodes == pytest.approx(of_points, rel=1e-12)
+
+
+def test_a_shift_moves_whole_cells_and_lets_fresh_ice_in():
+    grid = SurfaceGrid([np.linspace(0.0, 1e-3, 11)], np.arange(11), MPI.COMM_SELF)
+    ice = Strips(grid, T_0, 1e-3)
+    carrier = OnIce(FilmFriction(CONTACT_TABLES["B"], None, 1e4), ice, 70e-9)
+    state = carrier.start(50e-9, 0)
+    state = state._replace(
+        log_height=state.log_height + np.arange(11.0),
+        squeezed_height=np.arange(11.0),
+        ice=state.ice + np.arange(11.0),
+    )
+    moved, rest = carrier.settled(state, 2.25e-4)
+    assert rest == pytest.approx(0.25e-4)
+    np.testing.assert_array_equal(moved.squeezed_height, [*range(2, 11), 0, 0])
+    np.testing.assert_array_equal(moved.ice[3], [*range(2, 11), 0, 0])
+    np.testing.assert_allclose(np.exp(moved.log_height[-2:]), 70e-9)
+    assert carrier.settled(state, 0.9e-4) == (state, 0.9e-4)
+
+
+def test_rubber_carrier_conserves_heat_with_points_that_share_strips():
+    rng = np.random.default_rng(2)
+    grid = SurfaceGrid([np.linspace(0.0, 1e-3, 21)], np.arange(21), MPI.COMM_SELF)
+    ice = StripsUnderPoints(grid, T_0, 1e-3)
+    ice.at = grid.place(rng.uniform(0.1e-3, 0.9e-3, (150, 1)))
+    ice.area = np.full(150, 0.8e-3 / 150)
+    flux = rng.uniform(2e5, 9e5, 150)
+    content, given, melted = ice.initial(150), 0.0, 0
+    for _ in range(12):
+        content, stage = ice.stage(content, 5e-5, given_flux(flux))
+        given += 5e-5 * float(ice.area @ stage.ice_flux)
+        melted += int(stage.melting.sum())
+    assert melted > 100
+    assert ice.total_heat(content) == pytest.approx(given, rel=1e-9)
+    assert ice.surface_temperature(content).max() < 273.15 + 1e-2
+
+
+def test_the_cost_does_not_grow_with_the_distance():
+    """Steps per millimetre and the size of everything carried along stay the same."""
+    counts, sizes = [], []
+    for duration in ("1 ms", "4 ms"):
+        scene = passing(rubber__length="2 mm", load__duration=duration)
+        sliding = started(scene)
+        steps = 0
+        while sliding.moment.time < scene.load.duration:
+            sliding.advance()
+            steps += 1
+        counts.append(steps)
+        sizes.append(sliding.moment.interface.log_height.size)
+    assert counts[1] / counts[0] == pytest.approx(4.0, rel=0.1)
+    assert sizes[0] == sizes[1]
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("carrier", ["ice", "rubber"])
+def test_the_same_friction_on_any_number_of_ranks(carrier):
+    scene = passing(
+        film__carrier=carrier, rubber__length="2 mm", load__duration="0.5 ms", ice__cell=4e-5
+    )
+    together, alone = slide(scene, MPI.COMM_WORLD), slide(scene, MPI.COMM_SELF)
+    times = np.linspace(0.0, 0.5e-3, 40)
+    curves = [np.interp(times, rows["time_s"], rows["mu"]) for rows in (together, alone)]
+    np.testing.assert_allclose(*curves, rtol=1e-3)
