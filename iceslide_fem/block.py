@@ -44,7 +44,7 @@ FIRST_STRAIN = 0.02
 FIRST_RAMP = 0.25
 SMALLEST_PATH_STEP = 1e-3
 EASY_ITERATIONS = 6
-FACET_QUADRATURE = 4
+FACET_QUADRATURE = 12
 # Where the ice slides, so many points of the rubber lie on each cell of the ice.
 POINTS_PER_CELL = 3.0
 

@@ -32,10 +32,9 @@ from iceslide_fem.user_mesh import load_user_mesh, mesh_size
 # whose height is less than FLAT of its length takes fewer, by the square root, because away from
 # its edges the strain hardly varies over the height. Sizes are in reference cells; a slope of 4
 # makes cells 1 + 4 times larger one height (or lateral size) away from the edge or the bottom.
-CELLS = {2: 12.0, 3: 8.0}  # by dimension
+CELLS = {2: 16.0, 3: 6.0}  # by dimension
 FLAT, FEWEST_CELLS = 0.5, 2.0
 EDGE_CELL, EDGE_SLOPE = 0.42, 4.0
-BOTTOM_CELL, BOTTOM_SLOPE = 0.55, 2.0
 LARGEST_CELL = 4.0
 CONTACT_HEIGHT = 0.5  # the sides may touch the ice up to this fraction of the height
 
@@ -247,8 +246,9 @@ def _rubber_lines(block: _Block, refinement: float) -> list[Lines]:
         else:
             half = _from_edge((high - low) / 2, cell, size)
             lines.append(np.concatenate([low + half, high - half[-2::-1]]))
-    slope = BOTTOM_SLOPE * BOTTOM_CELL * cell / size
-    return [*lines, graded(block.height, BOTTOM_CELL * cell, slope, LARGEST_CELL * cell)]
+    # The corners at the plate are as singular as those at the ice.
+    half = _from_edge(block.height / 2, cell, size)
+    return [*lines, np.concatenate([half, block.height - half[-2::-1]])]
 
 
 def _ice_lines(

@@ -79,10 +79,10 @@ def test_one_cell_where_there_is_no_room():
 @pytest.mark.parametrize(
     "scene, counts",
     [
-        (a_scene("slice"), {"nx": 16, "nz": 12}),
-        (a_scene("block"), {"nx": 10, "ny": 5, "nz": 8}),
-        (a_scene("slice", refinement=2.0), {"nx": 32, "nz": 24}),
-        (a_scene("block", refinement=2.0), {"nx": 20, "ny": 10, "nz": 16}),
+        (a_scene("slice"), {"nx": 20, "nz": 20}),
+        (a_scene("block"), {"nx": 8, "ny": 4, "nz": 8}),
+        (a_scene("slice", refinement=2.0), {"nx": 42, "nz": 42}),
+        (a_scene("block", refinement=2.0), {"nx": 16, "ny": 8, "nz": 16}),
     ],
 )
 def test_divisions_of_a_cube(scene, counts):
@@ -92,7 +92,7 @@ def test_divisions_of_a_cube(scene, counts):
 
 def test_divisions_of_thin_and_long_blocks():
     thin = meshing.divisions(a_scene("slice", height=0.05e-3))
-    assert 2 <= thin["nz"] <= 4 and 20 <= thin["nx"] <= 30
+    assert 2 <= thin["nz"] <= 6 and 20 <= thin["nx"] <= 40
     long = meshing.divisions(a_scene("slice", length=20e-3, height=6e-3))
     assert long["largest_m"] <= 4.2 * 6e-3 / long["nz"]
 
@@ -100,9 +100,9 @@ def test_divisions_of_thin_and_long_blocks():
 def test_cells_are_smallest_at_the_contact_edges():
     x, y, z = meshing._rubber_lines(meshing._block(a_scene("block")), 1.0)
     assert np.allclose(x, -x[::-1])
-    assert np.diff(x)[0] == pytest.approx(np.diff(x).max() / 3, rel=0.25)
+    assert np.diff(x)[0] == pytest.approx(np.diff(x).max() / 2.5, rel=0.25)
     assert np.argmin(np.diff(y)) == len(y) - 2
-    assert np.argmin(np.diff(z)) == 0
+    assert np.allclose(np.diff(z), np.diff(z)[::-1]) and np.argmin(np.diff(z)) in (0, len(z) - 2)
 
 
 # --- rubber and ice in DOLFINx
@@ -199,14 +199,14 @@ def test_another_builder_version_rebuilds(cache, monkeypatch):
 def test_an_unusable_cache_is_not_used(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("ICESLIDE_CACHE", str(tmp_path / "file" / "cache"))
-    assert len(meshing._rubber(a_scene("slice")).cells) == 16 * 12
+    assert len(meshing._rubber(a_scene("slice")).cells) == 20 * 20
 
 
 def test_meshes_are_written_on_request(tmp_path):
     paths = meshing.write_mesh(a_scene("block"), tmp_path / "meshes")
     assert [path.name for path in paths] == ["a-scene_rubber.msh", "a-scene_ice.msh"]
     written = gmsh_model.load(paths[0], 3, "rubber")
-    assert len(written.cells) == 400
+    assert len(written.cells) == 8 * 4 * 8
     assert list(written.facets) == ["contact", "plate", "symmetry"]
 
 
