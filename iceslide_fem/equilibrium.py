@@ -169,12 +169,20 @@ class Equilibrium:
             vector.array[self._fixed] = 0.0
         matrix.zeroRowsColumns(self._fixed + self._first, diag=1.0)
         self._ksp.setOperators(matrix)
-        self._ksp.solve(self._plate_column, self._border)
+        self._solve_linear(self._plate_column, self._border)
         self._has_tangent = True
+
+    def _solve_linear(self, right: PETSc.Vec, solution: PETSc.Vec) -> None:
+        """Solve with the kept factors. Raises NotConverged where PETSc's solver fails."""
+        self._ksp.solve(right, solution)
+        reason = self._ksp.getConvergedReason()
+        if reason < 0:
+            self._has_tangent = False
+            raise NotConverged(f"the linear solver fails (PETSc's reason {reason})")
 
     def _direction(self) -> Array:
         """Newton's change of the bordered system from the kept factors, by block elimination."""
-        self._ksp.solve(self._residual, self._newton)
+        self._solve_linear(self._residual, self._newton)
         schur = self._plate_stiffness - self._plate_row.dot(self._border)
         lift = -(self._plate_imbalance - self._plate_row.dot(self._newton)) / schur
         self._newton.scale(-1.0)
