@@ -57,7 +57,7 @@ def _sliding(block: Block) -> OnRubber | OnIce:
 def _footprint(block: Block) -> tuple[Array, list[tuple[float, float]]]:
     """Horizontal positions of the points (n, d-1) and the ranges of those in contact, m."""
     positions = block.surface.positions(block.rubber.displacements)[..., :-1]
-    points = positions.reshape(block.surface.n_points, -1)
+    points = positions.reshape(block.surface.n_points, positions.shape[-1])
     touching = points[block.contact.pressure.ravel() > 0.0]
     low, high = touching.min(axis=0, initial=np.inf), touching.max(axis=0, initial=-np.inf)
     comm = block.surface.comm
