@@ -226,7 +226,7 @@ class Sliding:
         surface, contact = self.block.surface, self.block.contact
         positions = surface.positions(self.block.rubber.displacements)[..., :-1]
         return Side(
-            positions.reshape(surface.n_points, -1),
+            positions.reshape(surface.n_points, positions.shape[-1]),
             contact.pressure.ravel(),
             contact.area.ravel(),
             speed,
