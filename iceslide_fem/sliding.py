@@ -41,11 +41,13 @@ MANY_ITERATIONS = 10
 class Moment(NamedTuple):
     """Everything that a step starts from: committed as a whole, or not at all.
 
-    time (s); displacements (all dofs of this rank, m); contact; side: the rubber's points, (n,);
-    interface: film and ice; shear: of the points when the block was last solved, Pa.
+    time (s); solved: when the block was last solved, s; displacements (all dofs of this rank, m)
+    and shear (of the points, Pa) of then; contact; side: the rubber's points, (n,); interface:
+    film and ice.
     """
 
     time: float
+    solved: float
     displacements: Array
     contact: ContactState
     side: Side
@@ -96,7 +98,7 @@ class Sliding:
         state = self.carrier.start(scene.film.initial_height, n)
         side = self._side(np.full(n, scene.load.speed), 0.0)
         displacements = block.rubber.u.x.array.copy()
-        start = Moment(0.0, displacements, block.contact, side, state, np.zeros(n))
+        start = Moment(0.0, 0.0, displacements, block.contact, side, state, np.zeros(n))
         self.moment = start._replace(shear=self.shear(start))
         self._before: tuple[float, Array] | None = None
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
@@ -137,7 +139,7 @@ class Sliding:
                     raise SimulationStopped(self._farewell(reason)) from reason
                 continue
             if trial.solved:
-                self._before = (self.moment.time, self.moment.displacements)
+                self._before = (self.moment.solved, self.moment.displacements)
             self.moment = trial.moment
             if last:
                 self.moment = self.moment._replace(time=self._duration)
@@ -156,14 +158,15 @@ class Sliding:
         if control > 1.0:
             raise Refused("film and heat change too fast", float(self._factor(control)))
 
-        moment = Moment(
-            start.time + dt, values.copy(), block.contact, side, passage.step.state, start.shear
-        )
+        moment = self._moment(dt, side, passage)
         if self._is_quiet(self.shear(moment)):
             values[:] = start.displacements
             still = start.side._replace(offset=side.offset)
             moment = moment._replace(
-                displacements=start.displacements, contact=start.contact, side=still
+                solved=start.solved,
+                displacements=start.displacements,
+                contact=start.contact,
+                side=still,
             )
             factor = float(self._factor(control))
             return Accepted(self._settled(moment), dt, passage, still, 0, False, 0), dt * factor
@@ -187,15 +190,20 @@ class Sliding:
         if control > 2.0:
             raise Refused("film and heat change too fast", float(self._factor(control)))
 
-        moment = Moment(
-            start.time + dt, values.copy(), block.contact, side, passage.step.state, start.shear
-        )
+        moment = self._moment(dt, side, passage)
         moment = self._settled(moment._replace(shear=self.shear(moment)))
         factor = min(float(self._factor(control)), float(step_factor(mismatches[0], 2)))
         if iterations > MANY_ITERATIONS:
             factor = min(factor, 0.8)
         factor = min(factor, LARGEST_GROWTH)
         return Accepted(moment, dt, passage, side, iterations, True, 0), dt * factor
+
+    def _moment(self, dt: float, side: Side, passage: Passage) -> Moment:
+        """The end of a step, with the block as it is now and the shear of the last solution."""
+        block, time = self.block, self.moment.time + dt
+        displacements = block.rubber.u.x.array.copy()
+        state, shear = passage.step.state, self.moment.shear
+        return Moment(time, time, displacements, block.contact, side, state, shear)
 
     def _settled(self, moment: Moment) -> Moment:
         """The moment after the window of sliding ice has caught up with the block."""
@@ -205,21 +213,21 @@ class Sliding:
     def _predicted(self, dt: float) -> Array:
         """Displacements at the end of the step, on the line through the last two."""
         now = self.moment
-        if self._before is None or now.time <= self._before[0]:
+        if self._before is None or now.solved <= self._before[0]:
             return now.displacements
-        rate = (now.displacements - self._before[1]) / (now.time - self._before[0])
-        return np.asarray(now.displacements + dt * rate)
+        rate = (now.displacements - self._before[1]) / (now.solved - self._before[0])
+        return np.asarray(now.displacements + (now.time + dt - now.solved) * rate)
 
     def _speed(self, dt: float) -> SpeedLaw:
-        """Slip speed: the plate's and that of the rubber relative to it over the step.
+        """Slip speed: the plate's and that of the rubber relative to it since the last solution.
 
         Taken at the displacement that is solved for: a lagged one is unstable for steps below
         tau H / (v G), some ten microseconds.
         """
         block, dim = self.block, self.block.rubber.mesh.geometry.dim
         start = block.surface.displacements(self.moment.displacements.reshape(-1, dim))[..., 0]
-        speed = block.scene.load.speed
-        return lambda displacement: (speed + (displacement - start) / dt, 1.0 / dt)
+        speed, elapsed = block.scene.load.speed, self.moment.time + dt - self.moment.solved
+        return lambda displacement: (speed + (displacement - start) / elapsed, 1.0 / elapsed)
 
     def _side(self, speed: Array, offset: float) -> Side:
         """The rubber's points at the block's present displacements."""

@@ -1,0 +1,8 @@
+"""The thesis's LS-DYNA scene at 1 bar with ice that passes under the block; options as for `iceslide run`."""
+
+import sys
+from pathlib import Path
+
+from iceslide_fem.cli import main
+
+main(["run", str(Path(__file__).with_suffix(".toml")), *sys.argv[1:]])
