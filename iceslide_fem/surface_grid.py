@@ -84,10 +84,10 @@ class SurfaceGrid:
         `amounts` (..., n) is extensive: heat, area, force.
         """
         grid = np.zeros((*amounts.shape[:-1], self.n_nodes))
+        kinds = int(np.prod(amounts.shape[:-1]))  # a rank may have no points
+        amounts = amounts.reshape(kinds, amounts.shape[-1])
         for corner in range(at.node.shape[1]):
-            for row, amount in zip(
-                grid.reshape(-1, self.n_nodes), amounts.reshape(-1, amounts.shape[-1]), strict=True
-            ):
+            for row, amount in zip(grid.reshape(kinds, self.n_nodes), amounts, strict=True):
                 node = at.node[:, corner]
                 row += np.bincount(node, at.share[:, corner] * amount, minlength=self.n_nodes)
         self.comm.Allreduce(MPI.IN_PLACE, grid, op=MPI.SUM)
