@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
+from iceslide_fem.cost import Cost, estimate
 from iceslide_fem.materials import (
     ICE_DIFFUSIVITY,
     MELTING_ENTHALPY,
@@ -25,21 +26,55 @@ class Row(NamedTuple):
     meaning: str
 
 
+# sqrt(alpha t) over the contact's shortest side up to which columns of ice are good enough. At
+# 0.09 they change mean mu by 0.6 % and cold ice beside the contact changes it by 2.7 % (slice of
+# thesis_1bar; docs/comparison.md).
+LATERAL_SHARE = 0.1
+
+
 def describe(scene: Scene) -> list[Row]:
-    """Rows for `iceslide info`, at the scene's nominal pressure."""
-    rows = _heat(scene) + _film(scene)
-    return rows if scene.model == "point" else rows + _rubber(scene) + _mesh(scene)
+    """Rows for `iceslide info`, at the scene's nominal pressure.
+
+    Raises SceneError if the user's mesh can't be used.
+    """
+    if scene.model == "point":
+        size: tuple[float, ...] = (scene.rubber.length, scene.rubber.height)
+        return _heat(scene, size) + _film(scene) + _cost(estimate(scene))
+
+    from iceslide_fem.meshing import block_size  # loads gmsh, which a point does not need
+
+    size, cost = block_size(scene), estimate(scene)
+    return _heat(scene, size) + _film(scene) + _rubber(scene, size) + _mesh(scene) + _cost(cost)
 
 
-def _heat(scene: Scene) -> list[Row]:
-    """Depth sqrt(alpha t) warmed in time t, and Peclet number v L / alpha."""
-    v, L, duration = scene.load.speed, scene.rubber.length, scene.load.duration
+def _heat(scene: Scene, size: tuple[float, ...]) -> list[Row]:
+    """Depth sqrt(alpha t) warmed in time t, and Peclet number v L / alpha.
+
+    Heat spreads sideways as far as it goes down, so columns of ice are exact up to a share of
+    the contact of the order of sqrt(alpha t) over its shortest side.
+    """
+    v, L, duration = scene.load.speed, size[0], scene.load.duration
+    heated, when = duration, "√(α t) at the end"
+    if scene.ice.motion == "sliding" and scene.model != "point":
+        heated, when = min(duration, L / v), "√(α t) after the time under the block"
     rubber_diffusivity = RUBBER_CONDUCTIVITY / (scene.rubber.density * RUBBER_HEAT_CAPACITY)
-    in_ice = readable(sqrt(ICE_DIFFUSIVITY * duration), "m")
-    in_rubber = readable(sqrt(rubber_diffusivity * duration), "m")
+    thermal = sqrt(ICE_DIFFUSIVITY * heated)
+    lateral = thermal / min(size[:-1])
+    enough = "columns of ice suffice" if lateral <= LATERAL_SHARE else "take continuum ice"
     return [
-        Row("heat", "warm layer in ice", in_ice, "√(α t) at the end"),
-        Row("heat", "warm layer in rubber", in_rubber, "√(α t) at the end"),
+        Row("heat", "warm layer in ice", readable(thermal, "m"), when),
+        Row(
+            "heat",
+            "warm layer in rubber",
+            readable(sqrt(rubber_diffusivity * duration), "m"),
+            "√(α t) at the end",
+        ),
+        Row(
+            "heat",
+            "sideways in ice",
+            f"{lateral:.2g}",
+            f"√(α t) / L: {enough}; at 0.09 worth 0.6 % of mean μ, 3 % with cold ice beside",
+        ),
         Row("heat", "transit time", readable(L / v, "s"), "L / v, an ice point's time under it"),
         Row("heat", "Péclet number", f"{v * L / ICE_DIFFUSIVITY:.3g}", "v L / α in ice"),
     ]
@@ -73,11 +108,11 @@ def _film(scene: Scene) -> list[Row]:
     ]
 
 
-def _rubber(scene: Scene) -> list[Row]:
+def _rubber(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     """Stiffness, expected strain p/E and time of a shear wave through the height, H sqrt(rho/G)."""
     rubber, load, constants = scene.rubber, scene.load, scene.mooney_rivlin
     E, G, nu = constants.youngs_modulus, constants.shear_modulus, constants.poissons_ratio
-    wave = rubber.height * sqrt(rubber.density / G)
+    wave = size[-1] * sqrt(rubber.density / G)
     return [
         Row("rubber", "Young's modulus", readable(E, "Pa"), f"Poisson's ratio {nu:.3f}"),
         Row("rubber", "compression", f"{load.pressure / E:.2%}", "p / E, the expected strain"),
@@ -91,21 +126,42 @@ def _rubber(scene: Scene) -> list[Row]:
 
 
 def _mesh(scene: Scene) -> list[Row]:
-    """Size of the rubber's mesh, and unknowns of its quadratic displacements."""
-    from iceslide_fem.meshing import divisions  # loads gmsh, which a point does not need
+    """Cells of the rubber's mesh and their size."""
+    from iceslide_fem.meshing import divisions
 
     size = divisions(scene)
     counts = " x ".join(f"{size[name]:.0f}" for name in ("nx", "ny", "nz") if name in size)
-    dimensions = 2 if scene.model == "slice" else 3
     smallest, largest = readable(size["smallest_m"], "m"), readable(size["largest_m"], "m")
-    half = "the half with y ≥ 0" if scene.model == "block" else "plane strain"
+    own = scene.rubber.mesh is not None
+    half = "plane strain" if scene.model == "slice" else "3-D" if own else "the half with y ≥ 0"
+    where = "shortest and longest" if own else "finest at the contact's edges"
     return [
         Row("mesh", "cells of rubber", f"{size['cells']:.0f}", f"{counts or 'own mesh'}, {half}"),
-        Row("mesh", "cell edges", f"{smallest} to {largest}", "finest at the contact's edges"),
-        Row(
-            "mesh",
-            "unknowns",
-            f"{dimensions * size['quadratic_nodes']:.0f}",
-            "displacements, quadratic elements",
-        ),
+        Row("mesh", "cell edges", f"{smallest} to {largest}", where),
     ]
+
+
+def _cost(cost: Cost) -> list[Row]:
+    """What a run takes; see `cost` for what the estimates are worth."""
+    rows = [Row("cost", "steps", f"about {cost.steps}", "of the point rung at this tolerance")]
+    if cost.rubber_unknowns:
+        rows = [
+            Row("cost", "unknowns, rubber", f"{cost.rubber_unknowns}", "displacements, quadratic"),
+            Row("cost", "unknowns, ice", f"{cost.ice_unknowns}", "temperatures; columns need none"),
+            rows[0]._replace(meaning="from those of a point at this tolerance"),
+        ]
+    memory = f"about {cost.memory / 1e9:.1f} GB"
+    return [
+        *rows,
+        Row("cost", "memory", memory, "of one process"),
+        Row("cost", "time", f"about {_duration(cost.time)}", "on one core, within a factor of two"),
+    ]
+
+
+def _duration(seconds: float) -> str:
+    """Seconds, minutes or hours, as one would say it."""
+    if seconds < 100.0:
+        return f"{seconds:.0f} s"
+    if seconds < 100.0 * 60.0:
+        return f"{seconds / 60.0:.0f} min"
+    return f"{seconds / 3600.0:.0f} h"

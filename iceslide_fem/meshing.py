@@ -158,6 +158,25 @@ def divisions(scene: Scene) -> dict[str, float]:
     }
 
 
+def ice_nodes(scene: Scene) -> int:
+    """Number of nodes, and so of temperature unknowns, of the scene's ice mesh.
+
+    Of a window of sliding ice as long as the undeformed block; the contact's length decides.
+    """
+    sliding = scene.ice.motion == "sliding"
+    surface = window_lines(scene, _block(scene).ranges) if sliding else None
+    return math.prod(len(line) for line in _ice_lines(scene, surface))
+
+
+def block_size(scene: Scene) -> tuple[float, ...]:
+    """Length, (in 3-D) width, and height of the rubber block in m, of a user's mesh as it is."""
+    block = _block(scene)
+    lengths = [high - low for low, high in block.ranges]
+    if block.symmetric:
+        lengths[1] *= 2.0
+    return (*lengths, block.height)
+
+
 def write_mesh(scene: Scene, folder: Path | str) -> list[Path]:
     """Write the scene's rubber and ice meshes as gmsh files to `folder`; returns their paths."""
     folder = Path(folder)

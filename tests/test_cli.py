@@ -91,7 +91,7 @@ def test_run_says_that_the_pressure_is_outside_the_table(simulated, capsys):
         (["info", "nowhere.toml"], "cannot read the scene file nowhere.toml"),
         (["run", CASE, "--set", "load.presure=3bar"], "did you mean load.pressure?"),
         (["run", CASE, "--set", "load.pressure=3 K"], "wrong unit"),
-        (["run", CASE, "--set", "ice.motion=sliding"], "not implemented in this version"),
+        (["run", CASE, "--set", "rubber.heat=true"], "not implemented in this version"),
         (["run", CASE, "--set", "rubber.C10=1MPa"], "contradict"),
         (["run", CASE, "second.toml"], '"second.toml" is one too many'),
         (["run", CASE, "--out", CASE], "is not a directory one may write to"),
@@ -138,14 +138,32 @@ def test_only_rank_0_prints(variable, in_empty_directory):
 def test_info_knows_the_scales_of_the_thesis_case(capsys):
     assert exit_code("info", CASE) == 0
     printed = capsys.readouterr().out.replace("\u03bc", "\u00b5")  # pint writes either µ
-    # sqrt(alpha t) after 7 ms; v L / alpha; H sqrt(rho/G); k eta v / (h0 p)
-    for value in ("88 µm", "2.71e+03", "44.9 µs", "0.205"):
+    # sqrt(alpha t) after 7 ms, and over L; v L / alpha; H sqrt(rho/G); k eta v / (h0 p)
+    for value in ("88 µm", "0.088", "2.71e+03", "44.9 µs", "0.205"):
+        assert value in printed
+    # of the rubber, of the ice, and what they will take
+    for value in ("unknowns, rubber", "unknowns, ice", "steps", " GB", "on one core"):
         assert value in printed
 
 
 def test_info_of_a_point_has_no_rubber(capsys):
     exit_code("info", CASE, "--set", "model=point", "--set", "ice.heat=column")
-    assert "Young" not in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "Young" not in printed and "unknowns" not in printed
+    for value in ("0.088", "steps", "memory", "on one core"):
+        assert value in printed
+
+
+def test_info_says_when_heat_spreads_sideways(capsys):
+    exit_code("info", CASE, "--set", "load.duration=70ms")
+    assert "continuum" in capsys.readouterr().out
+    exit_code("info", CASE, "--set", "load.duration=1ms")
+    assert "suffice" in capsys.readouterr().out
+
+
+def test_info_measures_a_users_mesh(capsys):
+    assert exit_code("info", str(CASES / "user_mesh.toml")) == 0
+    assert "2 ms" in capsys.readouterr().out  # transit time of 6 mm at 3 m/s
 
 
 def test_view_prints_the_pictures(monkeypatch, tmp_path, capsys):

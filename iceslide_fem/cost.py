@@ -1,0 +1,102 @@
+"""What a run will cost, roughly: steps, unknowns, memory, and time on one core.
+
+Steps follow the film and the heat below it, so they are counted on the point rung at the same
+tolerance, which takes a tenth of a second; a block needs more, because its points melt one after
+the other. Memory and time per step follow the unknowns. The constants are from runs of
+thesis_1bar on one 2020s core with OpenBLAS, forms compiled before (unknowns, CPU seconds, MB):
+
+    model  ice        tolerance  rubber   ice  steps  time  memory
+    slice  column     1e-3         3362     0    118   3.2     216
+    slice  continuum  1e-3          882   121    191   4.4     213
+    slice  continuum  1e-3         3362   420    167   7.6     218
+    slice  continuum  1e-4         3362   420    469    16     219
+    slice  continuum  1e-3        14450  1634    154    24     244
+    block  continuum  1e-2         1215   165     92   7.4     220
+    block  column     1e-2         7803     0     57    20     299
+    block  continuum  1e-2         7803   900     82    32     296
+    block  continuum  1e-2        24375  2639     78   132     594
+
+The estimates are within a factor of two of these (tests/test_cost.py); other scenes may be farther
+off. Ice that slides makes more steps, at most a cell each, that take a third of the time each,
+because the block has hardly changed (slice, 0.7 ms: 219 steps, 2.4 s with columns, 4.3 s with
+continuum).
+"""
+
+from __future__ import annotations
+
+from math import ceil
+from typing import NamedTuple
+
+from iceslide_fem.integrators import INTEGRATORS
+from iceslide_fem.point_run import point_history
+from iceslide_fem.scene import Scene
+
+STEPS_PER_POINT_STEP = 2.5
+FIXED_STEPS = 40  # of a block whose integrator has no error estimate
+START_SECONDS = 1.5
+START_STEPS = 15  # press and speed ramp, in steps
+PASSING_SHARE = 1 / 3  # of a step's time, where steps follow the passage of ice cells
+BASE_MEMORY = 0.21e9  # bytes, of which nearly all is programs
+
+
+class Cost(NamedTuple):
+    """steps; unknowns of rubber and of meshed ice; memory (bytes) and time (s) on one core."""
+
+    steps: int
+    rubber_unknowns: int
+    ice_unknowns: int
+    memory: float
+    time: float
+
+
+def estimate(scene: Scene) -> Cost:
+    """Expected cost of a run. Raises SceneError if the user's mesh can't be used."""
+    steps = expected_steps(scene)
+    if scene.model == "point":
+        return Cost(steps, 0, 0, BASE_MEMORY, START_SECONDS)
+
+    from iceslide_fem.meshing import divisions, ice_nodes  # loads gmsh
+
+    dimensions = 2 if scene.model == "slice" else 3
+    rubber = dimensions * int(divisions(scene)["quadratic_nodes"])
+    ice = ice_nodes(scene) if scene.ice.heat == "continuum" else 0
+    memory, step_seconds = step_cost(dimensions, rubber, ice)
+    share = PASSING_SHARE if scene.ice.motion == "sliding" else 1.0
+    time = START_SECONDS + (share * steps + START_STEPS) * step_seconds
+    return Cost(steps, rubber, ice, memory, time)
+
+
+def step_cost(dimensions: int, rubber: int, ice: int) -> tuple[float, float]:
+    """Memory (bytes) of a run and time (s) per step with these unknowns of rubber and ice.
+
+    In 3-D the factors of the direct solver grow as n^(4/3).
+    """
+    ice_seconds = 8e-3 + 20e-6 * ice if ice else 0.0
+    if dimensions == 2:
+        return BASE_MEMORY + 2e3 * (rubber + ice), 2e-3 + 4e-6 * rubber + ice_seconds
+    factors = 0.14e9 * ((rubber + ice) / 13e3) ** (4 / 3)
+    return BASE_MEMORY + factors, 0.6 * (rubber / 12e3) ** (4 / 3) + ice_seconds
+
+
+def expected_steps(scene: Scene) -> int:
+    """Accepted steps of a run, from t = 0."""
+    numerics, duration = scene.numerics, scene.load.duration
+    if scene.model != "point" and not INTEGRATORS[numerics.film_integrator].estimate:
+        return ceil(duration / numerics.max_step) if numerics.max_step else FIXED_STEPS
+    heat = "column" if scene.ice.heat == "continuum" else scene.ice.heat
+    ice = scene.ice.model_copy(update={"heat": heat})
+    update: dict[str, object] = {"model": "point", "ice": ice}
+    if scene.model != "point":
+        update["numerics"] = numerics.model_copy(update={"max_step": None})
+    rows, _ = point_history(scene.model_copy(update=update))
+    steps = len(rows) - 1
+    if scene.model == "point":
+        return steps
+    fewest = STEPS_PER_POINT_STEP * steps
+    if numerics.max_step:
+        fewest = max(fewest, duration / numerics.max_step)
+    if scene.ice.motion == "sliding":  # a step is at most the passage of a cell
+        from iceslide_fem.meshing import window_cell
+
+        fewest = max(fewest, duration * scene.load.speed / window_cell(scene))
+    return ceil(fewest - 1e-6)  # not one more for rounding

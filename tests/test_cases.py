@@ -1,0 +1,122 @@
+"""The case scripts as people run them: alone, under mpirun, with wrong input, without a way out."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("iceslide_fem._dolfinx")
+from iceslide_fem.results import field_files, read_run  # noqa: E402
+from iceslide_fem.scene import load_scene  # noqa: E402
+
+pytestmark = pytest.mark.fe
+CASES = Path(__file__).parent.parent / "cases"
+SCRIPTS = sorted(path.stem for path in CASES.glob("*.py"))
+SMALL = ["load.duration=0.2ms", "numerics.tolerance=1e-2", "numerics.refinement=0.5"]
+SLICE = ["model=slice", *SMALL]
+# The wheel has an mpirun of its own, and does not work with another.
+MPIRUN = shutil.which("mpirun", path=Path(sys.executable).parent) or shutil.which("mpirun")
+
+
+def run_case(script, out, changes, ranks=1):
+    """Run a case script with some changes as a process of its own, or several."""
+    command = [sys.executable, str(CASES / f"{script}.py"), "--out", str(out)]
+    for change in changes:
+        command += ["--set", change]
+    if ranks > 1:
+        command = [MPIRUN, "-n", str(ranks), *command]
+    environment = os.environ | {
+        "OMP_NUM_THREADS": "1",
+        "OMPI_MCA_rmaps_base_oversubscribe": "1",
+        "OMPI_MCA_hwloc_base_binding_policy": "none",
+        "OMPI_MCA_mpi_yield_when_idle": "1",
+    }
+    if os.getuid() == 0:
+        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
+
+
+def check(out, done, scene):
+    """A run that ended well and left all its files."""
+    assert done.returncode == 0, done.stderr
+    run = read_run(out)
+    assert run.history["time_s"][-1] == pytest.approx(scene.load.duration)
+    assert np.isfinite(run.history["mu"]).all() and 0.01 < run.summary["mu_mean"] < 1.0
+    assert run.summary["stopped"] is None
+    assert set(run.preload["phase"]) == {"press", "ramp"}
+    for name in ("rubber", "interface", "ice"):
+        files = field_files(out, name)
+        assert len(files) > 5 and all(path.is_file() for _, path in files)
+    assert (out / "report.png").stat().st_size > 10_000
+    assert "report.png" in done.stdout
+    return run
+
+
+@pytest.mark.parametrize("script", SCRIPTS)
+def test_a_case_in_two_dimensions(script, tmp_path):
+    scene = load_scene(CASES / f"{script}.toml", SLICE)
+    run = check(tmp_path, run_case(script, tmp_path, SLICE), scene)
+    assert run.scene == scene.as_dict()
+
+
+def test_a_case_in_three_dimensions(tmp_path):
+    changes = ["load.duration=0.05ms", "numerics.tolerance=1e-2", "numerics.refinement=0.25"]
+    scene = load_scene(CASES / "thesis_1bar.toml", changes)
+    assert scene.model == "block"
+    check(tmp_path, run_case("thesis_1bar", tmp_path, changes), scene)
+
+
+@pytest.mark.skipif(MPIRUN is None, reason="there is no mpirun")
+def test_a_case_on_two_processes_gives_the_same(tmp_path):
+    scene = load_scene(CASES / "thesis_5bar.toml", SLICE)
+    together = check(tmp_path / "2", run_case("thesis_5bar", tmp_path / "2", SLICE, 2), scene)
+    alone = check(tmp_path / "1", run_case("thesis_5bar", tmp_path / "1", SLICE), scene)
+    assert (together.summary["ranks"], alone.summary["ranks"]) == (2, 1)
+    for time in (0.0, 1e-4, 2e-4):
+        assert together.at("mu", time) == pytest.approx(alone.at("mu", time), rel=1e-3)
+
+
+def test_a_bad_scene_ends_with_2_and_writes_nothing(tmp_path):
+    done = run_case("paper_1bar", tmp_path / "out", ["load.pressure=1 kg"])
+    assert done.returncode == 2
+    assert done.stderr.startswith('iceslide: load.pressure = "1 kg" has the wrong unit')
+    assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.skipif(MPIRUN is None, reason="there is no mpirun")
+def test_a_bad_scene_is_said_once_on_two_processes(tmp_path):
+    done = run_case("paper_1bar", tmp_path / "out", ["load.presure=1bar"], ranks=2)
+    assert done.returncode == 2
+    assert done.stderr.count("did you mean load.pressure?") == 1
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("load.pressure=100bar", "the block finds no equilibrium when pressing it at"),
+        ("load.speed=100m/s", "the block finds no equilibrium when bringing it to"),
+    ],
+)
+def test_a_block_without_equilibrium_ends_with_3_and_says_why(change, words, tmp_path):
+    done = run_case("thesis_1bar", tmp_path, [*SLICE, change])
+    assert done.returncode == 3
+    assert words in done.stderr.splitlines()[-1]
+    assert "Traceback" not in done.stderr
+    assert (tmp_path / "preload.csv").read_text().startswith("phase,")
+    assert not (tmp_path / "summary.json").exists()
+
+
+def test_every_scene_has_a_script_or_is_the_users_mesh():
+    scenes = {path.stem for path in CASES.glob("*.toml")}
+    assert scenes - set(SCRIPTS) == {"user_mesh"}
+    for name in scenes:
+        assert load_scene(CASES / f"{name}.toml").name == name
+        assert json.dumps(load_scene(CASES / f"{name}.toml").as_dict())

@@ -1,0 +1,95 @@
+"""Cost estimates against the measured runs that they were made from, and what they count."""
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("iceslide_fem._dolfinx")
+from iceslide_fem import cost  # noqa: E402
+from iceslide_fem._dolfinx import MPI  # noqa: E402
+from iceslide_fem.cost import estimate, expected_steps, step_cost  # noqa: E402
+from iceslide_fem.meshing import (  # noqa: E402
+    block_size,
+    ice_mesh,
+    ice_nodes,
+    rubber_mesh,
+    window_lines,
+)
+from iceslide_fem.point_run import point_history  # noqa: E402
+from iceslide_fem.scene import load_scene  # noqa: E402
+
+pytestmark = pytest.mark.fe
+ROOT = Path(__file__).parent.parent
+MEASURED = [
+    words
+    for line in cost.__doc__.splitlines()
+    if (words := line.split()) and words[0] in ("slice", "block") and len(words) == 8
+]
+
+
+def thesis(*changes):
+    return load_scene(ROOT / "cases" / "thesis_1bar.toml", changes)
+
+
+@pytest.mark.parametrize("row", MEASURED, ids="-".join)
+def test_estimates_are_within_a_factor_of_two_of_the_runs_in_the_docstring(row):
+    model, heat, tolerance, *measured = row
+    rubber, ice, steps, seconds, megabytes = (float(number) for number in measured)
+    expected = expected_steps(
+        thesis(f"model={model}", f"ice.heat={heat}", f"numerics.tolerance={tolerance}")
+    )
+    assert 0.5 < expected / steps < 2.0
+    memory, step_seconds = step_cost(2 if model == "slice" else 3, int(rubber), int(ice))
+    assert 0.5 < expected * step_seconds / seconds < 2.0
+    assert 0.8 < memory / (1e6 * megabytes) < 1.25
+
+
+def test_time_and_memory_of_a_run_follow_from_its_steps_and_unknowns():
+    scene = thesis("numerics.tolerance=1e-2")
+    found = estimate(scene)
+    memory, step_seconds = step_cost(3, found.rubber_unknowns, found.ice_unknowns)
+    assert found.memory == memory
+    assert found.steps * step_seconds < found.time < 1.3 * found.steps * step_seconds + 2.0
+
+
+def test_there_are_enough_measured_runs():
+    assert len(MEASURED) == 9 and {row[0] for row in MEASURED} == {"slice", "block"}
+
+
+@pytest.mark.parametrize("model", ["slice", "block"])
+def test_unknowns_are_those_of_the_meshes(model):
+    scene = thesis(f"model={model}", "ice.margin=0.2mm")
+    ice = ice_mesh(scene, MPI.COMM_SELF).mesh
+    assert ice_nodes(scene) == ice.topology.index_map(0).size_global
+    rubber = rubber_mesh(scene, MPI.COMM_SELF).mesh
+    dim = 2 if model == "slice" else 3
+    assert estimate(scene).rubber_unknowns > dim * rubber.topology.index_map(0).size_global
+
+
+def test_size_of_a_block_is_its_own_or_its_meshs():
+    assert block_size(thesis("rubber.length=2mm")) == pytest.approx((2e-3, 1e-3, 1e-3))
+    assert block_size(thesis("model=slice", "rubber.height=3mm")) == pytest.approx((1e-3, 3e-3))
+    half = f"rubber.mesh={ROOT / 'meshes' / 'siped_block_half.msh'}"
+    assert block_size(thesis(half)) == pytest.approx((6e-3, 6e-3, 4e-3))
+
+
+def test_steps_of_a_point_are_exact():
+    scene = thesis("model=point", "ice.heat=half-space")
+    rows, _ = point_history(scene)
+    assert estimate(scene)[:3] == (len(rows) - 1, 0, 0)
+
+
+def test_sliding_ice_passes_cell_by_cell():
+    sliding = thesis("model=slice", "ice.motion=sliding", "ice.heat=column", "ice.cell=20um")
+    assert expected_steps(sliding) == 1050
+    continuum = thesis("model=slice", "ice.motion=sliding", "load.duration=0.7ms")
+    window = window_lines(continuum, [(-0.5e-3, 0.5e-3)])
+    ice = ice_mesh(continuum, MPI.COMM_SELF, window).mesh
+    assert estimate(continuum).ice_unknowns == ice.topology.index_map(0).size_global
+
+
+def test_given_steps_are_counted():
+    assert expected_steps(thesis("numerics.max_step=1us")) == 7000
+    euler = "numerics.film_integrator=implicit-euler"
+    assert expected_steps(thesis(euler, "numerics.max_step=0.1ms")) == 70
+    assert expected_steps(thesis(euler)) == 40

@@ -1,0 +1,109 @@
+"""README and docs say what the program does: keys, columns, examples, links."""
+
+import re
+from pathlib import Path
+from typing import Literal, get_args, get_origin
+
+import numpy as np
+import pytest
+
+from iceslide_fem.scene import Scene, load_scene
+from iceslide_fem.units import Quantity, to_si
+
+ROOT = Path(__file__).parent.parent
+PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def rows(page, heading):
+    """Cells of the first table below a heading, without its head; code marks removed."""
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    lines = text[text.index(f"\n## {heading}\n") :].splitlines()[2:]
+    first = next(number for number, line in enumerate(lines) if line.startswith("|"))
+    table = []
+    for line in lines[first + 2 :]:
+        if not line.startswith("|"):
+            break
+        table.append([cell.strip() for cell in line.strip("|").split("|")])
+    return table
+
+
+def names(page, heading):
+    """All names in code marks in the first column of that table."""
+    return [name for row in rows(page, heading) for name in re.findall("`([^`]+)`", row[0])]
+
+
+def leaves(model, prefix=""):
+    """Dotted key -> field of everything that a scene file can set."""
+    for name, field in model.model_fields.items():
+        if isinstance(field.annotation, type) and hasattr(field.annotation, "model_fields"):
+            yield from leaves(field.annotation, f"{prefix}{name}.")
+        else:
+            yield prefix + name, field
+
+
+def test_scene_page_has_every_key_with_its_range_and_default():
+    fields, table = dict(leaves(Scene)), rows("scene.md", "All keys")
+    assert [row[0].strip("`") for row in table] == list(fields)
+    for (key, field), (_, default, allowed, _) in zip(fields.items(), table, strict=True):
+        annotations = [*field.metadata, *get_args(field.annotation)]
+        annotations += [more for part in annotations for more in getattr(part, "__metadata__", ())]
+        quantity = next((part for part in annotations if isinstance(part, Quantity)), None)
+        if quantity is not None:
+            assert allowed == f"{quantity.low} to {quantity.high}", key
+        if get_origin(field.annotation) is Literal:
+            assert re.findall("`([^`]+)`", allowed) == list(get_args(field.annotation)), key
+        if default in ("", "chosen"):
+            assert field.is_required() or field.default is None, key
+        elif quantity is not None:
+            assert to_si(default, quantity.unit) == field.default, key
+        else:
+            assert default == str(field.default).lower(), key
+
+
+def test_outputs_page_has_every_column():
+    pytest.importorskip("iceslide_fem._dolfinx")
+    from iceslide_fem.outputs import HISTORY_COLUMNS, PRELOAD_COLUMNS
+
+    assert names("outputs.md", "history.csv") == list(HISTORY_COLUMNS)
+    assert names("outputs.md", "preload.csv") == list(PRELOAD_COLUMNS)
+
+
+@pytest.mark.fe
+def test_outputs_page_has_every_entry_of_a_summary(tmp_path):
+    pytest.importorskip("iceslide_fem._dolfinx")
+    from iceslide_fem.simulate import run
+
+    small = ["numerics.refinement=0.5", "load.duration=20us", "numerics.tolerance=1e-2"]
+    case = ROOT / "cases" / "thesis_1bar.toml"
+    described = set(names("outputs.md", "summary.json"))
+    summary = run(load_scene(case, ["model=slice", *small]), tmp_path / "slice")
+    assert described == set(summary)
+    point = run(load_scene(case, ["model=point", "ice.heat=column"]), tmp_path / "point")
+    text = (ROOT / "docs" / "outputs.md").read_text(encoding="utf-8")
+    (sentence,) = re.findall(r"A point has no (.*?)\.\n", text, re.DOTALL)
+    assert set(re.findall("`([^`]+)`", sentence)) == described - set(point)
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/scene.md"])
+def test_example_scenes_are_valid(page, tmp_path):
+    (example,) = re.findall(r"```toml\n(name.*?)```", (ROOT / page).read_text("utf-8"), re.DOTALL)
+    (tmp_path / "scene.toml").write_text(example, encoding="utf-8")
+    assert load_scene(tmp_path / "scene.toml").name == "my_block"
+
+
+def test_python_example_of_the_readme_runs():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    _, example = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    found: dict = {}
+    exec(example, found)
+    assert found["peaks"].shape == (1000,) and np.isfinite(found["peaks"]).all()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_somewhere(page):
+    text = page.read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)#\s]+)", text):
+        if not target.startswith(("http:", "https:")):
+            assert (page.parent / target).exists(), target
+    for script in re.findall(r"`(scripts/[\w-]+)", text):
+        assert (ROOT / script).is_file(), script
