@@ -112,7 +112,9 @@ def patch_lines(scene: Any, footprint: Sequence[tuple[float, float]] | None = No
     beyond = _from_edge(margin, cell, size)[1:] if margin > 0.0 else np.empty(0)
     lines = []
     *below, _ = _rubber_lines(block, refinement)
-    for inner, (low, high) in zip(below, footprint or block.ranges, strict=True):
+    for rubber, (low, high) in zip(below, footprint or block.ranges, strict=True):
+        # The rubber's elements are quadratic, the ice's linear: a line through their middles, too.
+        inner = np.interp(np.arange(0.0, len(rubber) - 0.5, 0.5), np.arange(len(rubber)), rubber)
         inner = low + (inner - inner[0]) * (high - low) / (inner[-1] - inner[0])
         lines.append(np.concatenate([low - beyond[::-1], inner, high + beyond]))
     if block.symmetric:

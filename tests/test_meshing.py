@@ -138,7 +138,7 @@ def test_ice_covers_the_footprint_and_its_margin(model):
     assert areas["surface"] == pytest.approx(length * width, rel=2e-3)
     assert ("symmetry" in areas) == (model == "block")
     below = ice.x[(ice.x >= -0.5e-3) & (ice.x <= 0.5e-3)]
-    np.testing.assert_allclose(below, meshing._rubber_lines(meshing._block(scene), 1.0)[0])
+    np.testing.assert_allclose(below[::2], meshing._rubber_lines(meshing._block(scene), 1.0)[0])
 
 
 @pytest.mark.mpi
