@@ -1,4 +1,4 @@
-"""The thesis's LS-DYNA scene at 1 bar with ice that passes under the block; options as for `iceslide run`."""
+"""The thesis scene at 1 bar on ice that passes under the block; options as for `iceslide run`."""
 
 import sys
 from pathlib import Path
