@@ -1,6 +1,5 @@
 """The case scripts as people run them: alone, under mpirun, with wrong input, without a way out."""
 
-import json
 import os
 import shutil
 import subprocess
@@ -49,7 +48,8 @@ def check(out, done, scene):
     assert np.isfinite(run.history["mu"]).all() and 0.01 < run.summary["mu_mean"] < 1.0
     assert run.summary["stopped"] is None
     assert set(run.preload["phase"]) == {"press", "ramp"}
-    for name in ("rubber", "interface", "ice"):
+    meshed = ("rubber", "interface", "ice")[: 3 if scene.ice.heat == "continuum" else 2]
+    for name in meshed:
         files = field_files(out, name)
         assert len(files) > 5 and all(path.is_file() for _, path in files)
     assert (out / "report.png").stat().st_size > 10_000
@@ -114,9 +114,5 @@ def test_a_block_without_equilibrium_ends_with_3_and_says_why(change, words, tmp
     assert not (tmp_path / "summary.json").exists()
 
 
-def test_every_scene_has_a_script_or_is_the_users_mesh():
-    scenes = {path.stem for path in CASES.glob("*.toml")}
-    assert scenes - set(SCRIPTS) == {"user_mesh"}
-    for name in scenes:
-        assert load_scene(CASES / f"{name}.toml").name == name
-        assert json.dumps(load_scene(CASES / f"{name}.toml").as_dict())
+def test_every_scene_has_a_script():
+    assert SCRIPTS == sorted(path.stem for path in CASES.glob("*.toml"))

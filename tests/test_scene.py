@@ -210,6 +210,9 @@ def test_the_cases_are_valid_and_named_after_their_files(path):
     if path.stem == "tread_block":
         assert scene.ice.motion == "sliding" and scene.rubber.length == pytest.approx(20e-3)
         return
+    if path.stem == "user_mesh":
+        assert scene.rubber.mesh is not None and scene.rubber.mesh.is_file()
+        return
     pressure = float(re.search(r"_(\d)bar", path.stem)[1]) * 1e5
     source = {"thesis": (3.0, 7e-3), "paper": (4.0, 5e-3)}[path.stem.split("_")[0]]
     assert (scene.load.pressure, scene.load.speed, scene.load.duration) == (pressure, *source)
