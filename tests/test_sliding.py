@@ -58,6 +58,7 @@ def uniform(heat):
             "load": {"pressure": "5 bar", "speed": "4 m/s", "duration": "6 ms"},
             "ice": {"heat": heat},
             "film": {"k": 0.405, "D": "46.5 um", "H_V": "0.56 um"},
+            "numerics": {"penalty": 1e12},  # softer than the block: even up to the edges
         }
     )
 
@@ -79,11 +80,8 @@ def test_uniform_pressure_gives_the_point_rung(heat):
     rung = "half-space" if heat == "half-space" else "column"
     point = simulate(conditions, rung, tolerance=1e-5, times=rows["time_s"])
     difference = np.abs(rows["mu"] / point.samples[:, 0] - 1.0)
-    # The edges melt and fill a little earlier or later than the rest and round the kinks off.
-    kinks = np.array([point.melt_onset[0], point.saturation[0]])
-    away = (np.abs(rows["time_s"][:, None] - kinks) > np.array([5e-5, 4e-4])).all(axis=1)
-    assert difference[away].max() < 3e-3
-    assert difference.max() < 8e-3
+    assert difference.max() < (7e-3 if heat == "continuum" else 2e-3)
+    assert difference.mean() < 2e-3
     assert rows["saturated_fraction"][-1] > 0.9
     assert point.saturation[0] < 6e-3
 
