@@ -55,10 +55,18 @@ def _sliding(block: Block) -> OnRubber | OnIce:
 
 
 def _footprint(block: Block) -> tuple[Array, list[tuple[float, float]]]:
-    """Horizontal positions of the points (n, d-1) and the ranges of those in contact, m."""
-    positions = block.surface.positions(block.rubber.displacements)[..., :-1]
-    points = positions.reshape(block.surface.n_points, positions.shape[-1])
-    touching = points[block.contact.pressure.ravel() > 0.0]
+    """Horizontal positions of the points (n, d-1) and the ranges of what is in contact, m.
+
+    Points do not reach the edges: the facets' nodes count, too.
+    """
+    surface, displacements = block.surface, block.rubber.displacements
+    positions = surface.positions(displacements)
+    dim = positions.shape[-1]
+    points = positions.reshape(surface.n_points, dim)[:, :-1]
+    nodes = (surface.nodes + displacements[surface.dofs]).reshape(-1, dim)
+    touching = np.concatenate(
+        [points[block.contact.pressure.ravel() > 0.0], nodes[nodes[:, -1] < 0.0, :-1]]
+    )
     low, high = touching.min(axis=0, initial=np.inf), touching.max(axis=0, initial=-np.inf)
     comm = block.surface.comm
     comm.Allreduce(MPI.IN_PLACE, low, op=MPI.MIN)

@@ -39,8 +39,8 @@ LARGEST_CELL = 4.0
 CONTACT_HEIGHT = 0.5  # the sides may touch the ice up to this fraction of the height
 
 # Ice
-SURFACE_LAYER = 3e-6  # m, thickness of the first layer
-LAYER_RATIO = 1.2  # of neighbouring layers
+SURFACE_LAYER = 4e-6  # m, thickness of the first layer
+LAYER_RATIO = 1.12  # of neighbouring layers
 WINDOW_CELLS = 100  # along the block, where the ice slides
 WINDOW_GUARD = 3  # cells before and behind the footprint
 DEPTH = 5.0  # in thermal lengths sqrt(alpha t): 4e-4 of the surface's temperature rise is left
