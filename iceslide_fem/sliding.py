@@ -43,7 +43,7 @@ class Moment(NamedTuple):
 
     time (s); solved: when the block was last solved, s; displacements (all dofs of this rank, m)
     and shear (of the points, Pa) of then; contact; side: the rubber's points, (n,); interface:
-    film and ice.
+    film and ice; calm: whether the last step changed the shear so little that the block may rest.
     """
 
     time: float
@@ -53,6 +53,7 @@ class Moment(NamedTuple):
     side: Side
     interface: InterfaceState
     shear: Array
+    calm: bool
 
 
 class Accepted(NamedTuple):
@@ -98,7 +99,7 @@ class Sliding:
         state = self.carrier.start(scene.film.initial_height, n)
         side = self._side(np.full(n, scene.load.speed), 0.0)
         displacements = block.rubber.u.x.array.copy()
-        start = Moment(0.0, 0.0, displacements, block.contact, side, state, np.zeros(n))
+        start = Moment(0.0, 0.0, displacements, block.contact, side, state, np.zeros(n), False)
         self.moment = start._replace(shear=self.shear(start))
         self._before: tuple[float, Array] | None = None
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
@@ -149,28 +150,27 @@ class Sliding:
 
     def _try(self, dt: float) -> tuple[Accepted, float]:
         """A trial step of `dt` and the length of the next. Raises Refused or NotConverged."""
-        block, start = self.block, self.moment
-        values = block.rubber.u.x.array
-        values[:] = self._predicted(dt)
+        resting = self._rested(dt) if self.moment.calm else None
+        return self._solved(dt) if resting is None else resting
+
+    def _rested(self, dt: float) -> tuple[Accepted, float] | None:
+        """A trial step with the block at rest on the plate; None if its shear changes too much."""
+        start, speed = self.moment, self.block.scene.load.speed
+        offset = start.side.offset + self._drift * dt
+        side = start.side._replace(speed=np.full_like(start.side.speed, speed), offset=offset)
+        passage, control = self._checked_pass(side, dt, 1.0)
+        moment = start._replace(time=start.time + dt, side=side, interface=passage.step.state)
+        if not self._is_quiet(self.shear(moment) - start.shear):
+            return None
+        factor = float(self._factor(control))
+        return Accepted(self._settled(moment), dt, passage, side, 0, False, 0), dt * factor
+
+    def _solved(self, dt: float) -> tuple[Accepted, float]:
+        """A trial step with the block in equilibrium under the shear at its end."""
+        block = self.block
+        block.rubber.u.x.array[:] = self._predicted(dt)
         side = self._side_after(dt)
-        passage = self._pass_over(side, dt)
-        control = self._film_error(passage)
-        if control > 1.0:
-            raise Refused("film and heat change too fast", float(self._factor(control)))
-
-        moment = self._moment(dt, side, passage)
-        if self._is_quiet(self.shear(moment)):
-            values[:] = start.displacements
-            still = start.side._replace(offset=side.offset)
-            moment = moment._replace(
-                solved=start.solved,
-                displacements=start.displacements,
-                contact=start.contact,
-                side=still,
-            )
-            factor = float(self._factor(control))
-            return Accepted(self._settled(moment), dt, passage, still, 0, False, 0), dt * factor
-
+        passage, _ = self._checked_pass(side, dt, 1.0)
         iterations, mismatches = 0, []
         for _ in range(MAX_PASSES):
             height = self.carrier.film_height(passage.step.state, side)
@@ -186,24 +186,19 @@ class Sliding:
                 break
         else:
             raise Refused("block and film do not agree", 0.4)
-        control = self._film_error(passage)
-        if control > 2.0:
-            raise Refused("film and heat change too fast", float(self._factor(control)))
+        control = self._allowed(passage, 2.0)
 
-        moment = self._moment(dt, side, passage)
-        moment = self._settled(moment._replace(shear=self.shear(moment)))
+        time, displacements = self.moment.time + dt, block.rubber.u.x.array.copy()
+        state = passage.step.state
+        moment = Moment(time, time, displacements, block.contact, side, state, side.speed, False)
+        shear = self.shear(moment)
+        calm = self._is_quiet(shear - self.shear(self.moment))
+        moment = self._settled(moment._replace(shear=shear, calm=calm))
         factor = min(float(self._factor(control)), float(step_factor(mismatches[0], 2)))
         if iterations > MANY_ITERATIONS:
             factor = min(factor, 0.8)
         factor = min(factor, LARGEST_GROWTH)
         return Accepted(moment, dt, passage, side, iterations, True, 0), dt * factor
-
-    def _moment(self, dt: float, side: Side, passage: Passage) -> Moment:
-        """The end of a step, with the block as it is now and the shear of the last solution."""
-        block, time = self.block, self.moment.time + dt
-        displacements = block.rubber.u.x.array.copy()
-        state, shear = passage.step.state, self.moment.shear
-        return Moment(time, time, displacements, block.contact, side, state, shear)
 
     def _settled(self, moment: Moment) -> Moment:
         """The moment after the window of sliding ice has caught up with the block."""
@@ -211,9 +206,9 @@ class Sliding:
         return moment._replace(interface=state, side=moment.side._replace(offset=offset))
 
     def _predicted(self, dt: float) -> Array:
-        """Displacements at the end of the step, on the line through the last two."""
+        """Displacements at the end of the step, on the line through the last two solved for."""
         now = self.moment
-        if self._before is None or now.solved <= self._before[0]:
+        if self._before is None or now.solved < now.time or now.solved <= self._before[0]:
             return now.displacements
         rate = (now.displacements - self._before[1]) / (now.solved - self._before[0])
         return np.asarray(now.displacements + (now.time + dt - now.solved) * rate)
@@ -251,6 +246,18 @@ class Sliding:
         start = self.moment
         return self.carrier.pass_over(start.interface, start.side, side, dt, self._integrator)
 
+    def _checked_pass(self, side: Side, dt: float, most: float) -> tuple[Passage, float]:
+        """Film and heat over the step and their error; raises Refused if that is above `most`."""
+        passage = self._pass_over(side, dt)
+        return passage, self._allowed(passage, most)
+
+    def _allowed(self, passage: Passage, most: float) -> float:
+        """Error of film and heat; raises Refused if it is above `most` of what is allowed."""
+        control = self._film_error(passage)
+        if control > most:
+            raise Refused("film and heat change too fast", float(self._factor(control)))
+        return control
+
     def _film_error(self, passage: Passage) -> float:
         """Local error of film and heat relative to what is allowed, weighted by friction."""
         step, ice = passage.step, self.carrier.ice
@@ -271,10 +278,12 @@ class Sliding:
         """Friction force (N) under each film at the end of the step."""
         return passage.area * passage.loads.viscous * np.exp(-passage.step.state.log_height)
 
-    def _is_quiet(self, shear: Array) -> bool:
-        """Whether shear has hardly changed since the block was last solved."""
-        change = self._mean(shear - self.moment.shear, self.moment.side.area)
-        return change <= QUIET_SHARE * self._tolerance * self.block.scene.load.pressure
+    def _is_quiet(self, change: Array) -> bool:
+        """Whether a change of the shear (Pa) at the points leaves the block as it is."""
+        return (
+            self._mean(change, self.moment.side.area)
+            <= QUIET_SHARE * self._tolerance * self.block.scene.load.pressure
+        )
 
     def _mean(self, values: Array, weights: Array) -> float:
         """Mean size of `values` over all ranks' points.
