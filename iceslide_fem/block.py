@@ -109,7 +109,7 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     """Mesh the scene's block and prepare its forms. Collective."""
     mesh = rubber_mesh(scene, comm)
     material = scene.mooney_rivlin
-    rubber = Rubber(mesh, material)
+    rubber = Rubber(mesh, material, density=scene.rubber.density if scene.rubber.inertia else 0.0)
     facets = rubber.facets("contact")
     surface = contact_surface(rubber.space, facets, FACET_DEGREE, FACET_PIECES)
     if scene.ice.motion == "sliding":

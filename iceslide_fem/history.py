@@ -39,14 +39,16 @@ class Ledger:
 
     friction_work: of the plate against friction, F v; load_work: of the plate's weight; ice_heat,
     rubber_heat, latent_heat: what the interface gave; elastic_energy: change of what block and
-    penalty store. The plate's work should equal the sum of the others.
+    penalty store; kinetic_energy: of the block relative to the plate. The
+    plate's work should equal the sum of the others.
     """
 
     def __init__(self, sliding: Sliding) -> None:
         """Start at the present moment of `sliding`. Collective."""
         self._sliding, self._block = sliding, sliding.block
         self.friction_work = self.load_work = 0.0
-        self.ice_heat = self.rubber_heat = self.latent_heat = self.elastic_energy = 0.0
+        self.ice_heat = self.rubber_heat = self.latent_heat = 0.0
+        self.elastic_energy = self.kinetic_energy = 0.0
         self._force = self.friction_force()
         self._plate = self._block.equilibrium.plate_displacement()
         self._stored = self._elastic()
@@ -62,6 +64,8 @@ class Ledger:
         self.latent_heat += self._integral(step.latent_heat, area)
         if accepted.solved:
             self.elastic_energy = self._elastic() - self._stored
+            motion, law = self._sliding.moment.motion, self._sliding.motion_law
+            self.kinetic_energy = block.scale * law.kinetic_energy(motion)
         self._force, self._plate = force, plate
 
     @property
@@ -70,8 +74,9 @@ class Ledger:
         if self.friction_work == 0.0:
             return 0.0
         given = self.friction_work + self.load_work
-        taken = self.ice_heat + self.rubber_heat + self.latent_heat + self.elastic_energy
-        return (given - taken) / self.friction_work
+        taken = self.ice_heat + self.rubber_heat + self.latent_heat
+        kept = self.elastic_energy + self.kinetic_energy
+        return (given - taken - kept) / self.friction_work
 
     def friction_force(self) -> float:
         """Friction force of the whole block at the present moment, N. Collective."""
@@ -124,6 +129,7 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Ro
         "rubber_heat_J": ledger.rubber_heat,
         "latent_heat_J": ledger.latent_heat,
         "elastic_energy_J": ledger.elastic_energy,
+        "kinetic_energy_J": ledger.kinetic_energy,
         "energy_imbalance": ledger.imbalance,
         "newton_iterations": accepted.iterations if accepted else 0,
     }

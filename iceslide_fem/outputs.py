@@ -45,6 +45,7 @@ HISTORY_COLUMNS = (
     "rubber_heat_J",
     "latent_heat_J",
     "elastic_energy_J",
+    "kinetic_energy_J",
     "energy_imbalance",
     "newton_iterations",
 )

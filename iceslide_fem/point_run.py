@@ -122,6 +122,7 @@ class _History:
             "rubber_heat_J": 0.0,
             "latent_heat_J": self._latent_heat,
             "elastic_energy_J": 0.0,
+            "kinetic_energy_J": 0.0,
             "energy_imbalance": missing / self._work if self._work else 0.0,
             "newton_iterations": 0,
         }

@@ -64,11 +64,12 @@ class Rubber:
         material: MooneyRivlin,
         degree: int = DEGREE,
         energy: Callable[[Any, MooneyRivlin], Any] = stored_energy,
+        density: float = 0.0,
     ) -> None:
         """Compile the forms on the mesh of `block`.
 
         `degree` (1 or 2) and `energy` (UFL functional of displacement and material) choose
-        another element than the default.
+        another element than the default; a `density` (kg/m3) above zero adds inertia forces.
         """
         self.mesh = block.mesh
         self.space = _dolfinx.vector_space(self.mesh, degree)
@@ -77,6 +78,14 @@ class Rubber:
         functional = energy(self.u, material)
         test, trial = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
         residual = ufl.derivative(functional, self.u, test)
+        if density > 0.0:
+            self._reference, self._velocity = fem.Function(self.space), fem.Function(self.space)
+            self._weight = fem.Constant(self.mesh, PETSc.ScalarType(0.0))
+            mass = fem.Constant(self.mesh, PETSc.ScalarType(density))
+            change = self._weight * (self.u - self._reference)
+            residual += mass * ufl.inner(change, test) * ufl.dx
+            square = ufl.inner(self._velocity, self._velocity)
+            self._kinetic = _dolfinx.form(0.5 * mass * square * ufl.dx)
         self._energy = _dolfinx.form(functional)
         self._residual = _dolfinx.form(residual)
         self._tangent = _dolfinx.form(ufl.derivative(residual, self.u, trial))
@@ -113,6 +122,22 @@ class Rubber:
     def tangent(self, matrix: PETSc.Mat) -> None:
         """Overwrite `matrix` with the derivative of the internal forces at `u`."""
         _dolfinx.assemble_matrix(matrix, self._tangent)
+
+    def set_inertia(self, weight: float, reference: Array) -> None:
+        """Inertia forces density * weight * (u - reference); weight in 1/s2, reference in m.
+
+        Only with a density; zero until this is called.
+        """
+        self._weight.value = weight
+        self._reference.x.array[:] = reference
+
+    def kinetic_energy(self, velocity: Array) -> float:
+        """Kinetic energy, J (J/m in a slice), of nodal velocities, m/s; only with a density.
+
+        Collective.
+        """
+        self._velocity.x.array[:] = velocity
+        return _dolfinx.assemble_scalar(self._kinetic, self.mesh.comm)
 
     def elastic_energy(self) -> float:
         """Stored energy, J (J/m in a slice), on all ranks. Collective."""

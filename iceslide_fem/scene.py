@@ -46,7 +46,7 @@ class Rubber(_Table):
     """The rubber block: a compound or its Mooney-Rivlin constants, size (m), density (kg/m3).
 
     C10, C01 in Pa; compressibility by D1 (1/Pa) or by Poisson's ratio nu. `heat` resolves heat
-    conduction in the rubber. `mesh` replaces the built-in box by a mesh file.
+    conduction in the rubber, `inertia` its motion. `mesh` replaces the built-in box by a mesh file.
     """
 
     compound: str | None = None
@@ -59,6 +59,7 @@ class Rubber(_Table):
     height: Length = 1e-3
     density: Annotated[float, Quantity("kg/m^3", "100 kg/m^3", "10000 kg/m^3")] = 1100.0
     heat: StrictBool = False
+    inertia: StrictBool = False
     mesh: FilePath | None = None
 
     @field_validator("compound")

@@ -22,6 +22,7 @@ from iceslide_fem.integrators import INTEGRATORS, InterfaceState, error_norms
 from iceslide_fem.interface import carrier_of
 from iceslide_fem.materials import MELTING_TEMPERATURE, Array
 from iceslide_fem.meshing import window_cell
+from iceslide_fem.motion import Dynamic, Motion, QuasiStatic, Rate, at_rest
 from iceslide_fem.timestep import step_factor
 
 # Shares of the tolerance: the film's and heat's local error per step, the change of the film
@@ -41,14 +42,13 @@ MANY_ITERATIONS = 10
 class Moment(NamedTuple):
     """Everything that a step starts from: committed as a whole, or not at all.
 
-    time (s); solved: when the block was last solved, s; displacements (all dofs of this rank, m)
-    and shear (of the points, Pa) of then; contact; side: the rubber's points, (n,); interface:
-    film and ice; calm: whether the last step changed the shear so little that the block may rest.
+    time (s); motion: of the block when it was last solved for; contact and shear (of the points,
+    Pa) of then; side: the rubber's points, (n,); interface: film and ice; calm: whether the last
+    step changed the shear so little that the block may rest.
     """
 
     time: float
-    solved: float
-    displacements: Array
+    motion: Motion
     contact: ContactState
     side: Side
     interface: InterfaceState
@@ -83,7 +83,8 @@ class Refused(ArithmeticError):
 class Sliding:
     """Sliding of a block that has reached its speed, from t = 0, step by step.
 
-    `moment` is the last committed one; `shear(moment)` the friction stress in it.
+    `moment` is the last committed one; `shear(moment)` the friction stress in it; `motion_law`
+    how the block moves.
     """
 
     def __init__(self, block: Block) -> None:
@@ -98,10 +99,10 @@ class Sliding:
         self.carrier = carrier_of(block)
         state = self.carrier.start(scene.film.initial_height, n)
         side = self._side(np.full(n, scene.load.speed), 0.0)
-        displacements = block.rubber.u.x.array.copy()
-        start = Moment(0.0, 0.0, displacements, block.contact, side, state, np.zeros(n), False)
+        motion = at_rest(block.rubber.u.x.array)
+        start = Moment(0.0, motion, block.contact, side, state, np.zeros(n), False)
         self.moment = start._replace(shear=self.shear(start))
-        self._before: tuple[float, Array] | None = None
+        self.motion_law = Dynamic(block.rubber) if scene.rubber.inertia else QuasiStatic()
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
         self._drift = scene.load.speed if scene.ice.motion == "sliding" else 0.0
         if self._drift > 0.0:  # no ice passes from cell to cell unseen
@@ -131,7 +132,7 @@ class Sliding:
             try:
                 trial, following = self._try(dt)
             except (Refused, NotConverged) as reason:
-                values[:] = self.moment.displacements
+                values[:] = self.moment.motion.displacements
                 if isinstance(reason, NotConverged):
                     self.block.equilibrium.forget()
                 self._dt = dt * (reason.factor if isinstance(reason, Refused) else 0.25)
@@ -139,8 +140,6 @@ class Sliding:
                 if self._dt < SMALLEST_STEP * self._duration or not self._adaptive:
                     raise SimulationStopped(self._farewell(reason)) from reason
                 continue
-            if trial.solved:
-                self._before = (self.moment.solved, self.moment.displacements)
             self.moment = trial.moment
             if last:
                 self.moment = self.moment._replace(time=self._duration)
@@ -159,7 +158,12 @@ class Sliding:
         offset = start.side.offset + self._drift * dt
         side = start.side._replace(speed=np.full_like(start.side.speed, speed), offset=offset)
         passage, control = self._checked_pass(side, dt, 1.0)
-        moment = start._replace(time=start.time + dt, side=side, interface=passage.step.state)
+        moment = start._replace(
+            time=start.time + dt,
+            motion=start.motion._replace(velocity=np.zeros_like(start.motion.velocity)),
+            side=side,
+            interface=passage.step.state,
+        )
         if not self._is_quiet(self.shear(moment) - start.shear):
             return None
         factor = float(self._factor(control))
@@ -167,16 +171,18 @@ class Sliding:
 
     def _solved(self, dt: float) -> tuple[Accepted, float]:
         """A trial step with the block in equilibrium under the shear at its end."""
-        block = self.block
-        block.rubber.u.x.array[:] = self._predicted(dt)
-        side = self._side_after(dt)
+        block, start, time = self.block, self.moment.motion, self.moment.time + dt
+        values = block.rubber.u.x.array
+        values[:], rate = self.motion_law.begin(start, time)
+        speed = self._speed(rate)
+        side = self._side_after(dt, speed)
         passage, _ = self._checked_pass(side, dt, 1.0)
         iterations, mismatches = 0, []
         for _ in range(MAX_PASSES):
             height = self.carrier.film_height(passage.step.state, side)
-            law = block.film_shear(height.reshape(block.surface.weights.shape), self._speed(dt))
+            law = block.film_shear(height.reshape(block.surface.weights.shape), speed)
             iterations += block.balance(law).iterations
-            side = self._side_after(dt)
+            side = self._side_after(dt, speed)
             corrected = self._pass_over(side, dt)
             change = corrected.step.state.log_height - passage.step.state.log_height
             mismatch = self._mean(change, self._friction_weights(corrected))
@@ -188,13 +194,18 @@ class Sliding:
             raise Refused("block and film do not agree", 0.4)
         control = self._allowed(passage, 2.0)
 
-        time, displacements = self.moment.time + dt, block.rubber.u.x.array.copy()
+        motion = self.motion_law.end(start, time, values.copy())
+        drift = self._motion_error(start, motion)
+        if drift > 1.0:
+            raise Refused("the block moves too fast", float(step_factor(drift, 2)))
+
         state = passage.step.state
-        moment = Moment(time, time, displacements, block.contact, side, state, side.speed, False)
+        moment = Moment(time, motion, block.contact, side, state, side.speed, False)
         shear = self.shear(moment)
-        calm = self._is_quiet(shear - self.shear(self.moment))
+        calm = self.motion_law.may_rest and self._is_quiet(shear - self.shear(self.moment))
         moment = self._settled(moment._replace(shear=shear, calm=calm))
         factor = min(float(self._factor(control)), float(step_factor(mismatches[0], 2)))
+        factor = min(factor, float(step_factor(drift, 2)))
         if iterations > MANY_ITERATIONS:
             factor = min(factor, 0.8)
         factor = min(factor, LARGEST_GROWTH)
@@ -205,24 +216,28 @@ class Sliding:
         state, offset = self.carrier.settled(moment.interface, moment.side.offset)
         return moment._replace(interface=state, side=moment.side._replace(offset=offset))
 
-    def _predicted(self, dt: float) -> Array:
-        """Displacements at the end of the step, on the line through the last two solved for."""
-        now = self.moment
-        if self._before is None or now.solved < now.time or now.solved <= self._before[0]:
-            return now.displacements
-        rate = (now.displacements - self._before[1]) / (now.solved - self._before[0])
-        return np.asarray(now.displacements + (now.time + dt - now.solved) * rate)
-
-    def _speed(self, dt: float) -> SpeedLaw:
-        """Slip speed: the plate's and that of the rubber relative to it since the last solution.
+    def _speed(self, rate: Rate) -> SpeedLaw:
+        """Slip speed: the plate's and that of the rubber relative to it.
 
         Taken at the displacement that is solved for: a lagged one is unstable for steps below
         tau H / (v G), some ten microseconds.
         """
-        block, dim = self.block, self.block.rubber.mesh.geometry.dim
-        start = block.surface.displacements(self.moment.displacements.reshape(-1, dim))[..., 0]
-        speed, elapsed = block.scene.load.speed, self.moment.time + dt - self.moment.solved
-        return lambda displacement: (speed + (displacement - start) / elapsed, 1.0 / elapsed)
+        surface, speed = self.block.surface, self.block.scene.load.speed
+        dim = self.block.rubber.mesh.geometry.dim
+        known = speed + surface.displacements(rate.intercept.reshape(-1, dim))[..., 0]
+        return lambda displacement: (known + rate.slope * displacement, rate.slope)
+
+    def _motion_error(self, start: Motion, end: Motion) -> float:
+        """Error of the motion relative to what is allowed: by its stress, and by its slip speed."""
+        surface, scene = self.block.surface, self.block.scene
+        error = self.motion_law.local_error(start, end).reshape(
+            self.block.rubber.displacements.shape
+        )
+        size = np.linalg.norm(surface.displacements(error), axis=-1).ravel()
+        stress = scene.mooney_rivlin.youngs_modulus / self.block.height / scene.load.pressure
+        speed = 1.0 / ((end.time - start.time) * scene.load.speed)
+        share = self._mean(size, self.moment.side.area) * max(stress, speed)
+        return share / (LOCAL_SHARE * self._tolerance)
 
     def _side(self, speed: Array, offset: float) -> Side:
         """The rubber's points at the block's present displacements."""
@@ -236,11 +251,12 @@ class Sliding:
             offset,
         )
 
-    def _side_after(self, dt: float) -> Side:
+    def _side_after(self, dt: float, speed: SpeedLaw) -> Side:
         """The rubber's points at the end of a step of `dt` to the present displacements."""
         present = self.block.surface.displacements(self.block.rubber.displacements)
-        speed, _ = self._speed(dt)(present[..., 0])
-        return self._side(speed.ravel(), self.moment.side.offset + self._drift * dt)
+        return self._side(
+            speed(present[..., 0])[0].ravel(), self.moment.side.offset + self._drift * dt
+        )
 
     def _pass_over(self, side: Side, dt: float) -> Passage:
         start = self.moment

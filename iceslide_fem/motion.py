@@ -1,0 +1,139 @@
+"""How the block's displacements move on from one step to the next: quasi-static or with inertia.
+
+Both give the nodal velocities as `slope * displacement + intercept`, linear in what is solved
+for: so the slip speed can be taken at the displacement that is being found.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from iceslide_fem.materials import Array
+from iceslide_fem.rubber import Rubber
+
+# Spectral radius of the generalised-alpha method at high frequencies: what a step leaves of a
+# mode that it does not resolve.
+HIGH_FREQUENCY_RADIUS = 0.5
+
+
+class Motion(NamedTuple):
+    """Displacements (m), velocities (m/s) and accelerations (m/s2) of all dofs of this rank.
+
+    time (s): when they were found.
+    """
+
+    time: float
+    displacements: Array
+    velocity: Array
+    acceleration: Array
+
+
+class Rate(NamedTuple):
+    """Nodal velocity (m/s) as slope (1/s) * displacement + intercept (dofs,)."""
+
+    slope: float
+    intercept: Array
+
+
+class MotionLaw(Protocol):
+    """What the coupled step needs to know of the block's motion."""
+
+    may_rest: bool
+
+    def begin(self, start: Motion, time: float) -> tuple[Array, Rate]:
+        """Displacements to start from at `time` (s), and the velocity's dependence on them."""
+
+    def end(self, start: Motion, time: float, displacements: Array) -> Motion:
+        """The motion at `time` with the displacements that were found."""
+
+    def local_error(self, start: Motion, end: Motion) -> Array:
+        """Estimated error of the displacements (dofs,) that the step made, m."""
+
+    def kinetic_energy(self, motion: Motion) -> float:
+        """Kinetic energy relative to the plate, J (J/m in a slice). Collective."""
+
+
+def at_rest(displacements: Array) -> Motion:
+    """A block that does not move at t = 0."""
+    still = np.zeros_like(displacements)
+    return Motion(0.0, displacements.copy(), still, still)
+
+
+class QuasiStatic:
+    """No inertia: displacements follow the forces; predicted on the line through the last two."""
+
+    may_rest = True
+
+    def begin(self, start: Motion, time: float) -> tuple[Array, Rate]:
+        """The line through the last two solutions; the difference quotient since the last."""
+        elapsed = time - start.time
+        rate = Rate(1.0 / elapsed, -start.displacements / elapsed)
+        return start.displacements + elapsed * start.velocity, rate
+
+    def end(self, start: Motion, time: float, displacements: Array) -> Motion:
+        """The velocity is the mean one since the last solution."""
+        velocity = (displacements - start.displacements) / (time - start.time)
+        return Motion(time, displacements, velocity, start.acceleration)
+
+    def local_error(self, start: Motion, end: Motion) -> Array:
+        """None: there is nothing to integrate."""
+        return np.zeros_like(end.displacements)
+
+    def kinetic_energy(self, motion: Motion) -> float:
+        """None: its mass is neglected."""
+        return 0.0
+
+
+class Dynamic:
+    """Implicit dynamics: the generalised-alpha method with all forces at the step's end.
+
+    With rho the spectral radius at high frequencies, alpha_m = (rho - 1) / (rho + 1) and
+    alpha_f = 0 (Wood, Bossak and Zienkiewicz's member of the family of Chung and Hulbert, J. Appl.
+    Mech. 60 (1993) 371): second order, unconditionally stable for linear problems.
+
+        M [(1 - alpha_m) a1 + alpha_m a0] + f(u1) = 0
+        u1 = u0 + dt v0 + dt^2 [(1/2 - beta) a0 + beta a1]
+        v1 = v0 + dt [(1 - gamma) a0 + gamma a1]
+    """
+
+    may_rest = False
+
+    def __init__(self, rubber: Rubber, radius: float = HIGH_FREQUENCY_RADIUS) -> None:
+        """`rubber` carries the inertia forces; `radius` in 0 to 1 (1 dissipates nothing)."""
+        self._rubber = rubber
+        self._alpha = (radius - 1.0) / (radius + 1.0)
+        self._gamma = 0.5 - self._alpha
+        self._beta = 0.25 * (1.0 - self._alpha) ** 2
+
+    def begin(self, start: Motion, time: float) -> tuple[Array, Rate]:
+        """Sets the inertia forces of the step; predicts with the last acceleration."""
+        dt, beta, gamma = time - start.time, self._beta, self._gamma
+        u, v, a = start.displacements, start.velocity, start.acceleration
+        coasted = u + dt * v + (0.5 - beta) * dt**2 * a
+        weight = (1.0 - self._alpha) / (beta * dt**2)
+        # weight * (u1 - reference) = (1 - alpha_m) a1 + alpha_m a0
+        self._rubber.set_inertia(weight, coasted - self._alpha / weight * a)
+        slope = gamma / (beta * dt)
+        intercept = v + (1.0 - gamma) * dt * a - slope * coasted
+        return coasted + beta * dt**2 * a, Rate(slope, intercept)
+
+    def end(self, start: Motion, time: float, displacements: Array) -> Motion:
+        """Newmark's formulas solved for acceleration and velocity."""
+        dt, beta, gamma = time - start.time, self._beta, self._gamma
+        u, v, a = start.displacements, start.velocity, start.acceleration
+        coasted = u + dt * v + (0.5 - beta) * dt**2 * a
+        following = (displacements - coasted) / (beta * dt**2)
+        velocity = v + dt * ((1.0 - gamma) * a + gamma * following)
+        return Motion(time, displacements, velocity, following)
+
+    def local_error(self, start: Motion, end: Motion) -> Array:
+        """(beta - 1/6) dt^2 (a1 - a0): Zienkiewicz and Xie, Earthq. Eng. Struct. Dyn. 20 (1991)."""
+        dt = end.time - start.time
+        change = end.acceleration - start.acceleration
+        return np.asarray((self._beta - 1.0 / 6.0) * dt**2 * change)
+
+    def kinetic_energy(self, motion: Motion) -> float:
+        """Of the velocities relative to the plate, J (J/m in a slice). Collective."""
+        return self._rubber.kinetic_energy(motion.velocity)

@@ -1,0 +1,121 @@
+"""Inertia of the block: exact vibrations, order, energies, and rest where nothing changes."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+from iceslide_fem._dolfinx import MPI  # noqa: E402
+from iceslide_fem.block import build_block, press, start_sliding  # noqa: E402
+from iceslide_fem.history import Ledger  # noqa: E402
+from iceslide_fem.motion import Dynamic, at_rest  # noqa: E402
+from iceslide_fem.scene import scene_from_dict  # noqa: E402
+from iceslide_fem.sliding import Sliding  # noqa: E402
+
+pytestmark = pytest.mark.fe
+
+DENSITY = 1000.0
+MODULUS = 4.0e6  # E = 4 (C10 + C01) where nu = 0
+HEIGHT = 1e-3
+LOAD = {"pressure": 1e5, "speed": 3.0, "duration": 1e-3}
+ICE = {"temperature": 269.15}
+FILM = {"k": 0.266, "D": 29e-6, "H_V": 2.86e-6}
+
+
+def slice_scene(**tables):
+    return scene_from_dict({"name": "inertia", "model": "slice", **tables})
+
+
+def free_bar():
+    """A block without transverse strain, lifted from the ice, under a plate without a force."""
+    rubber = {"C10": 0.5e6, "C01": 0.5e6, "nu": 0.0, "density": DENSITY, "height": HEIGHT}
+    block = build_block(
+        slice_scene(rubber=rubber | {"inertia": True}, load=LOAD, ice=ICE, film=FILM),
+        MPI.COMM_WORLD,
+    )
+    block.rubber.displacements[:, -1] += HEIGHT
+    return block
+
+
+def vibrate(block, n_steps: int, radius: float) -> tuple[float, list[float]]:
+    """Bottom's displacement after 3/4 of the first free mode's period, per amplitude; energies.
+
+    Exact: u = A cos(pi z / H) cos(w t) with w = pi / H sqrt(E / rho): nothing at 3/4.
+    """
+    rubber, law = block.rubber, Dynamic(block.rubber, radius)
+    z = rubber.space.tabulate_dof_coordinates()[:, 1]
+    values, lifted = rubber.u.x.array, rubber.u.x.array.copy()
+    mode = 1e-5 * HEIGHT * np.cos(np.pi * z / HEIGHT)
+    rubber.displacements[:, 1] += mode
+    period = 2.0 * HEIGHT / np.sqrt(MODULUS / DENSITY)
+    motion = at_rest(values)
+    start = np.zeros_like(motion.acceleration).reshape(-1, 2)
+    start[:, 1] = -((2.0 * np.pi / period) ** 2) * mode
+    motion = motion._replace(acceleration=start.ravel())
+    energies = []
+    for time in np.linspace(0.0, 0.75 * period, n_steps + 1)[1:]:
+        values[:], _ = law.begin(motion, time)
+        block.equilibrium.solve(0.0, block.static, 1e-9)
+        motion = law.end(motion, time, values.copy())
+        energies.append(rubber.elastic_energy() + law.kinetic_energy(motion))
+    at_bottom = np.flatnonzero(z < 1e-9)
+    moved = (motion.displacements - lifted).reshape(-1, 2)[at_bottom, 1]
+    values[:] = lifted
+    own = float(np.abs(moved).max(initial=0.0))
+    return MPI.COMM_WORLD.allreduce(own, op=MPI.MAX) / (1e-5 * HEIGHT), energies
+
+
+@pytest.mark.parametrize("radius", [0.5, 1.0])
+def test_a_free_bar_vibrates_as_the_wave_equation_says(radius: float) -> None:
+    block = free_bar()
+    errors = [vibrate(block, n, radius)[0] for n in (20, 40, 80)]
+    slopes = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert errors[-1] < 3e-3
+    assert np.all(np.abs(slopes - 2.0) < 0.15), (errors, slopes)
+
+
+def test_energy_of_the_free_bar_is_kept_and_high_frequencies_lose_it() -> None:
+    block = free_bar()
+    for radius, low, high in ((1.0, 1.0 - 1e-4, 1.0 + 1e-4), (0.5, 0.99, 1.0)):
+        _, energies = vibrate(block, 60, radius)
+        assert low < energies[-1] / energies[0] < high
+
+
+def slide(inertia: bool, height: float, duration: float) -> tuple[Sliding, Ledger, list]:
+    scene = slice_scene(
+        rubber={"compound": "B", "length": 10e-3, "height": height, "inertia": inertia},
+        load=LOAD | {"duration": duration},
+        ice=ICE,
+        numerics={"tolerance": 1e-2, "refinement": 0.5},
+    )
+    block = build_block(scene, MPI.COMM_WORLD)
+    press(block, lambda _: None)
+    start_sliding(block, lambda _: None)
+    sliding = Sliding(block)
+    ledger = Ledger(sliding)
+    mu = []
+    while sliding.moment.time < duration:
+        ledger.add(sliding.advance())
+        mu.append((sliding.moment.time, ledger.friction_force()))
+    return sliding, ledger, mu
+
+
+def test_a_low_block_slides_as_without_inertia() -> None:
+    _, ledger, mu = slide(True, 0.2e-3, 1e-3)
+    _, _, still = slide(False, 0.2e-3, 1e-3)
+    times, forces = np.array(mu).T
+    expected = np.interp(times, *np.array(still).T)
+    assert np.abs(forces / expected - 1.0).max() < 0.01
+    assert abs(ledger.imbalance) < 1e-3
+
+
+def test_a_tall_block_swings_and_keeps_the_energy_balance() -> None:
+    sliding, ledger, _ = slide(True, 6e-3, 1e-3)
+    assert abs(ledger.imbalance) < 1e-3
+    assert ledger.kinetic_energy > 1e-4 * ledger.friction_work
+    assert not sliding.moment.calm
+
+
+def test_the_first_steps_do_not_ring() -> None:
+    sliding, _, _ = slide(True, 1e-3, 1e-6)
+    block = sliding.block
+    assert block.normal_force(block.contact) == pytest.approx(block.force * block.scale, rel=1e-3)
