@@ -32,17 +32,22 @@ def graded(length: float, first: float, slope: float, largest: float = math.inf)
     return lines
 
 
-def tensor_grid(lines: list[Lines], body: str, parts: Mapping[str, Chooser]) -> TaggedMesh:
-    """Tensor-product grid; `parts` choose outer facets by their centres (n, dim).
+def tensor_grid(
+    lines: list[Lines], body: str, parts: Mapping[str, Chooser], holes: Chooser | None = None
+) -> TaggedMesh:
+    """Tensor-product grid; `parts` choose outer facets, `holes` cells to leave out, by centres.
 
-    In 3-D a side at y = 0 is the part `symmetry`.
+    Centres have the shape (n, dim). In 3-D a side at y = 0 is the part `symmetry`.
     """
     dim = len(lines)
     shape = [len(line) for line in lines]
     number = np.arange(math.prod(shape)).reshape(shape)
     points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, dim)
-    sides = [np.take(number, end, axis) for axis in range(dim) for end in (0, -1)]
-    facets = np.concatenate([_corners(side) for side in sides])
+    cells = _corners(number)
+    kept = np.ones(len(cells), dtype=bool)
+    if holes is not None:
+        kept = ~holes(points[cells].mean(axis=1))
+    facets = _outer_facets(number, kept.reshape([n - 1 for n in shape]))
     centre = points[facets].mean(axis=1)
     if dim == 3:
         parts = {**parts, "symmetry": lambda centre: centre[:, 1] == 0.0}
@@ -50,7 +55,24 @@ def tensor_grid(lines: list[Lines], body: str, parts: Mapping[str, Chooser]) -> 
         name: facets[inside] for name, choose in parts.items() if (inside := choose(centre)).any()
     }
     kind = "quadrilateral" if dim == 2 else "hexahedron"
-    return TaggedMesh(points, kind, _corners(number), chosen, body)
+    used, corners = np.unique(cells[kept], return_inverse=True)
+    new = np.zeros(len(points), dtype=np.int64)
+    new[used] = np.arange(len(used))
+    chosen = {name: new[some] for name, some in chosen.items()}
+    return TaggedMesh(points[used], kind, corners.reshape(-1, 2**dim), chosen, body)
+
+
+def _outer_facets(number: NDArray[np.int64], kept: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Corner nodes of all facets that have a kept cell on one side only."""
+    facets = []
+    for axis in range(number.ndim):
+        sides = np.moveaxis(
+            np.pad(kept, [(int(a == axis),) * 2 for a in range(kept.ndim)]), axis, 0
+        )
+        outer = sides[1:] != sides[:-1]
+        for nodes, some in zip(np.moveaxis(number, axis, 0), outer, strict=True):
+            facets.append(_corners(nodes)[some.ravel()])
+    return np.concatenate(facets)
 
 
 def _corners(number: NDArray[np.int64]) -> NDArray[np.int64]:

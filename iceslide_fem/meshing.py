@@ -11,6 +11,7 @@ size by the same number, so meshes of different refinement are similar.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -146,7 +147,7 @@ def divisions(scene: Scene) -> dict[str, float]:
     """Size of the rubber's mesh: cells nx, ny (block only), nz of the built-in grid; cells;
     nodes of the quadratic elements; smallest and largest cell edge in m.
     """
-    if scene.rubber.mesh is not None:
+    if scene.rubber.mesh is not None or scene.rubber.sipes:
         return mesh_size(_rubber(scene))
     lines = _rubber_lines(_block(scene), scene.numerics.refinement)
     counts = [len(line) - 1 for line in lines]
@@ -179,6 +180,14 @@ def block_size(scene: Scene) -> tuple[float, ...]:
     return (*lengths, block.height)
 
 
+def sipe_ranges(scene: Scene) -> list[tuple[float, float]]:
+    """Ranges of x of the box's sipes, m: evenly spaced."""
+    rubber = scene.rubber
+    cuts = np.linspace(-rubber.length / 2, rubber.length / 2, rubber.sipes + 2)[1:-1]
+    half = rubber.sipe_width / 2
+    return [(cut - half, cut + half) for cut in cuts.tolist()]
+
+
 def write_mesh(scene: Scene, folder: Path | str) -> list[Path]:
     """Write the scene's rubber and ice meshes as gmsh files to `folder`; returns their paths."""
     folder = Path(folder)
@@ -194,12 +203,15 @@ def write_mesh(scene: Scene, folder: Path | str) -> list[Path]:
 class _Block(NamedTuple):
     """Ranges of x and (in 3-D) y that the rubber covers, and its height, in m.
 
-    If it is `symmetric`, y begins at 0 and the other half is left out.
+    If it is `symmetric`, y begins at 0 and the other half is left out. sipes: ranges of x of the
+    slots of `sipe_depth` (m) that are cut across it from below.
     """
 
     ranges: list[tuple[float, float]]
     height: float
     symmetric: bool
+    sipes: list[tuple[float, float]] = []  # noqa: RUF012 (never changed)
+    sipe_depth: float = 0.0
 
 
 def _block(scene: Scene) -> _Block:
@@ -210,9 +222,9 @@ def _block(scene: Scene) -> _Block:
         ranges = list(zip(low[:-1], high[:-1], strict=True))
         return _Block(ranges, high[-1], "symmetry" in tagged.facets)
     x, y = (-rubber.length / 2, rubber.length / 2), (0.0, rubber.width / 2)
-    if scene.model == "slice":
-        return _Block([x], rubber.height, symmetric=False)
-    return _Block([x, y], rubber.height, symmetric=True)
+    slice_ = scene.model == "slice"
+    ranges = [x] if slice_ else [x, y]
+    return _Block(ranges, rubber.height, not slice_, sipe_ranges(scene), rubber.sipe_depth)
 
 
 def _rubber(scene: Scene) -> TaggedMesh:
@@ -222,16 +234,23 @@ def _rubber(scene: Scene) -> TaggedMesh:
     lines = _rubber_lines(block, scene.numerics.refinement)
 
     def contact(centre: Lines) -> NDArray[np.bool_]:
-        ends = np.array([high for _, high in block.ranges])
-        sides = np.isclose(abs(centre[:, :-1]), ends).any(axis=1)
-        return (centre[:, -1] == 0.0) | (sides & (centre[:, -1] < CONTACT_HEIGHT * block.height))
+        z = centre[:, -1]
+        low = (z < CONTACT_HEIGHT * block.height) & ~np.isclose(z, block.sipe_depth)
+        return (z == 0.0) | (low & (centre[:, -2] != 0.0) if block.symmetric else low)
 
     def plate(centre: Lines) -> NDArray[np.bool_]:
         return np.isclose(centre[:, -1], block.height)
 
+    def sipes(centre: Lines) -> NDArray[np.bool_]:
+        cut = [(low < centre[:, 0]) & (centre[:, 0] < high) for low, high in block.sipes]
+        return np.any(cut, axis=0) & (centre[:, -1] < block.sipe_depth)
+
     parts = {"contact": contact, "plate": plate}
-    parameters = [CONTACT_HEIGHT, *(line.tolist() for line in lines)]
-    return cached("rubber", len(lines), parameters, lambda: tensor_grid(lines, "rubber", parts))
+    parameters = [CONTACT_HEIGHT, block.sipes, block.sipe_depth, *(line.tolist() for line in lines)]
+    holes = sipes if block.sipes else None
+    return cached(
+        "rubber", len(lines), parameters, lambda: tensor_grid(lines, "rubber", parts, holes)
+    )
 
 
 def _ice(lines: list[Lines]) -> TaggedMesh:
@@ -260,16 +279,22 @@ def _from_edge(length: float, cell: float, size: float) -> Lines:
 def _rubber_lines(block: _Block, refinement: float) -> list[Lines]:
     """Grid lines of the rubber in x, (y,) z."""
     cell, size = _reference_cell(block, refinement)
-    lines = []
-    for axis, (low, high) in enumerate(block.ranges):
-        if axis == 1 and block.symmetric:
-            lines.append(high - _from_edge(high, cell, size)[::-1])
-        else:
-            half = _from_edge((high - low) / 2, cell, size)
-            lines.append(np.concatenate([low + half, high - half[-2::-1]]))
-    # The corners at the plate are as singular as those at the ice.
-    half = _from_edge(block.height / 2, cell, size)
-    return [*lines, np.concatenate([half, block.height - half[-2::-1]])]
+
+    def between(low: float, high: float) -> Lines:
+        half = _from_edge((high - low) / 2, cell, size)
+        return np.concatenate([low + half, high - half[-2::-1]])
+
+    (first, last), *rest = block.ranges
+    cuts = np.array([first, *(end for sipe in block.sipes for end in sipe), last])
+    x = [between(low, high) for low, high in itertools.pairwise(cuts)]
+    lines = [np.concatenate([x[0], *(line[1:] for line in x[1:])])]
+    for low, high in rest:
+        half_model = high - _from_edge(high, cell, size)[::-1]
+        lines.append(half_model if block.symmetric else between(low, high))
+    # The corners at the plate, and at the end of a sipe, are as singular as those at the ice.
+    depth = block.sipe_depth if block.sipes else 0.0
+    z = between(depth, block.height)
+    return [*lines, np.concatenate([between(0.0, depth)[:-1], z]) if block.sipes else z]
 
 
 def _ice_lines(

@@ -46,7 +46,8 @@ class Rubber(_Table):
     """The rubber block: a compound or its Mooney-Rivlin constants, size (m), density (kg/m3).
 
     C10, C01 in Pa; compressibility by D1 (1/Pa) or by Poisson's ratio nu. `heat` resolves heat
-    conduction in the rubber, `inertia` its motion. `mesh` replaces the built-in box by a mesh file.
+    conduction in the rubber, `inertia` its motion. `sipes` evenly spaced slots across the sliding
+    direction are cut into the box from below. `mesh` replaces the box by a mesh file.
     """
 
     compound: str | None = None
@@ -57,6 +58,9 @@ class Rubber(_Table):
     length: Length = 1e-3
     width: Length = 1e-3
     height: Length = 1e-3
+    sipes: Literal[0, 1, 2, 3, 4, 5, 6, 7, 8] = 0
+    sipe_width: Length = 0.5e-3
+    sipe_depth: Length = 4e-3
     density: Annotated[float, Quantity("kg/m^3", "100 kg/m^3", "10000 kg/m^3")] = 1100.0
     heat: StrictBool = False
     inertia: StrictBool = False
@@ -78,6 +82,29 @@ class Rubber(_Table):
                 "or rubber.C10, rubber.C01 and rubber.D1 (or nu) instead"
             )
         return compound
+
+    @model_validator(mode="after")
+    def _room_for_sipes(self) -> Self:
+        if self.sipes == 0:
+            return self
+        if self.mesh is not None:
+            raise ValueError(
+                f"rubber.sipes = {self.sipes} and rubber.mesh contradict each other: sipes are cut "
+                "into the built-in box only; draw them in the mesh"
+            )
+        if self.sipe_depth > 0.9 * self.height:
+            raise ValueError(
+                f"rubber.sipe_depth = {1e3 * self.sipe_depth:.3g} mm is too deep; "
+                f"allowed: up to 0.9 rubber.height = {0.9e3 * self.height:.3g} mm"
+            )
+        most = 0.5 * self.length / (self.sipes + 1)
+        if self.sipe_width > most:
+            raise ValueError(
+                f"rubber.sipe_width = {1e3 * self.sipe_width:.3g} mm is too wide for "
+                f"{self.sipes} sipes in {1e3 * self.length:.3g} mm; allowed: up to "
+                f"{1e3 * most:.3g} mm, half of their distance"
+            )
+        return self
 
     @model_validator(mode="after")
     def _one_description(self) -> Self:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import platform
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -55,6 +56,7 @@ def _run_block(scene: Scene, out: Path, petsc_options: Sequence[str]) -> dict[st
     from iceslide_fem.block import PathPoint, build_block, press, start_sliding
     from iceslide_fem.history import Ledger, interface_fields, outside_table, preload_row, slide_row
     from iceslide_fem.ice import Continuum
+    from iceslide_fem.sipes import smallest_opening
     from iceslide_fem.sliding import Sliding
 
     PETSc.Options().insertString(" ".join(petsc_options))
@@ -100,6 +102,7 @@ def _run_block(scene: Scene, out: Path, petsc_options: Sequence[str]) -> dict[st
                 history.row(row)
                 results.note(row, accepted.rejected)
                 if due(sliding.moment.time):
+                    results.sipe_opening = min(results.sipe_opening, smallest_opening(block))
                     if isinstance(ice, Continuum):
                         ice.show(sliding.moment.interface.ice)
                     fields.write(sliding.moment.time, interface_fields(sliding, accepted))
@@ -144,6 +147,7 @@ class Results:
         self.rejected = self.iterations = self.dofs = 0
         self.imbalance = 0.0
         self.outside_table_fraction = 0.0
+        self.sipe_opening = math.inf
 
     def note(self, row: dict[str, Any], rejected: int) -> None:
         """Enter a row of the history, and how many steps were rejected before it."""
@@ -176,6 +180,7 @@ class Results:
             "dofs": self.dofs,
             "energy_imbalance": self.imbalance,
             "outside_table_fraction": self.outside_table_fraction,
+            "sipe_opening_m": self.sipe_opening if math.isfinite(self.sipe_opening) else None,
         }
 
 

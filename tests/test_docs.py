@@ -51,7 +51,7 @@ def test_scene_page_has_every_key_with_its_range_and_default():
         if quantity is not None:
             assert allowed == f"{quantity.low} to {quantity.high}", key
         if get_origin(field.annotation) is Literal:
-            assert re.findall("`([^`]+)`", allowed) == list(get_args(field.annotation)), key
+            assert re.findall("`([^`]+)`", allowed) == [*map(str, get_args(field.annotation))], key
         if default in ("", "chosen"):
             assert field.is_required() or field.default is None, key
         elif quantity is not None:

@@ -14,9 +14,11 @@ from dolfinx import fem  # noqa: E402
 from mpi4py import MPI  # noqa: E402
 
 from iceslide_fem import _dolfinx, gmsh_model, mesh_cache, meshing  # noqa: E402
+from iceslide_fem.block import build_block  # noqa: E402
 from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.grid import graded, tensor_grid  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
+from iceslide_fem.sipes import smallest_opening  # noqa: E402
 from iceslide_fem.user_mesh import _names, load_user_mesh, mesh_size  # noqa: E402
 
 pytestmark = pytest.mark.fe
@@ -35,7 +37,15 @@ def a_scene(model, length=1e-3, width=1e-3, height=1e-3, refinement=1.0, mesh=No
     return SimpleNamespace(
         name="a-scene",
         model=model,
-        rubber=SimpleNamespace(length=length, width=width, height=height, mesh=mesh),
+        rubber=SimpleNamespace(
+            length=length,
+            width=width,
+            height=height,
+            mesh=mesh,
+            sipes=0,
+            sipe_width=0,
+            sipe_depth=0,
+        ),
         load=SimpleNamespace(duration=7e-3),
         ice=SimpleNamespace(margin=margin),
         numerics=SimpleNamespace(refinement=refinement),
@@ -393,3 +403,50 @@ def test_med_families_and_gmsh_groups_are_names():
     found = {(name, number): list(marked) for name, number, marked in _names(mesh)}
     assert found["rubber", 0] == [True] and found["rubber", 1] == [False, False]
     assert found["contact", 1] == [True, False]
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("model", ["slice", "block"])
+def test_sipes_are_cut_out_of_the_box(model):
+    sizes = "length=20mm width=10mm height=6mm sipes=2 sipe_width=0.6mm sipe_depth=4mm".split()
+    changes = [f"model={model}", "numerics.refinement=0.5", *(f"rubber.{size}" for size in sizes)]
+    scene = load_scene(ROOT / "cases" / "tread_block.toml", changes)
+    rubber = meshing.rubber_mesh(scene, WORLD)
+    half_width = 1.0 if model == "slice" else 5e-3
+
+    def integral(measure):
+        one = fem.Constant(rubber.mesh, 1.0) * measure
+        return _dolfinx.assemble_scalar(_dolfinx.form(one), WORLD) / half_width
+
+    ds = ufl.Measure("ds", domain=rubber.mesh, subdomain_data=rubber.facet_tags)
+    assert integral(ufl.dx) == pytest.approx(20e-3 * 6e-3 - 2 * 0.6e-3 * 4e-3)
+    # Bottom, and six walls up to the first line of the mesh beyond half the height.
+    bottom = 20e-3 - 2 * 0.6e-3
+    walls = integral(ds(rubber.tags["contact"])) - bottom
+    if model == "block":  # the outer side
+        walls -= (20e-3 - 2 * 0.6e-3) * 3e-3 / half_width
+    assert walls == pytest.approx(6 * 3e-3, rel=0.15)
+    assert integral(ds(rubber.tags["plate"])) == pytest.approx(20e-3)
+
+
+def test_opening_of_the_sipes_follows_the_displacements():
+    scene = load_scene(ROOT / "cases" / "siped_block.toml", ["numerics.refinement=0.5"])
+    block = build_block(scene, WORLD)
+    assert smallest_opening(block) == pytest.approx(0.6e-3)
+    u = block.rubber.displacements
+    x = block.rubber.space.tabulate_dof_coordinates()[:, 0]
+    u[:, 0] = -0.5 * x
+    assert smallest_opening(block) == pytest.approx(0.3e-3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (["rubber.sipes=3", "rubber.sipe_width=3mm"], "rubber.sipe_width = 3 mm"),
+        (["rubber.sipes=1", "rubber.sipe_depth=5.5mm"], "rubber.sipe_depth = 5.5 mm"),
+        (["rubber.sipes=9"], "rubber.sipes"),
+    ],
+)
+def test_sipes_that_do_not_fit_are_refused(changes, said):
+    with pytest.raises(SceneError, match=said):
+        load_scene(ROOT / "cases" / "tread_block.toml", changes)
