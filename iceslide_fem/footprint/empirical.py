@@ -82,43 +82,43 @@ def hayhoe_shapley(p: ArrayLike, v: ArrayLike, T_0: ArrayLike, length: ArrayLike
 
 
 def peng_ellipse(
-    U_s: ArrayLike, h: ArrayLike, p_0: ArrayLike, x_m: ArrayLike, y_m: ArrayLike, l: ArrayLike,
+    U_s: ArrayLike, h: ArrayLike, p_0: ArrayLike, x_m: ArrayLike, y_m: ArrayLike, length: ArrayLike,
     f_d: ArrayLike,
 ) -> Array:  # fmt: skip
     """Mean friction of an elliptical contact, (1.6) as printed.
 
     f_m = eta U_s / (h p_0) 2 x_m y_m / (pi l) + f_d (l - x_m)(pi - 2 y_m) / (pi l): sliding speed
-    U_s (m/s), film height h (m), mean pressure p_0 (Pa), 0 <= x_m <= l (m), dry friction f_d. The
-    thesis does not define y_m: from (pi - 2 y_m) an angle, 0 to pi/2. It calls x_m the length of
-    the dry area, but the formula makes it that of the wet one: x_m = 0 gives f_d at y_m = 0. The
-    two weights do not add up to 1 between the ends.
+    U_s (m/s), film height h (m), mean pressure p_0 (Pa), 0 <= x_m <= l, the length (m), dry
+    friction f_d. The thesis does not define y_m: from (pi - 2 y_m) an angle, 0 to pi/2. It calls
+    x_m the length of the dry area, but the formula makes it that of the wet one: x_m = y_m = 0
+    gives f_d. The two weights do not add up to 1 between the ends.
     """
-    U_s, h, p_0, x_m, y_m, l, f_d = _arrays(U_s, h, p_0, x_m, y_m, l, f_d)
+    U_s, h, p_0, x_m, y_m, length, f_d = _arrays(U_s, h, p_0, x_m, y_m, length, f_d)
     viscous = WATER_VISCOSITY * U_s / (h * p_0)
-    dry = f_d * (l - x_m) * (np.pi - 2.0 * y_m) / (np.pi * l)
-    return viscous * 2.0 * x_m * y_m / (np.pi * l) + dry
+    dry = f_d * (length - x_m) * (np.pi - 2.0 * y_m) / (np.pi * length)
+    return viscous * 2.0 * x_m * y_m / (np.pi * length) + dry
 
 
 def peng_rectangle_as_printed(
-    U_s: ArrayLike, h: ArrayLike, p_0: ArrayLike, x_m: ArrayLike, l: ArrayLike, f_d: ArrayLike
+    U_s: ArrayLike, h: ArrayLike, p_0: ArrayLike, x_m: ArrayLike, length: ArrayLike, f_d: ArrayLike
 ) -> Array:
     """(1.7) as printed: f_m = eta U_s / (h p_0) x_m^2 / (pi l) + f_d (1 - x_m / (pi l)).
 
     Arguments as for `peng_ellipse`. The first weight is a length, and a contact that is wet all
     over keeps 1 - 1/pi of its dry friction: see `peng_rectangle`.
     """
-    U_s, h, p_0, x_m, l, f_d = _arrays(U_s, h, p_0, x_m, l, f_d)
+    U_s, h, p_0, x_m, length, f_d = _arrays(U_s, h, p_0, x_m, length, f_d)
     viscous = WATER_VISCOSITY * U_s / (h * p_0)
-    return viscous * x_m**2 / (np.pi * l) + f_d * (1.0 - x_m / (np.pi * l))
+    return viscous * x_m**2 / (np.pi * length) + f_d * (1.0 - x_m / (np.pi * length))
 
 
 def peng_rectangle(
-    U_s: ArrayLike, h: ArrayLike, p_0: ArrayLike, x_m: ArrayLike, l: ArrayLike, f_d: ArrayLike
+    U_s: ArrayLike, h: ArrayLike, p_0: ArrayLike, x_m: ArrayLike, length: ArrayLike, f_d: ArrayLike
 ) -> Array:
     """Mean friction of a rectangular contact: (1.7) with weights that are shares of the length.
 
     f_m = eta U_s / (h p_0) x_m / l + f_d (1 - x_m / l), x_m (m) the length of the wet area.
     """
-    U_s, h, p_0, x_m, l, f_d = _arrays(U_s, h, p_0, x_m, l, f_d)
+    U_s, h, p_0, x_m, length, f_d = _arrays(U_s, h, p_0, x_m, length, f_d)
     viscous = WATER_VISCOSITY * U_s / (h * p_0)
-    return viscous * x_m / l + f_d * (1.0 - x_m / l)
+    return viscous * x_m / length + f_d * (1.0 - x_m / length)

@@ -29,17 +29,20 @@ from iceslide_fem.timestep import step_factor
 
 METHOD = INTEGRATORS["sdirk2"]
 # Lines that advance together: their columns of ice stay in the processor's cache.
-LINES = 512
+LINES = 2048
 # Relative to a pixel's time: the shortest step, and what is left over to rounding.
 SHORTEST, SLACK = 1e-9, 1e-6
 
 
 class Ride(NamedTuple):
-    """How ice passes the footprint: V and the sliding speed V S (m/s), T_0 (K), h0 (m)."""
+    """How ice passes the footprint: V and the sliding speed V S (m/s), T_0 (K), h0 (m).
+
+    T_0 may be an array (ny,), one temperature for each line.
+    """
 
     speed: float
     sliding_speed: float
-    temperature: float
+    temperature: float | Array
     initial_height: float = 70e-9
 
 
@@ -89,11 +92,12 @@ def film_map(
     mu aimed at. Raises SimulationStopped where a step cannot be made.
     """
     result = FilmMap.empty(footprint.pressure.shape)
+    temperature = np.broadcast_to(ride.temperature, len(footprint.pressure))
     for first in range(0, len(footprint.pressure), LINES):
         lines = slice(first, first + LINES)
-        pressure = footprint.pressure[lines]
+        pressure, part = footprint.pressure[lines], ride._replace(temperature=temperature[lines])
         passing = footprint.dx / ride.speed
-        for column, values in _pass(pressure, passing, ride, contact_of, tolerance):
+        for column, values in _pass(pressure, passing, part, contact_of, tolerance):
             for field, value in zip(result, values, strict=True):
                 field[lines, column] = value
     return result
@@ -139,13 +143,14 @@ def _cross(
         0.0 * dt + passing,
     )
     result = FilmMap.empty(dt.shape)
-    undercooling = MELTING_TEMPERATURE - ice.temperature
     here = np.arange(dt.size)
     while here.size:
         start, load = _at(state, here), FilmLoads(*(part[here] for part in loads))
         trial = left[here] / np.ceil(left[here] / dt[here] - SLACK)
-        step = advance(start, load, load, trial, ice, METHOD)
-        error = error_norms(step, ice, start, load.free_height, undercooling)
+        below = ice.take(here)
+        step = advance(start, load, load, trial, below, METHOD)
+        undercooling = MELTING_TEMPERATURE - below.temperature
+        error = error_norms(step, below, start, load.free_height, undercooling)
         error /= METHOD.share * tolerance
         dt[here] = trial * step_factor(error, METHOD.estimate_order)
         good = error <= 1.0
