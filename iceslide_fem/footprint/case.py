@@ -25,6 +25,11 @@ from iceslide_fem.units import Quantity
 THRESHOLD = 0.05  # of the range of pressures
 
 
+def _option(name: str) -> str:
+    """How the command calls a key: errors name what a person typed."""
+    return "IMAGE" if name == "image" else "--" + name.replace("_", "-")
+
+
 def _number(value: Any) -> Any:
     """A number typed without a unit, which is in SI; everything else as it is."""
     try:
@@ -58,14 +63,9 @@ class FootprintCase(BaseModel):
     source: 1 is a locked wheel. thesis_slip and thesis_time (s) enter (3.2) and (3.3) alone.
     """
 
-    model_config = ConfigDict(
-        frozen=True,
-        extra="forbid",
-        populate_by_name=True,
-        alias_generator=lambda name: "--" + name.replace("_", "-"),
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", alias_generator=_option)
 
-    image: Path = Field(alias="IMAGE")
+    image: Path
     length: Length
     width: Length
     max_pressure: Pressure
@@ -120,10 +120,9 @@ class FootprintCase(BaseModel):
     def of(cls, values: Mapping[str, Any]) -> FootprintCase:
         """Validate values by the names above; raises SceneError with one sentence."""
         try:
-            return cls.model_validate(values)
+            return cls.model_validate({_option(name): value for name, value in values.items()})
         except ValidationError as error:
-            names = [str(field.alias) for field in cls.model_fields.values()]
-            raise SceneError(first_sentence(error, names)) from None
+            raise SceneError(first_sentence(error, list(map(_option, cls.model_fields)))) from None
 
     @property
     def lowest_pressure(self) -> float:

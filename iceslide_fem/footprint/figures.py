@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
+from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -24,19 +24,19 @@ DPI = 130
 MM, NM, KMH = 1e3, 1e9, 3.6
 NO_CONTACT = "#E6E6E6"
 STATE_COLOURS = {State.DRY: "#E69F00", State.MIXED: "#CC79A7", State.WET: "#0072B2"}
+SLACK = 1e-9
 ROBUST = 99.0  # per cent of the pixels that the colours of mu and of a rise span
 BLUE, RED, GREEN, BLACK, ORANGE = "#0072B2", "#D55E00", "#009E73", "#222222", "#E69F00"
 
 
 class Map(NamedTuple):
-    """A quantity on the footprint: values, title, label of the colour bar, colours and range."""
+    """A quantity on the footprint: values, title, label of the colour bar, colours and scale."""
 
     values: Array
     title: str
     label: str
     colours: str
-    low: float
-    high: float
+    norm: Normalize
 
 
 def draw_maps(result: Survey, directory: Path) -> list[Path]:
@@ -53,24 +53,21 @@ def draw_maps(result: Survey, directory: Path) -> list[Path]:
             f"load {footprint.load:.4g} N",
             "pressure (bar)",
             "viridis",
-            0.0,
-            float(footprint.pressure.max()) / BAR,
+            Normalize(0.0, float(footprint.pressure.max()) / BAR),
         ),
         "temperature": Map(
             film.temperature - MELTING_TEMPERATURE,
             f"Temperature of the ice surface ({how})",
             "temperature (°C)",
             "inferno",
-            coldest,
-            0.0,
+            Normalize(coldest, 0.0),
         ),
         "mu": Map(
             mu,
             f"Friction coefficient: mean {film.mean_friction(footprint):.3g} ({how})",
             r"$\mu$ (1)",
             "magma",
-            0.0,
-            float(np.percentile(mu[contact], ROBUST)),
+            LogNorm(*np.percentile(mu[contact], (100.0 - ROBUST, ROBUST))),
         ),
     }
     paths = []
@@ -82,6 +79,11 @@ def draw_maps(result: Survey, directory: Path) -> list[Path]:
     _states(panel, footprint, result.state, f"State of the ice ({how})")
     paths.append(_save(figure, directory / "wet_dry.png"))
     figure, panels = _page(2, 3, (16.0, 8.6))
+    figure.suptitle(
+        f"Macroscopic model, ice at {coldest:.3g} °C: heat of friction by (3.3), with slip "
+        f"{result.case.thesis_slip:g} and t = {result.case.thesis_time:g} s (above), and by a "
+        f"moving source, with slip {result.case.slip:g} (below)"
+    )
     _heat_model(panels[:3], result, result.thesis, "(3.3) as printed")
     _heat_model(panels[3:], result, result.moving, "Moving source")
     paths.append(_save(figure, directory / "thesis.png"))
@@ -99,8 +101,8 @@ def draw_comparison(curves: Curves, result: Survey, directory: Path) -> Path:
     left.plot(celsius, curves.hayhoe, ":", color=BLACK, label="Hayhoe and Shapley (1.3) to (1.5)")
     left.set(xlabel="temperature of the ice (°C)", ylabel=r"mean $\mu$ (1)")
     left.set_ylim(0.0, 1.25 * float(np.max([curves.film, curves.navin, curves.peng])))
-    left.set_title(f"Sliding at {sliding:.3g} m/s on ice of any temperature")
-    ticks = left.secondary_yaxis(-0.17, functions=(lambda mu: mu, lambda mu: mu))
+    left.set_title(f"Mean friction of the footprint, sliding at {sliding:.3g} m/s")
+    ticks = left.secondary_yaxis(-0.16, functions=(lambda mu: mu, lambda mu: mu))
     speed = KMH * result.case.speed
     ticks.yaxis.set_major_formatter(
         lambda mu, _: f"{float(stopping_distance(speed, mu)):.2g}" if mu > 0.0 else ""
@@ -127,7 +129,7 @@ def draw_comparison(curves: Curves, result: Survey, directory: Path) -> Path:
         label="film law",
     )
     right.annotate(
-        f"d = {MM * result.case.depth:g} mm", (MM * result.case.depth, 3e-3), rotation=90,
+        f"d = {MM * result.case.depth:g} mm", (MM * result.case.depth, 3.0), rotation=90,
         ha="right", color="0.4", textcoords="offset points", xytext=(-3, 0),
     )  # fmt: skip
     right.set(xlabel="depth of heat penetration d (mm)", ylabel=r"mean $\mu$ (1)", ylim=(1e-3, 1e5))
@@ -146,19 +148,18 @@ def _heat_model(panels: list[Axes], result: Survey, model: HeatModel, name: str)
         f"{name}, slip {slip:g}: peak {model.rise[contact].max():.3g} K",
         "temperature rise (K)",
         "inferno",
-        0.0,
-        float(np.percentile(model.rise[contact], ROBUST)),
+        Normalize(0.0, float(np.percentile(model.rise[contact], ROBUST))),
     )
     mu = Map(
         model.mu,
-        f"(4.7) to (4.9), d = {depth:g} mm: mean {model.mu[contact].mean():.3g}",
+        rf"$\mu$ by (4.7) to (4.9), d = {depth:g} mm: mean {model.mu[contact].mean():.3g}",
         r"$\mu$ (1)",
         "magma",
-        0.0,
-        float(np.percentile(model.mu[contact], ROBUST)),
+        Normalize(0.0, float(np.percentile(model.mu[contact], ROBUST))),
     )
     _map(panels[0], footprint, rise, contact)
-    _states(panels[1], footprint, model.state, f"Balance (3.8): mean {model.balance.mu:.3g}")
+    balance = rf"State; balance (3.8) gives a mean $\mu$ of {model.balance.mu:.3g}"
+    _states(panels[1], footprint, model.state, balance)
     _map(panels[2], footprint, mu, contact)
 
 
@@ -168,15 +169,18 @@ def _page(rows: int, columns: int, size: tuple[float, float]) -> tuple[Figure, l
 
 
 def _map(panel: Axes, footprint: PressureMap, quantity: Map, contact: Mask) -> None:
-    norm = Normalize(quantity.low, quantity.high)
+    norm = quantity.norm
     shown = np.where(contact, quantity.values, np.nan)
     _image(panel, footprint, shown, cmap=quantity.colours, norm=norm)
-    largest = float(quantity.values[contact].max())
-    above = "max" if largest > quantity.high * (1.0 + 1e-9) + 1e-9 else "neither"
+    scaled = np.ma.getdata(norm(quantity.values[contact]))
+    below, beyond = scaled.min() < -SLACK, scaled.max() > 1.0 + SLACK
+    extend = ("both" if below else "max") if beyond else ("min" if below else "neither")
     colours = ScalarMappable(norm, quantity.colours)
-    _figure(panel).colorbar(
-        colours, ax=panel, label=quantity.label, extend=above, shrink=0.9, pad=0.02
+    bar = _figure(panel).colorbar(
+        colours, ax=panel, label=quantity.label, extend=extend, shrink=0.9, pad=0.02
     )
+    if isinstance(norm, LogNorm):
+        bar.ax.yaxis.set(major_formatter="{x:g}", minor_formatter="{x:g}")
     panel.set_title(quantity.title, fontsize=11)
 
 
@@ -195,8 +199,8 @@ def _states(panel: Axes, footprint: PressureMap, state: NDArray[np.uint8], title
             f"{name}\n{np.count_nonzero(state == each) / contact:.0%}"
             for each, name in (
                 (State.DRY, "dry\n(< -2 °C)"),
-                (State.MIXED, "mixed"),
-                (State.WET, "wet\n(0 °C)"),
+                (State.MIXED, "mixed\n(< 0 °C)"),
+                (State.WET, "wet\n(≥ 0 °C)"),
             )
         ]
     )
