@@ -21,6 +21,7 @@ NEAR = 0.015  # a colour of the bar up to the rounding to bytes
 MAX_FAR_SHARE = 0.3  # of the pixels in contact; JPEG at the edges of thin ribs makes up to 0.15
 MAX_COLOURED_SHARE = 0.01  # of pixels that are not grey in a picture taken as a grey scale
 BAR_COLOURS = 2048
+SQUARE = np.ones((3, 3))  # a pixel and its neighbours
 MAX_REACH = 4.0  # pixels over which an unclear pixel takes the value of a clear one
 
 
@@ -83,46 +84,58 @@ def legend_bar(legend: Picture) -> Array:
 def read_colours(picture: Picture, bar: Array, background: tuple[int, int, int] | None) -> Reading:
     """Place of every pixel's colour on the `bar`; 0 where the `background` is closer.
 
-    Where a pixel lies at the edge of the background, or its colour is far from the bar, colours
-    mix: it takes the value of the nearest clear pixel, if that is near. Raises SceneError if the
-    colours are not those of the bar.
+    At the edges of the background colours mix, and elsewhere some are far from the bar: such a
+    pixel takes the value of the nearest clear one, if that is near; at an edge it is in contact if
+    that colour makes up at least half of its own. Raises SceneError if the colours are not those
+    of the bar.
     """
     codes, index = np.unique(_codes(picture), return_inverse=True)
     index = index.reshape(picture.shape[:2])
     colours = np.column_stack([codes >> 16, codes >> 8 & 255, codes & 255]) / 255.0
+    distance, value = (part[index] for part in _on_bar(colours, bar))
+    contact = np.ones(value.shape, dtype=bool)
+    edge = np.zeros(value.shape, dtype=bool)
+    if background is not None:
+        colours -= np.array(background) / 255.0
+        to_background = np.linalg.norm(colours, axis=1)[index]
+        contact = distance <= to_background
+        distance = np.minimum(distance, to_background)
+        edge = binary_dilation(contact, SQUARE) & binary_dilation(~contact, SQUARE)
+        edge &= distance > NEAR
+    far = contact & (distance > FAR)
+    _check(far, contact)
+    clear = contact & ~edge & ~far
+    if not clear.any():
+        return Reading(np.where(contact, value, 0.0), distance, np.zeros_like(contact))
+    reach, source = distance_transform_edt(~clear, return_indices=True)
+    unclear = (edge | far) & (reach <= MAX_REACH)
+    value = np.where(unclear, value[tuple(source)], value)
+    mixed = unclear & edge
+    own, full = colours[index[mixed]], colours[index[tuple(source)][mixed]]
+    contact[mixed] = (own * full).sum(axis=1) >= 0.5 * (full * full).sum(axis=1)
+    return Reading(np.where(contact, value, 0.0), distance, unclear & contact)
+
+
+def _on_bar(colours: Array, bar: Array) -> tuple[Array, Array]:
+    """Distance (n,) of colours (n, 3) to the bar, and their place on it, 0 to 1."""
     place = np.linspace(0.0, 1.0, BAR_COLOURS)
     knots = np.linspace(0.0, 1.0, len(bar))
     fine = np.column_stack([np.interp(place, knots, channel) for channel in bar.T])
-    to_bar, nearest = cKDTree(fine).query(colours)
-    distance, value = to_bar[index], place[nearest][index]
-    contact = np.ones(value.shape, dtype=bool)
-    if background is not None:
-        to_background = np.linalg.norm(colours - np.array(background) / 255.0, axis=1)
-        contact = (to_bar <= to_background)[index]
-        distance = np.minimum(to_bar, to_background)[index]
-    far = contact & (distance > FAR)
-    if contact.any() and far.sum() > MAX_FAR_SHARE * contact.sum():
+    distance, nearest = cKDTree(fine).query(colours)
+    return distance, place[nearest]
+
+
+def _check(far: Mask, contact: Mask) -> None:
+    """Raise SceneError where too many of the pixels in contact are far from the bar."""
+    if far.sum() > MAX_FAR_SHARE * contact.sum():
         raise SceneError(
             f"the colours of the picture are not those of the bar: {far.sum() / contact.sum():.0%} "
             f"of its pixels are farther than {FAR:g} from it (relative to the range of a channel); "
             "check the colour map, the legend box, the crop box and the background"
         )
-    edge = contact & binary_dilation(~contact, np.ones((3, 3))) & (distance > NEAR)
-    value, unclear = _from_neighbours(value, contact, far | edge)
-    return Reading(np.where(contact, value, 0.0), distance, unclear)
 
 
 def _codes(picture: Picture) -> NDArray[np.int64]:
     """One number for each colour, so that every colour is searched for once."""
     red, green, blue = np.moveaxis(picture.astype(np.int64), 2, 0)
     return red << 16 | green << 8 | blue
-
-
-def _from_neighbours(value: Array, contact: Mask, unclear: Mask) -> tuple[Array, Mask]:
-    """`value` with unclear pixels replaced by the nearest clear one in contact, if it is near."""
-    clear = contact & ~unclear
-    if not clear.any() or not unclear.any():
-        return value, np.zeros_like(unclear)
-    reach, source = distance_transform_edt(~clear, return_indices=True)
-    replaced = unclear & (reach <= MAX_REACH)
-    return np.where(replaced, value[tuple(source)], value), replaced
