@@ -74,7 +74,7 @@ def hayhoe_shapley_film(A: ArrayLike, B: ArrayLike, x: ArrayLike) -> Array:
 def hayhoe_shapley(p: ArrayLike, v: ArrayLike, T_0: ArrayLike, length: ArrayLike) -> Array:
     """Mean viscous friction eta v / (h p) over a smooth contact of `length` (m), p (Pa).
 
-    The mean of 1 / (c sqrt(x)) is 2 / (c sqrt(length)). No squeeze-out: a lower bound.
+    The mean of 1 / (c sqrt(x)) is 2 / (c sqrt(length)). Full contact, no squeeze-out.
     """
     p, v, length = _arrays(p, v, length)
     mean_inverse = 2.0 / hayhoe_shapley_film(*hayhoe_shapley_coefficients(v, T_0), length)
