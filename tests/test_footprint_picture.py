@@ -57,6 +57,17 @@ def test_colour_round_trip_by_name_and_by_legend(tmp_path, colormap, suffix, pix
         assert np.median(found.distance[TRUTH.contact]) < 0.02
 
 
+@pytest.mark.parametrize("colormap", COLORMAPS)
+def test_smoothed_edges_keep_area_and_pressure(tmp_path, colormap):
+    fine = Tread().footprint((4 * SHAPE[0], 4 * SHAPE[1]))
+    picture, _ = coloured_picture(fine, HIGH, colormap)
+    body = Image.fromarray(picture[:, : fine.pressure.shape[1]])
+    body.resize(SHAPE[::-1], Image.Resampling.BOX).save(tmp_path / "smooth.png")
+    found = read(tmp_path / "smooth.png", colormap=colormap).pressure_map
+    assert found.contact_area == pytest.approx(fine.contact_area, rel=0.01)
+    assert found.mean_pressure == pytest.approx(fine.mean_pressure, rel=0.01)
+
+
 def test_pressure_is_pmin_plus_grey_share_of_the_range():
     value = np.array([[0.0, 51.0, 255.0]]) / 255.0
     found = pressure_from_values(value, 1e5, 6e5, 1e5, (0.3, 0.1))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import NamedTuple
 
@@ -31,7 +32,8 @@ def read_picture(path: Path | str) -> Picture:
     Transparent pixels become white. Raises SceneError if it is not a readable PNG, JPEG or TIFF.
     """
     try:
-        with Image.open(path, formats=FORMATS) as image:
+        with warnings.catch_warnings(action="ignore"), Image.open(path, formats=FORMATS) as image:
+            # Warnings are of damage that leaves a readable picture.
             if image.mode.startswith("I"):
                 grey = np.asarray(image, dtype=float) * (255.0 / 65535.0)
                 image = Image.fromarray(np.rint(np.clip(grey, 0.0, 255.0)).astype(np.uint8))
