@@ -137,11 +137,8 @@ def _cross(
     Each line takes equal steps, no longer than its `dt` (s), that end with the pixel, and repeats
     a step whose estimated error is too large.
     """
-    state, dt, left = (
-        InterfaceState(*(part.copy() for part in state)),
-        dt.copy(),
-        0.0 * dt + passing,
-    )
+    state, dt = InterfaceState(*(part.copy() for part in state)), dt.copy()
+    left = np.full_like(dt, passing)
     result = FilmMap.empty(dt.shape)
     here = np.arange(dt.size)
     while here.size:
@@ -155,7 +152,10 @@ def _cross(
         dt[here] = trial * step_factor(error, METHOD.estimate_order)
         good = error <= 1.0
         if not good.all() and dt[here].min() < SHORTEST * passing:
-            raise SimulationStopped("the film below the footprint cannot be advanced any further")
+            raise SimulationStopped(
+                "the film below the footprint cannot be advanced: even steps of "
+                f"{dt[here].min():.1g} s miss the tolerance"
+            )
         done = here[good]
         for whole, new in zip(state, step.state, strict=True):
             whole[..., done] = new[..., good]
