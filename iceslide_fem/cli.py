@@ -1,19 +1,21 @@
-"""The command line: `iceslide run`, `info` and `view`, alone or under mpirun."""
+"""The command line: `iceslide run`, `info`, `view` and `footprint`, alone or under mpirun."""
 
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 import sys
 import time
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
 from iceslide_fem.errors import IceslideError, SceneError
+from iceslide_fem.footprint.options import footprint
 
 if TYPE_CHECKING:
     from iceslide_fem.scene import Scene
@@ -125,6 +127,20 @@ def view(
 
     for picture in make_pictures(directory, animate):
         typer.echo(str(picture))
+
+
+def _on_one_process(command: Callable[..., None]) -> Callable[..., None]:
+    """The command for rank 0; the others have nothing to do."""
+
+    @functools.wraps(command)
+    def alone(*args: Any, **options: Any) -> None:
+        if _rank() == 0:
+            command(*args, **options)
+
+    return alone
+
+
+app.command()(_on_one_process(footprint))
 
 
 def main(argv: Sequence[str] | None = None) -> NoReturn:

@@ -1,0 +1,126 @@
+"""From the footprint to finite element scenes: its tread blocks, and those that stand for all."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import find_objects, label
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.footprint.film_map import Ride
+from iceslide_fem.footprint.pressure_map import PressureMap
+from iceslide_fem.materials import BAR, MELTING_TEMPERATURE
+from iceslide_fem.scene import scene_from_dict
+
+# Smaller patches are noise, not blocks: share of the mean area of all patches.
+SMALL = 0.05
+TRANSITS = 1.5  # how many times its own length a block of a scene slides: then it is steady
+
+
+class Block(NamedTuple):
+    """A connected patch of contact; SI units.
+
+    x, y: centre of its load (m); length: along x, width: its area over the length (m);
+    pressure: mean (Pa); load (N).
+    """
+
+    x: float
+    y: float
+    length: float
+    width: float
+    pressure: float
+    load: float
+
+
+def tread_blocks(footprint: PressureMap) -> list[Block]:
+    """The patches of contact that touch at sides or corners, in the order of their pressure."""
+    labels, _ = label(footprint.contact, np.ones((3, 3)))
+    blocks = []
+    for number, (rows, columns) in enumerate(find_objects(labels), start=1):
+        pressure = np.where(labels[rows, columns] == number, footprint.pressure[rows, columns], 0.0)
+        area = footprint.pixel_area * np.count_nonzero(pressure)
+        length = footprint.dx * pressure.shape[1]
+        total = pressure.sum()
+        blocks.append(
+            Block(
+                x=float(pressure.sum(axis=0) @ footprint.x[columns] / total),
+                y=float(pressure.sum(axis=1) @ footprint.y[rows] / total),
+                length=length,
+                width=area / length,
+                pressure=float(total) * footprint.pixel_area / area,
+                load=float(total) * footprint.pixel_area,
+            )
+        )
+    mean_area = float(np.mean([block.length * block.width for block in blocks]))
+    large = [block for block in blocks if block.length * block.width >= SMALL * mean_area]
+    return sorted(large, key=lambda block: block.pressure)
+
+
+def representative(blocks: list[Block], count: int) -> list[tuple[Block, float]]:
+    """`count` blocks, each with the share of the load that it stands for.
+
+    The blocks, in the order of their pressure, are cut into groups of about equal load; of every
+    group the block is taken whose pressure and length are closest to the group's means weighted
+    with load. Raises SceneError if there are fewer blocks.
+    """
+    if count > len(blocks):
+        raise SceneError(f"--scenes {count} is more than the {len(blocks)} blocks of the footprint")
+    loads = np.array([block.load for block in blocks])
+    middles = np.cumsum(loads) - 0.5 * loads
+    # At least one block in each group.
+    bounds = np.searchsorted(middles, loads.sum() * np.arange(count + 1) / count)
+    for i in range(1, count):
+        bounds[i] = min(max(bounds[i], bounds[i - 1] + 1), len(blocks) - count + i)
+    chosen = []
+    for first, last in zip(bounds[:-1], bounds[1:], strict=True):
+        features = np.array([(block.pressure, block.length) for block in blocks[first:last]])
+        mean = np.average(features, axis=0, weights=loads[first:last])
+        nearest = int(np.argmin((((features - mean) / mean) ** 2).sum(axis=1)))
+        chosen.append((blocks[first + nearest], float(loads[first:last].sum() / loads.sum())))
+    return chosen
+
+
+def scene_text(
+    name: str, block: Block, share: float, ride: Ride, compound: str, tread_height: float
+) -> str:
+    """The scene file of a block that meets fresh ice, checked: SceneError if it is not valid.
+
+    Length, width (m), pressure and place are the block's; it is `tread_height` (m) tall and
+    slides over 1.5 times its length on passing ice, so that its film is steady.
+    """
+    duration = TRANSITS * block.length / ride.sliding_speed
+    text = f"""\
+# A tread block of a footprint, on fresh ice. Its load of {block.load:.1f} N is centred
+# {1e3 * block.x:.1f} mm from the left and {1e3 * block.y:.1f} mm from the lower edge of the map.
+# It stands for {share:.1%} of the whole load. model = "block" computes it in 3-D.
+name = {json.dumps(name)}
+model = "slice"
+
+[rubber]
+compound = {json.dumps(compound)}
+length = "{1e3 * block.length:.4g} mm"
+width = "{1e3 * block.width:.4g} mm"
+height = "{1e3 * tread_height:.4g} mm"
+
+[load]
+pressure = "{block.pressure / BAR:.5g} bar"
+speed = "{ride.sliding_speed:.6g} m/s"
+duration = "{1e3 * duration:.5g} ms"
+
+[ice]
+temperature = "{ride.temperature - MELTING_TEMPERATURE:.6g} degC"
+motion = "sliding"
+heat = "column"
+
+[film]
+carrier = "ice"
+initial_height = "{1e9 * ride.initial_height:.6g} nm"
+
+[numerics]
+tolerance = 1e-2
+"""
+    scene_from_dict(tomllib.loads(text))
+    return text

@@ -1,0 +1,137 @@
+"""What `iceslide footprint` is asked for: validated like a scene, by the names of its options."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
+
+from iceslide_fem.errors import SceneError, first_sentence
+from iceslide_fem.footprint.film_map import Ride
+from iceslide_fem.footprint.image import Box
+from iceslide_fem.materials import BAR, CONTACT_TABLES
+from iceslide_fem.units import Quantity
+
+THRESHOLD = 0.05  # of the range of pressures
+
+
+def _option(name: str) -> str:
+    """How the command calls a key: errors name what a person typed."""
+    return "IMAGE" if name == "image" else "--" + name.replace("_", "-")
+
+
+def _number(value: Any) -> Any:
+    """A number typed without a unit, which is in SI; everything else as it is."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return value
+
+
+def _box(value: Any) -> Any:
+    """LEFT,TOP,RIGHT,BOTTOM as four integers."""
+    if not isinstance(value, str):
+        return value
+    parts = value.split(",")
+    if len(parts) != 4 or not all(part.strip().lstrip("-").isdigit() for part in parts):
+        raise ValueError(f'the box "{value}" is not LEFT,TOP,RIGHT,BOTTOM in whole pixels')
+    return Box(*(int(part) for part in parts))
+
+
+Number = BeforeValidator(_number)
+Length = Annotated[float, Quantity("m", "1 mm", "5 m"), Number]
+Pressure = Annotated[float, Quantity("Pa", "0 bar", "100 bar"), Number]
+PixelBox = Annotated[Box, BeforeValidator(_box)]
+
+
+class FootprintCase(BaseModel):
+    """A footprint and how it slides; SI units. Its keys are the options of the command.
+
+    length, width: of the picture after rotation and cropping, along and across the direction of
+    travel (m). min_pressure and max_pressure: ends of the colour scale (Pa). rotation: degrees
+    counter-clockwise, to turn the direction of travel to the right. slip, of film and moving
+    source: 1 is a locked wheel. thesis_slip and thesis_time (s) enter (3.2) and (3.3) alone.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", alias_generator=_option)
+
+    image: Path
+    length: Length
+    width: Length
+    max_pressure: Pressure
+    min_pressure: Pressure = 0.0
+    threshold: Pressure | None = None
+    colormap: str | None = None
+    legend: PixelBox | None = None
+    background: str = "white"
+    rotation: Annotated[float, Quantity("", "-360", "360"), Number] = 0.0
+    crop: PixelBox | None = None
+    load: Annotated[float, Quantity("N", "1 N", "1e6 N"), Number] | None = None
+    speed: Annotated[float, Quantity("m/s", "0.001 m/s", "100 m/s"), Number] = 3.0
+    slip: Annotated[float, Quantity("", "1e-6", "1"), Number] = 1.0
+    temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC"), Number] = 269.15
+    compound: str = "B"
+    static_friction: Annotated[float, Quantity("", "0.001", "2"), Number] = 0.1
+    depth: Annotated[float, Quantity("m", "1 um", "1 m"), Number] = 1e-4
+    thesis_slip: Annotated[float, Quantity("", "1e-9", "1"), Number] = 1e-5
+    thesis_time: Annotated[float, Quantity("s", "1 us", "1000 s"), Number] = 1.0
+    tolerance: Annotated[float, Quantity("", "1e-6", "0.1"), Number] = 1e-2
+    scenes: Annotated[int, Field(ge=0, le=1000)] = 0
+    tread_height: Length = 8e-3
+
+    @field_validator("compound")
+    @classmethod
+    def _has_contact_parameters(cls, compound: str) -> str:
+        if compound not in CONTACT_TABLES:
+            allowed = ", ".join(f'"{name}"' for name in CONTACT_TABLES)
+            raise ValueError(
+                f'--compound "{compound}" has no published contact parameters; allowed: {allowed}'
+            )
+        return compound
+
+    @model_validator(mode="after")
+    def _no_contradiction(self) -> Self:
+        low, high = self.min_pressure, self.max_pressure
+        if high <= low:
+            raise ValueError(
+                f"--max-pressure ({high / BAR:g} bar) is not above --min-pressure "
+                f"({low / BAR:g} bar)"
+            )
+        if self.threshold is not None and not low <= self.threshold < high:
+            raise ValueError(
+                f"--threshold ({self.threshold / BAR:g} bar) is not between --min-pressure "
+                f"({low / BAR:g} bar) and --max-pressure ({high / BAR:g} bar)"
+            )
+        if self.colormap is not None and self.legend is not None:
+            raise ValueError("--colormap and --legend contradict each other; give one of them")
+        return self
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> FootprintCase:
+        """Validate values by the names above; raises SceneError with one sentence."""
+        try:
+            return cls.model_validate({_option(name): value for name, value in values.items()})
+        except ValidationError as error:
+            raise SceneError(first_sentence(error, list(map(_option, cls.model_fields)))) from None
+
+    @property
+    def lowest_pressure(self) -> float:
+        """The threshold of contact (Pa): as given, else 5 % of the range above its low end."""
+        if self.threshold is not None:
+            return self.threshold
+        return self.min_pressure + THRESHOLD * (self.max_pressure - self.min_pressure)
+
+    @property
+    def ride(self) -> Ride:
+        """How the ice passes: V and V S."""
+        return Ride(self.speed, self.slip * self.speed, self.temperature)

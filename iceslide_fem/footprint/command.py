@@ -1,0 +1,121 @@
+"""What `iceslide footprint` does: read, compute, write; and its figures on the screen."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.footprint.blocks import representative, scene_text, tread_blocks
+from iceslide_fem.footprint.case import FootprintCase
+from iceslide_fem.footprint.comparison import friction_curves
+from iceslide_fem.footprint.figures import draw_comparison, draw_maps
+from iceslide_fem.footprint.survey import ReadFootprint, Survey, read_footprint, summary, survey
+from iceslide_fem.materials import BAR, MELTING_TEMPERATURE
+
+
+def run(values: Mapping[str, Any], out: Path) -> dict[str, Any]:
+    """Survey the footprint that `values` describe (see `FootprintCase`) and write it to `out`.
+
+    Writes summary.json, footprint.vti, pressure.png, temperature.png, wet_dry.png, mu.png,
+    thesis.png, comparison.png and scenes/*.toml; returns the summary. Raises SceneError, before
+    anything is written, if the input is wrong.
+    """
+    begun = time.perf_counter()
+    case = FootprintCase.of(values)
+    existing = next(path for path in (out, *out.absolute().parents) if path.exists())
+    if not existing.is_dir() or not os.access(existing, os.W_OK):
+        raise SceneError(f"cannot write to {out}: {existing} is not a directory one may write to")
+    read = read_footprint(case)
+    scenes = _scenes(case, read)
+    result = survey(case, read)
+    curves = friction_curves(read.pressure_map, case)
+    out.mkdir(parents=True, exist_ok=True)
+    image_data(result).save(out / "footprint.vti")
+    draw_maps(result, out)
+    draw_comparison(curves, result, out)
+    if scenes:
+        (out / "scenes").mkdir(exist_ok=True)
+    for name, text in scenes.items():
+        (out / "scenes" / f"{name}.toml").write_text(text, encoding="utf-8")
+    figures = summary(result) | {"wall_s": time.perf_counter() - begun}
+    (out / "summary.json").write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
+    return figures
+
+
+def image_data(result: Survey) -> pv.ImageData:
+    """All maps as cell data of a grid of pixels in the plane z = 0, sizes in m."""
+    footprint, film = result.read.pressure_map, result.film
+    rows, columns = footprint.pressure.shape
+    grid = pv.ImageData(
+        dimensions=(columns + 1, rows + 1, 1), spacing=(footprint.dx, footprint.dy, 1.0)
+    )
+    maps: dict[str, NDArray[Any]] = {
+        "pressure (Pa)": footprint.pressure,
+        "contact": footprint.contact.astype(np.uint8),
+        "distance to the colour bar": result.read.distance,
+        "surface temperature (degC)": film.temperature - MELTING_TEMPERATURE,
+        "film height (m)": film.height,
+        "squeezed-out height (m)": film.squeezed,
+        "shear stress (Pa)": film.shear,
+        "mu": film.friction(footprint),
+        "melting": film.melting.astype(np.uint8),
+        "saturated": film.saturated.astype(np.uint8),
+        "state (0 none, 1 dry, 2 mixed, 3 wet)": result.state,
+        "rise by (3.3) (K)": result.thesis.rise,
+        "mu by (4.7) to (4.9), (3.3)": result.thesis.mu,
+        "rise by the moving source (K)": result.moving.rise,
+        "mu by (4.7) to (4.9), moving source": result.moving.mu,
+    }
+    for name, values in maps.items():
+        grid.cell_data[name] = values.ravel()
+    return grid
+
+
+def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """The main figures as names and readable values."""
+    footprint, film, colours = figures["footprint"], figures["film"], figures["colours"]
+    rows = [
+        ("pixels", " x ".join(str(count) for count in footprint["pixels"])),
+        (
+            "pixel size",
+            " x ".join(f"{1e3 * size:.3g}" for size in footprint["pixel_size_m"]) + " mm",
+        ),
+        ("contact area", f"{1e4 * footprint['contact_area_m2']:.4g} cm2"),
+        ("net / gross", f"{footprint['net_to_gross']:.3f}"),
+        ("mean pressure", f"{footprint['mean_pressure_Pa'] / BAR:.4g} bar"),
+        ("largest pressure", f"{footprint['max_pressure_Pa'] / BAR:.4g} bar"),
+        ("load", f"{footprint['load_N']:.5g} N (pressures times {footprint['load_factor']:.4g})"),
+        ("distance to the colour bar", f"median {colours['median_distance']:.3f}"),
+        ("mean mu, film law", f"{film['mu_mean']:.4f}"),
+        ("melting, saturated", f"{film['melting_share']:.1%}, {film['saturated_share']:.1%}"),
+        ("outside the compound's table", f"{film['outside_table_share']:.1%} of the contact area"),
+    ]
+    for key, name in (("thesis", "(3.3) as printed"), ("moving_source", "moving source")):
+        model = figures[key]
+        rows.append((f"peak rise, {name}", f"{model['peak_rise_K']:.4g} K"))
+        rows.append(
+            (f"mu, {name}", f"{model['mu_map_mean']:.4g}, balance {model['mu_balance']:.4g}")
+        )
+    return [*rows, ("seconds", f"{figures['wall_s']:.1f}")]
+
+
+def _scenes(case: FootprintCase, read: ReadFootprint) -> dict[str, str]:
+    """Name and text of the scene of every representative block."""
+    if not case.scenes:
+        return {}
+    chosen = representative(tread_blocks(read.pressure_map), case.scenes)
+    return {
+        f"block_{number:02d}": scene_text(
+            f"block_{number:02d}", block, share, case.ride, case.compound, case.tread_height
+        )
+        for number, (block, share) in enumerate(chosen, start=1)
+    }

@@ -1,0 +1,63 @@
+"""Mean friction of a footprint over the temperature of the ice, beside formulas of chapter 2."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.footprint.case import FootprintCase
+from iceslide_fem.footprint.empirical import hayhoe_shapley, navin, peng_rectangle
+from iceslide_fem.footprint.film_map import film_map
+from iceslide_fem.footprint.jaeger import friction_flux
+from iceslide_fem.footprint.pressure_map import PressureMap
+from iceslide_fem.materials import (
+    CONTACT_TABLES,
+    ICE_EFFUSIVITY,
+    MELTING_TEMPERATURE,
+    WATER_VISCOSITY,
+    Array,
+)
+
+TEMPERATURES = MELTING_TEMPERATURE - np.array([20.0, 15.0, 10.0, 7.0, 5.0, 4.0, 3.0, 2.0, 1.0, 0.5])
+LINES = 40  # of the footprint that stand for all
+
+
+class Curves(NamedTuple):
+    """Mean mu over the ice's temperature (K), arrays of one shape."""
+
+    temperature: Array
+    film: Array
+    navin: Array
+    hayhoe: Array
+    peng: Array
+
+
+def friction_curves(footprint: PressureMap, case: FootprintCase) -> Curves:
+    """Mean friction at `TEMPERATURES`: the film law under every n-th line, and the formulas.
+
+    The formulas see one contact with the footprint's mean pressure; it is as long as the area in
+    contact on the lines that touch is on average. Peng's wet area begins where the moving source
+    with static friction reaches T_m; its film is that of Hayhoe and Shapley.
+    """
+    lines = np.flatnonzero(footprint.contact.any(axis=1))
+    some = lines[:: max(1, lines.size // LINES)]
+    pressure = np.tile(footprint.pressure[some], (TEMPERATURES.size, 1))
+    part = replace(footprint, pressure=pressure)
+    ride = case.ride._replace(temperature=np.repeat(TEMPERATURES, some.size))
+    film = film_map(part, ride, CONTACT_TABLES[case.compound], case.tolerance)
+    force = film.shear.reshape(TEMPERATURES.size, -1).sum(axis=1)
+    mu = force / footprint.pressure[some].sum()
+    p, v = footprint.mean_pressure, case.ride.sliding_speed
+    length = footprint.contact[lines].sum(axis=1).mean() * footprint.dx
+    hayhoe = hayhoe_shapley(p, v, TEMPERATURES, length)
+    # Under the flux q a half-space rises by 2 q sqrt(t / pi) / e.
+    q = friction_flux(case.static_friction, p, case.speed, case.slip)
+    undercooling = MELTING_TEMPERATURE - TEMPERATURES
+    onset = np.pi * (undercooling * ICE_EFFUSIVITY / (2.0 * q)) ** 2 * case.speed
+    wet = np.maximum(length - onset, 1e-9)
+    height = WATER_VISCOSITY * v / (p * hayhoe_shapley(p, v, TEMPERATURES, wet))
+    peng = peng_rectangle(v, height, p, wet, length, case.static_friction)
+    celsius = TEMPERATURES - MELTING_TEMPERATURE
+    return Curves(TEMPERATURES, mu, navin(celsius), hayhoe, peng)

@@ -1,0 +1,176 @@
+"""The film law under every pixel: ice points pass below the footprint and carry their films.
+
+An ice point comes in at the leading edge (the last column) with film h0 and cold ice, and sees
+the pressure of one pixel after the other, each for dx / V. All lines advance together, every line
+with steps of its own; film, squeezed-out water and warmth stay with the ice, also across gaps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.film import FilmLoads, film_loads
+from iceslide_fem.footprint.pressure_map import PressureMap
+from iceslide_fem.heat import Column
+from iceslide_fem.integrators import INTEGRATORS, InterfaceState, advance, error_norms
+from iceslide_fem.materials import (
+    MELTING_TEMPERATURE,
+    Array,
+    ConstantContact,
+    ContactTable,
+    Index,
+    Mask,
+)
+from iceslide_fem.timestep import step_factor
+
+METHOD = INTEGRATORS["sdirk2"]
+# Lines that advance together: their columns of ice stay in the processor's cache.
+LINES = 2048
+# Relative to a pixel's time: the shortest step, and what is left over to rounding.
+SHORTEST, SLACK = 1e-9, 1e-6
+
+
+class Ride(NamedTuple):
+    """How ice passes the footprint: V and the sliding speed V S (m/s), T_0 (K), h0 (m).
+
+    T_0 may be an array (ny,), one temperature for each line.
+    """
+
+    speed: float
+    sliding_speed: float
+    temperature: float | Array
+    initial_height: float = 70e-9
+
+
+class FilmMap(NamedTuple):
+    """Film and friction per pixel, arrays (ny, nx).
+
+    shear: mean of tau over the pixel (Pa). When the ice leaves the pixel: height: h (m); squeezed:
+    H_s (m); temperature: of the ice surface (K); melting, saturated: which switches are on.
+    friction_work, ice_heat, latent_heat: J/m2 per pixel passed.
+    """
+
+    shear: Array
+    height: Array
+    squeezed: Array
+    temperature: Array
+    melting: Mask
+    saturated: Mask
+    friction_work: Array
+    ice_heat: Array
+    latent_heat: Array
+
+    @classmethod
+    def empty(cls, shape: tuple[int, ...]) -> FilmMap:
+        """Room for a map of that shape."""
+        switches = ("melting", "saturated")
+        return cls(*(np.zeros(shape, dtype=bool if f in switches else float) for f in cls._fields))
+
+    def friction(self, footprint: PressureMap) -> Array:
+        """mu per pixel, tau / p (5.30); 0 where there is no contact."""
+        pressure = footprint.pressure
+        return np.divide(self.shear, pressure, out=np.zeros_like(pressure), where=pressure > 0.0)
+
+    def mean_friction(self, footprint: PressureMap) -> float:
+        """Friction force over load of the whole footprint."""
+        return float(self.shear.sum() / footprint.pressure.sum())
+
+
+def film_map(
+    footprint: PressureMap,
+    ride: Ride,
+    contact_of: ContactTable | ConstantContact,
+    tolerance: float = 1e-2,
+) -> FilmMap:
+    """Film, temperature and friction at every pixel of the footprint.
+
+    `contact_of` gives k, D and H_V of the local pressure; `tolerance` is the relative error of
+    mu aimed at. Raises SimulationStopped where a step cannot be made.
+    """
+    result = FilmMap.empty(footprint.pressure.shape)
+    temperature = np.broadcast_to(ride.temperature, len(footprint.pressure))
+    for first in range(0, len(footprint.pressure), LINES):
+        lines = slice(first, first + LINES)
+        pressure, part = footprint.pressure[lines], ride._replace(temperature=temperature[lines])
+        passing = footprint.dx / ride.speed
+        for column, values in _pass(pressure, passing, part, contact_of, tolerance):
+            for field, value in zip(result, values, strict=True):
+                field[lines, column] = value
+    return result
+
+
+def _pass(
+    pressure: Array,
+    passing: float,
+    ride: Ride,
+    contact_of: ContactTable | ConstantContact,
+    tolerance: float,
+) -> Iterator[tuple[int, FilmMap]]:
+    """Columns of pixels from the leading to the trailing edge, with their part of the map."""
+    lines, columns = pressure.shape
+    ice = Column(ride.temperature, columns * passing)
+    height, sliding = np.full(lines, ride.initial_height), np.full(lines, ride.sliding_speed)
+    state = InterfaceState(np.log(height), np.zeros(lines), ice.initial(lines))
+    dt = np.full(lines, passing)
+    for column in range(columns - 1, -1, -1):
+        p = np.ascontiguousarray(pressure[:, column])
+        k, D, H_V, _ = contact_of(p)
+        loads = film_loads(p, sliding, np.where(p > 0.0, k, 0.0), D, H_V)
+        state, dt, values = _cross(state, dt, loads, passing, ice, tolerance)
+        yield column, values
+
+
+def _cross(
+    state: InterfaceState,
+    dt: Array,
+    loads: FilmLoads,
+    passing: float,
+    ice: Column,
+    tolerance: float,
+) -> tuple[InterfaceState, Array, FilmMap]:
+    """Advance all lines across one pixel: new state, steps for the next pixel, the pixel's map.
+
+    Each line takes equal steps, no longer than its `dt` (s), that end with the pixel, and repeats
+    a step whose estimated error is too large.
+    """
+    state, dt = InterfaceState(*(part.copy() for part in state)), dt.copy()
+    left = np.full_like(dt, passing)
+    result = FilmMap.empty(dt.shape)
+    here = np.arange(dt.size)
+    while here.size:
+        start, load = _at(state, here), FilmLoads(*(part[here] for part in loads))
+        trial = left[here] / np.ceil(left[here] / dt[here] - SLACK)
+        below = ice.take(here)
+        step = advance(start, load, load, trial, below, METHOD)
+        undercooling = MELTING_TEMPERATURE - below.temperature
+        error = error_norms(step, below, start, load.free_height, undercooling)
+        error /= METHOD.share * tolerance
+        dt[here] = trial * step_factor(error, METHOD.estimate_order)
+        good = error <= 1.0
+        if not good.all() and dt[here].min() < SHORTEST * passing:
+            raise SimulationStopped(
+                "the film below the footprint cannot be advanced: even steps of "
+                f"{dt[here].min():.1g} s miss the tolerance"
+            )
+        done = here[good]
+        for whole, new in zip(state, step.state, strict=True):
+            whole[..., done] = new[..., good]
+        left[done] -= trial[good]
+        result.shear[done] += (trial * load.viscous * step.mean_inverse_height)[good] / passing
+        for name in ("friction_work", "ice_heat", "latent_heat"):
+            getattr(result, name)[done] += getattr(step, name)[good]
+        result.melting[done] = step.last.melting[good]
+        result.saturated[done] = step.last.saturated[good]
+        here = here[left[here] > SLACK * passing]
+    result.height[:], result.squeezed[:] = np.exp(state.log_height), state.squeezed_height
+    result.temperature[:] = ice.surface_temperature(state.ice)
+    result.temperature[result.melting] = MELTING_TEMPERATURE  # rounding apart, it has that
+    return state, dt, result
+
+
+def _at(state: InterfaceState, index: Index) -> InterfaceState:
+    return InterfaceState(*(part[..., index] for part in state))

@@ -1,0 +1,77 @@
+"""The options of `iceslide footprint`; nothing heavy is imported before they are read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def _option(metavar: str, text: str, default: str = "") -> Any:
+    """An option whose value is checked later, by `FootprintCase`, with all others."""
+    shown = f" [dim]\\[default: {default}][/dim]" if default else ""
+    return typer.Option(metavar=metavar, help=text + shown, show_default=False)
+
+
+Text = str | None
+
+
+def footprint(
+    image: Annotated[
+        Path, typer.Argument(metavar="IMAGE", help="PNG, JPEG or TIFF.", show_default=False)
+    ],
+    length: Annotated[Text, _option("M", "Size along the direction of travel: 180mm.")] = None,
+    width: Annotated[Text, _option("M", "Size across it; both of the cropped picture.")] = None,
+    max_pressure: Annotated[Text, _option("PA", "High end of the scale: 5bar.")] = None,
+    min_pressure: Annotated[Text, _option("PA", "Low end of the scale.", "0bar")] = None,
+    threshold: Annotated[
+        Text, _option("PA", "No contact up to here.", "5 % of the scale above its low end")
+    ] = None,
+    colormap: Annotated[Text, _option("NAME", "A colour map of matplotlib; else grey.")] = None,
+    legend: Annotated[
+        Text, _option("L,T,R,B", "Box of the colour bar in the picture, in pixels.")
+    ] = None,
+    background: Annotated[
+        Text, _option("COLOUR", "Colour of no contact beside the bar, or none.", "white")
+    ] = None,
+    rotation: Annotated[
+        Text, _option("DEG", "Counter-clockwise, to turn the direction of travel to the right.")
+    ] = None,
+    crop: Annotated[
+        Text, _option("L,T,R,B", "Box of the footprint after rotation, in pixels.")
+    ] = None,
+    load: Annotated[Text, _option("N", "Wheel load to scale the pressures to: 3kN.")] = None,
+    speed: Annotated[Text, _option("M/S", "Speed of the vehicle.", "3m/s")] = None,
+    slip: Annotated[
+        Text, _option("S", "Slip ratio of film and moving source.", "1, a locked wheel")
+    ] = None,
+    temperature: Annotated[Text, _option("T", "Temperature of the ice.", "-4degC")] = None,
+    compound: Annotated[Text, _option("NAME", "Rubber compound.", "B")] = None,
+    static_friction: Annotated[Text, _option("MU", "mu_st of (3.2).", "0.1")] = None,
+    depth: Annotated[Text, _option("M", "Depth d of (3.5) to (3.7).", "0.1mm")] = None,
+    thesis_slip: Annotated[Text, _option("S", "Slip in (3.2) for (3.3) alone.", "1e-5")] = None,
+    thesis_time: Annotated[Text, _option("S", "Time t in (3.3).", "1s")] = None,
+    tolerance: Annotated[Text, _option("X", "Relative error of the film's mu.", "1e-2")] = None,
+    scenes: Annotated[Text, _option("N", "Write scenes of N representative blocks.", "0")] = None,
+    tread_height: Annotated[Text, _option("M", "Height of their blocks.", "8mm")] = None,
+    out: Annotated[
+        Path | None, _option("DIR", "Where to write; else results/<name of the picture>.")
+    ] = None,
+) -> None:
+    """Temperature, water film and friction under a tyre, from the picture of its footprint."""
+    values = {name: value for name, value in locals().items() if value is not None}
+    directory = values.pop("out", Path("results") / image.stem)
+
+    from rich.console import Console
+    from rich.table import Table
+
+    from iceslide_fem.footprint.command import lines, run
+
+    figures = run(values, directory)
+    table = Table(show_header=False)
+    for name, value in lines(figures):
+        table.add_row(name, value)
+    Console().print(table)
+    for path in sorted(path for path in directory.rglob("*") if path.is_file()):
+        typer.echo(str(path))

@@ -1,0 +1,198 @@
+"""All of a footprint: pressure from its picture, both heat models, the film, the thesis's mu."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iceslide_fem.footprint.balance import (
+    HeatBalance,
+    Sliding,
+    State,
+    classify,
+    friction_map,
+    heat_balance,
+)
+from iceslide_fem.footprint.case import FootprintCase
+from iceslide_fem.footprint.colours import (
+    FAR,
+    Reading,
+    legend_bar,
+    named_bar,
+    read_colours,
+    read_grey,
+)
+from iceslide_fem.footprint.film_map import FilmMap, film_map
+from iceslide_fem.footprint.image import colour, cut, read_picture, rotate
+from iceslide_fem.footprint.jaeger import (
+    TABLE_1_ICE,
+    friction_flux,
+    moving_source_rise,
+    next_pixel_rise,
+)
+from iceslide_fem.footprint.pressure_map import (
+    PressureMap,
+    gaussian_centre_line,
+    pressure_from_values,
+)
+from iceslide_fem.materials import CONTACT_TABLES, MELTING_TEMPERATURE, Array, Mask
+
+
+class ReadFootprint(NamedTuple):
+    """A pressure map and how well it was read.
+
+    distance: of every pixel's colour to the bar, (ny, nx), relative to the range of a channel;
+    unclear: pixels whose value is that of a neighbour; load_factor: by which a given load changed
+    all pressures.
+    """
+
+    pressure_map: PressureMap
+    distance: Array
+    unclear: Mask
+    load_factor: float
+
+
+class HeatModel(NamedTuple):
+    """Modules 2 and 3 for one heat model; maps (ny, nx).
+
+    rise: of the temperature (K); state: dry, mixed, wet; mu: (4.7) to (4.9); sliding: V and S of
+    the model; balance: (3.4) to (3.8).
+    """
+
+    rise: Array
+    state: NDArray[np.uint8]
+    mu: Array
+    sliding: Sliding
+    balance: HeatBalance
+
+
+class Survey(NamedTuple):
+    """Everything computed of a footprint: `thesis` by (3.3), `moving` by the moving source."""
+
+    case: FootprintCase
+    read: ReadFootprint
+    thesis: HeatModel
+    moving: HeatModel
+    film: FilmMap
+
+    @property
+    def state(self) -> NDArray[np.uint8]:
+        """Dry, mixed, wet by the surface temperature of the film model."""
+        footprint = self.read.pressure_map
+        return classify(self.film.temperature - MELTING_TEMPERATURE, footprint.contact)
+
+
+def read_footprint(case: FootprintCase) -> ReadFootprint:
+    """Module 1. Raises SceneError for everything that is wrong with the picture or its reading."""
+    picture = read_picture(case.image)
+    background = None if case.background == "none" else colour(case.background)
+    bar = None
+    if case.legend is not None:
+        bar = legend_bar(cut(picture, case.legend, "legend"))
+    elif case.colormap is not None:
+        bar = named_bar(case.colormap)
+    fill = (0, 0, 0) if bar is None else background or (255, 255, 255)
+    picture = rotate(picture, case.rotation, fill)
+    if case.crop is not None:
+        picture = cut(picture, case.crop, "crop")
+    reading: Reading = read_grey(picture) if bar is None else read_colours(picture, bar, background)
+    footprint = pressure_from_values(
+        reading.value,
+        case.min_pressure,
+        case.max_pressure,
+        case.lowest_pressure,
+        (case.length, case.width),
+    )
+    factor = 1.0
+    if case.load is not None:
+        footprint, factor = footprint.carrying(case.load)
+    return ReadFootprint(footprint, reading.distance[::-1], reading.unclear[::-1], factor)
+
+
+def survey(case: FootprintCase, read: ReadFootprint) -> Survey:
+    """Modules 2 and 3 by both heat models, and the film under every pixel."""
+    footprint = read.pressure_map
+    thesis_flux = friction_flux(
+        case.static_friction, footprint.pressure, case.speed, case.thesis_slip
+    )
+    thesis_rise = next_pixel_rise(thesis_flux, footprint.dx, case.thesis_time, TABLE_1_ICE)
+    flux = friction_flux(case.static_friction, footprint.pressure, case.speed, case.slip)
+    moving_rise = moving_source_rise(flux, footprint.dx, case.speed)
+    return Survey(
+        case,
+        read,
+        _heat_model(case, footprint, thesis_rise, case.thesis_slip),
+        _heat_model(case, footprint, moving_rise, case.slip),
+        film_map(footprint, case.ride, CONTACT_TABLES[case.compound], case.tolerance),
+    )
+
+
+def summary(result: Survey) -> dict[str, Any]:
+    """All figures of a survey, for summary.json; SI units as in the names."""
+    case, read, film = result.case, result.read, result.film
+    footprint, contact = read.pressure_map, read.pressure_map.contact
+    distance = read.distance[contact]
+    line = gaussian_centre_line(footprint)
+    outside = CONTACT_TABLES[case.compound].outside(footprint.pressure[contact])
+    return {
+        "footprint": footprint.summary()
+        | {
+            "load_factor": read.load_factor,
+            "gaussian_line": {"peak_Pa": line.peak, "centre_m": line.centre, "sigma_m": line.sigma},
+        },
+        "colours": {
+            "median_distance": float(np.median(distance)),
+            "p95_distance": float(np.percentile(distance, 95.0)),
+            "far_share": float((distance > FAR).mean()),
+            "unclear_share": float(read.unclear[contact].mean()),
+        },
+        "film": {
+            "mu_mean": film.mean_friction(footprint),
+            "mean_film_height_m": float(film.height[contact].mean()),
+            "mean_surface_temperature_C": float(
+                film.temperature[contact].mean() - MELTING_TEMPERATURE
+            ),
+            "melting_share": float(film.melting[contact].mean()),
+            "saturated_share": float(film.saturated[contact].mean()),
+            "outside_table_share": float(outside.mean()),
+        }
+        | _shares(result.state),
+        "thesis": _heat_summary(result.thesis, contact),
+        "moving_source": _heat_summary(result.moving, contact),
+        "case": case.model_dump(mode="json"),
+    }
+
+
+def _heat_model(case: FootprintCase, footprint: PressureMap, rise: Array, slip: float) -> HeatModel:
+    sliding = Sliding(footprint.mean_pressure, case.speed, slip)
+    state = classify(case.temperature - MELTING_TEMPERATURE + rise, footprint.contact)
+    return HeatModel(
+        rise,
+        state,
+        friction_map(state, rise, case.depth, sliding),
+        sliding,
+        heat_balance(state, rise, case.depth, footprint.pixel_area, sliding),
+    )
+
+
+def _heat_summary(model: HeatModel, contact: Mask) -> dict[str, Any]:
+    return {
+        "peak_rise_K": float(model.rise[contact].max()),
+        "mean_rise_K": float(model.rise[contact].mean()),
+        "mu_map_mean": float(model.mu[contact].mean()),
+        "mu_balance": model.balance.mu,
+        "heat_into_ice_W": model.balance.ice,
+        "heat_into_tread_W": model.balance.tread,
+        "heat_into_water_W": model.balance.water,
+    } | _shares(model.state)
+
+
+def _shares(state: NDArray[np.uint8]) -> dict[str, float]:
+    contact = np.count_nonzero(state)
+    states = (State.DRY, State.MIXED, State.WET)
+    return {
+        f"{each.name.lower()}_share": float(np.count_nonzero(state == each) / contact)
+        for each in states
+    }

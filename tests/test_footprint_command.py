@@ -1,0 +1,159 @@
+"""`iceslide footprint`: what it writes, and one sentence for everything that is wrong."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista as pv
+from PIL import Image
+
+from iceslide_fem.cli import main
+from iceslide_fem.footprint.synthetic import Tread, coloured_picture, grey_picture, save
+from iceslide_fem.scene import load_scene
+
+ROOT = Path(__file__).parent.parent
+SHAPE, HIGH = (84, 108), 4e5
+TRUTH = Tread(ribs=3, pitch=36e-3, sipe=4e-3).footprint(SHAPE)
+OPTIONS = ["--length", "0.18", "--width", "140 mm", "--max-pressure", "4bar"]
+MAPS = ("pressure", "temperature", "wet_dry", "mu", "thesis", "comparison")
+
+
+def iceslide(*arguments):
+    with pytest.raises(SystemExit) as caught:
+        main([str(argument) for argument in arguments])
+    return caught.value.code
+
+
+@pytest.fixture(scope="module")
+def surveyed(tmp_path_factory):
+    """A grey footprint at a given load, with scenes."""
+    folder = tmp_path_factory.mktemp("footprint")
+    picture = save(grey_picture(TRUTH, HIGH), folder / "grey.png")
+    out = folder / "out"
+    code = iceslide("footprint", picture, *OPTIONS, "--load", "3kN", "--scenes", 2, "--out", out)
+    assert code == 0
+    return out
+
+
+def test_pictures_of_all_maps_are_written(surveyed):
+    for name in MAPS:
+        with Image.open(surveyed / f"{name}.png") as image:
+            image.load()
+            assert min(image.size) > 500
+            assert np.ptp(np.asarray(image.convert("L"))) > 200
+
+
+def test_pyvista_opens_the_maps(surveyed):
+    grid = pv.read(surveyed / "footprint.vti")
+    assert grid.dimensions == (SHAPE[1] + 1, SHAPE[0] + 1, 1)
+    assert grid.bounds[1::2][:2] == pytest.approx((0.18, 0.14))
+    load = grid.cell_data["pressure (Pa)"].sum() * np.prod(grid.spacing[:2])
+    assert load == pytest.approx(3000.0)
+    contact = grid.cell_data["contact"] == 1
+    assert (grid.cell_data["mu"][contact] > 0.0).all()
+    assert (grid.cell_data["surface temperature (degC)"] <= 0.0).all()
+    assert set(np.unique(grid.cell_data["state (0 none, 1 dry, 2 mixed, 3 wet)"])) <= {0, 1, 2, 3}
+
+
+def test_summary_has_the_load_its_factor_and_the_means(surveyed):
+    figures = json.loads((surveyed / "summary.json").read_text())
+    footprint, film = figures["footprint"], figures["film"]
+    assert footprint["load_N"] == pytest.approx(3000.0)
+    assert footprint["load_factor"] == pytest.approx(3000.0 / TRUTH.load, rel=0.01)
+    assert footprint["contact_area_m2"] == pytest.approx(TRUTH.contact_area, rel=0.01)
+    assert 0.03 < film["mu_mean"] < 0.3
+    assert film["dry_share"] + film["mixed_share"] + film["wet_share"] == pytest.approx(1.0)
+    assert figures["moving_source"]["peak_rise_K"] > 4.0
+    grid = pv.read(surveyed / "footprint.vti")
+    shear, pressure = (grid.cell_data[name] for name in ("shear stress (Pa)", "pressure (Pa)"))
+    assert film["mu_mean"] == pytest.approx(shear.sum() / pressure.sum())
+
+
+def test_scenes_are_ready(surveyed):
+    scenes = [load_scene(path) for path in sorted((surveyed / "scenes").glob("*.toml"))]
+    assert [scene.name for scene in scenes] == ["block_01", "block_02"]
+    assert scenes[0].load.pressure < scenes[1].load.pressure
+    assert all(0.01 < scene.rubber.length < 0.06 for scene in scenes)
+    assert all(scene.ice.motion == "sliding" for scene in scenes)
+
+
+@pytest.mark.fe
+def test_a_scene_runs(surveyed, tmp_path):
+    pytest.importorskip("iceslide_fem._dolfinx")
+    scene = surveyed / "scenes" / "block_01.toml"
+    small = ["--set", "load.duration=0.3ms", "--set", "numerics.refinement=0.5"]
+    command = [sys.executable, "-m", "iceslide_fem.cli", "run", str(scene), *small]
+    subprocess.run([*command, "--out", str(tmp_path)], check=True, capture_output=True)
+    assert json.loads((tmp_path / "summary.json").read_text())["mu_end"] > 0.0
+
+
+def test_a_coloured_picture_gives_the_same_as_the_grey_one(surveyed, tmp_path):
+    picture, legend = coloured_picture(TRUTH, HIGH, "viridis")
+    path = save(picture, tmp_path / "coloured.png")
+    box = ",".join(str(edge) for edge in legend)
+    crop = f"0,0,{SHAPE[1]},{SHAPE[0]}"
+    reading = ["--legend", box, "--crop", crop, "--load", "3kN"]
+    assert iceslide("footprint", path, *OPTIONS, *reading, "--out", tmp_path / "out") == 0
+    grey, coloured = (
+        json.loads((out / "summary.json").read_text())["film"]["mu_mean"]
+        for out in (surveyed, tmp_path / "out")
+    )
+    assert coloured == pytest.approx(grey, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["nowhere.png", *OPTIONS], "cannot read the picture nowhere.png"),
+        (["grey.png", *OPTIONS[2:]], "--length is missing"),
+        (["grey.png", *OPTIONS, "--min-pressure", "5bar"], "is not above --min-pressure"),
+        (["grey.png", *OPTIONS, "--threshold", "3.99bar"], "no pixel is in contact"),
+        (["grey.png", *OPTIONS, "--legend", "0,0,999,9"], "is outside the picture"),
+        (["grey.png", *OPTIONS, "--colormap", "jet"], "are not those of the bar"),
+        (["grey.png", *OPTIONS, "--scenes", "999"], "is more than the"),
+        (["grey.png", *OPTIONS, "--slip", "1e-6", "--scenes", "1"], "load.duration"),
+        (["grey.png", *OPTIONS, "--out", "grey.png"], "is not a directory one may write to"),
+    ],
+)
+def test_wrong_input_is_a_sentence_and_exit_code_2(arguments, words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    save(grey_picture(TRUTH, HIGH), tmp_path / "grey.png")
+    assert iceslide("footprint", *arguments) == 2
+    said = capsys.readouterr()
+    assert words in said.err and said.err.startswith("iceslide: ") and said.err.count("\n") == 1
+    assert said.out == ""
+    assert [path.name for path in tmp_path.iterdir()] == ["grey.png"]
+
+
+def test_only_rank_0_works(tmp_path):
+    save(grey_picture(TRUTH, HIGH), tmp_path / "grey.png")
+    command = [sys.executable, "-m", "iceslide_fem.cli", "footprint", "grey.png", *OPTIONS]
+    environment = os.environ | {"OMPI_COMM_WORLD_RANK": "1"}
+    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    assert [path.name for path in tmp_path.iterdir()] == ["grey.png"]
+
+
+def test_no_part_of_the_package_loads_fenics_or_gmsh():
+    names = [path.stem for path in (ROOT / "iceslide_fem" / "footprint").glob("*.py")]
+    code = "import sys\n" + "".join(
+        f"import iceslide_fem.footprint.{name}\n" for name in names if name != "__init__"
+    )
+    code += (
+        "print([m for m in ('dolfinx', 'petsc4py', 'mpi4py', 'ufl', 'gmsh') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout.strip() == "[]", done.stderr
+
+
+def test_the_example_runs(tmp_path):
+    script = ROOT / "cases" / "footprint" / "synthetic_tread.py"
+    command = [sys.executable, str(script), "--pixels", "160", "--out", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "truth" in done.stdout
+    assert len(list((tmp_path / "scenes").glob("*.toml"))) == 3

@@ -1,0 +1,156 @@
+"""The film under every pixel: against the point rung, across gaps, line by line."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+from iceslide_fem import point
+from iceslide_fem.errors import SceneError
+from iceslide_fem.footprint import film_map as module
+from iceslide_fem.footprint.blocks import representative, scene_text, tread_blocks
+from iceslide_fem.footprint.film_map import Ride, film_map
+from iceslide_fem.footprint.pressure_map import PressureMap
+from iceslide_fem.footprint.synthetic import Tread
+from iceslide_fem.materials import (
+    CONTACT_TABLES,
+    MELTING_ENTHALPY,
+    MELTING_TEMPERATURE,
+    WATER_VISCOSITY,
+)
+from iceslide_fem.scene import scene_from_dict
+
+B = CONTACT_TABLES["B"]
+LOCKED = Ride(4.0, 4.0, 269.15)
+
+
+def strip(pressure, pixels=80, length=20e-3):
+    """Lines of uniform pressure (one for each value)."""
+    return PressureMap(np.tile(pressure, (pixels, 1)).T.copy(), length / pixels, 1e-3)
+
+
+def test_uniform_lines_are_the_point_rung_in_time_of_contact():
+    pressures = np.array([1e5, 2e5, 5e5])
+    footprint = strip(pressures)
+    passing = footprint.dx / LOCKED.speed
+    times = passing * np.arange(1, 81)
+    k, D, H_V, _ = B(pressures)
+    exact = point.simulate(
+        point.Conditions.of(
+            pressure=pressures,
+            speed=4.0,
+            temperature=269.15,
+            k=k,
+            D=D,
+            H_V=H_V,
+            initial_height=70e-9,
+            duration=80 * passing,
+        ),
+        tolerance=1e-6,
+        times=times,
+    )
+    found = film_map(footprint, LOCKED, B, tolerance=1e-3)
+    mu = k[:, None] * WATER_VISCOSITY * 4.0 / (found.height * pressures[:, None])
+    assert mu[:, ::-1].T == pytest.approx(exact.samples, rel=2e-3)
+    assert found.friction(footprint).mean(axis=1) == pytest.approx(exact.mu_mean, rel=2e-4)
+    onset = passing * (80 - found.melting.sum(axis=1))
+    assert onset == pytest.approx(exact.melt_onset, abs=1.5 * passing)
+    assert found.saturated[2].any() and not found.saturated[0].any()
+
+
+def test_tolerance_bounds_the_error_of_a_footprint():
+    footprint = Tread().footprint((24, 120))
+    fine = film_map(footprint, LOCKED, B, tolerance=1e-4)
+    coarse = film_map(footprint, LOCKED, B, tolerance=1e-2)
+    error = np.abs(coarse.shear / np.where(footprint.contact, fine.shear, 1.0) - 1.0)
+    assert error[footprint.contact].max() < 1e-2
+    assert coarse.mean_friction(footprint) == pytest.approx(fine.mean_friction(footprint), rel=5e-4)
+
+
+def test_across_a_gap_the_film_stays_and_the_ice_cools():
+    pressure = np.full((1, 90), 3e5)
+    pressure[0, 30:60] = 0.0
+    footprint = PressureMap(pressure, 0.25e-3, 1e-3)
+    found = film_map(footprint, LOCKED, B)
+    gap = slice(30, 60)
+    assert np.ptp(found.height[0, gap]) == 0.0 and np.ptp(found.squeezed[0, gap]) == 0.0
+    assert (found.shear[0, gap] == 0.0).all() and (found.friction(footprint)[0, gap] == 0.0).all()
+    assert not found.melting[0, gap].any()
+    cooling = found.temperature[0, gap]
+    assert (np.diff(cooling) > 0.0).all()  # x falls along the path
+    assert found.temperature[0, 61] == MELTING_TEMPERATURE
+
+
+def test_ahead_of_the_contact_the_ice_is_fresh():
+    pressure = np.zeros((1, 40))
+    pressure[0, :20] = 2e5
+    found = film_map(PressureMap(pressure, 0.5e-3, 1e-3), LOCKED, B)
+    assert found.temperature[0, 20:] == pytest.approx(269.15)
+    assert found.height[0, 20:] == pytest.approx(70e-9)
+    assert found.height[0, 19] < 70e-9
+
+
+def test_energy_and_water_are_conserved():
+    footprint = Tread().footprint((12, 80))
+    found = film_map(footprint, LOCKED, B, tolerance=1e-4)
+    assert found.friction_work == pytest.approx(found.ice_heat + found.latent_heat)
+    work = found.shear * LOCKED.sliding_speed * footprint.dx / LOCKED.speed
+    assert found.friction_work == pytest.approx(work)
+    melted = found.latent_heat.sum(axis=1) / MELTING_ENTHALPY
+    water = found.height[:, 0] + found.squeezed[:, 0] - 70e-9
+    assert water == pytest.approx(melted, rel=1e-3, abs=1e-10)
+
+
+def test_lines_do_not_depend_on_each_other(monkeypatch):
+    footprint = Tread().footprint((10, 120))
+    ride = LOCKED._replace(temperature=np.linspace(260.0, 272.0, 10))
+    whole = film_map(footprint, ride, B)
+    monkeypatch.setattr(module, "LINES", 3)
+    in_parts = film_map(footprint, ride, B)
+    for a, b in zip(whole, in_parts, strict=True):
+        assert np.allclose(a, b, rtol=1e-6, atol=0.0)  # Newton's iterations end together
+
+
+def test_blocks_of_a_synthetic_tread():
+    tread = Tread(ribs=3, length=0.12, width=0.1)
+    footprint = tread.footprint((200, 240))
+    blocks = tread_blocks(footprint)
+    assert sum(block.load for block in blocks) == pytest.approx(footprint.load, rel=0.02)
+    assert [block.pressure for block in blocks] == sorted(block.pressure for block in blocks)
+    chosen = representative(blocks, 3)
+    assert sum(share for _, share in chosen) == pytest.approx(1.0)
+    assert all(share == pytest.approx(1 / 3, abs=0.15) for _, share in chosen)
+    mean = np.average([b.pressure for b in blocks], weights=[b.load for b in blocks])
+    assert sum(share * block.pressure for block, share in chosen) == pytest.approx(mean, rel=0.05)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 8])
+def test_every_group_has_a_block(count):
+    footprint = PressureMap(np.zeros((30, 80)), 1e-3, 1e-3)
+    for i in range(8):
+        footprint.pressure[5:25, 10 * i : 10 * i + 8] = (i + 1) ** 3 * 1e4
+    chosen = representative(tread_blocks(footprint), count)
+    assert len(chosen) == len({block.x for block, _ in chosen}) == count
+    assert sum(share for _, share in chosen) == pytest.approx(1.0)
+
+
+def test_too_many_scenes_are_refused():
+    footprint = PressureMap(np.full((4, 4), 2e5), 1e-3, 1e-3)
+    with pytest.raises(SceneError, match="--scenes 2 is more than the 1 blocks"):
+        representative(tread_blocks(footprint), 2)
+
+
+def test_the_scene_of_a_block_is_that_block():
+    footprint = PressureMap(np.zeros((40, 60)), 1e-3, 5e-4)
+    footprint.pressure[10:30, 20:45] = 2.5e5
+    ((block, share),) = representative(tread_blocks(footprint), 1)
+    assert (block.x, block.y) == pytest.approx((32.5e-3, 10e-3))
+    scene = scene_from_dict(
+        tomllib.loads(scene_text("block", block, share, LOCKED, "B", tread_height=8e-3))
+    )
+    assert scene.rubber.length == pytest.approx(25e-3)
+    assert scene.rubber.width == pytest.approx(10e-3)
+    assert scene.rubber.height == pytest.approx(8e-3)
+    assert scene.load.pressure == pytest.approx(2.5e5)
+    assert scene.load.speed == 4.0
+    assert scene.ice.temperature == pytest.approx(269.15)
