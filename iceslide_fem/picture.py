@@ -227,8 +227,9 @@ def _ice(panel: Axes, run: Run, snapshot: Snapshot, scales: Scales) -> None:
     )  # fmt: skip
     shown = THERMAL_LENGTHS * math.sqrt(ICE_DIFFUSIVITY * run.history["time_s"][-1])
     panel.set(
-        xlabel="x (mm)", ylabel="z (µm)", ylim=(-UM * shown, 0.06 * UM * shown), xlim=scales.x
-    )
+        xlabel="x (mm)", ylabel="z (µm)", ylim=(-UM * shown, 0.06 * UM * shown),
+        xlim=(min(scales.x[0], x.min()), max(scales.x[1], x.max())),
+    )  # fmt: skip
     touching = MM * snapshot.interface.corners[snapshot.interface.touching][..., 0]
     above = 0.03 * UM * shown
     panel.plot([touching.min(), touching.max()], [above, above], "k", linewidth=5)
@@ -250,7 +251,7 @@ def _say_stretch(figure: Figure, panel: Axes) -> None:
     stretch = (box.height / deep) / (box.width / wide)
     panel.set_title(
         f"Temperature of the ice below the block's middle\n"
-        f"(depth stretched {stretch:.1f} times; black: rubber in contact)",
+        f"(depth stretched {stretch:.0f} times; black: rubber in contact)",
         fontsize=10,
     )
 
