@@ -89,8 +89,9 @@ class Continuum:
     def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
         """Solve C (x - start) / dt + K x = heat from the film, with the film law. Collective.
 
-        Newton's method: where a point melts, its flux depends on the temperature through
-        `resistance`. Raises NotConverged if the set of melting points does not settle.
+        Newton's method: where a point melts (or the rubber takes heat, too), its flux depends on
+        the temperature through `resistance`. Raises NotConverged if the set of melting points does
+        not settle.
         """
         content = start.copy()
         resistance = np.full(self.area.shape, self.resistance)
@@ -110,7 +111,7 @@ class Continuum:
             scale = max(scale, residual)
             if residual <= RELATIVE_RESIDUAL * scale:
                 return content, result
-            self._correct(float(dt), np.where(result.melting, self.area / resistance, 0.0))
+            self._correct(float(dt), self.area * result.ice_slope / resistance)
             content = content - self._x.array
         raise NotConverged("the melting part of the ice's surface does not settle")
 
@@ -179,7 +180,7 @@ class Continuum:
         return self.grid.give(self.area * flux, self.at)[self.grid.own]
 
     def _correct(self, dt: float, conductance: Array) -> None:
-        """Solve (C / dt + K + conductance of the melting points) x = b into `_x`."""
+        """Solve (C / dt + K + conductance (W/K) of the points) x = b into `_x`."""
         self._conduction.copy(self._matrix, structure=PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
         self._matrix.axpy(1.0 / dt, self._capacity, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
         coupling = self.grid.coupling(conductance, self.at)

@@ -282,7 +282,8 @@ class Sliding:
             return 0.0 if ok else np.inf
         undercooling = np.full(passage.area.shape, self._undercooling)
         free_height = passage.loads.free_height
-        error = error_norms(step, ice, self.moment.interface, free_height, undercooling)
+        rubber, state = self.carrier.rubber, self.moment.interface
+        error = error_norms(step, ice, state, free_height, undercooling, rubber)
         if not self._all(bool(np.isfinite(error).all())):
             return np.inf
         return self._mean(error, self._friction_weights(passage)) / (LOCAL_SHARE * self._tolerance)

@@ -75,12 +75,11 @@ class StripsUnderPoints(Strips):
         Raises NotConverged if the set of melting points does not settle.
         """
         grid = self.grid
-        decay = np.reciprocal(1.0 + self.rates[:, None] * dt)
-        own_offset = self.temperature + self.surface @ (start * decay)
-        own_resistance = np.broadcast_to((self.surface**2 @ decay) * dt, own_offset.shape)
-        offset, resistance = grid.everywhere(np.stack([own_offset, own_resistance]))
+        decay = self.decay(dt)
+        own_offset, resistance = self.response(start, decay, dt)  # one resistance for all
+        offset = grid.everywhere(own_offset)
         per_heat = resistance / grid.cell_area
-        link = np.full(self.area.shape, RESISTANCE_SHARE * float(resistance.max()))
+        link = np.full(self.area.shape, RESISTANCE_SHARE * float(resistance[0]))
         temperature = offset.copy()
         for _ in range(MAX_ITERATIONS):
             here = grid.read(temperature, self.at)
@@ -89,8 +88,8 @@ class StripsUnderPoints(Strips):
             residual = temperature - offset - per_heat * heat
             if np.abs(residual).max() <= TEMPERATURE_TOLERANCE:
                 flux = heat[grid.own] / grid.cell_area[grid.own]
-                return (start + np.multiply.outer(self.surface, dt * flux)) * decay, result
-            coupling = grid.coupling(np.where(result.melting, self.area / link, 0.0), self.at)
+                return self.heated(start, decay, dt * flux), result
+            coupling = grid.coupling(self.area * result.ice_slope / link, self.at)
             matrix = identity(grid.n_nodes) + diags(per_heat) @ coupling
             temperature = temperature - spsolve(matrix.tocsc(), residual)
         raise NotConverged("the melting part of the ice's surface does not settle")

@@ -66,8 +66,9 @@ def given_flux(flux):
         dry = surface.offset + surface.resistance * flux
         melting = dry > MELTING_TEMPERATURE
         ice_flux = np.where(melting, surface.melted_flux, flux)
-        zero = np.zeros_like(flux)
-        return FilmStage(zero, zero, flux, ice_flux, flux - ice_flux, dry, melting, melting, zero)
+        slope, zero = melting.astype(float), np.zeros_like(flux)
+        rest = flux - ice_flux
+        return FilmStage(zero, zero, flux, ice_flux, rest, dry, melting, melting, zero, slope, zero)
 
     return film
 
