@@ -183,17 +183,7 @@ class Continuum:
         """Solve (C / dt + K + conductance (W/K) of the points) x = b into `_x`."""
         self._conduction.copy(self._matrix, structure=PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
         self._matrix.axpy(1.0 / dt, self._capacity, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
-        coupling = self.grid.coupling(conductance, self.at)
-        for grid in self.grid.own:
-            row = slice(coupling.indptr[grid], coupling.indptr[grid + 1])
-            if row.stop > row.start:
-                columns = self._global_dof[coupling.indices[row]]
-                self._matrix.setValues(
-                    [self._global_dof[grid]],
-                    columns,
-                    coupling.data[row],
-                    addv=PETSc.InsertMode.ADD_VALUES,
-                )
+        self._add_coupling(conductance)
         self._matrix.assemble()
         pc = self._ksp.getPC()
         pc.setReusePreconditioner(self._iterations <= PATIENCE)
@@ -202,3 +192,25 @@ class Continuum:
         if self._ksp.getConvergedReason() < 0:
             raise NotConverged("the linear solver of the ice's temperature fails")
         self._iterations = self._ksp.getIterationNumber()
+
+    def _add_coupling(self, conductance: Array) -> None:
+        """Add the conductance (W/K) of the points to the matrix of this rank's surface nodes."""
+        grid, entries = self.grid, []
+        for distance, band in zip(grid.diagonals, grid.coupling(conductance, self.at), strict=True):
+            lower = np.flatnonzero(band)
+            entries.append((lower + distance, lower, band[lower]))
+            if distance > 0:
+                entries.append((lower, lower + distance, band[lower]))
+        rows, columns, values = (np.concatenate(part) for part in zip(*entries, strict=True))
+        place = np.full(grid.n_nodes, -1)
+        place[grid.own] = np.arange(grid.own.size)
+        mine = np.flatnonzero(place[rows] >= 0)
+        mine = mine[np.argsort(place[rows[mine]], kind="stable")]
+        count = np.bincount(place[rows[mine]], minlength=grid.own.size)
+        self._matrix.setValuesIJV(
+            np.append(0, np.cumsum(count)).astype(PETSc.IntType),
+            self._global_dof[columns[mine]],
+            values[mine],
+            addv=PETSc.InsertMode.ADD_VALUES,
+            rowmap=self._global_dof[grid.own],
+        )

@@ -7,8 +7,7 @@ node of the surface has its own column, which is carried along with the ice.
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import diags, identity
-from scipy.sparse.linalg import spsolve
+from scipy.linalg import solveh_banded
 
 from iceslide_fem._dolfinx import MPI
 from iceslide_fem.equilibrium import NotConverged
@@ -80,7 +79,8 @@ class StripsUnderPoints(Strips):
         offset = grid.everywhere(own_offset)
         per_heat = resistance / grid.cell_area
         link = np.full(self.area.shape, RESISTANCE_SHARE * float(resistance[0]))
-        temperature = offset.copy()
+        temperature = grid.everywhere(Strips.surface_temperature(self, start))
+        matrix = np.zeros((grid.diagonals[-1] + 1, grid.n_nodes))  # diagonals, lower half
         for _ in range(MAX_ITERATIONS):
             here = grid.read(temperature, self.at)
             result = film(IceSurface(here, link, (MELTING_TEMPERATURE - here) / link))
@@ -89,7 +89,7 @@ class StripsUnderPoints(Strips):
             if np.abs(residual).max() <= TEMPERATURE_TOLERANCE:
                 flux = heat[grid.own] / grid.cell_area[grid.own]
                 return self.heated(start, decay, dt * flux), result
-            coupling = grid.coupling(self.area * result.ice_slope / link, self.at)
-            matrix = identity(grid.n_nodes) + diags(per_heat) @ coupling
-            temperature = temperature - spsolve(matrix.tocsc(), residual)
+            matrix[grid.diagonals] = grid.coupling(self.area * result.ice_slope / link, self.at)
+            matrix[0] += 1.0 / per_heat
+            temperature -= solveh_banded(matrix, residual / per_heat, lower=True)
         raise NotConverged("the melting part of the ice's surface does not settle")
