@@ -170,18 +170,18 @@ def error_norms(
     ice: IceHeat,
     start: InterfaceState,
     free_height: Array,
-    undercooling: Array,
+    temperature_scale: Array,
     rubber: RubberHeat = INSULATED,
 ) -> Array:
-    """Largest relative local error at each point: of ln h, of H_s / H_V, of (T - T_0).
+    """Largest relative local error at each point: of ln h, of H_s / H_V, of surface temperatures.
 
-    `undercooling` is T_m - T_0 (K). Infinite where anything is not finite.
+    The last are relative to `temperature_scale` (K). Infinite where anything is not finite.
     """
 
     def of_surface(body: IceHeat | RubberHeat, content: Array, error: Array) -> Array:
         # The estimate is linear in the content: take it as a difference of two temperatures.
         shifted = body.surface_temperature(content + error)
-        return np.abs(shifted - body.surface_temperature(content)) / undercooling
+        return np.abs(shifted - body.surface_temperature(content)) / temperature_scale
 
     parts = (
         np.abs(step.error.log_height),
