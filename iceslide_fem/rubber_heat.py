@@ -32,8 +32,8 @@ from iceslide_fem.materials import (
 )
 
 # Passes over film law and conductance stop when ln h changes by no more than this. 1/G is a few
-# per cent of the bodies' resistances, so each pass gains two digits or more.
-HEIGHT_TOLERANCE = 1e-9
+# per cent of the bodies' resistances, so what is left is a hundredth of it.
+HEIGHT_TOLERANCE = 1e-6
 MAX_PASSES = 20
 
 
@@ -124,8 +124,7 @@ class RubberColumns:
     def beside(self, start: Array, dt: Array | float, film: FilmLaw, log_height: Array) -> FilmLaw:
         """The film law between ice and this rubber."""
         offset, resistance = self.column.response(start, self.column.decay(dt), dt)
-        rubber = RubberSurface(offset, resistance, self.cover)
-        return lambda ice: between(ice, rubber, film, log_height)
+        return film_law_beside(RubberSurface(offset, resistance, self.cover), film, log_height)
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
         """Content after a stage with `flux` (W/m2) at the points."""
@@ -145,6 +144,18 @@ class RubberColumns:
         part = copy(self)
         part.column = self.column.take(index)
         return part
+
+
+def film_law_beside(rubber: RubberSurface, film: FilmLaw, log_height: Array) -> FilmLaw:
+    """The film law as the ice sees it; each answer starts from the film height of the last."""
+
+    def law(ice: IceSurface) -> FilmStage:
+        nonlocal log_height
+        result = between(ice, rubber, film, log_height)
+        log_height = result.log_height
+        return result
+
+    return law
 
 
 def between(ice: IceSurface, rubber: RubberSurface, film: FilmLaw, log_height: Array) -> FilmStage:

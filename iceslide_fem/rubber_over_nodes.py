@@ -6,7 +6,7 @@ import numpy as np
 
 from iceslide_fem.heat import FilmLaw
 from iceslide_fem.materials import Array
-from iceslide_fem.rubber_heat import RubberColumns, RubberSurface, between
+from iceslide_fem.rubber_heat import RubberColumns, RubberSurface, film_law_beside
 from iceslide_fem.surface_grid import SurfaceGrid
 
 
@@ -34,7 +34,7 @@ class RubberOverNodes(RubberColumns):
         """
         offset, resistance = self.column.response(start, self.column.decay(dt), dt)
         rubber = RubberSurface(self._mean(offset), resistance, self._cover())
-        return lambda ice: between(ice, rubber, film, log_height)
+        return film_law_beside(rubber, film, log_height)
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
         """Content after a stage with `flux` (W/m2) at this rank's nodes. Collective."""

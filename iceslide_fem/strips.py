@@ -20,7 +20,7 @@ from iceslide_fem.surface_grid import SurfaceGrid
 # a strip's resistance: its flux is then a function of its temperature, and unique.
 RESISTANCE_SHARE = 1e-3
 MAX_ITERATIONS = 25
-TEMPERATURE_TOLERANCE = 1e-9  # K
+TEMPERATURE_TOLERANCE = 1e-7  # K
 
 
 class Strips(Column):
