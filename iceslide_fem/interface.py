@@ -54,10 +54,12 @@ def _sliding(block: Block) -> OnRubber | OnIce:
         ice = columns(grid, temperature, duration)
     if scene.film.carrier == "rubber":
         return OnRubber(block.friction, ice, rubber_columns(scene))
-    density, height = scene.rubber.density, scene.film.initial_height
+    height = scene.film.initial_height
     if not scene.rubber.heat:
         return OnIce(block.friction, ice, height)
-    rubber = RubberOverNodes(ice.grid, temperature, duration, density)
+    rubber = RubberOverNodes(
+        ice.grid, temperature, duration, scene.rubber.density, scene.film.conductance
+    )
     return OnIce(block.friction, ice, height, rubber)
 
 

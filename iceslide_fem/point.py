@@ -182,9 +182,9 @@ def simulate(
             error = error / (method.share * tolerance)
         else:
             error = np.where(np.isfinite(step.state.log_height), 0.0, np.inf)
-        warmth = rubber.film_temperature(
-            heat.surface_temperature(state.ice), state.rubber, loads.viscous * loads.speed
-        )
+        power = loads.viscous * loads.speed * np.exp(-state.log_height)
+        on_ice = heat.surface_temperature(state.ice)
+        warmth = rubber.film_temperature(on_ice, state.rubber, power, state.log_height)
         event = _events(step, state, warmth, here, EVENT_SHARE * tolerance)
         fraction = event.fraction
         good = (error <= 1.0) & (fraction >= 1.0)

@@ -50,7 +50,12 @@ def rubber_columns(scene: Scene) -> RubberColumns | Insulated:
     """The rubber above the scene's contact points as heat sees it; as warm as the ice at first."""
     if not scene.rubber.heat:
         return INSULATED
-    return RubberColumns(scene.ice.temperature, scene.load.duration, scene.rubber.density)
+    return RubberColumns(
+        scene.ice.temperature,
+        scene.load.duration,
+        scene.rubber.density,
+        scene.film.conductance,
+    )
 
 
 def scene_conditions(scene: Scene) -> Conditions:

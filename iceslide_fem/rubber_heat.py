@@ -11,11 +11,13 @@ T_r of the rubber (docs/theory.md):
 The warm layer of the rubber, sqrt(alpha t), is 28 um after 7 ms, so one-dimensional columns are
 enough. Within an implicit stage each body's surface has T = a + R q, so its answer behind half
 of the film is T_f = a + (R + 1/G) q, and both together are again of that form: the film law is
-solved as if there was ice alone. G follows the film height that is being solved for.
+solved as if there was ice alone. G follows the film height that is being solved for, unless a
+contact conductance is given instead.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import copy
 from typing import NamedTuple, Protocol
 
@@ -52,10 +54,12 @@ class RubberHeat(Protocol):
     def surface_temperature(self, content: Array) -> Array:
         """Temperature of the rubber's surface where the films live (K)."""
 
-    def film_temperature(self, ice: Array, content: Array, friction: Array) -> Array:
+    def film_temperature(
+        self, ice: Array, content: Array, power: Array, log_height: Array
+    ) -> Array:
         """T_f (K) between ice whose surface has `ice` (K) and this rubber.
 
-        `friction` is q_f h = k eta v^2 (W/m).
+        `power` is q_f (W/m2), `log_height` is ln h.
         """
 
     def take(self, index: Index) -> RubberHeat:
@@ -81,7 +85,9 @@ class Insulated:
         """One for all points, of no consequence."""
         return np.zeros(1)
 
-    def film_temperature(self, ice: Array, content: Array, friction: Array) -> Array:
+    def film_temperature(
+        self, ice: Array, content: Array, power: Array, log_height: Array
+    ) -> Array:
         """That of the ice."""
         return ice
 
@@ -97,12 +103,13 @@ class RubberSurface(NamedTuple):
     """The rubber's answer within one implicit stage: T_r = offset + resistance * q; arrays.
 
     offset (K) and resistance (K m2/W) where there is contact; cover: share of the film's area
-    that is in contact, 0 to 1.
+    that is in contact, 0 to 1; half_film: 1/G (K m2/W) as a function of ln h.
     """
 
     offset: Array
     resistance: Array
     cover: Array
+    half_film: Callable[[Array], Array]
 
 
 class RubberColumns:
@@ -112,10 +119,26 @@ class RubberColumns:
     (n_modes, n_points) as for `Column`.
     """
 
-    def __init__(self, temperature: float | Array, duration: float | Array, density: float) -> None:
-        """Rubber of `density` (kg/m3) at `temperature` (K) for runs of `duration` (s)."""
+    def __init__(
+        self,
+        temperature: float | Array,
+        duration: float | Array,
+        density: float,
+        conductance: float | None = None,
+    ) -> None:
+        """Rubber of `density` (kg/m3) at `temperature` (K) for runs of `duration` (s).
+
+        `conductance` is G (W/(m2 K)) from the film to either body, 2 k_w / h if it is None.
+        """
         self.column = Column(temperature, duration, solid=rubber_solid(density))
         self.cover: Array = np.ones(1)
+        self._conductance = conductance
+
+    def half_film(self, log_height: Array) -> Array:
+        """Resistance 1/G (K m2/W) between a film of height h and either body."""
+        if self._conductance is not None:
+            return np.full_like(log_height, 1.0 / self._conductance)
+        return np.asarray(np.exp(log_height) / (2.0 * WATER_CONDUCTIVITY))
 
     def initial(self, n_points: int) -> Array:
         """Rubber at its initial temperature."""
@@ -124,7 +147,8 @@ class RubberColumns:
     def beside(self, start: Array, dt: Array | float, film: FilmLaw, log_height: Array) -> FilmLaw:
         """The film law between ice and this rubber."""
         offset, resistance = self.column.response(start, self.column.decay(dt), dt)
-        return film_law_beside(RubberSurface(offset, resistance, self.cover), film, log_height)
+        rubber = RubberSurface(offset, resistance, self.cover, self.half_film)
+        return film_law_beside(rubber, film, log_height)
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
         """Content after a stage with `flux` (W/m2) at the points."""
@@ -134,10 +158,13 @@ class RubberColumns:
         """Temperature at the points (K)."""
         return self.column.surface_temperature(content)
 
-    def film_temperature(self, ice: Array, content: Array, friction: Array) -> Array:
-        """T_f = min(T_m, (T_i + T_r) / 2 + k eta v^2 / (4 k_w)), whatever the film's height."""
-        free = 0.5 * (ice + self.surface_temperature(content))
-        return np.minimum(MELTING_TEMPERATURE, free + friction / (4.0 * WATER_CONDUCTIVITY))
+    def film_temperature(
+        self, ice: Array, content: Array, power: Array, log_height: Array
+    ) -> Array:
+        """T_f = min(T_m, (T_i + T_r + q_f / G) / 2) at the points (K)."""
+        rise = power * self.half_film(log_height)
+        free = 0.5 * (ice + self.surface_temperature(content) + rise)
+        return np.minimum(MELTING_TEMPERATURE, free)
 
     def take(self, index: Index) -> RubberColumns:
         """The columns above the points at `index` only."""
@@ -165,7 +192,7 @@ def between(ice: IceSurface, rubber: RubberSurface, film: FilmLaw, log_height: A
     offset and resistance of `ice` are used.
     """
     for _ in range(MAX_PASSES):
-        half = np.exp(log_height) / (2.0 * WATER_CONDUCTIVITY)  # 1/G
+        half = rubber.half_film(log_height)
         to_ice = 1.0 / (ice.resistance + half)
         to_rubber = rubber.cover / (rubber.resistance + half)
         both = to_ice + to_rubber

@@ -19,10 +19,15 @@ class RubberOverNodes(RubberColumns):
     """
 
     def __init__(
-        self, grid: SurfaceGrid, temperature: float, duration: float, density: float
+        self,
+        grid: SurfaceGrid,
+        temperature: float,
+        duration: float,
+        density: float,
+        conductance: float | None = None,
     ) -> None:
         """As `RubberColumns`, without points yet."""
-        super().__init__(temperature, duration, density)
+        super().__init__(temperature, duration, density, conductance)
         self.grid = grid
         self.at, self.area = grid.own_nodes(), np.zeros(grid.own.size)
 
@@ -33,7 +38,7 @@ class RubberOverNodes(RubberColumns):
         neighbours' fluxes.
         """
         offset, resistance = self.column.response(start, self.column.decay(dt), dt)
-        rubber = RubberSurface(self._mean(offset), resistance, self._cover())
+        rubber = RubberSurface(self._mean(offset), resistance, self._cover(), self.half_film)
         return film_law_beside(rubber, film, log_height)
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:

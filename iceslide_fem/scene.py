@@ -159,6 +159,7 @@ class Film(_Table):
     """The water film: who carries it, the pressure it follows, and constant k, D (m), H_V (m).
 
     k, D and H_V override the compound's table, all three together. `initial_height` is h0, m.
+    `conductance` is that from the film to either body with heat in the rubber, W/(m2 K).
     """
 
     carrier: Literal["ice", "rubber"] = "ice"
@@ -167,6 +168,7 @@ class Film(_Table):
     D: Annotated[float, Quantity("m", "0.01 um", "10 mm")] | None = None
     H_V: Annotated[float, Quantity("m", "1 nm", "10 mm")] | None = None
     initial_height: Annotated[float, Quantity("m", "1 nm", "10 um")] = 70e-9
+    conductance: Annotated[float, Quantity("W/m^2/K", "10 W/m^2/K", "1e9 W/m^2/K")] | None = None
 
     @model_validator(mode="after")
     def _all_or_none(self) -> Self:
@@ -223,6 +225,11 @@ class Scene(_Table):
             )
         if self.rubber.heat:
             self._rubber_can_take_heat()
+        elif self.film.conductance is not None:
+            raise ValueError(
+                "film.conductance has a meaning only with heat in the rubber; "
+                "leave it out, or set rubber.heat = true"
+            )
         return self
 
     def _rubber_can_take_heat(self) -> None:
