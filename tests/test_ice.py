@@ -29,7 +29,9 @@ def a_scene(model, refinement=1.0):
     return SimpleNamespace(
         name="ice",
         model=model,
-        rubber=SimpleNamespace(length=1e-3, width=1e-3, height=1e-3, mesh=None),
+        rubber=SimpleNamespace(
+            length=1e-3, width=1e-3, height=1e-3, mesh=None, sipes=0, sipe_width=5e-4
+        ),
         load=SimpleNamespace(duration=DURATION),
         ice=SimpleNamespace(margin=0.0),
         numerics=SimpleNamespace(refinement=refinement),
