@@ -168,12 +168,16 @@ class Continuum:
         ksp = PETSc.KSP().create(self._comm)
         ksp.setType("cg")
         ksp.setTolerances(rtol=1e-10, max_it=500)
-        ksp.getPC().setType("lu")
-        if self._comm.size > 1 or len(self._node_shape) > 2:
-            ksp.getPC().setFactorSolverType("mumps")
-        else:  # a slice is small and banded: plain factors take a twentieth of MUMPS's time
-            ksp.getPC().setFactorSolverType("petsc")
-            ksp.getPC().setFactorOrdering("rcm")
+        pc = ksp.getPC()
+        if len(self._node_shape) > 2:
+            pc.setType("lu")
+            pc.setFactorSolverType("mumps")
+        elif self._comm.size > 1:  # a slice is small: every rank has the whole of it
+            pc.setType("redundant")
+        else:  # and banded: plain factors take a twentieth of MUMPS's time
+            pc.setType("lu")
+            pc.setFactorSolverType("petsc")
+            pc.setFactorOrdering("rcm")
         ksp.setOptionsPrefix("ice_")
         ksp.setFromOptions()
         ksp.setOperators(self._matrix)
