@@ -24,6 +24,8 @@ from iceslide_fem.heat import Column, HalfSpace
 from iceslide_fem.ice import Continuum
 from iceslide_fem.integrators import Integrator, InterfaceState, Step, advance
 from iceslide_fem.materials import Array, Mask
+from iceslide_fem.rubber_heat import INSULATED, Insulated, RubberColumns
+from iceslide_fem.rubber_over_nodes import RubberOverNodes
 from iceslide_fem.strips import Strips, StripsUnderPoints
 from iceslide_fem.surface_grid import Placement
 
@@ -55,6 +57,10 @@ class Carrier(Protocol):
     friction: FilmFriction
 
     @property
+    def rubber(self) -> RubberColumns | Insulated:
+        """The rubber's heat model."""
+
+    @property
     def ice(self) -> Column | HalfSpace | Continuum:
         """The ice's heat model."""
 
@@ -82,13 +88,19 @@ class Carrier(Protocol):
 class Attached:
     """Films on the rubber's points, each with its own piece of ice that stays below it."""
 
-    def __init__(self, friction: FilmFriction, ice: Column | HalfSpace | Continuum) -> None:
+    def __init__(
+        self,
+        friction: FilmFriction,
+        ice: Column | HalfSpace | Continuum,
+        rubber: RubberColumns | Insulated = INSULATED,
+    ) -> None:
         """`ice` has been placed under the points."""
-        self.friction, self.ice = friction, ice
+        self.friction, self.ice, self.rubber = friction, ice, rubber
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
-        """Films of the initial height (m) on cold ice."""
-        return _fresh(film_height, n_points, self.ice.initial(n_points))
+        """Films of the initial height (m) on cold ice, under rubber as cold."""
+        contents = self.ice.initial(n_points), self.rubber.initial(n_points)
+        return _fresh(film_height, n_points, *contents)
 
     def pass_over(
         self, state: InterfaceState, start: Side, end: Side, dt: float, integrator: Integrator
@@ -97,8 +109,22 @@ class Attached:
         area = 0.5 * (start.area + end.area)
         if isinstance(self.ice, Continuum):
             self.ice.area = area
+        return self._advance(state, start, end, dt, integrator, area)
+
+    def _advance(
+        self,
+        state: InterfaceState,
+        start: Side,
+        end: Side,
+        dt: float,
+        integrator: Integrator,
+        area: Array,
+    ) -> Passage:
+        """Advance every point on its own; heat reaches the rubber where there is contact."""
+        if isinstance(self.rubber, RubberColumns):
+            self.rubber.cover = ((start.pressure > 0.0) | (end.pressure > 0.0)).astype(float)
         loads = [self.friction.loads(side.pressure, end.speed) for side in (start, end)]
-        step = advance(state, loads[0], loads[1], dt, self.ice, integrator)
+        step = advance(state, loads[0], loads[1], dt, self.ice, integrator, self.rubber)
         return Passage(step, area, loads[1])
 
     def film_height(self, state: InterfaceState, side: Side) -> Array:
@@ -127,15 +153,8 @@ class OnRubber(Attached):
         self, state: InterfaceState, start: Side, end: Side, dt: float, integrator: Integrator
     ) -> Passage:
         """Advance every point; the ice is where it is in the middle of the step. Collective."""
-        middle = end._replace(
-            positions=0.5 * (start.positions + end.positions),
-            offset=0.5 * (start.offset + end.offset),
-        )
-        self.ice.at = _place(self.ice, middle)
-        self.ice.area = 0.5 * (start.area * (start.pressure > 0) + end.area * (end.pressure > 0))
-        loads = [self.friction.loads(side.pressure, end.speed) for side in (start, end)]
-        step = advance(state, loads[0], loads[1], dt, self.ice, integrator)
-        return Passage(step, self.ice.area, loads[1])
+        self.ice.at, self.ice.area = _middle(self.ice, start, end)
+        return self._advance(state, start, end, dt, integrator, self.ice.area)
 
     def ice_temperature(self, state: InterfaceState, side: Side) -> Array:
         """Temperature of the ice that is below the points now. Collective."""
@@ -157,14 +176,21 @@ class OnIce:
     read 1/h from the nodes, so that the friction power on both sides is the same to rounding.
     """
 
-    def __init__(self, friction: FilmFriction, ice: Strips | Continuum, film_height: float) -> None:
+    def __init__(
+        self,
+        friction: FilmFriction,
+        ice: Strips | Continuum,
+        film_height: float,
+        rubber: RubberOverNodes | Insulated = INSULATED,
+    ) -> None:
         """`film_height` (m) is that of fresh ice."""
-        self.friction, self.ice, self._fresh_height = friction, ice, film_height
+        self.friction, self.ice, self.rubber = friction, ice, rubber
+        self._fresh_height = film_height
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
-        """Films of the initial height (m) on cold ice, whatever the number of points."""
+        """Films of the initial height (m) on cold ice; `n_points` of rubber, as cold."""
         n = self.ice.grid.own.size
-        return _fresh(film_height, n, self.ice.initial(n))
+        return _fresh(film_height, n, self.ice.initial(n), self.rubber.initial(n_points))
 
     def pass_over(
         self, state: InterfaceState, start: Side, end: Side, dt: float, integrator: Integrator
@@ -178,7 +204,9 @@ class OnIce:
         area = np.where(covered | covers, grid.cell_area[grid.own], 0.0)
         if isinstance(self.ice, Continuum):
             self.ice.area = area
-        step = advance(state, first, last, dt, self.ice, integrator)
+        if isinstance(self.rubber, RubberOverNodes):
+            self.rubber.at, self.rubber.area = _middle(self.ice, start, end)
+        step = advance(state, first, last, dt, self.ice, integrator, self.rubber)
         return Passage(step, area, last)
 
     def film_height(self, state: InterfaceState, side: Side) -> Array:
@@ -214,6 +242,7 @@ class OnIce:
                 moved(state.log_height, fresh),
                 moved(state.squeezed_height, 0.0),
                 self.ice.shifted(state.ice, cells),
+                state.rubber,
             ),
             rest,
         )
@@ -245,8 +274,18 @@ class OnIce:
         return covered, FilmLoads(viscous / cell, speed, squeeze / cell, free)
 
 
-def _fresh(film_height: float, n: int, ice: Array) -> InterfaceState:
-    return InterfaceState(np.full(n, np.log(film_height)), np.zeros(n), ice)
+def _fresh(film_height: float, n: int, ice: Array, rubber: Array) -> InterfaceState:
+    return InterfaceState(np.full(n, np.log(film_height)), np.zeros(n), ice, rubber)
+
+
+def _middle(ice: Strips | Continuum, start: Side, end: Side) -> tuple[Placement, Array]:
+    """Where the points lie in the middle of a step, and the mean area that each touches (n,)."""
+    middle = end._replace(
+        positions=0.5 * (start.positions + end.positions),
+        offset=0.5 * (start.offset + end.offset),
+    )
+    touching = [np.where(side.pressure > 0.0, side.area, 0.0) for side in (start, end)]
+    return _place(ice, middle), 0.5 * (touching[0] + touching[1])
 
 
 def _place(ice: Strips | Continuum, side: Side) -> Placement:

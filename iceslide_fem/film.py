@@ -74,7 +74,8 @@ class IceSurface(NamedTuple):
 
     The surface takes the temperature `offset` + `resistance` * q (K, K m2/W) under the flux q,
     and draws the flux `melted_flux` (W/m2) when it is at the melting temperature: it melts
-    where the friction power is larger.
+    where the friction power is larger. With heat in the rubber this is the answer of both bodies
+    together, and q what both of them take.
     """
 
     offset: Array
@@ -88,7 +89,9 @@ class FilmStage(NamedTuple):
     log_height: ln(h / 1 m); squeezed_height: H_s (m); friction_power, ice_flux, melt_power: q_f,
     q_ice, q_melt (W/m2), with q_f = q_ice + q_melt; dry_temperature: what the surface would have
     (K) without melting in this stage, to first order; melting, saturated: which switches are on;
-    overfill: how far H_s would be above H_V (m, negative below) with unlimited free volume.
+    overfill: how far H_s would be above H_V (m, negative below) with unlimited free volume;
+    ice_slope: resistance times the fall of q_ice with the surface's offset (1), 1 where it melts
+    and 0 elsewhere; rubber_flux: q_rubber (W/m2), a part of q_f, too, with heat in the rubber.
     """
 
     log_height: Array
@@ -100,6 +103,8 @@ class FilmStage(NamedTuple):
     melting: Mask
     saturated: Mask
     overfill: Array
+    ice_slope: Array
+    rubber_flux: Array
 
 
 def implicit_stage(
@@ -121,6 +126,7 @@ def implicit_stage(
     q_ice = np.minimum(q_f, ice.melted_flux)
     melted = dt * (q_f - q_ice) / MELTING_ENTHALPY
     overfill = squeezing * h**3 - room
+    melting = q_f > ice.melted_flux
     return FilmStage(
         y,
         squeezed + np.minimum(squeezing * h**3, room),
@@ -128,9 +134,11 @@ def implicit_stage(
         q_ice,
         q_f - q_ice,
         ice.offset + ice.resistance * q_f * (1.0 + melted / h),
-        q_f > ice.melted_flux,
+        melting,
         overfill > 0.0,
         overfill,
+        melting.astype(float),
+        np.zeros_like(q_ice),
     )
 
 
@@ -152,6 +160,7 @@ def explicit_stage(
     damping = np.where(overfill > 0.0, 0.0, 3.0 * dt * loads.squeeze_rate * h**2)
     damping += np.where(q_f > ice.melted_flux, dt * q_f / (MELTING_ENTHALPY * h), 0.0)
     y = np.log(np.where((new > 0.0) & (damping < 2.0), new, np.nan))
+    melting = q_f > ice.melted_flux
     return FilmStage(
         y,
         squeezed + squeeze,
@@ -159,9 +168,11 @@ def explicit_stage(
         q_ice,
         q_f - q_ice,
         ice.offset + ice.resistance * q_f,
-        q_f > ice.melted_flux,
+        melting,
         overfill > 0.0,
         overfill,
+        melting.astype(float),
+        np.zeros_like(q_ice),
     )
 
 

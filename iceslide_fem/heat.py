@@ -1,4 +1,4 @@
-"""Heat conduction in the ice below each contact point on its own: `column` and `half-space`.
+"""Heat conduction below each contact point on its own: `column` and `half-space` ice.
 
 Every ice model offers the same three calls to the time integrator (see `IceHeat`): the content
 of heat at the start, one implicit stage in which the film law is solved together with
@@ -15,16 +15,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from iceslide_fem.film import FilmStage, IceSurface
-from iceslide_fem.materials import (
-    ICE_CONDUCTIVITY,
-    ICE_DENSITY,
-    ICE_DIFFUSIVITY,
-    ICE_HEAT_CAPACITY,
-    MELTING_TEMPERATURE,
-    Array,
-    Index,
-    Mask,
-)
+from iceslide_fem.materials import ICE, MELTING_TEMPERATURE, Array, Index, Mask, Solid
 from iceslide_fem.reference import step_flux
 
 FilmLaw = Callable[[IceSurface], FilmStage]
@@ -70,6 +61,7 @@ class Column:
         first_layer: float = FIRST_LAYER,
         ratio: float = LAYER_RATIO,
         depth: float = DEPTH_IN_LAYERS,
+        solid: Solid = ICE,
     ) -> None:
         """Column at `temperature` (K) for runs of `duration` (s); both scalar or per point.
 
@@ -77,11 +69,11 @@ class Column:
         and of the longest run.
         """
         self.temperature = np.asarray(temperature, dtype=float)
-        first = first_layer * np.sqrt(ICE_DIFFUSIVITY * np.min(duration))
-        total = depth * np.sqrt(ICE_DIFFUSIVITY * np.max(duration))
+        first = first_layer * np.sqrt(solid.diffusivity * np.min(duration))
+        total = depth * np.sqrt(solid.diffusivity * np.max(duration))
         count = int(np.ceil(np.log1p(total / first * (ratio - 1.0)) / np.log(ratio)))
         thickness = first * ratio ** np.arange(count)
-        capacity, conduction = _quadratic_elements(thickness)
+        capacity, conduction = _quadratic_elements(thickness, solid)
         rates, modes = eigh(conduction, capacity)
         rates[0] = 0.0  # uniform warmth does not decay: exactly, so that heat is conserved
         self.rates = rates
@@ -91,20 +83,35 @@ class Column:
     def take(self, index: Index) -> Column:
         """The column below the points at `index` only (its mesh stays as it is)."""
         part = copy(self)
-        part.temperature = self.temperature[index]
+        part.temperature = self.temperature[index] if self.temperature.ndim else self.temperature
         return part
 
     def initial(self, n_points: int) -> Array:
         """Zero amplitudes: the content counts from the initial temperature."""
         return np.zeros((self.rates.size, n_points))
 
+    def decay(self, dt: Array | float) -> Array:
+        """What an implicit stage of `dt` leaves of each mode, (n_modes, 1 or n_points)."""
+        return np.reciprocal(1.0 + self.rates[:, None] * dt)
+
+    def response(self, start: Array, decay: Array, dt: Array | float) -> tuple[Array, Array]:
+        """The surface's temperature at the end of a stage: offset + resistance * flux.
+
+        Offset (K) per point, resistance (K m2/W) per point or, for one `dt`, of shape (1,).
+        """
+        return self.temperature + self.surface @ (start * decay), (self.surface**2 @ decay) * dt
+
+    def heated(self, start: Array, decay: Array, heat: Array) -> Array:
+        """Content at the end of the stage in which the surface took `heat` (J/m2, per point)."""
+        return (start + np.multiply.outer(self.surface, heat)) * decay
+
     def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
         """One implicit stage of all amplitudes with the film law at the surface."""
-        decay = np.reciprocal(1.0 + self.rates[:, None] * dt)
-        offset = self.temperature + self.surface @ (start * decay)
-        resistance = np.broadcast_to((self.surface**2 @ decay) * dt, offset.shape)
+        decay = self.decay(dt)
+        offset, resistance = self.response(start, decay, dt)
+        resistance = np.broadcast_to(resistance, offset.shape)
         result = film(IceSurface(offset, resistance, (MELTING_TEMPERATURE - offset) / resistance))
-        return (start + np.multiply.outer(self.surface, dt * result.ice_flux)) * decay, result
+        return self.heated(start, decay, dt * result.ice_flux), result
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature of the surface (K), shape (n_points,)."""
@@ -162,7 +169,7 @@ class HalfSpace:
         return np.where(content[-2] > 0.5, MELTING_TEMPERATURE, temperature)
 
 
-def _quadratic_elements(thickness: Array) -> tuple[Array, Array]:
+def _quadratic_elements(thickness: Array, solid: Solid) -> tuple[Array, Array]:
     """Heat capacity (J/(m2 K)) and conduction (W/(m2 K)) matrices; node 0 is the surface."""
     n = 2 * thickness.size + 1
     capacity, conduction = np.zeros((n, n)), np.zeros((n, n))
@@ -170,6 +177,6 @@ def _quadratic_elements(thickness: Array) -> tuple[Array, Array]:
     stiffness = np.array([[7.0, -8.0, 1.0], [-8.0, 16.0, -8.0], [1.0, -8.0, 7.0]]) / 3.0
     for element, size in enumerate(thickness):
         nodes = slice(2 * element, 2 * element + 3)
-        capacity[nodes, nodes] += ICE_DENSITY * ICE_HEAT_CAPACITY * size * mass
-        conduction[nodes, nodes] += ICE_CONDUCTIVITY / size * stiffness
+        capacity[nodes, nodes] += solid.density * solid.heat_capacity * size * mass
+        conduction[nodes, nodes] += solid.conductivity / size * stiffness
     return capacity, conduction

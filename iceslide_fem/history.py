@@ -61,6 +61,7 @@ class Ledger:
         self.friction_work += 0.5 * (force + self._force) * distance
         self.load_work += block.scale * block.force * (plate - self._plate)
         self.ice_heat += self._integral(step.ice_heat, area)
+        self.rubber_heat += self._integral(step.rubber_heat, area)
         self.latent_heat += self._integral(step.latent_heat, area)
         if accepted.solved:
             self.elastic_energy = self._elastic() - self._stored

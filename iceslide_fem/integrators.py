@@ -8,6 +8,7 @@ the complementarities of melting and saturation hold at the end of every step.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from iceslide_fem.film import (
 )
 from iceslide_fem.heat import IceHeat
 from iceslide_fem.materials import MELTING_TEMPERATURE, Array
+from iceslide_fem.rubber_heat import INSULATED, RubberHeat
 
 
 class Integrator(NamedTuple):
@@ -80,25 +82,27 @@ INTEGRATORS = {
 
 
 class InterfaceState(NamedTuple):
-    """History of the interface: ln h and H_s (m) per point, and the ice's content of heat."""
+    """History of the interface: ln h and H_s (m) per film, contents of heat of ice and rubber."""
 
     log_height: Array
     squeezed_height: Array
     ice: Array
+    rubber: Array = np.zeros((0, 1))
 
 
 class Step(NamedTuple):
     """A trial step; nothing is changed until its `state` is taken as the new one.
 
-    error: local errors of ln h (1), H_s (m) and the ice's content; friction_work, ice_heat,
-    latent_heat: J/m2 over the step, with friction_work = ice_heat + latent_heat; last: the last
-    stage; height_rate: d ln h / dt at the end (1/s); mean_inverse_height: mean of 1/h (1/m).
+    error: local errors of ln h (1), H_s (m) and the contents; friction_work, ice_heat,
+    rubber_heat, latent_heat: J/m2 over the step, the first is the sum of the others; last: the
+    last stage; height_rate: d ln h / dt at the end (1/s); mean_inverse_height: mean of 1/h (1/m).
     """
 
     state: InterfaceState
     error: InterfaceState
     friction_work: Array
     ice_heat: Array
+    rubber_heat: Array
     latent_heat: Array
     last: FilmStage
     height_rate: Array
@@ -112,6 +116,7 @@ def advance(
     dt: Array | float,
     ice: IceHeat,
     integrator: Integrator,
+    rubber: RubberHeat = INSULATED,
 ) -> Step:
     """One step of `dt` (s, scalar or one per point) under loads on a line from start to end."""
     diagonal, weights = integrator.diagonal, integrator.weights
@@ -119,7 +124,7 @@ def advance(
     increments: list[InterfaceState] = []
     stages: list[FilmStage] = []
     for row, node in zip(integrator.rows, integrator.nodes, strict=True):
-        y, squeezed, content = _combine(state, increments, row, diagonal)
+        y, squeezed, in_ice, in_rubber = _combine(state, increments, row, diagonal)
         loads = interpolate(start, end, node)
         # What has been squeezed out stays out, also where a rising pressure lowers H_V.
         loads = loads._replace(free_height=np.maximum(loads.free_height, state.squeezed_height))
@@ -129,16 +134,21 @@ def advance(
         ) -> FilmStage:
             return integrator.stage(y, s, stage_dt, loads, surface)
 
-        new_content, stage = ice.stage(content, stage_dt, film)
+        beside_rubber = rubber.beside(in_rubber, stage_dt, film, y)
+        new_ice, stage = ice.stage(in_ice, stage_dt, beside_rubber)
+        new_rubber = rubber.heated(in_rubber, stage_dt, stage.rubber_flux)
         stages.append(stage)
         increments.append(
             InterfaceState(
-                stage.log_height - y, stage.squeezed_height - squeezed, new_content - content
+                stage.log_height - y,
+                stage.squeezed_height - squeezed,
+                new_ice - in_ice,
+                new_rubber - in_rubber,
             )
         )
     last = stages[-1]
     return Step(
-        state=InterfaceState(last.log_height, last.squeezed_height, new_content),
+        state=InterfaceState(last.log_height, last.squeezed_height, new_ice, new_rubber),
         error=InterfaceState(
             *(
                 _sum(integrator.estimate, [one[i] for one in increments]) / diagonal
@@ -147,6 +157,7 @@ def advance(
         ),
         friction_work=dt * _sum(weights, [s.friction_power for s in stages]),
         ice_heat=dt * _sum(weights, [s.ice_flux for s in stages]),
+        rubber_heat=dt * _sum(weights, [s.rubber_flux for s in stages]),
         latent_heat=dt * _sum(weights, [s.melt_power for s in stages]),
         last=last,
         height_rate=increments[-1].log_height / stage_dt,
@@ -155,21 +166,30 @@ def advance(
 
 
 def error_norms(
-    step: Step, ice: IceHeat, start: InterfaceState, free_height: Array, undercooling: Array
+    step: Step,
+    ice: IceHeat,
+    start: InterfaceState,
+    free_height: Array,
+    temperature_scale: Array,
+    rubber: RubberHeat = INSULATED,
 ) -> Array:
-    """Largest relative local error at each point: of ln h, of H_s / H_V, of (T - T_0).
+    """Largest relative local error at each point: of ln h, of H_s / H_V, of surface temperatures.
 
-    `undercooling` is T_m - T_0 (K). Infinite where anything is not finite.
+    The last are relative to `temperature_scale` (K). Infinite where anything is not finite.
     """
-    temperature = ice.surface_temperature(start.ice)
-    # The estimate is linear in the content: take it as a difference of two surface temperatures.
-    shifted = ice.surface_temperature(start.ice + step.error.ice)
+
+    def of_surface(body: IceHeat | RubberHeat, content: Array, error: Array) -> Array:
+        # The estimate is linear in the content: take it as a difference of two temperatures.
+        shifted = body.surface_temperature(content + error)
+        return np.abs(shifted - body.surface_temperature(content)) / temperature_scale
+
     parts = (
         np.abs(step.error.log_height),
         np.abs(step.error.squeezed_height) / free_height,
-        np.abs(shifted - temperature) / undercooling,
+        of_surface(ice, start.ice, step.error.ice),
+        of_surface(rubber, start.rubber, step.error.rubber),
     )
-    error: Array = np.max(parts, axis=0)
+    error = reduce(np.maximum, parts)
     good = np.isfinite(error) & np.isfinite(step.state.log_height)
     return np.where(good, error, np.inf)
 

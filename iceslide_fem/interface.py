@@ -11,6 +11,8 @@ from iceslide_fem.heat import Column, HalfSpace
 from iceslide_fem.ice import Continuum
 from iceslide_fem.materials import Array
 from iceslide_fem.meshing import ice_mesh, patch_lines, window_lines
+from iceslide_fem.point_run import rubber_columns
+from iceslide_fem.rubber_over_nodes import RubberOverNodes
 from iceslide_fem.strips import Strips, StripsUnderPoints
 from iceslide_fem.surface_grid import SurfaceGrid
 
@@ -23,8 +25,9 @@ def carrier_of(block: Block) -> Attached | OnRubber | OnIce:
 def _attached(block: Block) -> Attached:
     scene = block.scene
     temperature, duration = scene.ice.temperature, scene.load.duration
+    rubber = rubber_columns(scene)
     if scene.ice.heat == "column":
-        return Attached(block.friction, Column(temperature, duration))
+        return Attached(block.friction, Column(temperature, duration), rubber)
     if scene.ice.heat == "half-space":
         return Attached(block.friction, HalfSpace(temperature, duration))
     points, footprint = _footprint(block)
@@ -32,7 +35,7 @@ def _attached(block: Block) -> Attached:
     ice = Continuum(mesh, temperature)
     # The ice stays under the point of the rubber that it lies under at t = 0.
     ice.at = ice.grid.place(points)
-    return Attached(block.friction, ice)
+    return Attached(block.friction, ice, rubber)
 
 
 def _sliding(block: Block) -> OnRubber | OnIce:
@@ -49,9 +52,15 @@ def _sliding(block: Block) -> OnRubber | OnIce:
         grid = SurfaceGrid(lines, own, comm)
         columns = Strips if scene.film.carrier == "ice" else StripsUnderPoints
         ice = columns(grid, temperature, duration)
-    if scene.film.carrier == "ice":
-        return OnIce(block.friction, ice, scene.film.initial_height)
-    return OnRubber(block.friction, ice)
+    if scene.film.carrier == "rubber":
+        return OnRubber(block.friction, ice, rubber_columns(scene))
+    height = scene.film.initial_height
+    if not scene.rubber.heat:
+        return OnIce(block.friction, ice, height)
+    rubber = RubberOverNodes(
+        ice.grid, temperature, duration, scene.rubber.density, scene.film.conductance
+    )
+    return OnIce(block.friction, ice, height, rubber)
 
 
 def _footprint(block: Block) -> tuple[Array, list[tuple[float, float]]]:

@@ -34,6 +34,32 @@ RUBBER_CONDUCTIVITY = 0.19  # W/(m K)
 RUBBER_HEAT_CAPACITY = 1500.0  # J/(kg K)
 
 
+class Solid(NamedTuple):
+    """What conducts heat: conductivity (W/(m K)), density (kg/m3), heat capacity (J/(kg K))."""
+
+    conductivity: float
+    density: float
+    heat_capacity: float
+
+    @property
+    def diffusivity(self) -> float:
+        """alpha = lambda / (rho c), m2/s."""
+        return self.conductivity / (self.density * self.heat_capacity)
+
+    @property
+    def effusivity(self) -> float:
+        """e = sqrt(lambda rho c), W s^0.5/(m2 K)."""
+        return (self.conductivity * self.density * self.heat_capacity) ** 0.5
+
+
+ICE = Solid(ICE_CONDUCTIVITY, ICE_DENSITY, ICE_HEAT_CAPACITY)
+
+
+def rubber_solid(density: float) -> Solid:
+    """Rubber of this density (kg/m3)."""
+    return Solid(RUBBER_CONDUCTIVITY, density, RUBBER_HEAT_CAPACITY)
+
+
 @dataclass(frozen=True)
 class MooneyRivlin:
     """Constants of W = C10 (I1bar - 3) + C01 (I2bar - 3) + (J - 1)^2 / D1.

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film import FilmLoads, film_loads
-from iceslide_fem.heat import Column, HalfSpace, IceHeat
+from iceslide_fem.heat import Column, HalfSpace
 from iceslide_fem.integrators import (
     INTEGRATORS,
     InterfaceState,
@@ -25,6 +25,7 @@ from iceslide_fem.integrators import (
     surface_excess,
 )
 from iceslide_fem.materials import MELTING_TEMPERATURE, Array, Index, Mask
+from iceslide_fem.rubber_heat import INSULATED, RubberHeat
 from iceslide_fem.timestep import step_factor
 
 ICE_MODELS: dict[str, type[Column] | type[HalfSpace]] = {
@@ -145,13 +146,14 @@ def simulate(
     fixed_step: float | None = None,
     max_step: float = np.inf,
     observe: Callable[[Record], None] | None = None,
+    rubber: RubberHeat = INSULATED,
 ) -> PointResult:
     """Integrate all `conditions` from t = 0 to their duration.
 
     `ice` is `column` or `half-space`; `tolerance` the relative error of mu(t) aimed at;
     `times` (s) where mu is sampled; `fixed_step` (s) replaces error control, `max_step` (s)
-    bounds it; `observe` is called with every accepted step. Raises SimulationStopped where a
-    step cannot be made.
+    bounds it; `observe` is called with every accepted step; `rubber` takes heat, too, if it is
+    made of columns. Raises SimulationStopped where a step cannot be made.
     """
     method = INTEGRATORS[integrator]
     if fixed_step is None and not method.estimate:
@@ -163,7 +165,9 @@ def simulate(
     heat = ICE_MODELS[ice](conditions.temperature, conditions.duration)
     active = np.arange(n)
     here = conditions
-    state = InterfaceState(np.log(here.initial_height), np.zeros(n), heat.initial(n))
+    state = InterfaceState(
+        np.log(here.initial_height), np.zeros(n), heat.initial(n), rubber.initial(n)
+    )
     time = np.zeros(n)
     dt = FIRST_STEP * here.duration if fixed_step is None else np.full(n, fixed_step)
     loads = here.loads()
@@ -171,14 +175,17 @@ def simulate(
     while active.size:
         left = here.duration - time
         dt_try = np.minimum(np.minimum(dt, max_step), left)
-        step = advance(state, loads, loads, dt_try, heat, method)
+        step = advance(state, loads, loads, dt_try, heat, method, rubber)
         undercooling = MELTING_TEMPERATURE - here.temperature
         if fixed_step is None:
-            error = error_norms(step, heat, state, here.H_V, undercooling)
+            error = error_norms(step, heat, state, here.H_V, undercooling, rubber)
             error = error / (method.share * tolerance)
         else:
             error = np.where(np.isfinite(step.state.log_height), 0.0, np.inf)
-        event = _events(step, state, heat, here, EVENT_SHARE * tolerance)
+        power = loads.viscous * loads.speed * np.exp(-state.log_height)
+        on_ice = heat.surface_temperature(state.ice)
+        warmth = rubber.film_temperature(on_ice, state.rubber, power, state.log_height)
+        event = _events(step, state, warmth, here, EVENT_SHARE * tolerance)
         fraction = event.fraction
         good = (error <= 1.0) & (fraction >= 1.0)
         _refuse_hopeless(error, dt_try, here, time, fixed_step is not None)
@@ -214,20 +221,21 @@ def simulate(
             here = here.take(keep)
             loads = here.loads()
             state = InterfaceState(*(part[..., keep] for part in state))
-            heat = heat.take(keep)
+            heat, rubber = heat.take(keep), rubber.take(keep)
     result.mu_mean /= conditions.duration
     return result
 
 
 def _events(
-    step: Step, start: InterfaceState, heat: IceHeat, here: Conditions, share: float
+    step: Step, start: InterfaceState, warmth: Array, here: Conditions, share: float
 ) -> _Event:
-    """What sets in during `step`, on the straight lines of surface temperature and of H_s.
+    """What sets in during `step`, on the straight lines of the film's temperature and of H_s.
 
-    A step that ends within `share` of an event (relative to T_m - T_0 and to H_V) ends on it.
+    `warmth` is that temperature (K) at the start of the step. A step that ends within `share` of
+    an event (relative to T_m - T_0 and to H_V) ends on it.
     """
     slack = share * (MELTING_TEMPERATURE - here.temperature)
-    lack = MELTING_TEMPERATURE - heat.surface_temperature(start.ice)
+    lack = MELTING_TEMPERATURE - warmth
     melts, melted = _crossing(lack, surface_excess(step), slack)
     slack = share * here.H_V
     fills, filled = _crossing(here.H_V - start.squeezed_height, step.last.overfill, slack)

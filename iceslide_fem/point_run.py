@@ -10,6 +10,7 @@ from iceslide_fem.heat import Column, HalfSpace
 from iceslide_fem.integrators import INTEGRATORS
 from iceslide_fem.materials import MELTING_TEMPERATURE
 from iceslide_fem.point import ICE_MODELS, Conditions, PointResult, Record, simulate
+from iceslide_fem.rubber_heat import INSULATED, Insulated, RubberColumns
 from iceslide_fem.scene import Scene
 
 Row = dict[str, float | int]
@@ -40,8 +41,21 @@ def point_history(scene: Scene) -> tuple[list[Row], dict[str, Any]]:
         fixed_step=fixed,
         max_step=largest,
         observe=history.add,
+        rubber=rubber_columns(scene),
     )
     return history.rows, _results(result, history.rows)
+
+
+def rubber_columns(scene: Scene) -> RubberColumns | Insulated:
+    """The rubber above the scene's contact points as heat sees it; as warm as the ice at first."""
+    if not scene.rubber.heat:
+        return INSULATED
+    return RubberColumns(
+        scene.ice.temperature,
+        scene.load.duration,
+        scene.rubber.density,
+        scene.film.conductance,
+    )
 
 
 def scene_conditions(scene: Scene) -> Conditions:
@@ -69,7 +83,7 @@ class _History:
         self._ice: Column | HalfSpace = ICE_MODELS[scene.ice.heat](
             conditions.temperature, conditions.duration
         )
-        self._work = self._ice_heat = self._latent_heat = 0.0
+        self._work = self._ice_heat = self._rubber_heat = self._latent_heat = 0.0
         self.rows = [self._row(0.0, 0.0, scene.film.initial_height, 0.0, scene.ice.temperature)]
 
     def add(self, record: Record) -> None:
@@ -77,6 +91,7 @@ class _History:
         step, dt = record.step, float(record.dt[0])
         self._work += self._area * float(step.friction_work[0])
         self._ice_heat += self._area * float(step.ice_heat[0])
+        self._rubber_heat += self._area * float(step.rubber_heat[0])
         self._latent_heat += self._area * float(step.latent_heat[0])
         row = self._row(
             float(record.time[0]) + dt,
@@ -101,7 +116,7 @@ class _History:
     ) -> Row:
         load = self._scene.load
         shear = self._shear_height / height
-        missing = self._work - self._ice_heat - self._latent_heat
+        missing = self._work - self._ice_heat - self._rubber_heat - self._latent_heat
         return {
             "time_s": time,
             "step_s": dt,
@@ -119,7 +134,7 @@ class _History:
             "friction_work_J": self._work,
             "load_work_J": 0.0,
             "ice_heat_J": self._ice_heat,
-            "rubber_heat_J": 0.0,
+            "rubber_heat_J": self._rubber_heat,
             "latent_heat_J": self._latent_heat,
             "elastic_energy_J": 0.0,
             "kinetic_energy_J": 0.0,

@@ -22,6 +22,7 @@ from pydantic import (
 )
 
 from iceslide_fem.errors import SceneError, first_sentence
+from iceslide_fem.heat import DEPTH_IN_LAYERS
 from iceslide_fem.materials import (
     BAR,
     COMPOUNDS,
@@ -30,6 +31,7 @@ from iceslide_fem.materials import (
     ConstantContact,
     ContactTable,
     MooneyRivlin,
+    rubber_solid,
 )
 from iceslide_fem.units import Quantity
 
@@ -157,6 +159,7 @@ class Film(_Table):
     """The water film: who carries it, the pressure it follows, and constant k, D (m), H_V (m).
 
     k, D and H_V override the compound's table, all three together. `initial_height` is h0, m.
+    `conductance` is that from the film to either body with heat in the rubber, W/(m2 K).
     """
 
     carrier: Literal["ice", "rubber"] = "ice"
@@ -165,6 +168,7 @@ class Film(_Table):
     D: Annotated[float, Quantity("m", "0.01 um", "10 mm")] | None = None
     H_V: Annotated[float, Quantity("m", "1 nm", "10 mm")] | None = None
     initial_height: Annotated[float, Quantity("m", "1 nm", "10 um")] = 70e-9
+    conductance: Annotated[float, Quantity("W/m^2/K", "10 W/m^2/K", "1e9 W/m^2/K")] | None = None
 
     @model_validator(mode="after")
     def _all_or_none(self) -> Self:
@@ -219,8 +223,33 @@ class Scene(_Table):
                 "closed form holds for ice that stays under the rubber; "
                 "allowed with sliding: 'column' or 'continuum'"
             )
-        not_yet(self)
+        if self.rubber.heat:
+            self._rubber_can_take_heat()
+        elif self.film.conductance is not None:
+            raise ValueError(
+                "film.conductance has a meaning only with heat in the rubber; "
+                "leave it out, or set rubber.heat = true"
+            )
         return self
+
+    def _rubber_can_take_heat(self) -> None:
+        """Raise ValueError where heat in the rubber has no meaning in this scene."""
+        if self.ice.heat == "half-space":
+            raise ValueError(
+                'ice.heat = "half-space" and rubber.heat = true contradict each other: the closed '
+                "form gives the ice a flux that does not depend on the rubber; "
+                "allowed with heat in the rubber: 'column' or 'continuum'"
+            )
+        needed = (
+            DEPTH_IN_LAYERS
+            * (rubber_solid(self.rubber.density).diffusivity * self.load.duration) ** 0.5
+        )
+        if self.rubber.height < needed:
+            raise ValueError(
+                f"rubber.height = {1e3 * self.rubber.height:.3g} mm is too thin for rubber.heat = "
+                f"true, which takes the rubber as a half-space: heat reaches {1e3 * needed:.3g} mm "
+                "deep within load.duration"
+            )
 
     @property
     def mooney_rivlin(self) -> MooneyRivlin:
@@ -257,12 +286,6 @@ class Scene(_Table):
     def as_dict(self) -> dict[str, Any]:
         """Everything, defaults included, in SI, as JSON can hold it; `scene_from_dict` reads it."""
         return self.model_dump(mode="json")
-
-
-def not_yet(scene: Scene) -> None:
-    """Raise ValueError for what the schema knows and this version cannot simulate."""
-    if scene.rubber.heat:
-        raise ValueError("rubber.heat = true is not implemented in this version; allowed: false")
 
 
 def load_scene(path: Path | str, overrides: Sequence[str] = ()) -> Scene:

@@ -14,10 +14,11 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 import iceslide_fem
-from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.errors import SceneError, SimulationStopped
 from iceslide_fem.outputs import HISTORY_COLUMNS, PRELOAD_COLUMNS, Fields, Table, write_summary
 from iceslide_fem.progress import Progress
 from iceslide_fem.report import report
+from iceslide_fem.results import Run, read_run
 from iceslide_fem.scene import Scene
 
 FIELD_TIMES = 25
@@ -34,6 +35,18 @@ def run(scene: Scene, out: Path | str, petsc_options: Sequence[str] = ()) -> dic
     if scene.model == "point":
         return _run_point(scene, out)
     return _run_block(scene, out, petsc_options)
+
+
+def kept_run(scene: Scene, directory: Path | str) -> Run:
+    """The run of exactly this scene in `directory`: the one that is there, or made now."""
+    try:
+        kept = read_run(directory)
+    except SceneError:
+        kept = None
+    if kept is None or kept.scene != scene.as_dict():
+        run(scene, directory)
+        kept = read_run(directory)
+    return kept
 
 
 def _run_point(scene: Scene, out: Path) -> dict[str, Any]:

@@ -7,8 +7,7 @@ node of the surface has its own column, which is carried along with the ice.
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import diags, identity
-from scipy.sparse.linalg import spsolve
+from scipy.linalg import solveh_banded
 
 from iceslide_fem._dolfinx import MPI
 from iceslide_fem.equilibrium import NotConverged
@@ -21,7 +20,7 @@ from iceslide_fem.surface_grid import SurfaceGrid
 # a strip's resistance: its flux is then a function of its temperature, and unique.
 RESISTANCE_SHARE = 1e-3
 MAX_ITERATIONS = 25
-TEMPERATURE_TOLERANCE = 1e-9  # K
+TEMPERATURE_TOLERANCE = 1e-7  # K
 
 
 class Strips(Column):
@@ -75,13 +74,13 @@ class StripsUnderPoints(Strips):
         Raises NotConverged if the set of melting points does not settle.
         """
         grid = self.grid
-        decay = np.reciprocal(1.0 + self.rates[:, None] * dt)
-        own_offset = self.temperature + self.surface @ (start * decay)
-        own_resistance = np.broadcast_to((self.surface**2 @ decay) * dt, own_offset.shape)
-        offset, resistance = grid.everywhere(np.stack([own_offset, own_resistance]))
+        decay = self.decay(dt)
+        own_offset, resistance = self.response(start, decay, dt)  # one resistance for all
+        offset = grid.everywhere(own_offset)
         per_heat = resistance / grid.cell_area
-        link = np.full(self.area.shape, RESISTANCE_SHARE * float(resistance.max()))
-        temperature = offset.copy()
+        link = np.full(self.area.shape, RESISTANCE_SHARE * float(resistance[0]))
+        temperature = grid.everywhere(Strips.surface_temperature(self, start))
+        matrix = np.zeros((grid.diagonals[-1] + 1, grid.n_nodes))  # diagonals, lower half
         for _ in range(MAX_ITERATIONS):
             here = grid.read(temperature, self.at)
             result = film(IceSurface(here, link, (MELTING_TEMPERATURE - here) / link))
@@ -89,8 +88,8 @@ class StripsUnderPoints(Strips):
             residual = temperature - offset - per_heat * heat
             if np.abs(residual).max() <= TEMPERATURE_TOLERANCE:
                 flux = heat[grid.own] / grid.cell_area[grid.own]
-                return (start + np.multiply.outer(self.surface, dt * flux)) * decay, result
-            coupling = grid.coupling(np.where(result.melting, self.area / link, 0.0), self.at)
-            matrix = identity(grid.n_nodes) + diags(per_heat) @ coupling
-            temperature = temperature - spsolve(matrix.tocsc(), residual)
+                return self.heated(start, decay, dt * flux), result
+            matrix[grid.diagonals] = grid.coupling(self.area * result.ice_slope / link, self.at)
+            matrix[0] += 1.0 / per_heat
+            temperature -= solveh_banded(matrix, residual / per_heat, lower=True)
         raise NotConverged("the melting part of the ice's surface does not settle")

@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix, csr_matrix
 
 from iceslide_fem._dolfinx import MPI
 from iceslide_fem.materials import Array
@@ -30,13 +29,17 @@ class SurfaceGrid:
     """Tensor grid of the sorted coordinates `lines` (x, or x and y; m).
 
     own: the nodes of this rank; cell_area: what each node stands for, m2 (m in a slice), all
-    nodes; n_nodes: their number.
+    nodes; n_nodes: their number; diagonals: how far apart the numbers of nodes of one cell are.
     """
 
     def __init__(self, lines: Sequence[Array], own: NDArray[np.int64], comm: MPI.Comm) -> None:
         self.lines, self.own, self.comm = list(lines), own, comm
         self.shape = tuple(line.size for line in lines)
         self.n_nodes = int(np.prod(self.shape))
+        sides = itertools.product((0, 1), repeat=len(self.lines))
+        self._corner = [int(np.dot(side, (*self.shape[1:], 1))) for side in sides]
+        pairs = itertools.combinations_with_replacement(self._corner, 2)
+        self.diagonals = sorted({second - first for first, second in pairs})
         area = np.ones(1)
         for line in lines:
             half = np.diff(line) / 2.0
@@ -93,14 +96,18 @@ class SurfaceGrid:
         self.comm.Allreduce(MPI.IN_PLACE, grid, op=MPI.SUM)
         return grid
 
-    def coupling(self, conductance: Array, at: Placement) -> csr_matrix:
-        """Sum over the points of all ranks of conductance * N N^T, (nodes, nodes). Collective."""
-        some = np.flatnonzero(conductance)
-        node, share = at.node[some], at.share[some]
-        values = conductance[some][:, None, None] * share[:, :, None] * share[:, None, :]
-        rows = np.broadcast_to(node[:, :, None], values.shape)
-        columns = np.broadcast_to(node[:, None, :], values.shape)
-        size = (self.n_nodes, self.n_nodes)
-        own = coo_matrix((values.ravel(), (rows.ravel(), columns.ravel())), size).tocsr()
-        parts = self.comm.allgather(own)
-        return sum(parts[1:], start=parts[0]).tocsr()
+    def coupling(self, conductance: Array, at: Placement) -> Array:
+        """Sum over the points of all ranks of conductance * N N^T, a symmetric matrix. Collective.
+
+        Its diagonals (n_diagonals, nodes): row d holds the entries (j + `diagonals`[d], j).
+        """
+        bands = np.zeros((len(self.diagonals), self.n_nodes))
+        corners = range(at.node.shape[1])
+        for first, second in itertools.combinations_with_replacement(corners, 2):
+            # corners are in the order of their nodes
+            distance = self._corner[second] - self._corner[first]
+            weights = conductance * at.share[:, first] * at.share[:, second]
+            band = bands[self.diagonals.index(distance)]
+            band += np.bincount(at.node[:, first], weights, minlength=self.n_nodes)
+        self.comm.Allreduce(MPI.IN_PLACE, bands, op=MPI.SUM)
+        return bands

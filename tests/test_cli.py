@@ -91,7 +91,10 @@ def test_run_says_that_the_pressure_is_outside_the_table(simulated, capsys):
         (["info", "nowhere.toml"], "cannot read the scene file nowhere.toml"),
         (["run", CASE, "--set", "load.presure=3bar"], "did you mean load.pressure?"),
         (["run", CASE, "--set", "load.pressure=3 K"], "wrong unit"),
-        (["run", CASE, "--set", "rubber.heat=true"], "not implemented in this version"),
+        (
+            ["run", CASE, "--set", "rubber.heat=true", "--set", "rubber.height=50um"],
+            "too thin for rubber.heat",
+        ),
         (["run", CASE, "--set", "rubber.C10=1MPa"], "contradict"),
         (["run", CASE, "second.toml"], '"second.toml" is one too many'),
         (["run", CASE, "--out", CASE], "is not a directory one may write to"),

@@ -23,9 +23,8 @@ def given_flux(q: float):
         flux = np.minimum(power, ice.melted_flux)
         dry = ice.offset + ice.resistance * power
         melting = power > ice.melted_flux
-        return FilmStage(
-            y, squeezed, power, flux, power - flux, dry, melting, melting, np.zeros_like(y)
-        )
+        slope, zero, rest = melting.astype(float), np.zeros_like(y), power - flux
+        return FilmStage(y, squeezed, power, flux, rest, dry, melting, melting, zero, slope, zero)
 
     return stage
 

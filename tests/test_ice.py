@@ -29,7 +29,9 @@ def a_scene(model, refinement=1.0):
     return SimpleNamespace(
         name="ice",
         model=model,
-        rubber=SimpleNamespace(length=1e-3, width=1e-3, height=1e-3, mesh=None),
+        rubber=SimpleNamespace(
+            length=1e-3, width=1e-3, height=1e-3, mesh=None, sipes=0, sipe_width=0.0, sipe_depth=0.0
+        ),
         load=SimpleNamespace(duration=DURATION),
         ice=SimpleNamespace(margin=0.0),
         numerics=SimpleNamespace(refinement=refinement),
@@ -66,8 +68,9 @@ def given_flux(flux):
         dry = surface.offset + surface.resistance * flux
         melting = dry > MELTING_TEMPERATURE
         ice_flux = np.where(melting, surface.melted_flux, flux)
-        zero = np.zeros_like(flux)
-        return FilmStage(zero, zero, flux, ice_flux, flux - ice_flux, dry, melting, melting, zero)
+        slope, zero = melting.astype(float), np.zeros_like(flux)
+        rest = flux - ice_flux
+        return FilmStage(zero, zero, flux, ice_flux, rest, dry, melting, melting, zero, slope, zero)
 
     return film
 

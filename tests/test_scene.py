@@ -185,7 +185,11 @@ def test_one_bad_value(key, value, words):
             ["half-space", "sliding", "'column'"],
         ),
         ({"model": "point", "ice.heat": "continuum"}, ["point", "'column' or 'half-space'"]),
-        ({"rubber.heat": True}, ["rubber.heat", "not implemented in this version"]),
+        (
+            {"rubber.heat": True, "ice.heat": "half-space"},
+            ["half-space", "rubber.heat", "'column' or 'continuum'"],
+        ),
+        ({"rubber.heat": True, "rubber.height": 1e-4}, ["rubber.height = 0.1 mm is too thin"]),
     ],
 )
 def test_contradictions(changes, words):

@@ -43,3 +43,18 @@ def test_penalty_moves_the_plate_little():
     assert 0.0 < changes["penalty x 0.5"] < 2.0
     assert -1.0 < changes["penalty x 2"] < 0.0
     assert all(row[2] != "not found in one solve" for row in rows)
+
+
+def test_sliding_variants(tmp_path):
+    picture = tmp_path / "sliding.png"
+    options = ["--quick", "--out", str(picture), "--runs", str(tmp_path / "runs")]
+    script = SCRIPTS / "compare_sliding"
+    done = subprocess.run(
+        [sys.executable, script, *options], capture_output=True, text=True, timeout=600
+    )
+    assert done.returncode == 0, done.stderr
+    rows = [line for line in done.stdout.splitlines() if line.startswith("1bar  ")]
+    assert len(rows) == 6 + 4
+    shares = [float(row.split()[-5].strip("%")) for row in rows[:6]]
+    assert [share > 2.0 for share in shares] == [False, True] * 3
+    assert picture.stat().st_size > 10_000

@@ -1,0 +1,212 @@
+"""Heat conduction in the rubber, and what it makes of the film's energy balance.
+
+A film of height h conducts to either body with G = 2 k_w / h (half of its height to each). At
+every contact point, with the film's temperature T_f and the surface temperatures T_i of the ice and
+T_r of the rubber (docs/theory.md):
+
+    T_f    = min(T_m, (q_f + G T_i + G T_r) / (2 G))
+    q_ice  = G (T_f - T_i),   q_rubber = G (T_f - T_r)
+    q_melt = q_f - q_ice - q_rubber >= 0
+
+The warm layer of the rubber, sqrt(alpha t), is 28 um after 7 ms, so one-dimensional columns are
+enough. Within an implicit stage each body's surface has T = a + R q, so its answer behind half
+of the film is T_f = a + (R + 1/G) q, and both together are again of that form: the film law is
+solved as if there was ice alone. G follows the film height that is being solved for, unless a
+contact conductance is given instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import copy
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from iceslide_fem.film import FilmStage, IceSurface
+from iceslide_fem.heat import Column, FilmLaw
+from iceslide_fem.materials import (
+    MELTING_TEMPERATURE,
+    WATER_CONDUCTIVITY,
+    Array,
+    Index,
+    rubber_solid,
+)
+
+# Passes over film law and conductance stop when ln h changes by no more than this. 1/G is a few
+# per cent of the bodies' resistances, so what is left is a hundredth of it.
+HEIGHT_TOLERANCE = 1e-6
+MAX_PASSES = 20
+
+
+class RubberHeat(Protocol):
+    """Conduction in the rubber as the time integrator sees it; content as for `IceHeat`."""
+
+    def initial(self, n_points: int) -> Array:
+        """Content of rubber at its initial temperature, under `n_points` contact points."""
+
+    def beside(self, start: Array, dt: Array | float, film: FilmLaw, log_height: Array) -> FilmLaw:
+        """The film law of one implicit stage as the ice sees it, which starts at `log_height`."""
+
+    def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
+        """Content at the end of an implicit stage with `flux` (W/m2) where the films live."""
+
+    def surface_temperature(self, content: Array) -> Array:
+        """Temperature of the rubber's surface where the films live (K)."""
+
+    def film_temperature(
+        self, ice: Array, content: Array, power: Array, log_height: Array
+    ) -> Array:
+        """T_f (K) between ice whose surface has `ice` (K) and this rubber.
+
+        `power` is q_f (W/m2), `log_height` is ln h.
+        """
+
+    def take(self, index: Index) -> RubberHeat:
+        """The rubber above the points at `index` only."""
+
+
+class Insulated:
+    """Rubber that takes no heat: the default. Content: nothing, shape (0, n_points)."""
+
+    def initial(self, n_points: int) -> Array:
+        """No content."""
+        return np.zeros((0, n_points))
+
+    def beside(self, start: Array, dt: Array | float, film: FilmLaw, log_height: Array) -> FilmLaw:
+        """The film law itself."""
+        return film
+
+    def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
+        """No content."""
+        return start
+
+    def surface_temperature(self, content: Array) -> Array:
+        """One for all points, of no consequence."""
+        return np.zeros(1)
+
+    def film_temperature(
+        self, ice: Array, content: Array, power: Array, log_height: Array
+    ) -> Array:
+        """That of the ice."""
+        return ice
+
+    def take(self, index: Index) -> Insulated:
+        """The same."""
+        return self
+
+
+INSULATED = Insulated()
+
+
+class RubberSurface(NamedTuple):
+    """The rubber's answer within one implicit stage: T_r = offset + resistance * q; arrays.
+
+    offset (K) and resistance (K m2/W) where there is contact; cover: share of the film's area
+    that is in contact, 0 to 1; half_film: 1/G (K m2/W) as a function of ln h.
+    """
+
+    offset: Array
+    resistance: Array
+    cover: Array
+    half_film: Callable[[Array], Array]
+
+
+class RubberColumns:
+    """Columns of rubber above the points that carry the films.
+
+    `cover` (n,) is 1 where a point is in contact and 0 where it is not. Content: amplitudes
+    (n_modes, n_points) as for `Column`.
+    """
+
+    def __init__(
+        self,
+        temperature: float | Array,
+        duration: float | Array,
+        density: float,
+        conductance: float | None = None,
+    ) -> None:
+        """Rubber of `density` (kg/m3) at `temperature` (K) for runs of `duration` (s).
+
+        `conductance` is G (W/(m2 K)) from the film to either body, 2 k_w / h if it is None.
+        """
+        self.column = Column(temperature, duration, solid=rubber_solid(density))
+        self.cover: Array = np.ones(1)
+        self._conductance = conductance
+
+    def half_film(self, log_height: Array) -> Array:
+        """Resistance 1/G (K m2/W) between a film of height h and either body."""
+        if self._conductance is not None:
+            return np.full_like(log_height, 1.0 / self._conductance)
+        return np.asarray(np.exp(log_height) / (2.0 * WATER_CONDUCTIVITY))
+
+    def initial(self, n_points: int) -> Array:
+        """Rubber at its initial temperature."""
+        return self.column.initial(n_points)
+
+    def beside(self, start: Array, dt: Array | float, film: FilmLaw, log_height: Array) -> FilmLaw:
+        """The film law between ice and this rubber."""
+        offset, resistance = self.column.response(start, self.column.decay(dt), dt)
+        rubber = RubberSurface(offset, resistance, self.cover, self.half_film)
+        return film_law_beside(rubber, film, log_height)
+
+    def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
+        """Content after a stage with `flux` (W/m2) at the points."""
+        return self.column.heated(start, self.column.decay(dt), dt * flux)
+
+    def surface_temperature(self, content: Array) -> Array:
+        """Temperature at the points (K)."""
+        return self.column.surface_temperature(content)
+
+    def film_temperature(
+        self, ice: Array, content: Array, power: Array, log_height: Array
+    ) -> Array:
+        """T_f = min(T_m, (T_i + T_r + q_f / G) / 2) at the points (K)."""
+        rise = power * self.half_film(log_height)
+        free = 0.5 * (ice + self.surface_temperature(content) + rise)
+        return np.minimum(MELTING_TEMPERATURE, free)
+
+    def take(self, index: Index) -> RubberColumns:
+        """The columns above the points at `index` only."""
+        part = copy(self)
+        part.column = self.column.take(index)
+        return part
+
+
+def film_law_beside(rubber: RubberSurface, film: FilmLaw, log_height: Array) -> FilmLaw:
+    """The film law as the ice sees it; each answer starts from the film height of the last."""
+
+    def law(ice: IceSurface) -> FilmStage:
+        nonlocal log_height
+        result = between(ice, rubber, film, log_height)
+        log_height = result.log_height
+        return result
+
+    return law
+
+
+def between(ice: IceSurface, rubber: RubberSurface, film: FilmLaw, log_height: Array) -> FilmStage:
+    """The film law between two bodies: T_f and both fluxes (see the module's head).
+
+    `ice` and `rubber` are their answers in this stage, `log_height` a first guess of ln h. Only
+    offset and resistance of `ice` are used.
+    """
+    for _ in range(MAX_PASSES):
+        half = rubber.half_film(log_height)
+        to_ice = 1.0 / (ice.resistance + half)
+        to_rubber = rubber.cover / (rubber.resistance + half)
+        both = to_ice + to_rubber
+        offset = (to_ice * ice.offset + to_rubber * rubber.offset) / both
+        result = film(IceSurface(offset, 1.0 / both, (MELTING_TEMPERATURE - offset) * both))
+        change = np.abs(result.log_height - log_height).max(initial=0.0)
+        log_height = result.log_height
+        if not change > HEIGHT_TOLERANCE:
+            break
+    temperature = offset + result.ice_flux / both
+    # Where the film does not melt, what the ice does not take the rubber does.
+    slope = ice.resistance * to_ice * np.where(result.melting, 1.0, to_rubber / both)
+    return result._replace(
+        ice_flux=to_ice * (temperature - ice.offset),
+        rubber_flux=to_rubber * (temperature - rubber.offset),
+        ice_slope=slope,
+    )
