@@ -290,10 +290,8 @@ class Sliding:
         return bool(self.block.surface.comm.allreduce(here, op=MPI.LAND))
 
     def _farewell(self, reason: Exception) -> str:
-        contact = self.block.contact
-        share = self.block.surface.total((contact.pressure > 0.0) * 1.0, contact.area)
         return (
             f"the run stops at t = {1e3 * self.moment.time:.4g} ms of "
-            f"{1e3 * self._duration:.4g} ms: no step is accepted ({reason}); the block touches "
-            f"the ice on {share / self.block.area:.0%} of its nominal area"
+            f"{1e3 * self._duration:.4g} ms: no step is accepted ({reason}); "
+            f"{self.block.limit_met()}"
         )
