@@ -133,7 +133,8 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     else:
         scale = 2.0 if "symmetry" in mesh.tags else 1.0
     pressure = scene.load.pressure
-    penalty = scene.numerics.penalty or default_penalty(material, height)
+    numerics = scene.numerics
+    penalty = numerics.penalty or default_penalty(material, height, numerics.tolerance)
     friction = FilmFriction(
         scene.contact_parameters,
         pressure if scene.film.pressure == "nominal" else None,

@@ -95,6 +95,7 @@ def neglects(scene: Scene) -> Neglects:
     if not sliding and scene.ice.margin == 0.0:  # insulated sides: heat only evens out
         exchanged = float(np.max(np.std(bending / alone[:, None], axis=1))) + strain
     slope = float(np.max(np.abs(np.gradient(np.log(mu), times))))
+    # Of first order: the kink of mu(t) at melt onset sets the block swinging.
     inertia = 2.0 * H * sqrt(rubber.density / G) * slope / pi
     return Neglects(
         Neglect("closed-form flux", closed_form, "point with it against point", closed_form),

@@ -24,8 +24,8 @@ def thesis(*changes):
 def test_a_cube_of_soft_rubber_may_neglect_nothing():
     found = neglects(thesis("numerics.tolerance=1e-3"))
     assert found.bending.number > 1.0  # an edge lifts off
-    assert all(one.effect > 1e-3 for one in found[:-1])
-    assert found.inertia.effect < 1e-3
+    assert all(one.effect > 1e-3 for one in found)
+    assert found.inertia.number == pytest.approx(0.03, abs=0.01)  # a shear wave takes 45 us
     assert cheapest(thesis()) == Rung("block", "continuum", 1.0)
 
 
