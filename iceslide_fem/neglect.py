@@ -96,6 +96,7 @@ def neglects(scene: Scene) -> Neglects:
         exchanged = float(np.max(np.std(bending / alone[:, None], axis=1))) + strain
     slope = float(np.max(np.abs(np.gradient(np.log(mu), times))))
     # Of first order: the kink of mu(t) at melt onset sets the block swinging.
+    # Of first order: the kink of mu(t) at melt onset sets the block swinging.
     inertia = 2.0 * H * sqrt(rubber.density / G) * slope / pi
     return Neglects(
         Neglect("closed-form flux", closed_form, "point with it against point", closed_form),
@@ -104,7 +105,7 @@ def neglects(scene: Scene) -> Neglects:
         Neglect("bending", tilt, "3 μ H / L", bending_effect),
         Neglect("plane strain", H / W, "H / W", min(1.0, H / W) * uneven),
         Neglect("columns of ice", share, "√(π α t) (1/L + 1/W)", share * min(1.0, exchanged)),
-        Neglect("quasi-static rubber", inertia, "2 H √(ρ/G) max|d ln μ/dt| / π", inertia**2),
+        Neglect("quasi-static rubber", inertia, "2 H √(ρ/G) max|d ln μ/dt| / π", inertia),
     )
 
 
