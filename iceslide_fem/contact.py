@@ -21,9 +21,9 @@ from iceslide_fem.materials import (
 )
 from iceslide_fem.surface import ContactSurface
 
-# Penetration over the block's mean deformation: the scene's tolerance within these bounds. Softer
-# is hardly cheaper, stiffer hardly more accurate (docs/accuracy.md).
-PENETRATION = (1e-3, 1e-2)
+# Penetration over the block's mean deformation: a share of the scene's tolerance, within bounds.
+# Softer is hardly cheaper, stiffer hardly more accurate (docs/accuracy.md).
+PENETRATION_SHARE, PENETRATION = 1 / 3, (1e-3, 1e-2)
 
 
 class Traction(NamedTuple):
@@ -153,11 +153,11 @@ def contact_tangent(surface: ContactSurface, u: Array, penalty: float, traction:
 
 
 def default_penalty(material: MooneyRivlin, height: float, tolerance: float) -> float:
-    """Penalty (Pa/m) under which a uniform pressure sinks in by `tolerance` of the deformation.
+    """Penalty (Pa/m) under which a uniform pressure sinks in by a share of the deformation.
 
-    A block of this height (m) yields by p H / E, the penalty by p / eps: eps = E / (share H),
-    with a share between 1e-3 and 1e-2. Where pressure concentrates at the edges, penetration is
+    A block of this height (m) yields by p H / E, the penalty by p / eps: eps = E / (share H). The
+    share is a third of `tolerance`, but between 1e-3 and 1e-2. Where pressure concentrates at the edges, penetration is
     1.5 to 4 times larger (scripts/penalty_effect).
     """
-    share = min(max(tolerance, PENETRATION[0]), PENETRATION[1])
+    share = min(max(PENETRATION_SHARE * tolerance, PENETRATION[0]), PENETRATION[1])
     return material.youngs_modulus / (share * height)

@@ -159,7 +159,7 @@ class Numerics(_Table):
     refinement: Annotated[float, Quantity("", "0.25", "8")] = 1.0
     penalty: Annotated[float, Quantity("Pa/m", "0.001 MPa/mm", "1e6 MPa/mm")] | None = None
     shear_ramp_pressure: Annotated[float, Quantity("Pa", "1 Pa", "10 bar")] | None = None
-    film_integrator: Literal["sdirk2", "sdirk3", "implicit-euler", "explicit-euler"] = "sdirk3"
+    film_integrator: Literal["sdirk2", "sdirk3", "implicit-euler", "explicit-euler"] = "sdirk2"
     max_step: Annotated[float, Quantity("s", "1 ns", "100 s")] | None = None
 
 

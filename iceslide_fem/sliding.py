@@ -27,7 +27,7 @@ from iceslide_fem.timestep import step_factor
 # Shares of the tolerance: the film's and heat's local error per step, the change of the film
 # that one more pass over block and film would make, and the change of shear relative to the
 # pressure below which the block is not solved again.
-LOCAL_SHARE = 0.3
+LOCAL_SHARE = 0.1
 COUPLING_SHARE = 0.3
 QUIET_SHARE = 0.1
 MAX_PASSES = 4
