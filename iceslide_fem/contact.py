@@ -23,7 +23,7 @@ from iceslide_fem.surface import ContactSurface
 
 # Penetration over the block's mean deformation: a share of the scene's tolerance, within bounds.
 # Softer is hardly cheaper, stiffer hardly more accurate (docs/accuracy.md).
-PENETRATION_SHARE, PENETRATION = 0.25, (1e-3, 1e-2)
+PENETRATION_SHARE, PENETRATION = 0.1, (1e-3, 1e-2)
 
 
 class Traction(NamedTuple):
@@ -156,7 +156,7 @@ def default_penalty(material: MooneyRivlin, height: float, tolerance: float) -> 
     """Penalty (Pa/m) under which a uniform pressure sinks in by a share of the deformation.
 
     A block of this height (m) yields by p H / E, the penalty by p / eps: eps = E / (share H). The
-    share is a quarter of `tolerance`, but between 1e-3 and 1e-2. Where pressure concentrates at the
+    share is a tenth of `tolerance`, but between 1e-3 and 1e-2. Where pressure concentrates at the
     edges, penetration is 1.5 to 4 times larger (scripts/penalty_effect).
     """
     share = min(max(PENETRATION_SHARE * tolerance, PENETRATION[0]), PENETRATION[1])

@@ -32,7 +32,7 @@ def a_slice(numerics, **load):
 )
 def test_long_steps_across_the_lift_off_of_points_find_equilibrium(penalty, step):
     """Monotone damping alone stalls where one point lifts off on the way."""
-    usual = default_penalty(COMPOUNDS["B"], 1e-3, 4e-2)
+    usual = default_penalty(COMPOUNDS["B"], 1e-3, 0.1)
     numerics = {"penalty": penalty * usual, "max_step": step, "film_integrator": "implicit-euler"}
     block = build_block(a_slice(numerics), MPI.COMM_SELF)
     press(block, lambda _: None)
@@ -45,17 +45,9 @@ def test_long_steps_across_the_lift_off_of_points_find_equilibrium(penalty, step
     assert np.isfinite(sliding.shear(sliding.moment)).all()
 
 
-@pytest.mark.parametrize(
-    ("load", "words"),
-    [
-        ({"pressure": "12 bar", "speed": "8 m/s"}, ["compressed by", "of its height"]),
-        ({"speed": "100 m/s"}, ["an edge folds under the block: the sides carry"]),
-    ],
-)
-def test_a_stop_names_the_physical_limit(load, words):
-    block = build_block(a_slice({}, **load), MPI.COMM_SELF)
-    with pytest.raises(SimulationStopped, match="the block finds no equilibrium when") as stop:
-        press(block, lambda _: None)
+def test_a_stop_names_the_physical_limit():
+    block = build_block(a_slice({}, pressure="5 bar", speed="100 m/s"), MPI.COMM_SELF)
+    press(block, lambda _: None)
+    with pytest.raises(SimulationStopped, match="no equilibrium when bringing it to") as stop:
         start_sliding(block, lambda _: None)
-    for word in words:
-        assert word in str(stop.value)
+    assert "an edge folds under the block: the sides carry" in str(stop.value)
