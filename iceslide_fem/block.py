@@ -28,6 +28,7 @@ from iceslide_fem.contact import (
 )
 from iceslide_fem.equilibrium import Equilibrium, NotConverged, Solution, TractionLaw
 from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.limits import limit_met
 from iceslide_fem.materials import Array
 from iceslide_fem.meshing import rubber_mesh, window_cell
 from iceslide_fem.rubber import Rubber
@@ -100,6 +101,11 @@ class Block:
 
         return law
 
+    def limit_met(self) -> str:
+        """What the block gives way by at the present displacements. Collective."""
+        displacements, penalty = self.rubber.displacements, self.equilibrium.penalty
+        return limit_met(self.surface, displacements, penalty, self.area, self.height)
+
     def normal_force(self, contact: ContactState) -> float:
         """Contact force of the whole block, N. Collective."""
         return self.scale * self.surface.total(contact.pressure, contact.area)
@@ -127,7 +133,8 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     else:
         scale = 2.0 if "symmetry" in mesh.tags else 1.0
     pressure = scene.load.pressure
-    penalty = scene.numerics.penalty or default_penalty(material, height)
+    numerics = scene.numerics
+    penalty = numerics.penalty or default_penalty(material, height, numerics.tolerance)
     friction = FilmFriction(
         scene.contact_parameters,
         pressure if scene.film.pressure == "nominal" else None,
@@ -225,7 +232,8 @@ def _follow(
             step *= 0.5
             if step < SMALLEST_PATH_STEP * first:
                 raise SimulationStopped(
-                    f"the block finds no equilibrium when {where(path)}: {reason}"
+                    f"the block finds no equilibrium when {where(path)} ({reason}); "
+                    f"{block.limit_met()}"
                 ) from reason
             continue
         # A first point is far from the start, which was a guess: no secant through it.

@@ -1,4 +1,4 @@
-"""The command line: `iceslide run`, `info`, `view` and `footprint`, alone or under mpirun."""
+"""The command line: `iceslide run`, `info`, `ladder`, `view`, `footprint`, alone or with mpirun."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from iceslide_fem.errors import IceslideError, SceneError
+from iceslide_fem.errors import IceslideError, SceneError, SimulationStopped
 from iceslide_fem.footprint.options import footprint
 
 if TYPE_CHECKING:
@@ -72,9 +72,7 @@ def run(
         )
     scene = _load(scene_file, overrides)
     out = out or Path("results") / scene.name
-    existing = next(path for path in (out, *out.absolute().parents) if path.exists())
-    if not existing.is_dir() or not os.access(existing, os.W_OK):
-        raise SceneError(f"cannot write to {out}: {existing} is not a directory one may write to")
+    _check_writable(out)
     warning = scene.outside_table()
     if warning:
         typer.echo(f"Note: {warning}.")
@@ -108,6 +106,61 @@ def info(scene_file: SceneFile, overrides: Overrides = None) -> None:
     warning = scene.outside_table()
     if warning:
         typer.echo(f"Note: {warning}.")
+
+
+@app.command()
+def ladder(
+    scene_file: SceneFile,
+    overrides: Overrides = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Where to write; else results/<name>_ladder.", show_default=False
+        ),
+    ] = None,
+    refine: Annotated[
+        list[float] | None,
+        typer.Option(
+            min=0.1,
+            max=4.0,
+            metavar="FACTOR",
+            help="Mesh refinement relative to the scene's; may be repeated. Else 0.5 and 1.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Run a scene on every rung that matters: error, time, memory, and which is enough."""
+    from iceslide_fem.scene import load_scene
+
+    scene = load_scene(scene_file, overrides or [])
+    out = out or Path("results") / f"{scene.name}_ladder"
+    _check_writable(out)
+
+    from rich.console import Console
+
+    from iceslide_fem.ladder import cheapest_of, climb, finest_of, write_scene
+    from iceslide_fem.ladder_chart import ladder_chart
+    from iceslide_fem.ladder_table import ladder_table, neglect_table, not_run
+
+    outcomes, found = climb(scene, out, refine or [0.5, 1.0], typer.echo)
+    console, tolerance = Console(), scene.numerics.tolerance
+    console.print(neglect_table(found, tolerance))
+    console.print(ladder_table(outcomes))
+    for sentence in not_run(outcomes):
+        typer.echo(sentence)
+    best, finest = cheapest_of(outcomes, tolerance), finest_of(outcomes)
+    if best is None or finest is None:
+        raise SimulationStopped("no rung of the ladder ran to its end")
+    typer.echo(
+        f"Within {tolerance:g} of {finest.name} at every time: {best.name} is the cheapest."
+        if best is not finest
+        else f"No cheaper rung is within {tolerance:g} of {finest.name} at every time."
+    )
+    if _rank() == 0:
+        ladder_chart(f"{scene.name}: every rung", outcomes, tolerance, best, out / "ladder.png")
+        write_scene(scene_file, overrides or [], best.rung, out / f"{scene.name}.toml")
+    for name in ("ladder.png", f"{scene.name}.toml"):
+        typer.echo(str(out / name))
 
 
 @app.command()
@@ -169,9 +222,22 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
 
 
 def _load(scene_file: Path, overrides: Sequence[str] | None) -> Scene:
+    """The scene, with `model = "auto"` resolved."""
     from iceslide_fem.scene import load_scene
 
-    return load_scene(scene_file, overrides or [])
+    scene = load_scene(scene_file, overrides or [])
+    if scene.model == "auto":
+        from iceslide_fem.neglect import resolved
+
+        scene = resolved(scene)
+        typer.echo(f'model = "auto": {scene.model}, ice.heat = "{scene.ice.heat}".')
+    return scene
+
+
+def _check_writable(out: Path) -> None:
+    existing = next(path for path in (out, *out.absolute().parents) if path.exists())
+    if not existing.is_dir() or not os.access(existing, os.W_OK):
+        raise SceneError(f"cannot write to {out}: {existing} is not a directory one may write to")
 
 
 def _rank() -> int:

@@ -21,8 +21,9 @@ from iceslide_fem.materials import (
 )
 from iceslide_fem.surface import ContactSurface
 
-# Penetration over the block's mean deformation (scripts/penalty_effect prints what it changes).
-PENETRATION_SHARE = 0.01
+# Penetration over the block's mean deformation: a share of the scene's tolerance, within bounds.
+# Softer is hardly cheaper, stiffer hardly more accurate (docs/accuracy.md).
+PENETRATION_SHARE, PENETRATION = 0.1, (1e-3, 1e-2)
 
 
 class Traction(NamedTuple):
@@ -151,11 +152,12 @@ def contact_tangent(surface: ContactSurface, u: Array, penalty: float, traction:
     return np.asarray(moving + turning)
 
 
-def default_penalty(material: MooneyRivlin, height: float) -> float:
-    """Penalty (Pa/m) under which a uniform pressure sinks in by 1 % of the block's deformation.
+def default_penalty(material: MooneyRivlin, height: float, tolerance: float) -> float:
+    """Penalty (Pa/m) under which a uniform pressure sinks in by a share of the deformation.
 
-    A block of this height (m) yields by p H / E, the penalty by p / eps: eps = 100 E / H. Where
-    pressure concentrates at the edges, penetration is larger: 1.5 to 4 % of the plate's
-    displacement (scripts/penalty_effect).
+    A block of this height (m) yields by p H / E, the penalty by p / eps: eps = E / (share H). The
+    share is a tenth of `tolerance`, but between 1e-3 and 1e-2. Where pressure concentrates at the
+    edges, penetration is 1.5 to 4 times larger (scripts/penalty_effect).
     """
-    return material.youngs_modulus / (PENETRATION_SHARE * height)
+    share = min(max(PENETRATION_SHARE * tolerance, PENETRATION[0]), PENETRATION[1])
+    return material.youngs_modulus / (share * height)

@@ -3,18 +3,14 @@
 Steps follow the film and the heat below it, so they are counted on the point rung at the same
 tolerance, which takes a tenth of a second; a block needs more, because its points melt one after
 the other. Memory and time per step follow the unknowns. The constants are from runs of
-thesis_1bar on one 2020s core with OpenBLAS, forms compiled before (unknowns, CPU seconds, MB):
+thesis_1bar on one busy 2020s core with OpenBLAS, forms compiled before (unknowns, CPU seconds, MB):
 
     model  ice        tolerance  rubber   ice  steps  time  memory
-    slice  column     1e-3         3362     0    118   3.2     216
-    slice  continuum  1e-3          882   121    191   4.4     213
-    slice  continuum  1e-3         3362   420    167   7.6     218
-    slice  continuum  1e-4         3362   420    469    16     219
-    slice  continuum  1e-3        14450  1634    154    24     244
-    block  continuum  1e-2         1215   165     92   7.4     220
-    block  column     1e-2         7803     0     57    20     299
-    block  continuum  1e-2         7803   900     82    32     296
-    block  continuum  1e-2        24375  2639     78   132     594
+    slice  column     1e-3         3362     0    311    11     209
+    slice  continuum  1e-3          882   231    403    16     211
+    slice  continuum  1e-3         3362   820    391    32     219
+    block  continuum  1e-2         1215   495    155    14     232
+    block  column     1e-2         7803     0     94    47     339
 
 The estimates are within a factor of two of these (tests/test_cost.py); other scenes may be farther
 off. Ice that slides makes more steps, at most a cell each, that take a third of the time each,
@@ -31,7 +27,7 @@ from iceslide_fem.integrators import INTEGRATORS
 from iceslide_fem.point_run import point_history
 from iceslide_fem.scene import Scene
 
-STEPS_PER_POINT_STEP = 2.5
+STEPS_PER_POINT_STEP = 3.5
 FIXED_STEPS = 40  # of a block whose integrator has no error estimate
 START_SECONDS = 1.5
 START_STEPS = 15  # press and speed ramp, in steps
@@ -71,11 +67,11 @@ def step_cost(dimensions: int, rubber: int, ice: int) -> tuple[float, float]:
 
     In 3-D the factors of the direct solver grow as n^(4/3).
     """
-    ice_seconds = 8e-3 + 20e-6 * ice if ice else 0.0
+    ice_seconds = 13e-3 + 32e-6 * ice if ice else 0.0
     if dimensions == 2:
-        return BASE_MEMORY + 2e3 * (rubber + ice), 2e-3 + 4e-6 * rubber + ice_seconds
+        return BASE_MEMORY + 2e3 * (rubber + ice), 3e-3 + 6.4e-6 * rubber + ice_seconds
     factors = 0.14e9 * ((rubber + ice) / 13e3) ** (4 / 3)
-    return BASE_MEMORY + factors, 0.6 * (rubber / 12e3) ** (4 / 3) + ice_seconds
+    return BASE_MEMORY + factors, 0.9 * (rubber / 12e3) ** (4 / 3) + ice_seconds
 
 
 def expected_steps(scene: Scene) -> int:

@@ -22,6 +22,9 @@ MAX_ITERATIONS = 30
 # A tangent is kept as long as an iteration divides the residual by at least this.
 STALL = 0.25
 SMALLEST_DAMPING = 1.0 / 64.0
+# Where no damping shortens the next change, a point of the contact touches down or lifts off on
+# the way; a full step leads past it (watchdog). So many in one solve.
+LEAPS = 4
 
 # Tangential traction on the rubber of the contact pressure (f, q) and displacement (f, q, d-1).
 TractionLaw = Callable[[Array, Array], Traction]
@@ -87,7 +90,7 @@ class Equilibrium:
         displacements at the last iterate: the caller restores what it had.
         """
         values = self.rubber.u.x.array
-        tangents = 0
+        tangents = leaps = 0
         size = self._imbalance(force, law)
         change = self._direction() if self._has_tangent else None
         for iteration in range(MAX_ITERATIONS):
@@ -101,10 +104,12 @@ class Equilibrium:
                 tangents += 1
                 change = self._direction()
             start, length = values.copy(), self._length(change)
-            damping = 1.0
+            damping, leap = 1.0, np.nan
             while True:
                 values[:] = start + damping * change
                 size = self._imbalance(force, law)
+                if np.isfinite(size) and np.isnan(leap):
+                    leap = damping
                 following = self._direction()
                 contraction = self._length(following) / length
                 if contraction <= 1.0 - 0.25 * damping:
@@ -113,10 +118,11 @@ class Equilibrium:
                     break
                 damping *= 0.5
             if size > tolerance and not contraction <= 1.0 - 0.25 * damping:
-                if fresh:
+                if fresh and (leaps == LEAPS or np.isnan(leap)):
                     raise NotConverged(f"no descent, residual {size:.3g} N")
-                # The kept tangent points the wrong way from here: take the one that belongs here.
-                values[:] = start
+                # A kept tangent points the wrong way from here: take the one that belongs here.
+                values[:] = start + (leap * change if fresh else 0.0)
+                leaps += fresh
                 size = self._imbalance(force, law)
                 change = None
                 continue

@@ -191,15 +191,18 @@ class Numerics(_Table):
     refinement: Annotated[float, Quantity("", "0.25", "8")] = 1.0
     penalty: Annotated[float, Quantity("Pa/m", "0.001 MPa/mm", "1e6 MPa/mm")] | None = None
     shear_ramp_pressure: Annotated[float, Quantity("Pa", "1 Pa", "10 bar")] | None = None
-    film_integrator: Literal["sdirk2", "sdirk3", "implicit-euler", "explicit-euler"] = "sdirk3"
+    film_integrator: Literal["sdirk2", "sdirk3", "implicit-euler", "explicit-euler"] = "sdirk2"
     max_step: Annotated[float, Quantity("s", "1 ns", "100 s")] | None = None
 
 
 class Scene(_Table):
-    """A complete scene: the rung of the model ladder and everything that it needs."""
+    """A complete scene: the rung of the model ladder and everything that it needs.
+
+    With model "auto" a run takes the cheapest rung that suffices (`neglect.resolved`).
+    """
 
     name: Name
-    model: Literal["point", "slice", "block"]
+    model: Literal["point", "slice", "block", "auto"]
     rubber: Rubber
     load: Load
     ice: Ice = Ice()
@@ -307,8 +310,8 @@ def load_scene(path: Path | str, overrides: Sequence[str] = ()) -> Scene:
     rubber = data.get("rubber")
     if isinstance(rubber, dict) and isinstance(rubber.get("mesh"), str):
         rubber["mesh"] = str(path.parent / rubber["mesh"])
-    for override in overrides:
-        _override(data, override)
+    for change in overrides:
+        override(data, change)
     return scene_from_dict(data)
 
 
@@ -320,16 +323,16 @@ def scene_from_dict(data: Mapping[str, Any]) -> Scene:
         raise SceneError(first_sentence(error, list(_dotted_keys(Scene)))) from None
 
 
-def _override(data: dict[str, Any], override: str) -> None:
+def override(data: dict[str, Any], change: str) -> None:
     """Set one "table.key=value" in `data`; the value is TOML, or a string without quotes."""
-    key, equals, text = override.partition("=")
+    key, equals, text = change.partition("=")
     *tables, name = key.strip().split(".")
     if not equals or not all(tables) or not name:
-        raise SceneError(f'override "{override}" is not of the form load.pressure=3bar')
+        raise SceneError(f'override "{change}" is not of the form load.pressure=3bar')
     for table in tables:
         data = data.setdefault(table, {})
         if not isinstance(data, dict):
-            raise SceneError(f'override "{override}" goes through {table}, which is not a table')
+            raise SceneError(f'override "{change}" goes through {table}, which is not a table')
     try:
         data[name] = tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:

@@ -15,6 +15,7 @@ from scipy.integrate import trapezoid
 
 import iceslide_fem
 from iceslide_fem.errors import SceneError, SimulationStopped
+from iceslide_fem.neglect import resolved
 from iceslide_fem.outputs import HISTORY_COLUMNS, PRELOAD_COLUMNS, Fields, Table, write_summary
 from iceslide_fem.progress import Progress
 from iceslide_fem.report import report
@@ -30,6 +31,7 @@ def run(scene: Scene, out: Path | str, petsc_options: Sequence[str] = ()) -> dic
     Collective over all ranks of COMM_WORLD. `petsc_options` are words as on PETSc's command
     line. Raises SimulationStopped where the run cannot go on; what was accepted is written.
     """
+    scene = resolved(scene)
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     if scene.model == "point":

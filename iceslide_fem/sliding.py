@@ -28,7 +28,7 @@ from iceslide_fem.timestep import step_factor
 # Shares of the tolerance: the film's and heat's local error per step, the change of the film
 # that one more pass over block and film would make, and the change of shear relative to the
 # pressure below which the block is not solved again.
-LOCAL_SHARE = 0.3
+LOCAL_SHARE = 0.1
 COUPLING_SHARE = 0.3
 # How much larger the temperature's local error may be where ice passes: it sits in the one or two
 # cells where melting begins, and leaves with them. mu(t) stays within the tolerance.
@@ -321,10 +321,8 @@ class Sliding:
         return bool(self.block.surface.comm.allreduce(here, op=MPI.LAND))
 
     def _farewell(self, reason: Exception) -> str:
-        contact = self.block.contact
-        share = self.block.surface.total((contact.pressure > 0.0) * 1.0, contact.area)
         return (
             f"the run stops at t = {1e3 * self.moment.time:.4g} ms of "
-            f"{1e3 * self._duration:.4g} ms: no step is accepted ({reason}); the block touches "
-            f"the ice on {share / self.block.area:.0%} of its nominal area"
+            f"{1e3 * self._duration:.4g} ms: no step is accepted ({reason}); "
+            f"{self.block.limit_met()}"
         )

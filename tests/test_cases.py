@@ -99,14 +99,18 @@ def test_a_bad_scene_is_said_once_on_two_processes(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("script", "change", "words"),
     [
-        ("load.pressure=100bar", "the block finds no equilibrium when pressing it at"),
-        ("load.speed=100m/s", "the block finds no equilibrium when bringing it to"),
+        (
+            "thesis_1bar",
+            "load.pressure=100bar",
+            "the block finds no equilibrium when pressing it at",
+        ),
+        ("thesis_5bar", "load.speed=100m/s", "the block finds no equilibrium when bringing it to"),
     ],
 )
-def test_a_block_without_equilibrium_ends_with_3_and_says_why(change, words, tmp_path):
-    done = run_case("thesis_1bar", tmp_path, [*SLICE, change])
+def test_a_block_without_equilibrium_ends_with_3_and_says_why(script, change, words, tmp_path):
+    done = run_case(script, tmp_path, [*SLICE, change])
     assert done.returncode == 3
     assert words in done.stderr.splitlines()[-1]
     assert "Traceback" not in done.stderr

@@ -146,7 +146,7 @@ def test_nominal_pressure_outside_the_table_is_said_once():
         ("name", 3, ["name = 3"]),
         ("rubber.mesh", "no-such.msh", ["rubber.mesh", "no-such.msh", "not a file"]),
         # choice
-        ("model", "blok", ['model = "blok"', "'point', 'slice' or 'block'"]),
+        ("model", "blok", ['model = "blok"', "'point', 'slice', 'block' or 'auto'"]),
         ("ice.heat", "columns", ["ice.heat", "'half-space', 'column' or 'continuum'"]),
         ("numerics.film_integrator", "rk4", ["'sdirk2'", "'explicit-euler'"]),
         # unknown key

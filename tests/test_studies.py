@@ -58,3 +58,20 @@ def test_sliding_variants(tmp_path):
     shares = [float(row.split()[-5].strip("%")) for row in rows[:6]]
     assert [share > 2.0 for share in shares] == [False, True] * 3
     assert picture.stat().st_size > 10_000
+
+
+def test_maps_of_the_film_law_have_no_failure(tmp_path):
+    rows = printed("stability_atlas", "--maps", "film-weather", "--charts", str(tmp_path))
+    cells = {(row[0], number): cell for row in rows for number, cell in enumerate(row)}
+    assert not any(cell.split()[-1:] in (["F"], ["r"]) for cell in cells.values())
+    assert cells["-40", 1] == "dry" and cells["-0.1", 8].startswith("m ")
+    assert len(list(tmp_path.glob("film_weather_*.png"))) == 2
+
+
+def test_stiffer_penalty_is_more_accurate_and_takes_as_many_iterations(tmp_path):
+    rows = printed("accuracy_cost", "--questions", "contact", "--charts", str(tmp_path))
+    found = {(row[0], row[1]): row for row in rows if row[0].startswith(("penalty", "augmented"))}
+    soft, stiff = (found["penalty (default)", f"{x} x default"] for x in ("1", "10"))
+    assert float(stiff[2]) < 0.2 * float(soft[2])
+    assert int(stiff[6]) <= 1.5 * int(soft[6])
+    assert (tmp_path / "contact_1bar.png").stat().st_size > 10_000

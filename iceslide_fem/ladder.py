@@ -1,0 +1,216 @@
+"""One scene on every rung of the model ladder: error and cost, and the cheapest that suffices.
+
+Rungs that the estimates of `neglect` show to differ by less than the tolerance from another are
+not run. The others are run in the order of their cost; the finest is what all are compared with.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import tomlkit
+
+from iceslide_fem._dolfinx import MPI
+from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.neglect import Neglects, Rung, neglects, on_rung
+from iceslide_fem.results import Run, read_run
+from iceslide_fem.scene import Scene, load_scene, override
+from iceslide_fem.simulate import run
+
+MODELS, HEATS = ("point", "slice", "block"), ("half-space", "column", "continuum")
+TIMES = 500  # at which mu(t) is compared
+
+
+class Outcome(NamedTuple):
+    """A rung: its run, or why there is none; memory (bytes, all ranks).
+
+    largest, rms: relative difference of mu(t) to the finest rung's; NaN without a run.
+    """
+
+    rung: Rung
+    run: Run | None
+    note: str
+    memory: float
+    largest: float = np.nan
+    rms: float = np.nan
+
+    @property
+    def name(self) -> str:
+        """Model, heat and refinement, as in directories and charts."""
+        return rung_name(self.rung)
+
+
+def rung_name(rung: Rung) -> str:
+    """Model, heat and refinement in one word."""
+    name = f"{rung.model}_{rung.heat}"
+    return name if rung.model == "point" else f"{name}_x{rung.refinement:g}"
+
+
+def rungs(
+    scene: Scene, found: Neglects, factors: Sequence[float]
+) -> tuple[list[Rung], dict[Rung, str]]:
+    """Rungs worth running, cheap ones first, and the others with the reason.
+
+    `factors` multiply the scene's refinement.
+    """
+    tolerance, own_mesh = scene.numerics.tolerance, scene.rubber.mesh is not None
+    attached = scene.ice.motion == "attached"
+    chosen: list[Rung] = []
+    skipped: dict[Rung, str] = {}
+    for model in MODELS:
+        if (model == "point" and not attached) or (own_mesh and model == "slice"):
+            continue
+        for heat in HEATS:
+            if (heat == "half-space" and not attached) or (heat, model) == ("continuum", "point"):
+                continue
+            refinements = [factor * scene.numerics.refinement for factor in sorted(factors)]
+            for refinement in [1.0] if model == "point" or own_mesh else refinements:
+                rung = Rung(model, heat, refinement)
+                reason = _needless(rung, found, tolerance)
+                if reason:
+                    skipped[rung] = reason
+                else:
+                    chosen.append(rung)
+    return chosen, skipped
+
+
+def _needless(rung: Rung, found: Neglects, tolerance: float) -> str:
+    """Which rung gives the same as this one, by the estimates; empty if none does."""
+
+    def same(other: str, what: str, effect: float) -> str:
+        return (
+            f"not run, same as {other}: {what} moves mu by {effect:.1g}"
+            if effect <= tolerance
+            else ""
+        )
+
+    bend = same("the point", "uneven pressure", found.uniform_pressure)
+    if rung.model != "point" and bend and found.sideways.effect <= tolerance:
+        return bend
+    if rung.model == "block":
+        reason = same("the slice", "the third dimension", found.plane_strain.effect)
+        if reason:
+            return reason
+    if rung.heat == "half-space":
+        return same("columns", "the closed form", found.closed_form.effect)
+    if rung.heat == "continuum":
+        return same("columns", "heat that goes sideways", found.sideways.effect)
+    return ""
+
+
+def climb(
+    scene: Scene, out: Path, factors: Sequence[float], tell: Callable[[str], None]
+) -> tuple[list[Outcome], Neglects]:
+    """Run `scene` on every rung worth it, into directories below `out`. Collective.
+
+    `tell` is called with a line before every run.
+    """
+    found = neglects(scene)
+    chosen, skipped = rungs(scene, found, factors)
+    outcomes = []
+    warm: set[tuple[str, str]] = set()
+    for number, rung in enumerate(chosen, 1):
+        tell(f"{number} of {len(chosen)}: {rung_name(rung)}")
+        if rung.model != "point" and (rung.model, rung.heat) not in warm:
+            warm.add((rung.model, rung.heat))
+            _compile(scene, rung)
+        outcomes.append(_outcome(scene, rung, out))
+    outcomes += [Outcome(rung, None, reason, np.nan) for rung, reason in skipped.items()]
+    return compared(outcomes), found
+
+
+def compared(outcomes: Sequence[Outcome]) -> list[Outcome]:
+    """The outcomes with their differences to the finest run among them."""
+    finest = finest_of(outcomes)
+    if finest is None or finest.run is None:
+        return list(outcomes)
+    exact = finest.run
+    times = np.linspace(0.0, exact.history["time_s"][-1], TIMES)
+    reference = np.interp(times, exact.history["time_s"], exact.history["mu"])
+    result = []
+    for outcome in outcomes:
+        if outcome.run is not None:
+            history = outcome.run.history
+            change = np.interp(times, history["time_s"], history["mu"]) / reference - 1.0
+            largest, rms = float(np.abs(change).max()), float(np.sqrt(np.mean(change**2)))
+            outcome = outcome._replace(largest=largest, rms=rms)
+        result.append(outcome)
+    return result
+
+
+def finest_of(outcomes: Sequence[Outcome]) -> Outcome | None:
+    """The finest rung that was run to its end."""
+
+    def fineness(outcome: Outcome) -> tuple[int, int, float]:
+        rung = outcome.rung
+        return MODELS.index(rung.model), HEATS.index(rung.heat), rung.refinement
+
+    return max((one for one in outcomes if one.run is not None), key=fineness, default=None)
+
+
+def cheapest_of(outcomes: Sequence[Outcome], tolerance: float) -> Outcome | None:
+    """The quickest run whose largest difference is within `tolerance`."""
+    good = [one for one in outcomes if one.run is not None and one.largest <= tolerance]
+    return min(good, key=lambda one: one.run.summary["wall_s"] if one.run else 0.0, default=None)
+
+
+def write_scene(source: Path, overrides: Sequence[str], rung: Rung, path: Path) -> None:
+    """Write the scene file `source` with `overrides` on `rung`; comments and units stay."""
+    document = tomlkit.parse(source.read_text(encoding="utf-8"))
+    for change in overrides:
+        override(document, change)
+    scene = load_scene(source, overrides)
+    if scene.rubber.mesh is not None:
+        document["rubber"]["mesh"] = str(scene.rubber.mesh.resolve())
+    document["model"] = rung.model
+    changes = [f"ice.heat={rung.heat}"]
+    if rung.model != "point" and rung.refinement != scene.numerics.refinement:
+        changes.append(f"numerics.refinement={rung.refinement}")
+    for change in changes:
+        override(document, change)
+    path.write_text(tomlkit.dumps(document), encoding="utf-8")
+
+
+def _outcome(scene: Scene, rung: Rung, out: Path) -> Outcome:
+    """Run the scene on one rung. Collective."""
+    folder = out / rung_name(rung)
+    _reset_peak_memory()
+    try:
+        run(on_rung(scene, rung), folder)
+    except SimulationStopped as reason:
+        return Outcome(rung, None, f"stopped: {reason}", _peak_memory())
+    memory = _peak_memory()
+    MPI.COMM_WORLD.barrier()  # rank 0 has written everything
+    return Outcome(rung, read_run(folder), "", memory)
+
+
+def _compile(scene: Scene, rung: Rung) -> None:
+    """Compile the forms of a rung by a short, coarse run, so that it doesn't count. Collective."""
+    duration = max(1e-6, 1e-3 * scene.load.duration)
+    short = scene.model_copy(update={"load": scene.load.model_copy(update={"duration": duration})})
+    comm = MPI.COMM_WORLD
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            run(on_rung(short, rung._replace(refinement=0.25)), comm.bcast(folder))
+        except SimulationStopped:
+            pass  # too coarse to find equilibrium, perhaps: compiled all the same
+        comm.barrier()
+
+
+def _reset_peak_memory() -> None:
+    """Let Linux forget this process's peak of memory."""
+    try:
+        Path("/proc/self/clear_refs").write_text("5")
+    except OSError:
+        pass  # then the peak is that of all rungs until now
+
+
+def _peak_memory() -> float:
+    """Bytes that the processes together had in memory at their peaks. Collective."""
+    status = Path("/proc/self/status").read_text()
+    kilobytes = next(line.split()[1] for line in status.splitlines() if line.startswith("VmHWM"))
+    return float(MPI.COMM_WORLD.allreduce(1024.0 * float(kilobytes), op=MPI.SUM))

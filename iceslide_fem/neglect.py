@@ -1,0 +1,176 @@
+"""What a scene may neglect, estimated before anything is run: dimensionless numbers and the point.
+
+Every simplification of the model ladder has a number that measures what it leaves out, and an
+estimate of how much that moves mu(t), relative. Where pressure is uneven, the film law itself
+says what that does: the point rung is evaluated at the pressures of the profile expected. The
+estimates are upper bounds or first-order terms; tests hold them against runs of the rungs.
+"""
+
+from __future__ import annotations
+
+from math import pi, sqrt, tanh
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.materials import ICE_DIFFUSIVITY, Array
+from iceslide_fem.point import Conditions, simulate
+from iceslide_fem.scene import Scene, scene_from_dict
+
+TIMES = 200  # at which mu(t) is compared
+PLACES = 12  # Gauss points along the block
+ACCURACY = 1e-3  # of the point rung that is evaluated
+LIFTED = 1e-3  # share of the nominal pressure left where an edge has lifted off
+
+
+class Neglect(NamedTuple):
+    """A simplification, its dimensionless number, and the relative change of mu(t) it makes."""
+
+    name: str
+    number: float
+    formula: str
+    effect: float
+
+
+class Neglects(NamedTuple):
+    """Everything that a rung may neglect; the last is neglected by all of them."""
+
+    closed_form: Neglect
+    compression: Neglect
+    confinement: Neglect
+    bending: Neglect
+    plane_strain: Neglect
+    sideways: Neglect
+    inertia: Neglect
+
+    @property
+    def uniform_pressure(self) -> float:
+        """Relative change of mu(t) by all that makes the pressure uneven: what a point neglects."""
+        return self.compression.effect + self.confinement.effect + self.bending.effect
+
+
+def neglects(scene: Scene) -> Neglects:
+    """Estimates for `scene`, whatever its model. Takes some tenths of a second.
+
+    Raises SimulationStopped where the film law cannot be advanced.
+    """
+    rubber, load, constants = scene.rubber, scene.load, scene.mooney_rivlin
+    L, W, H, v = rubber.length, rubber.width, rubber.height, load.speed
+    nu, K, G = constants.poissons_ratio, constants.bulk_modulus, constants.shear_modulus
+    sliding = scene.ice.motion == "sliding"
+    heated = min(load.duration, L / v) if sliding else load.duration
+    times = np.linspace(0.0, heated, TIMES)
+
+    alone = _friction(scene, np.ones(1), heated, times)[:, 0]
+    mu = alone / load.pressure
+    closed = mu if sliding else _friction(scene, np.ones(1), heated, times, "half-space")[:, 0]
+    closed_form = _largest(closed / load.pressure, mu)
+
+    strain = load.pressure / constants.youngs_modulus
+
+    places, weights = np.polynomial.legendre.leggauss(PLACES)
+    weights = 0.5 * weights
+    # Rubber that cannot flow out evenly is pressed harder in the middle: p'' = -const below a
+    # bonded layer that slips on the ice, limited by its compressibility.
+    limit = sqrt(3.0 * G / K) * L / (2.0 * H)
+    squeezed = (
+        (L / (4.0 * H)) ** 2 * max(nu, 0.0) / (1.0 - nu) * 3.0 * (limit - tanh(limit)) / limit**3
+    )
+    parabola = squeezed / (1.0 + squeezed) * (1.5 * (1.0 - places**2) - 1.0)
+    confined = _friction(scene, 1.0 + parabola, heated, times)
+
+    # A plate that stays parallel takes half of the moment tau H, the pressure on the ice the rest.
+    tilt = 3.0 * float(mu.max()) * H / L
+    bent = 1.0 + tilt * places
+    lifted, bent = bent <= LIFTED, np.maximum(bent, LIFTED)
+    bending = _friction(scene, bent / (weights @ bent), heated, times)
+    bending[:, lifted] = 0.0
+
+    confinement_effect = _largest(confined @ weights, alone)
+    bending_effect = _largest(bending @ weights, alone)
+    uneven = strain + confinement_effect + bending_effect
+    # Heat that leaves the edges of a warm patch sideways, over that which goes down.
+    share = sqrt(pi * ICE_DIFFUSIVITY * heated) * (1.0 / L + 1.0 / W)
+    exchanged = 1.0
+    if not sliding and scene.ice.margin == 0.0:  # insulated sides: heat only evens out
+        exchanged = float(np.max(np.std(bending / alone[:, None], axis=1))) + strain
+    slope = float(np.max(np.abs(np.gradient(np.log(mu), times))))
+    # Of first order: the kink of mu(t) at melt onset sets the block swinging.
+    # Of first order: the kink of mu(t) at melt onset sets the block swinging.
+    inertia = 2.0 * H * sqrt(rubber.density / G) * slope / pi
+    return Neglects(
+        Neglect("closed-form flux", closed_form, "point with it against point", closed_form),
+        Neglect("compression", strain, "p / E", strain),
+        Neglect("confinement", squeezed, "(L / 4H)² ν / (1 - ν)", confinement_effect),
+        Neglect("bending", tilt, "3 μ H / L", bending_effect),
+        Neglect("plane strain", H / W, "H / W", min(1.0, H / W) * uneven),
+        Neglect("columns of ice", share, "√(π α t) (1/L + 1/W)", share * min(1.0, exchanged)),
+        Neglect("quasi-static rubber", inertia, "2 H √(ρ/G) max|d ln μ/dt| / π", inertia),
+    )
+
+
+class Rung(NamedTuple):
+    """Model of the rubber and of the ice's heat; refinement of the meshes (1 for a point)."""
+
+    model: str
+    heat: str
+    refinement: float
+
+
+def cheapest(scene: Scene) -> Rung:
+    """The cheapest rung whose neglects are below the scene's tolerance, by the estimates.
+
+    `ice.heat` is chosen, too, unless the scene gives it.
+    """
+    found, tolerance = neglects(scene), scene.numerics.tolerance
+    columns = found.sideways.effect <= tolerance
+    heat = "column" if columns else "continuum"
+    if "heat" in scene.ice.model_fields_set:
+        heat = scene.ice.heat
+    if scene.rubber.mesh is not None:
+        return Rung("block", heat, scene.numerics.refinement)
+    attached = scene.ice.motion == "attached"  # below a point ice never passes
+    if attached and found.uniform_pressure <= tolerance and heat != "continuum":
+        return Rung("point", heat, 1.0)
+    model = "slice" if found.plane_strain.effect <= tolerance else "block"
+    return Rung(model, heat, scene.numerics.refinement)
+
+
+def on_rung(scene: Scene, rung: Rung) -> Scene:
+    """The scene on another rung. Raises SceneError where they contradict each other."""
+    data = scene.as_dict()
+    data["model"], data["ice"]["heat"] = rung.model, rung.heat
+    data["numerics"]["refinement"] = rung.refinement
+    return scene_from_dict(data)
+
+
+def resolved(scene: Scene) -> Scene:
+    """The scene itself, or with `model = "auto"` on the cheapest rung by the estimates."""
+    if scene.model != "auto":
+        return scene
+    return on_rung(scene, cheapest(scene)._replace(refinement=scene.numerics.refinement))
+
+
+def _friction(
+    scene: Scene, shares: Array, duration: float, times: Array, ice: str = "column"
+) -> Array:
+    """Friction stress (Pa) at `times` (s) below `shares` of the nominal pressure: (times, n)."""
+    pressure = shares * scene.load.pressure
+    law = pressure if scene.film.pressure == "local" else np.full_like(shares, scene.load.pressure)
+    k, D, H_V, _ = scene.contact_parameters(law)
+    conditions = Conditions.of(
+        pressure=law,
+        speed=scene.load.speed,
+        temperature=scene.ice.temperature,
+        k=k,
+        D=D,
+        H_V=H_V,
+        initial_height=scene.film.initial_height,
+        duration=duration,
+    )
+    found = simulate(conditions, ice, min(ACCURACY, scene.numerics.tolerance), times=times)
+    return np.asarray(found.samples * law)
+
+
+def _largest(mu: Array, exact: Array) -> float:
+    return float(np.max(np.abs(mu / exact - 1.0)))
