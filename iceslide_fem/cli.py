@@ -1,20 +1,21 @@
-"""The command line: `iceslide run`, `info`, `view` and `footprint`, alone or under mpirun."""
+"""The command line: `iceslide run`, `sweep`, `info`, `view` and `footprint`, alone or under mpirun."""
 
 from __future__ import annotations
 
 import contextlib
 import functools
 import os
+import signal
 import sys
 import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from iceslide_fem.errors import IceslideError, SceneError
+from iceslide_fem.errors import IceslideError, SceneError, SimulationStopped
 from iceslide_fem.footprint.options import footprint
 
 if TYPE_CHECKING:
@@ -71,10 +72,7 @@ def run(
             "(options for PETSc follow after --)"
         )
     scene = _load(scene_file, overrides)
-    out = out or Path("results") / scene.name
-    existing = next(path for path in (out, *out.absolute().parents) if path.exists())
-    if not existing.is_dir() or not os.access(existing, os.W_OK):
-        raise SceneError(f"cannot write to {out}: {existing} is not a directory one may write to")
+    out = _writable(out or Path("results") / scene.name)
     warning = scene.outside_table()
     if warning:
         typer.echo(f"Note: {warning}.")
@@ -83,6 +81,67 @@ def run(
 
     summary = simulate(scene, out, petsc_options or [])
     _print_summary(summary, out)
+
+
+@app.command()
+def sweep(
+    scene_file: SceneFile,
+    varied: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--vary",
+            metavar="KEY=VALUES",
+            help="load.pressure=1bar:5bar:5 (first:last:count) or load.speed=1,2,3. May be "
+            "repeated: every combination is a case.",
+            show_default=False,
+        ),
+    ] = None,
+    overrides: Overrides = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Where to write; else results/<name>-sweep.", show_default=False
+        ),
+    ] = None,
+    cores_per_case: Annotated[
+        int, typer.Option(min=1, help="Processes of each slice or block.")
+    ] = 1,
+    cases_at_a_time: Annotated[
+        int | None,
+        typer.Option(min=1, help="Else as many as there are cores for.", show_default=False),
+    ] = None,
+    no_run: Annotated[
+        bool,
+        typer.Option(
+            "--no-run",
+            help="Run no slice or block: write their scenes, collect those that others have run.",
+        ),
+    ] = False,
+) -> None:
+    """Run a scene for all combinations of some of its values; again: only what is missing."""
+    if _started_by_mpirun():
+        raise SceneError(
+            "iceslide sweep starts its own processes: run it without mpirun, with --cores-per-case"
+        )
+    from iceslide_fem.sweep import failures, make_plan, run_sweep, share_cores
+    from iceslide_fem.sweep.plots import plot_sweep
+
+    plan = make_plan(scene_file, overrides or [], varied or [])
+    cores = None if no_run else share_cores(cores_per_case, cases_at_a_time)
+    out = _writable(out or Path("results") / f"{plan.cases[0].scene.name}-sweep")
+    with _termination_as_interrupt():
+        dataset = run_sweep(plan, out, cores, typer.echo)
+    pictures = plot_sweep(dataset, out)
+    for path in (out / "sweep.csv", out / "sweep.nc", *pictures):
+        typer.echo(str(path))
+    lines = failures(dataset)
+    for line in lines:
+        typer.echo(line)
+    if lines and not no_run:
+        raise SimulationStopped(
+            f"{int((dataset.status != 'done').sum())} of {len(plan.cases)} cases are not done; "
+            "the same command tries them again"
+        )
 
 
 @app.command()
@@ -172,6 +231,33 @@ def _load(scene_file: Path, overrides: Sequence[str] | None) -> Scene:
     from iceslide_fem.scene import load_scene
 
     return load_scene(scene_file, overrides or [])
+
+
+def _writable(out: Path) -> Path:
+    """`out` itself. Raises SceneError if it is not a directory one may write to or create."""
+    existing = next(path for path in (out, *out.absolute().parents) if path.exists())
+    if not existing.is_dir() or not os.access(existing, os.W_OK):
+        raise SceneError(f"cannot write to {out}: {existing} is not a directory one may write to")
+    return out
+
+
+@contextlib.contextmanager
+def _termination_as_interrupt() -> Iterator[None]:
+    """SIGTERM (a queue's time limit) as KeyboardInterrupt, so that what is running is ended."""
+
+    def interrupt(*_: object) -> NoReturn:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _started_by_mpirun() -> bool:
+    sizes = (os.environ.get(name) for name in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE"))
+    return any(size is not None and int(size) > 1 for size in sizes)
 
 
 def _rank() -> int:

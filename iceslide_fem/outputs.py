@@ -8,7 +8,6 @@ from __future__ import annotations
 import csv
 import json
 import math
-import os
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -19,6 +18,7 @@ import meshio
 import numpy as np
 
 from iceslide_fem._dolfinx import VtkSeries, cell_name, fem
+from iceslide_fem.files import replace_file
 from iceslide_fem.materials import Array
 from iceslide_fem.rubber import Rubber
 from iceslide_fem.surface import FACET_OF, ContactSurface
@@ -208,7 +208,7 @@ class Fields:
             ET.SubElement(collection, "DataSet", entry)
         ET.indent(root)
         text = '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
-        _replace(self._folder / f"{name}.pvd", text)
+        replace_file(self._folder / f"{name}.pvd", text)
 
     def __enter__(self) -> Self:
         return self
@@ -224,14 +224,7 @@ class Fields:
 
 def write_summary(path: Path | str, summary: Mapping[str, Any]) -> None:
     """Write `summary` as JSON; NaN and infinity become null. Call it on one rank."""
-    _replace(Path(path), json.dumps(_plain(summary), indent=2, ensure_ascii=False) + "\n")
-
-
-def _replace(path: Path, text: str) -> None:
-    """Write the file so that at any time either the old or the new one is complete."""
-    temporary = path.with_name(path.name + ".part")
-    temporary.write_text(text, encoding="utf-8")
-    os.replace(temporary, path)
+    replace_file(Path(path), json.dumps(_plain(summary), indent=2, ensure_ascii=False) + "\n")
 
 
 def _text(value: Any) -> str:

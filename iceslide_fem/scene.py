@@ -8,7 +8,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import (
     BaseModel,
@@ -21,7 +21,7 @@ from pydantic import (
     model_validator,
 )
 
-from iceslide_fem.errors import SceneError, first_sentence
+from iceslide_fem.errors import SceneError, first_sentence, unknown_key
 from iceslide_fem.materials import (
     BAR,
     COMPOUNDS,
@@ -266,10 +266,18 @@ def not_yet(scene: Scene) -> None:
 
 
 def load_scene(path: Path | str, overrides: Sequence[str] = ()) -> Scene:
-    """Read a TOML scene file and apply `overrides` such as "load.pressure=3bar".
+    """Read a TOML scene file, apply `overrides` such as "load.pressure=3bar", and validate.
+
+    Raises SceneError with one sentence if anything is wrong.
+    """
+    return scene_from_dict(read_scene(path, overrides))
+
+
+def read_scene(path: Path | str, overrides: Sequence[str] = ()) -> dict[str, Any]:
+    """The tables of a TOML scene file with `overrides` applied, not yet validated.
 
     A relative rubber.mesh is relative to the scene file, in an override to the working directory.
-    Raises SceneError with one sentence if anything is wrong.
+    Raises SceneError if the file or an override can't be read.
     """
     path = Path(path)
     try:
@@ -285,8 +293,9 @@ def load_scene(path: Path | str, overrides: Sequence[str] = ()) -> Scene:
     if isinstance(rubber, dict) and isinstance(rubber.get("mesh"), str):
         rubber["mesh"] = str(path.parent / rubber["mesh"])
     for override in overrides:
-        _override(data, override)
-    return scene_from_dict(data)
+        key, text = key_and_text(override)
+        put(data, key, parsed(text))
+    return data
 
 
 def scene_from_dict(data: Mapping[str, Any]) -> Scene:
@@ -297,20 +306,46 @@ def scene_from_dict(data: Mapping[str, Any]) -> Scene:
         raise SceneError(first_sentence(error, list(_dotted_keys(Scene)))) from None
 
 
-def _override(data: dict[str, Any], override: str) -> None:
-    """Set one "table.key=value" in `data`; the value is TOML, or a string without quotes."""
+def key_and_text(override: str) -> tuple[str, str]:
+    """Dotted key and text of "table.key=text". Raises SceneError if it is something else."""
     key, equals, text = override.partition("=")
-    *tables, name = key.strip().split(".")
-    if not equals or not all(tables) or not name:
+    if not equals or not all(part.strip() for part in key.split(".")):
         raise SceneError(f'override "{override}" is not of the form load.pressure=3bar')
+    return key.strip(), text.strip()
+
+
+def parsed(text: str) -> Any:
+    """`text` as TOML, or as a string without quotes."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def put(data: dict[str, Any], key: str, value: Any) -> None:
+    """Set the dotted `key` in the tables `data`. Raises SceneError if it goes through a value."""
+    *tables, name = key.split(".")
     for table in tables:
         data = data.setdefault(table, {})
         if not isinstance(data, dict):
-            raise SceneError(f'override "{override}" goes through {table}, which is not a table')
-    try:
-        data[name] = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        data[name] = text.strip()
+            raise SceneError(f"{key}={value} goes through {table}, which is not a table")
+    data[name] = value
+
+
+def unit_of(key: str) -> str | None:
+    """SI unit of the dotted `key` ("" for a pure number), None for what is not a number.
+
+    Raises SceneError if a scene has no such key.
+    """
+    fields = Scene.model_fields
+    for part in key.split("."):
+        if part not in fields:
+            raise SceneError(unknown_key(key, list(_dotted_keys(Scene))))
+        field, annotation = fields[part], fields[part].annotation
+        nested = isinstance(annotation, type) and issubclass(annotation, BaseModel)
+        fields = annotation.model_fields if nested else {}
+    parts = [*field.metadata, *(p for a in get_args(field.annotation) for p in get_args(a))]
+    return next((part.unit for part in parts if isinstance(part, Quantity)), None)
 
 
 def _dotted_keys(model: type[BaseModel], prefix: str = "") -> Iterator[str]:
