@@ -138,7 +138,7 @@ class _Event(NamedTuple):
 
 def simulate(
     conditions: Conditions,
-    ice: str = "column",
+    ice: str | Column | HalfSpace = "column",
     tolerance: float = 1e-3,
     integrator: str = "sdirk2",
     times: ArrayLike = (),
@@ -148,10 +148,10 @@ def simulate(
 ) -> PointResult:
     """Integrate all `conditions` from t = 0 to their duration.
 
-    `ice` is `column` or `half-space`; `tolerance` the relative error of mu(t) aimed at;
-    `times` (s) where mu is sampled; `fixed_step` (s) replaces error control, `max_step` (s)
-    bounds it; `observe` is called with every accepted step. Raises SimulationStopped where a
-    step cannot be made.
+    `ice` is `column`, `half-space` or a model made for the conditions; `tolerance` the relative
+    error of mu(t) aimed at; `times` (s) where mu is sampled; `fixed_step` (s) replaces error
+    control, `max_step` (s) bounds it; `observe` is called with every accepted step. Raises
+    SimulationStopped where a step cannot be made.
     """
     method = INTEGRATORS[integrator]
     if fixed_step is None and not method.estimate:
@@ -160,7 +160,9 @@ def simulate(
     sample_times = np.asarray(times, dtype=float)
     result = PointResult.at_start(conditions, sample_times)
 
-    heat = ICE_MODELS[ice](conditions.temperature, conditions.duration)
+    if isinstance(ice, str):
+        ice = ICE_MODELS[ice](conditions.temperature, conditions.duration)
+    heat = ice
     active = np.arange(n)
     here = conditions
     state = InterfaceState(np.log(here.initial_height), np.zeros(n), heat.initial(n))

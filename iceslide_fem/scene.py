@@ -337,14 +337,14 @@ def unit_of(key: str) -> str | None:
 
     Raises SceneError if a scene has no such key.
     """
-    fields = Scene.model_fields
+    model: Any = Scene
     for part in key.split("."):
+        fields = getattr(model, "model_fields", {})
         if part not in fields:
             raise SceneError(unknown_key(key, list(_dotted_keys(Scene))))
-        field, annotation = fields[part], fields[part].annotation
-        nested = isinstance(annotation, type) and issubclass(annotation, BaseModel)
-        fields = annotation.model_fields if nested else {}
-    parts = [*field.metadata, *(p for a in get_args(field.annotation) for p in get_args(a))]
+        model = fields[part].annotation
+    field = fields[part]
+    parts = [*field.metadata, *(part for arm in get_args(model) for part in get_args(arm))]
     return next((part.unit for part in parts if isinstance(part, Quantity)), None)
 
 

@@ -39,7 +39,7 @@ def run_sweep(
 
     Without `cores` finite element cases are not run: their scenes are written, and what others
     have made of them is collected. `say` is given a line for every case that has ended. However
-    it ends, the table says what there is. Raises SimulationStopped if the forms can't be built.
+    it ends, the table says what there is.
     """
     folder.mkdir(parents=True, exist_ok=True)
     outcomes = _found(plan, folder)

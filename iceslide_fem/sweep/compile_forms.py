@@ -1,7 +1,7 @@
 """Compile a scene's forms, and mesh it, before several processes want them at the same time.
 
 FFCx's cache lets one process compile and the others wait ten seconds, which a 3-D tangent takes
-longer than. A program of its own (`python -m iceslide_fem.sweep.compile_forms SCENE.toml`),
+longer than. A program of its own (`python -m iceslide_fem.sweep.compile_forms SCENE.toml ...`),
 because the sweep itself must not start MPI: what it starts could not use it then.
 """
 
@@ -32,4 +32,6 @@ def compile_forms(scene: Scene) -> None:
 
 
 if __name__ == "__main__":
-    compile_forms(load_scene(sys.argv[1]))
+    kinds = {forms_of(scene): scene for scene in map(load_scene, sys.argv[1:])}
+    for kind in kinds.values():
+        compile_forms(kind)
