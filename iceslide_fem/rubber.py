@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -76,9 +75,7 @@ class Rubber:
         self.space = _dolfinx.vector_space(self.mesh, degree)
         self.u = fem.Function(self.space, name="displacement")
         self.block = block
-        # Constants of the form, not numbers in its code: other rubber needs no new compilation.
-        constants = {name: self._constant(value) for name, value in asdict(material).items()}
-        functional = energy(self.u, replace(material, **constants))
+        functional = energy(self.u, material)
         test, trial = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
         residual = ufl.derivative(functional, self.u, test)
         if density > 0.0:
@@ -145,9 +142,6 @@ class Rubber:
     def elastic_energy(self) -> float:
         """Stored energy, J (J/m in a slice), on all ranks. Collective."""
         return _dolfinx.assemble_scalar(self._energy, self.mesh.comm)
-
-    def _constant(self, value: float) -> Any:
-        return fem.Constant(self.mesh, PETSc.ScalarType(value))
 
     def _dofs(self, name: str) -> Any:
         dim = self.mesh.topology.dim
