@@ -1,8 +1,8 @@
 """Every difference between DOLFINx 0.5.2 and 0.11, and nothing else.
 
 The rest of the package takes DOLFINx from here (`from iceslide_fem._dolfinx import MPI, PETSc,
-fem, ufl`), because this module loads the wheel's start-up module first where there is one, and
-keeps the C compiler's log of every form off the screen. What is the same in all versions
+fem, ufl`), because this module loads the wheel's start-up module first where there is one, keeps
+the C compiler's log of every form off the screen, and lets one process at a time compile. What is the same in all versions
 (`fem.Function`, `fem.dirichletbc`, `ufl.Measure`, ...) has no function here.
 """
 
@@ -11,6 +11,7 @@ from __future__ import annotations
 import functools
 import logging
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -23,11 +24,13 @@ import basix
 import dolfinx
 import numpy as np
 import ufl
-from dolfinx import fem, io
+from dolfinx import fem, io, jit
 from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 from numpy.typing import NDArray
 from petsc4py import PETSc
+
+from iceslide_fem.cache import cache_folder, sole_compiler
 
 IntArray = NDArray[np.int32]
 FloatArray = NDArray[np.float64]
@@ -46,18 +49,28 @@ _COMPILER_FLAGS = [
     "-g0",
 ]
 _HAS_BASIX_UFL = hasattr(fem, "functionspace")  # since 0.7
+_FORMS = cache_folder() / "forms"
+_JIT_DEFAULTS = (
+    jit.DOLFINX_DEFAULT_JIT_OPTIONS
+    if hasattr(jit, "DOLFINX_DEFAULT_JIT_OPTIONS")  # since 0.6
+    else jit.DOLFINX_DEFAULT_JIT_PARAMETERS
+)
+_JIT_DEFAULTS["cache_dir"] = (_FORMS, _JIT_DEFAULTS["cache_dir"][-1])
 _Compiling = TypeVar("_Compiling", bound=Callable[..., Any])
 
 
-def _quietly(compiling: _Compiling) -> _Compiling:
+def _compiling(compiling: _Compiling) -> _Compiling:
     # cffi resets the root logger to INFO while it compiles, so a level set once does not last
     @functools.wraps(compiling)
     def quiet(*args: Any, **kwargs: Any) -> Any:
         root, disabled = logging.getLogger(), logging.root.manager.disable
         level = root.level
         logging.disable(logging.INFO)
+        # DOLFINx compiles on rank 0, while the others wait.
+        alone = sole_compiler(_FORMS) if MPI.COMM_WORLD.rank == 0 else nullcontext()
         try:
-            return compiling(*args, **kwargs)
+            with alone:
+                return compiling(*args, **kwargs)
         finally:
             logging.disable(disabled)
             root.setLevel(level)
@@ -65,7 +78,7 @@ def _quietly(compiling: _Compiling) -> _Compiling:
     return quiet  # type: ignore[return-value]
 
 
-@_quietly
+@_compiling
 def scalar_space(mesh: Any, degree: int) -> Any:
     """Continuous Lagrange space of scalars of the given degree."""
     if _HAS_BASIX_UFL:
@@ -73,7 +86,7 @@ def scalar_space(mesh: Any, degree: int) -> Any:
     return fem.FunctionSpace(mesh, ("Lagrange", degree))
 
 
-@_quietly
+@_compiling
 def vector_space(mesh: Any, degree: int) -> Any:
     """Continuous Lagrange space of vectors with as many components as the mesh has dimensions."""
     if _HAS_BASIX_UFL:
@@ -81,7 +94,7 @@ def vector_space(mesh: Any, degree: int) -> Any:
     return fem.VectorFunctionSpace(mesh, ("Lagrange", degree))
 
 
-@_quietly
+@_compiling
 def discontinuous_space(mesh: Any, degree: int) -> Any:
     """Discontinuous Lagrange space of scalars; degree 0 is one value per cell."""
     if _HAS_BASIX_UFL:
@@ -89,7 +102,7 @@ def discontinuous_space(mesh: Any, degree: int) -> Any:
     return fem.FunctionSpace(mesh, ("Discontinuous Lagrange", degree))
 
 
-@_quietly
+@_compiling
 def polynomial_space(mesh: Any, degree: int) -> Any:
     """Complete polynomials of the given degree in every quadrilateral or hexahedron, no continuity.
 
@@ -100,7 +113,7 @@ def polynomial_space(mesh: Any, degree: int) -> Any:
     return fem.FunctionSpace(mesh, ("DPC", degree))
 
 
-@_quietly
+@_compiling
 def mixed_space(mesh: Any, displacement_degree: int, pressure_degree: int) -> Any:
     """Product of a continuous vector and a continuous scalar Lagrange space (mixed u-p)."""
     if _HAS_BASIX_UFL:
@@ -128,7 +141,7 @@ def mixed_space(mesh: Any, displacement_degree: int, pressure_degree: int) -> An
     )
 
 
-@_quietly
+@_compiling
 def form(expression: Any) -> Any:
     """Compile a UFL form (or a list of them) for this machine's processor."""
     options = {"cffi_extra_compile_args": _COMPILER_FLAGS}
@@ -137,7 +150,7 @@ def form(expression: Any) -> Any:
     return fem.form(expression, jit_params=options)
 
 
-@_quietly
+@_compiling
 def expression(value: Any, space: Any) -> Any:
     """`fem.Expression` of a UFL expression at the interpolation points of `space`."""
     points = space.element.interpolation_points
@@ -270,6 +283,7 @@ def quadrature(name: str, degree: int) -> tuple[FloatArray, FloatArray]:
     return np.array(points), np.array(weights)
 
 
+@_compiling
 def mesh_from_gmsh(model: Any, comm: MPI.Comm, rank: int, gdim: int) -> tuple[Any, Any, Any]:
     """Distribute the gmsh model of one rank: (mesh, cell tags, facet tags).
 

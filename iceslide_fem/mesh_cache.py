@@ -1,7 +1,4 @@
-"""Generated meshes on disk, found again by what they were made from.
-
-They are in `$ICESLIDE_CACHE`, or in `iceslide/` under `$XDG_CACHE_HOME` (`~/.cache`).
-"""
+"""Generated meshes on disk, found again by what they were made from."""
 
 from __future__ import annotations
 
@@ -14,16 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from iceslide_fem import gmsh_model
+from iceslide_fem.cache import cache_folder
 from iceslide_fem.gmsh_model import TaggedMesh
 
 _BUILDER = 1  # raise it when the same parameters shall give another mesh
-
-
-def cache_folder() -> Path:
-    """Where generated meshes are kept."""
-    if folder := os.environ.get("ICESLIDE_CACHE"):
-        return Path(folder)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "iceslide"
 
 
 def cached(body: str, dim: int, parameters: Any, build: Callable[[], TaggedMesh]) -> TaggedMesh:

@@ -75,7 +75,12 @@ class Rubber:
         self.space = _dolfinx.vector_space(self.mesh, degree)
         self.u = fem.Function(self.space, name="displacement")
         self.block = block
-        functional = energy(self.u, material)
+        # As constants of the form, so that one compilation serves every material.
+        constants = (
+            fem.Constant(self.mesh, PETSc.ScalarType(value))
+            for value in (material.C10, material.C01, material.D1)
+        )
+        functional = energy(self.u, MooneyRivlin(*constants))
         test, trial = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
         residual = ufl.derivative(functional, self.u, test)
         if density > 0.0:

@@ -1,6 +1,9 @@
 """The functions of `_dolfinx` mean the same in every DOLFINx version and on any number of ranks."""
 
 import logging
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -190,3 +193,20 @@ def test_vtk_series_is_read_by_pyvista(name, degree, tmp_path):
     assert len(owned) == cells
     found = grid.point_data["displacement"]
     np.testing.assert_allclose(found, 0.5 * grid.points, atol=1e-14)
+
+
+@pytest.mark.skipif(WORLD.size > 1, reason="processes of its own")
+def test_a_compilation_that_was_killed_does_not_block_the_next(tmp_path):
+    code = (
+        "from iceslide_fem._dolfinx import MPI, form, scalar_space, ufl\n"
+        "from dolfinx.mesh import create_unit_interval\n"
+        "space = scalar_space(create_unit_interval(MPI.COMM_SELF, 2), 1)\n"
+        "form(ufl.TestFunction(space) * ufl.dx)\n"
+    )
+    environment = os.environ | {"ICESLIDE_CACHE": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", code], env=environment, check=True)
+    done = list((tmp_path / "forms").glob("libffcx_forms_*.c.cached"))
+    assert done
+    for ready in done:  # what a process leaves that is killed while it compiles
+        ready.unlink()
+    subprocess.run([sys.executable, "-c", code], env=environment, check=True)
