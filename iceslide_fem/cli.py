@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from iceslide_fem.errors import IceslideError, SceneError, SimulationStopped
+from iceslide_fem.errors import IceslideError, OutputError, SceneError, SimulationStopped
 from iceslide_fem.footprint.options import footprint
 
 if TYPE_CHECKING:
+    from iceslide_fem.checkpoint import Checkpoint
     from iceslide_fem.scene import Scene
 
 # Everything heavy is imported where it is used, so that `iceslide --help` is quick.
@@ -48,7 +49,12 @@ Overrides = Annotated[
 
 @app.command()
 def run(
-    scene_file: SceneFile,
+    scene_file: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="SCENE.toml", help="The scene file; not with --restart.", show_default=False
+        ),
+    ] = None,
     petsc_options: Annotated[
         list[str] | None,
         typer.Argument(
@@ -64,22 +70,58 @@ def run(
             metavar="DIR", help="Where to write; else results/<name>.", show_default=False
         ),
     ] = None,
+    restart: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Go on with the run in DIR from its last checkpoint.",
+            show_default=False,
+        ),
+    ] = None,
+    checkpoint_every: Annotated[
+        float, typer.Option(metavar="SECONDS", min=0.0, help="Checkpoints by the clock.")
+    ] = 60.0,
+    checkpoint_at: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TIME",
+            help="A checkpoint after this time of the run, e.g. 2ms. May be repeated.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Run a scene and write mu(t), fields and a report."""
-    if petsc_options and not petsc_options[0].startswith("-"):
+    words = petsc_options or []
+    if restart is not None and scene_file is not None and str(scene_file).startswith("-"):
+        scene_file, words = None, [str(scene_file), *words]
+    if words and not words[0].startswith("-"):
         raise SceneError(
-            f'one scene file at a time: "{petsc_options[0]}" is one too many '
+            f'one scene file at a time: "{words[0]}" is one too many '
             "(options for PETSc follow after --)"
         )
-    scene = _load(scene_file, overrides)
-    out = _writable(out or Path("results") / scene.name)
+    times = tuple(_time(text) for text in checkpoint_at or [])
+    if restart is not None:
+        if overrides or out is not None:
+            raise SceneError("--restart goes on with a run as it is: --set and --out do not fit")
+        scene, resumed, out = *_resumed(restart, scene_file), restart
+    elif scene_file is None:
+        raise SceneError("give a scene file, or --restart DIR")
+    else:
+        scene, resumed = _load(scene_file, overrides), None
+        out = out or Path("results") / scene.name
+    _check_writable(out)
     warning = scene.outside_table()
     if warning:
         typer.echo(f"Note: {warning}.")
 
     from iceslide_fem.simulate import run as simulate
 
-    summary = simulate(scene, out, petsc_options or [])
+    if scene.model == "point":
+        summary = simulate(scene, out, words)
+    else:
+        from iceslide_fem.block_run import Schedule
+
+        summary = simulate(scene, out, words, Schedule(checkpoint_every, times), resumed)
     _print_summary(summary, out)
 
 
@@ -128,7 +170,8 @@ def sweep(
 
     plan = make_plan(scene_file, overrides or [], varied or [])
     cores = None if no_run else share_cores(cores_per_case, cases_at_a_time)
-    out = _writable(out or Path("results") / f"{plan.cases[0].scene.name}-sweep")
+    out = out or Path("results") / f"{plan.cases[0].scene.name}-sweep"
+    _check_writable(out)
     with _termination_as_interrupt():
         dataset = run_sweep(plan, out, cores, typer.echo)
     pictures = plot_sweep(dataset, out)
@@ -205,7 +248,8 @@ app.command()(_on_one_process(footprint))
 def main(argv: Sequence[str] | None = None) -> NoReturn:
     """Run the command in `argv` (default: sys.argv) and exit.
 
-    Exit codes: 0 done, 2 wrong input, 3 the simulation could not go on, 1 a fault of the program.
+    Exit codes: 0 done, 2 wrong input, 3 the simulation could not go on, 4 it was asked to stop and
+    has left a checkpoint, 1 a fault of the program.
     Under mpirun every rank does the same and rank 0 alone prints.
     """
     with contextlib.ExitStack() as stack:
@@ -217,12 +261,14 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
             app(args=argv, prog_name="iceslide")
         except IceslideError as error:
             print(f"iceslide: {error}", file=sys.stderr)
+            if isinstance(error, OutputError):  # raised on the rank that writes, alone
+                _stop_other_ranks(error.exit_code)
             if _rank() > 0:  # mpirun ends rank 0, perhaps before it has printed, when another fails
                 time.sleep(1.0)
             sys.exit(error.exit_code)
         except Exception:
             traceback.print_exc(file=sys.__stderr__)  # also of the ranks that are silent
-            _stop_other_ranks()
+            _stop_other_ranks(1)
             sys.exit(1)
         sys.exit(0)
 
@@ -233,12 +279,30 @@ def _load(scene_file: Path, overrides: Sequence[str] | None) -> Scene:
     return load_scene(scene_file, overrides or [])
 
 
-def _writable(out: Path) -> Path:
-    """`out` itself. Raises SceneError if it is not a directory one may write to or create."""
+def _resumed(folder: Path, scene_file: Path | None) -> tuple[Scene, Checkpoint]:
+    """Scene and checkpoint of the run in `folder`; a scene file must be of that scene."""
+    from iceslide_fem.checkpoint import read_checkpoint, same_scene
+
+    checkpoint = read_checkpoint(folder)
+    if scene_file is not None:
+        same_scene(_load(scene_file, None), checkpoint, folder)
+    return checkpoint.scene, checkpoint
+
+
+def _time(text: str) -> float:
+    """Seconds of "2 ms"."""
+    from iceslide_fem.units import to_si
+
+    try:
+        return to_si(text, "s")
+    except ValueError as error:
+        raise SceneError(f'--checkpoint-at "{text}" {error}') from None
+
+
+def _check_writable(out: Path) -> None:
     existing = next(path for path in (out, *out.absolute().parents) if path.exists())
     if not existing.is_dir() or not os.access(existing, os.W_OK):
         raise SceneError(f"cannot write to {out}: {existing} is not a directory one may write to")
-    return out
 
 
 @contextlib.contextmanager
@@ -268,13 +332,13 @@ def _rank() -> int:
     return 0
 
 
-def _stop_other_ranks() -> None:
+def _stop_other_ranks(exit_code: int) -> None:
     """End all ranks if this one fails alone: the others would wait for it forever."""
     if "mpi4py.MPI" in sys.modules:
         from mpi4py import MPI
 
         if MPI.COMM_WORLD.size > 1:
-            MPI.COMM_WORLD.Abort(1)
+            MPI.COMM_WORLD.Abort(exit_code)
 
 
 def _print_summary(summary: dict[str, Any], out: Path) -> None:

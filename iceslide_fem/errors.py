@@ -28,6 +28,18 @@ class SimulationStopped(IceslideError):
     exit_code = 3
 
 
+class OutputError(IceslideError):
+    """A file cannot be written (the disk is full, say); raised on the rank that writes it."""
+
+    exit_code = 3
+
+
+class Interrupted(IceslideError):
+    """A run was asked to stop, and has left a checkpoint."""
+
+    exit_code = 4
+
+
 def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
     """The first fault in `error` as one sentence: the dotted key, what was given, what is allowed.
 

@@ -332,6 +332,17 @@ def put(data: dict[str, Any], key: str, value: Any) -> None:
     data[name] = value
 
 
+def flat(tables: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Nested tables as one, with dotted keys."""
+    result: dict[str, Any] = {}
+    for key, value in tables.items():
+        if isinstance(value, Mapping):
+            result |= flat(value, f"{prefix}{key}.")
+        else:
+            result[prefix + key] = value
+    return result
+
+
 def unit_of(key: str) -> str | None:
     """SI unit of the dotted `key` ("" for a pure number), None for what is not a number.
 

@@ -54,5 +54,6 @@ rule case:
         mem_mb=MEGABYTES,
     shell:
         "export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1; "
-        "{resources.mpi} -n {resources.tasks} iceslide run {input.scene} --out {params.folder} "
+        "how=--out; [ ! -f {params.folder}/checkpoint ] || how=--restart; "
+        "{resources.mpi} -n {resources.tasks} iceslide run {input.scene} $how {params.folder} "
         "> {params.folder}/log.txt 2>&1"

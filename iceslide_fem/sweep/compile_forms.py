@@ -1,8 +1,8 @@
-"""Compile a scene's forms, and mesh it, before several processes want them at the same time.
+"""Compile the forms of scenes, and mesh them, before their cases start.
 
-FFCx's cache lets one process compile and the others wait ten seconds, which a 3-D tangent takes
-longer than. A program of its own (`python -m iceslide_fem.sweep.compile_forms SCENE.toml ...`),
-because the sweep itself must not start MPI: what it starts could not use it then.
+Otherwise the first cases would wait for each other to compile the same forms. A program of its own
+(`python -m iceslide_fem.sweep.compile_forms SCENE.toml ...`), because the sweep itself must not
+start MPI: what it starts could not use it then.
 """
 
 from __future__ import annotations
@@ -10,14 +10,7 @@ from __future__ import annotations
 import sys
 
 from iceslide_fem.scene import Scene, load_scene
-
-
-def forms_of(scene: Scene) -> tuple[object, ...]:
-    """What the forms of a scene depend on: scenes with the same need to be compiled once.
-
-    Material constants, loads and sizes are data of the forms, not part of their code.
-    """
-    return scene.model, scene.ice.heat, scene.ice.motion, scene.rubber.heat, scene.rubber.mesh
+from iceslide_fem.sweep.processes import forms_of
 
 
 def compile_forms(scene: Scene) -> None:

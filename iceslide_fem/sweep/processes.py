@@ -20,8 +20,9 @@ from typing import NamedTuple
 import tomli_w
 
 from iceslide_fem.errors import SceneError
+from iceslide_fem.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.files import replace_file
-from iceslide_fem.sweep.compile_forms import forms_of
+from iceslide_fem.scene import Scene
 from iceslide_fem.sweep.outcome import SENTENCE, Outcome, read_outcome
 from iceslide_fem.sweep.plan import Case
 
@@ -69,6 +70,15 @@ def write_scene(folder: Path, case: Case) -> Path:
     return path
 
 
+def forms_of(scene: Scene) -> tuple[object, ...]:
+    """What the forms of a scene depend on: scenes with the same need to be compiled once.
+
+    Material constants, loads and sizes are data of the forms, not part of their code.
+    """
+    rubber, ice = scene.rubber, scene.ice
+    return scene.model, ice.heat, ice.motion, rubber.heat, rubber.inertia, rubber.mesh
+
+
 def prepare(folder: Path, cases: Sequence[Case]) -> None:
     """Compile the forms of all `cases`, each kind once.
 
@@ -109,10 +119,11 @@ def compute(folder: Path, cases: Sequence[Case], cores: Cores) -> Iterator[tuple
 
 
 def _run(folder: Path, case: Case, n_cores: int, running: set[subprocess.Popen[bytes]]) -> None:
-    """Run a case and wait for it; what it says goes to log.txt in its directory."""
+    """Run a case, or go on with it, and wait; what it says goes to log.txt in its directory."""
     directory = case_folder(folder, case)
     words = [sys.executable, "-m", "iceslide_fem.cli", "run", str(write_scene(folder, case))]
-    words += ["--out", str(directory)]
+    begun = (directory / CHECKPOINT).is_file()
+    words += ["--restart" if begun else "--out", str(directory)]
     if n_cores > 1:
         words = [_mpirun(), "-n", str(n_cores), *words]
     with open(directory / "log.txt", "wb") as log:

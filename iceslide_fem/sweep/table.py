@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import xarray as xr
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import replace_file
-from iceslide_fem.scene import unit_of
+from iceslide_fem.scene import flat, unit_of
 from iceslide_fem.sweep.outcome import CURVES, DONE, SAMPLES, Outcome
 from iceslide_fem.sweep.plan import Plan
 
@@ -106,17 +106,6 @@ def _fixed_inputs(plan: Plan) -> str:
         for key, value in inputs.items()
         if value is not None and key not in plan.axes
     )
-
-
-def flat(tables: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Nested tables as one, with dotted keys."""
-    result: dict[str, Any] = {}
-    for key, value in tables.items():
-        if isinstance(value, Mapping):
-            result |= flat(value, f"{prefix}{key}.")
-        else:
-            result[prefix + key] = value
-    return result
 
 
 def _plain(value: Any) -> float | None:
