@@ -147,14 +147,14 @@ class Table:
 def _size_of_rows(path: Path, columns: Sequence[str], rows: int) -> int:
     """Bytes of the header and the first `rows` rows of a table."""
     try:
-        lines = path.read_bytes().split(b"\n")[: rows + 1]
+        lines = path.read_bytes().split(b"\n")[:-1]  # what has no line end is not complete
     except OSError as error:
         raise SceneError(f"cannot read {path}, which goes on: {error.strerror}") from None
-    if lines[0].decode(errors="replace") != ",".join(columns):
+    if not lines or lines[0].decode(errors="replace") != ",".join(columns):
         raise SceneError(f"{path} has other columns than this program writes: it can't go on")
     if len(lines) < rows + 1:
         raise SceneError(f"{path} has {len(lines) - 1} rows, and its checkpoint comes after {rows}")
-    return sum(len(line) + 1 for line in lines)
+    return sum(len(line) + 1 for line in lines[: rows + 1])
 
 
 class Fields:
