@@ -13,7 +13,7 @@ from scipy.integrate import trapezoid
 
 from iceslide_fem._dolfinx import MPI
 from iceslide_fem.block import Block, PathPoint, build_block, press, start_sliding
-from iceslide_fem.checkpoint import FILE, Checkpoint, write_checkpoint
+from iceslide_fem.checkpoint import Checkpoint, write_checkpoint
 from iceslide_fem.errors import Interrupted, SimulationStopped
 from iceslide_fem.history import Ledger, interface_fields, outside_table, preload_row, slide_row
 from iceslide_fem.ice import Continuum
@@ -62,8 +62,6 @@ def run_block(
             _slide(block, out, state, schedule, results, progress, interruption, open_files)
         except (SimulationStopped, Interrupted) as reason:
             stopped = reason
-    if stopped is None and comm.rank == 0:
-        (out / FILE).unlink(missing_ok=True)
     return results.entries(), stopped
 
 

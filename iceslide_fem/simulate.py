@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import iceslide_fem
+from iceslide_fem.checkpoint import FILE as CHECKPOINT
+from iceslide_fem.checkpoint import Checkpoint
 from iceslide_fem.files import writing
 from iceslide_fem.outputs import HISTORY_COLUMNS, Table, write_summary
 from iceslide_fem.report import report
@@ -18,7 +20,6 @@ from iceslide_fem.scene import Scene
 
 if TYPE_CHECKING:
     from iceslide_fem.block_run import Schedule
-    from iceslide_fem.checkpoint import Checkpoint
 
 
 def run(
@@ -56,6 +57,8 @@ def run(
         _finish(out, summary, comm.rank)
     if stopped:
         raise stopped
+    if comm.rank == 0:  # only now: until everything is written, a kill must leave a way on
+        (out / CHECKPOINT).unlink(missing_ok=True)
     return summary
 
 

@@ -101,7 +101,7 @@ def test_a_run_that_goes_on_gives_the_same_curve(changes, shared, monkeypatch):
     checkpoint = read_checkpoint(shared / "parts")
     assert 0.0 < checkpoint.state["sliding"]["time"] < scene.load.duration
     parts = run(scene, shared / "parts", resumed=checkpoint)
-    MPI.COMM_WORLD.Barrier()  # rank 0 writes the summary
+    MPI.COMM_WORLD.Barrier()  # rank 0 writes the summary and removes the checkpoint
     columns = ("mu", "film_height_m", "friction_work_J", "ice_heat_J", "elastic_energy_J")
     for name, one, two in zip(
         columns, curves(shared / "whole", *columns), curves(shared / "parts", *columns), strict=True
