@@ -105,7 +105,7 @@ def run(
             raise SceneError("--restart goes on with a run as it is: --set and --out do not fit")
         scene, resumed, out = *_resumed(restart, scene_file), restart
     elif scene_file is None:
-        raise SceneError("give a scene file, or --restart DIR")
+        raise typer.BadParameter("give a scene file, or --restart DIR")
     else:
         scene, resumed = _load(scene_file, overrides), None
         out = out or Path("results") / scene.name
