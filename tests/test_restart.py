@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 
 pytest.importorskip("iceslide_fem._dolfinx")
@@ -277,15 +278,16 @@ def begin(directory, *more):
 def interrupted_after(words, directory, rows, number):
     """Start a command, send the signal when so many rows are there, return its exit code."""
     nowhere = subprocess.DEVNULL
-    process = subprocess.Popen(
-        words, env=ENVIRONMENT, stdout=nowhere, stderr=nowhere, start_new_session=True
-    )
+    process = subprocess.Popen(words, env=ENVIRONMENT, stdout=nowhere, stderr=nowhere)
     history, end = directory / "history.csv", time.monotonic() + 200.0
     while time.monotonic() < end and process.poll() is None:
         if history.is_file() and history.read_text().count("\n") > rows:
             break
         time.sleep(0.02)
-    os.killpg(process.pid, number)
+    ranks = psutil.Process(process.pid).children(recursive=True)
+    for one in (process, *ranks):
+        one.send_signal(number)
+    psutil.wait_procs(ranks)
     return process.wait()
 
 
