@@ -2,8 +2,9 @@
 
 The rest of the package takes DOLFINx from here (`from iceslide_fem._dolfinx import MPI, PETSc,
 fem, ufl`), because this module loads the wheel's start-up module first where there is one, keeps
-the C compiler's log of every form off the screen, and lets one process at a time compile. What is the same in all versions
-(`fem.Function`, `fem.dirichletbc`, `ufl.Measure`, ...) has no function here.
+the C compiler's log of every form off the screen, and lets one process at a time compile. What
+is the same in all versions (`fem.Function`, `fem.dirichletbc`, `ufl.Measure`, ...) has no
+function here.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The command line: `iceslide run`, `sweep`, `info`, `view` and `footprint`, alone or under mpirun."""
+"""The command line: `iceslide run`, `sweep`, `info`, `view`, `footprint`, alone or under mpirun."""
 
 from __future__ import annotations
 
