@@ -88,6 +88,7 @@ ATTACHED, PASSING = "load.duration=2ms", ["ice.motion=sliding", "load.duration=0
         [ATTACHED, "ice.heat=half-space"],
         pytest.param([*PASSING, "ice.heat=column"], marks=pytest.mark.mpi),
         [*PASSING, "ice.heat=continuum"],
+        ["load.duration=0.3ms", "ice.heat=column", "rubber.inertia=true"],
         [*PASSING, "ice.heat=column", "film.carrier=rubber"],
     ],
     ids=" ".join,
