@@ -1,23 +1,25 @@
-"""The command line: `iceslide run`, `info`, `ladder`, `view`, `footprint`, alone or with mpirun."""
+"""The command line: `iceslide run`, `sweep`, `ladder`, `info`, `view` and `footprint`."""
 
 from __future__ import annotations
 
 import contextlib
 import functools
 import os
+import signal
 import sys
 import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from iceslide_fem.errors import IceslideError, SceneError, SimulationStopped
+from iceslide_fem.errors import IceslideError, OutputError, SceneError, SimulationStopped
 from iceslide_fem.footprint.options import footprint
 
 if TYPE_CHECKING:
+    from iceslide_fem.checkpoint import Checkpoint
     from iceslide_fem.scene import Scene
 
 # Everything heavy is imported where it is used, so that `iceslide --help` is quick.
@@ -47,7 +49,12 @@ Overrides = Annotated[
 
 @app.command()
 def run(
-    scene_file: SceneFile,
+    scene_file: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="SCENE.toml", help="The scene file; not with --restart.", show_default=False
+        ),
+    ] = None,
     petsc_options: Annotated[
         list[str] | None,
         typer.Argument(
@@ -63,15 +70,45 @@ def run(
             metavar="DIR", help="Where to write; else results/<name>.", show_default=False
         ),
     ] = None,
+    restart: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Go on with the run in DIR from its last checkpoint.",
+            show_default=False,
+        ),
+    ] = None,
+    checkpoint_every: Annotated[
+        float, typer.Option(metavar="SECONDS", min=0.0, help="Checkpoints by the clock.")
+    ] = 60.0,
+    checkpoint_at: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TIME",
+            help="A checkpoint after this time of the run, e.g. 2ms. May be repeated.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Run a scene and write mu(t), fields and a report."""
-    if petsc_options and not petsc_options[0].startswith("-"):
+    words = petsc_options or []
+    if restart is not None and scene_file is not None and str(scene_file).startswith("-"):
+        scene_file, words = None, [str(scene_file), *words]
+    if words and not words[0].startswith("-"):
         raise SceneError(
-            f'one scene file at a time: "{petsc_options[0]}" is one too many '
+            f'one scene file at a time: "{words[0]}" is one too many '
             "(options for PETSc follow after --)"
         )
-    scene = _load(scene_file, overrides)
-    out = out or Path("results") / scene.name
+    times = tuple(_time(text) for text in checkpoint_at or [])
+    if restart is not None:
+        if overrides or out is not None:
+            raise SceneError("--restart goes on with a run as it is: --set and --out do not fit")
+        scene, resumed, out = *_resumed(restart, scene_file), restart
+    elif scene_file is None:
+        raise typer.BadParameter("give a scene file, or --restart DIR")
+    else:
+        scene, resumed = _load(scene_file, overrides), None
+        out = out or Path("results") / scene.name
     _check_writable(out)
     warning = scene.outside_table()
     if warning:
@@ -79,8 +116,75 @@ def run(
 
     from iceslide_fem.simulate import run as simulate
 
-    summary = simulate(scene, out, petsc_options or [])
+    if scene.model == "point":
+        summary = simulate(scene, out, words)
+    else:
+        from iceslide_fem.block_run import Schedule
+
+        summary = simulate(scene, out, words, Schedule(checkpoint_every, times), resumed)
     _print_summary(summary, out)
+
+
+@app.command()
+def sweep(
+    scene_file: SceneFile,
+    varied: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--vary",
+            metavar="KEY=VALUES",
+            help="load.pressure=1bar:5bar:5 (first:last:count) or load.speed=1,2,3. May be "
+            "repeated: every combination is a case.",
+            show_default=False,
+        ),
+    ] = None,
+    overrides: Overrides = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Where to write; else results/<name>-sweep.", show_default=False
+        ),
+    ] = None,
+    cores_per_case: Annotated[
+        int, typer.Option(min=1, help="Processes of each slice or block.")
+    ] = 1,
+    cases_at_a_time: Annotated[
+        int | None,
+        typer.Option(min=1, help="Else as many as there are cores for.", show_default=False),
+    ] = None,
+    no_run: Annotated[
+        bool,
+        typer.Option(
+            "--no-run",
+            help="Run no slice or block: write their scenes, collect those that others have run.",
+        ),
+    ] = False,
+) -> None:
+    """Run a scene for all combinations of some of its values; again: only what is missing."""
+    if _started_by_mpirun():
+        raise SceneError(
+            "iceslide sweep starts its own processes: run it without mpirun, with --cores-per-case"
+        )
+    from iceslide_fem.sweep import failures, make_plan, run_sweep, share_cores
+    from iceslide_fem.sweep.plots import plot_sweep
+
+    plan = make_plan(scene_file, overrides or [], varied or [])
+    cores = None if no_run else share_cores(cores_per_case, cases_at_a_time)
+    out = out or Path("results") / f"{plan.cases[0].scene.name}-sweep"
+    _check_writable(out)
+    with _termination_as_interrupt():
+        dataset = run_sweep(plan, out, cores, typer.echo)
+    pictures = plot_sweep(dataset, out)
+    for path in (out / "sweep.csv", out / "sweep.nc", *pictures):
+        typer.echo(str(path))
+    lines = failures(dataset)
+    for line in lines:
+        typer.echo(line)
+    if lines and not no_run:
+        raise SimulationStopped(
+            f"{int((dataset.status != 'done').sum())} of {len(plan.cases)} cases are not done; "
+            "the same command tries them again"
+        )
 
 
 @app.command()
@@ -199,7 +303,8 @@ app.command()(_on_one_process(footprint))
 def main(argv: Sequence[str] | None = None) -> NoReturn:
     """Run the command in `argv` (default: sys.argv) and exit.
 
-    Exit codes: 0 done, 2 wrong input, 3 the simulation could not go on, 1 a fault of the program.
+    Exit codes: 0 done, 2 wrong input, 3 the simulation could not go on, 4 it was asked to stop and
+    has left a checkpoint, 1 a fault of the program.
     Under mpirun every rank does the same and rank 0 alone prints.
     """
     with contextlib.ExitStack() as stack:
@@ -211,12 +316,14 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
             app(args=argv, prog_name="iceslide")
         except IceslideError as error:
             print(f"iceslide: {error}", file=sys.stderr)
+            if isinstance(error, OutputError):  # raised on the rank that writes, alone
+                _stop_other_ranks(error.exit_code)
             if _rank() > 0:  # mpirun ends rank 0, perhaps before it has printed, when another fails
                 time.sleep(1.0)
             sys.exit(error.exit_code)
         except Exception:
             traceback.print_exc(file=sys.__stderr__)  # also of the ranks that are silent
-            _stop_other_ranks()
+            _stop_other_ranks(1)
             sys.exit(1)
         sys.exit(0)
 
@@ -234,10 +341,49 @@ def _load(scene_file: Path, overrides: Sequence[str] | None) -> Scene:
     return scene
 
 
+def _resumed(folder: Path, scene_file: Path | None) -> tuple[Scene, Checkpoint]:
+    """Scene and checkpoint of the run in `folder`; a scene file must be of that scene."""
+    from iceslide_fem.checkpoint import read_checkpoint, same_scene
+
+    checkpoint = read_checkpoint(folder)
+    if scene_file is not None:
+        same_scene(_load(scene_file, None), checkpoint, folder)
+    return checkpoint.scene, checkpoint
+
+
+def _time(text: str) -> float:
+    """Seconds of "2 ms"."""
+    from iceslide_fem.units import to_si
+
+    try:
+        return to_si(text, "s")
+    except ValueError as error:
+        raise SceneError(f'--checkpoint-at "{text}" {error}') from None
+
+
 def _check_writable(out: Path) -> None:
     existing = next(path for path in (out, *out.absolute().parents) if path.exists())
     if not existing.is_dir() or not os.access(existing, os.W_OK):
         raise SceneError(f"cannot write to {out}: {existing} is not a directory one may write to")
+
+
+@contextlib.contextmanager
+def _termination_as_interrupt() -> Iterator[None]:
+    """SIGTERM (a queue's time limit) as KeyboardInterrupt, so that what is running is ended."""
+
+    def interrupt(*_: object) -> NoReturn:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _started_by_mpirun() -> bool:
+    sizes = (os.environ.get(name) for name in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE"))
+    return any(size is not None and int(size) > 1 for size in sizes)
 
 
 def _rank() -> int:
@@ -248,13 +394,13 @@ def _rank() -> int:
     return 0
 
 
-def _stop_other_ranks() -> None:
+def _stop_other_ranks(exit_code: int) -> None:
     """End all ranks if this one fails alone: the others would wait for it forever."""
     if "mpi4py.MPI" in sys.modules:
         from mpi4py import MPI
 
         if MPI.COMM_WORLD.size > 1:
-            MPI.COMM_WORLD.Abort(1)
+            MPI.COMM_WORLD.Abort(exit_code)
 
 
 def _print_summary(summary: dict[str, Any], out: Path) -> None:

@@ -28,6 +28,18 @@ class SimulationStopped(IceslideError):
     exit_code = 3
 
 
+class OutputError(IceslideError):
+    """A file cannot be written (the disk is full, say); raised on the rank that writes it."""
+
+    exit_code = 3
+
+
+class Interrupted(IceslideError):
+    """A run was asked to stop, and has left a checkpoint."""
+
+    exit_code = 4
+
+
 def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
     """The first fault in `error` as one sentence: the dotted key, what was given, what is allowed.
 
@@ -39,7 +51,7 @@ def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
     given = f"{key} = {_shown(fault['input'])}"
     match fault["type"]:
         case "extra_forbidden":
-            return _unknown(key, keys)
+            return unknown_key(key, keys)
         case "missing":
             return f"{key} is missing"
         case "value_error":
@@ -66,8 +78,11 @@ def _shown(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def _unknown(key: str, keys: Sequence[str]) -> str:
-    """Suggest a key of the same table, else a key of any table, else list the table's keys."""
+def unknown_key(key: str, keys: Sequence[str]) -> str:
+    """A sentence for a `key` that is not among `keys`.
+
+    Suggests a key of the same table, else a key of any table, else lists the table's keys.
+    """
     table, _, name = key.rpartition(".")
     siblings = [known for known in keys if known.rpartition(".")[0] == table]
     for candidates in (siblings, keys):

@@ -7,6 +7,8 @@ DOLFINx meshes.
 from __future__ import annotations
 
 import itertools
+import signal
+import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -176,8 +178,16 @@ def _model() -> Iterator[Any]:
         gmsh.option.setNumber("General.Terminal", terminal)
         if own:
             gmsh.finalize()
+            _restore_signal_handlers()
         elif previous:
             gmsh.model.setCurrent(previous)
+
+
+def _restore_signal_handlers() -> None:
+    """gmsh leaves the system's own handlers behind, and Python's would never hear of a signal."""
+    if threading.current_thread() is threading.main_thread():
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, signal.getsignal(number))
 
 
 def _unused_name() -> str:

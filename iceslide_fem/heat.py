@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import copy
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 from scipy.linalg import eigh
@@ -80,7 +80,7 @@ class Column:
         self.surface = modes[0]
         self._storage = capacity.sum(axis=0) @ modes
 
-    def take(self, index: Index) -> Column:
+    def take(self, index: Index) -> Self:
         """The column below the points at `index` only (its mesh stays as it is)."""
         part = copy(self)
         part.temperature = self.temperature[index] if self.temperature.ndim else self.temperature

@@ -13,6 +13,15 @@ from iceslide_fem.materials import MELTING_TEMPERATURE, Array
 from iceslide_fem.sliding import Accepted, Moment, Sliding
 
 Row = dict[str, Any]
+ENERGIES = (
+    "friction_work",
+    "load_work",
+    "ice_heat",
+    "rubber_heat",
+    "latent_heat",
+    "elastic_energy",
+    "kinetic_energy",
+)
 
 
 def preload_row(block: Block, point: PathPoint) -> Row:
@@ -68,6 +77,17 @@ class Ledger:
             motion, law = self._sliding.moment.motion, self._sliding.motion_law
             self.kinetic_energy = block.scale * law.kinetic_energy(motion)
         self._force, self._plate = force, plate
+
+    def state(self) -> dict[str, float]:
+        """The energies, J."""
+        return {name: getattr(self, name) for name in ENERGIES}
+
+    def restore(self, state: dict[str, float]) -> None:
+        """Go on from `state`, at the moment to which `sliding` was restored. Collective."""
+        for name in ENERGIES:
+            setattr(self, name, state[name])
+        self._force = self.friction_force()
+        self._plate = self._block.equilibrium.plate_displacement()
 
     @property
     def imbalance(self) -> float:

@@ -38,6 +38,7 @@ PATIENCE = 10
 class Continuum:
     """Heat equation on the ice mesh, linear elements; content: T - T_0 at this rank's nodes.
 
+    node: numbers of this rank's nodes on the ice's whole grid of shape `node_shape`.
     `at` places the points that give heat on the surface's `grid`, and `area` (n,) is what each
     stands for, m2 (m in a slice); both may change between steps. T_0 in K.
     """
@@ -79,12 +80,12 @@ class Continuum:
 
     def shifted(self, content: Array, cells: int) -> Array:
         """Content after the window has moved `cells` cells in +x: fresh ice enters. Collective."""
-        nodes = np.zeros(self._node_shape)
-        nodes.flat[self._node] = content
+        nodes = np.zeros(self.node_shape)
+        nodes.flat[self.node] = content
         self._comm.Allreduce(MPI.IN_PLACE, nodes, op=MPI.SUM)
         moved = np.zeros_like(nodes)
         moved[: nodes.shape[0] - cells] = nodes[cells:]
-        return np.array(moved.flat[self._node])
+        return np.array(moved.flat[self.node])
 
     def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
         """Solve C (x - start) / dt + K x = heat from the film, with the film law. Collective.
@@ -136,10 +137,10 @@ class Continuum:
             np.searchsorted(0.5 * (line[1:] + line[:-1]), positions[:, axis])
             for axis, line in enumerate(lines)
         ]
-        self._node_shape = tuple(line.size for line in lines)
-        self._node = np.ravel_multi_index(places, self._node_shape)
+        self.node_shape = tuple(line.size for line in lines)
+        self.node = np.ravel_multi_index(places, self.node_shape)
         self._own_dof = np.flatnonzero(places[-1] == lines[-1].size - 1)
-        own = self._node[self._own_dof] // lines[-1].size
+        own = self.node[self._own_dof] // lines[-1].size
         self.grid = SurfaceGrid(lines[:-1], own, self._comm)
         dofs = (self._own_dof + index_map.local_range[0]).astype(float)
         self._global_dof = self.grid.everywhere(dofs).astype(PETSc.IntType)
@@ -151,9 +152,9 @@ class Continuum:
         beside a sudden flux, as ahead of a leading edge, are not cooled by it.
         """
         first, last = self._capacity.getOwnershipRange()
-        levels = self._node_shape[-1]
-        dof_of_node = np.zeros(int(np.prod(self._node_shape)), dtype=np.int64)
-        dof_of_node[self._node] = np.arange(first, last)
+        levels = self.node_shape[-1]
+        dof_of_node = np.zeros(int(np.prod(self.node_shape)), dtype=np.int64)
+        dof_of_node[self.node] = np.arange(first, last)
         self._comm.Allreduce(MPI.IN_PLACE, dof_of_node, op=MPI.SUM)
         node_of_dof = np.argsort(dof_of_node)
         rows = [self._capacity.getRow(row) for row in range(first, last)]
@@ -169,7 +170,7 @@ class Continuum:
         ksp.setType("cg")
         ksp.setTolerances(rtol=1e-10, max_it=500)
         pc = ksp.getPC()
-        if len(self._node_shape) > 2:
+        if len(self.node_shape) > 2:
             pc.setType("lu")
             pc.setFactorSolverType("mumps")
         elif self._comm.size > 1:  # a slice is small: every rank has the whole of it

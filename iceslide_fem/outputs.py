@@ -5,6 +5,7 @@ Whatever has been written stays readable when the run is interrupted.
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import json
 import math
@@ -19,6 +20,8 @@ import meshio
 import numpy as np
 
 from iceslide_fem._dolfinx import VtkSeries, cell_name, fem
+from iceslide_fem.errors import OutputError, SceneError
+from iceslide_fem.files import replace_file, writing
 from iceslide_fem.materials import Array
 from iceslide_fem.rubber import Rubber
 from iceslide_fem.surface import FACET_OF, ContactSurface
@@ -76,18 +79,39 @@ class Table:
     Use as a context manager. On other ranks nothing is opened or written.
     """
 
-    def __init__(self, path: Path | str, columns: Sequence[str], rank: int) -> None:
-        """Create (overwrite) the file at `path` and write its header. Raises OSError."""
-        self._columns = tuple(columns)
+    def __init__(
+        self, path: Path | str, columns: Sequence[str], rank: int, keep: int | None = None
+    ) -> None:
+        """Create (overwrite) the file at `path` and write its header; or, with `keep`, go on.
+
+        Then the file keeps so many of its rows and loses those behind them. Raises OutputError,
+        and SceneError, on all ranks, where the file has other columns or fewer rows.
+        """
+        self._columns, self._path = tuple(columns), path
         self._file: TextIO | None = None
-        if rank == 0:
-            self._file = open(path, "w", newline="", encoding="utf-8")
+        size = 0 if keep is None else _size_of_rows(Path(path), self._columns, keep)
+        if rank > 0:
+            return
+        with writing(path):
+            self._file = open(path, "w" if keep is None else "r+", newline="", encoding="utf-8")
+            self._file.truncate(size)
+            self._file.seek(size)
+        if keep is None:
             self._write(self._columns)
 
     def row(self, values: Mapping[str, Any]) -> None:
-        """Append one row; `values` has every column, and may have more. Raises KeyError."""
+        """Append one row; `values` has every column, and may have more.
+
+        Raises OutputError if it can't be written; the file then ends with the row before.
+        """
         if self._file is not None:
             self._write([_text(values[name]) for name in self._columns])
+
+    def secure(self) -> None:
+        """Return when all rows are on the disk, where they outlast a loss of power."""
+        if self._file is not None:
+            with writing(self._path):
+                os.fsync(self._file.fileno())
 
     def close(self) -> None:
         """Close the file."""
@@ -96,8 +120,17 @@ class Table:
 
     def _write(self, cells: Sequence[str]) -> None:
         assert self._file is not None
-        csv.writer(self._file, lineterminator="\n").writerow(cells)
-        self._file.flush()
+        complete = self._file.tell()
+        try:
+            with writing(self._path):
+                csv.writer(self._file, lineterminator="\n").writerow(cells)
+                self._file.flush()
+        except OutputError:
+            os.truncate(self._path, complete)
+            with contextlib.suppress(OSError):  # closing tries to write what is left once more
+                self._file.close()
+            self._file = None
+            raise
 
     def __enter__(self) -> Self:
         return self
@@ -109,6 +142,19 @@ class Table:
         traceback: TracebackType | None,
     ) -> None:
         self.close()
+
+
+def _size_of_rows(path: Path, columns: Sequence[str], rows: int) -> int:
+    """Bytes of the header and the first `rows` rows of a table."""
+    try:
+        lines = path.read_bytes().split(b"\n")[:-1]  # what has no line end is not complete
+    except OSError as error:
+        raise SceneError(f"cannot read {path}, which goes on: {error.strerror}") from None
+    if not lines or lines[0].decode(errors="replace") != ",".join(columns):
+        raise SceneError(f"{path} has other columns than this program writes: it can't go on")
+    if len(lines) < rows + 1:
+        raise SceneError(f"{path} has {len(lines) - 1} rows, and its checkpoint comes after {rows}")
+    return sum(len(line) + 1 for line in lines[: rows + 1])
 
 
 class Fields:
@@ -125,18 +171,24 @@ class Fields:
         rubber: Rubber,
         surface: ContactSurface,
         ice_temperature: fem.Function | None = None,
+        earlier: Sequence[Mapping[str, Any]] = (),
     ) -> None:
-        """`ice_temperature` (K) is a Function on the ice mesh, or None: then no `ice.pvd`."""
+        """`ice_temperature` (K) is a Function on the ice mesh, or None: then no `ice.pvd`.
+
+        `earlier`: what `written` was when the run that goes on was interrupted.
+        """
         self._folder, self._surface, self._rubber = Path(folder), surface, rubber
-        self._comm, self._times = surface.comm, list[float]()
+        self._comm, self.written = surface.comm, [dict(entry) for entry in earlier]
+        # DOLFINx numbers the files of a series from 0: each part of a run has its own names.
+        self._part, self._earlier = f"-{len(earlier)}" if earlier else "", len(earlier)
         if self._comm.rank == 0:
             self._folder.mkdir(parents=True, exist_ok=True)
         self._comm.Barrier()
-        self._volumes = {"rubber": VtkSeries(self._folder / "rubber.pvd", rubber.u)}
+        self._volumes = {"rubber": VtkSeries(self._folder / f"rubber{self._part}.pvd", rubber.u)}
         self._kelvin = ice_temperature
         if ice_temperature is not None:
             self._celsius = fem.Function(ice_temperature.function_space, name="temperature (degC)")
-            self._volumes["ice"] = VtkSeries(self._folder / "ice.pvd", self._celsius)
+            self._volumes["ice"] = VtkSeries(self._folder / f"ice{self._part}.pvd", self._celsius)
         self._facet_name, order = _VTK_FACETS[FACET_OF[cell_name(rubber.mesh)]]
         # A facet's nodes begin with its corners, in every Lagrange element.
         self._corner_nodes = surface.nodes[:, order]
@@ -160,21 +212,28 @@ class Fields:
             self._celsius.x.array[:] = self._kelvin.x.array - ZERO_CELSIUS
         for volume in self._volumes.values():
             volume.write(time)
-        self._write_interface(values)
-        self._times.append(time)
+        interface = f"interface_{len(self.written):06d}.vtu"
+        self._write_interface(interface, values)
+        number = len(self.written) - self._earlier
+        series = {name: f"{name}{self._part}{number:06d}.pvtu" for name in self._volumes}
+        self.written.append({"time": time, "interface": interface, **series})
         self._comm.Barrier()  # all pieces are there before a list names them
         if self._comm.rank == 0:
             # DOLFINx writes its lists only at the end, and an interrupted run never gets there.
-            for name in self._volumes:
-                self._list(name, f"{name}{{:06d}}.pvtu")
-            self._list("interface", "interface_{:06d}.vtu")
+            for name in (*self._volumes, "interface"):
+                self._list(name)
 
     def close(self) -> None:
         """Finish the files."""
-        for volume in self._volumes.values():
-            volume.close()
+        names = list(self._volumes)
+        while self._volumes:  # DOLFINx writes a list once more when its series is forgotten
+            self._volumes.popitem()[1].close()
+        self._comm.Barrier()
+        if self._part and self._comm.rank == 0:  # lists of this part alone
+            for name in names:
+                (self._folder / f"{name}{self._part}.pvd").unlink(missing_ok=True)
 
-    def _write_interface(self, values: Mapping[str, Array]) -> None:
+    def _write_interface(self, file: str, values: Mapping[str, Array]) -> None:
         corners = self._gather(self._corner_nodes + self._rubber.displacements[self._corner_dofs])
         means = {name: self._gather(self._means(at)) for name, at in values.items()}
         if corners is None:
@@ -182,12 +241,13 @@ class Fields:
         points = corners.reshape(-1, corners.shape[-1])[self._first]
         if points.shape[1] == 2:
             points = np.column_stack([points, np.zeros(len(points))])
-        meshio.write_points_cells(
-            self._folder / f"interface_{len(self._times):06d}.vtu",
-            points,
-            [(self._facet_name, self._cells)],
-            cell_data={name: [mean] for name, mean in means.items()},
-        )
+        with writing(self._folder / file):
+            meshio.write_points_cells(
+                self._folder / file,
+                points,
+                [(self._facet_name, self._cells)],
+                cell_data={name: [mean] for name, mean in means.items()},
+            )
 
     def _means(self, at: Array) -> Array:
         weights = np.where(np.isnan(at), 0.0, abs(self._surface.weights))
@@ -200,15 +260,15 @@ class Fields:
         parts = self._comm.gather(np.ascontiguousarray(local), root=0)
         return None if parts is None else np.concatenate(parts)
 
-    def _list(self, name: str, file: str) -> None:
+    def _list(self, name: str) -> None:
         root = ET.Element("VTKFile", type="Collection", version="1.0")
         collection = ET.SubElement(root, "Collection")
-        for number, time in enumerate(self._times):
-            entry = {"timestep": f"{time:.12g}", "part": "0", "file": file.format(number)}
+        for written in self.written:
+            entry = {"timestep": f"{written['time']:.12g}", "part": "0", "file": written[name]}
             ET.SubElement(collection, "DataSet", entry)
         ET.indent(root)
         text = '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
-        _replace(self._folder / f"{name}.pvd", text)
+        replace_file(self._folder / f"{name}.pvd", text)
 
     def __enter__(self) -> Self:
         return self
@@ -224,14 +284,7 @@ class Fields:
 
 def write_summary(path: Path | str, summary: Mapping[str, Any]) -> None:
     """Write `summary` as JSON; NaN and infinity become null. Call it on one rank."""
-    _replace(Path(path), json.dumps(_plain(summary), indent=2, ensure_ascii=False) + "\n")
-
-
-def _replace(path: Path, text: str) -> None:
-    """Write the file so that at any time either the old or the new one is complete."""
-    temporary = path.with_name(path.name + ".part")
-    temporary.write_text(text, encoding="utf-8")
-    os.replace(temporary, path)
+    replace_file(Path(path), json.dumps(_plain(summary), indent=2, ensure_ascii=False) + "\n")
 
 
 def _text(value: Any) -> str:

@@ -139,7 +139,7 @@ class _Event(NamedTuple):
 
 def simulate(
     conditions: Conditions,
-    ice: str = "column",
+    ice: str | Column | HalfSpace = "column",
     tolerance: float = 1e-3,
     integrator: str = "sdirk2",
     times: ArrayLike = (),
@@ -150,10 +150,10 @@ def simulate(
 ) -> PointResult:
     """Integrate all `conditions` from t = 0 to their duration.
 
-    `ice` is `column` or `half-space`; `tolerance` the relative error of mu(t) aimed at;
-    `times` (s) where mu is sampled; `fixed_step` (s) replaces error control, `max_step` (s)
-    bounds it; `observe` is called with every accepted step; `rubber` takes heat, too, if it is
-    made of columns. Raises SimulationStopped where a step cannot be made.
+    `ice` is `column`, `half-space` or a model made for the conditions; `tolerance` the relative
+    error of mu(t) aimed at; `times` (s) where mu is sampled; `fixed_step` (s) replaces error
+    control, `max_step` (s) bounds it; `observe` is called with every accepted step; `rubber` takes
+    heat, too, if it is made of columns. Raises SimulationStopped where a step cannot be made.
     """
     method = INTEGRATORS[integrator]
     if fixed_step is None and not method.estimate:
@@ -162,7 +162,9 @@ def simulate(
     sample_times = np.asarray(times, dtype=float)
     result = PointResult.at_start(conditions, sample_times)
 
-    heat = ICE_MODELS[ice](conditions.temperature, conditions.duration)
+    if isinstance(ice, str):
+        ice = ICE_MODELS[ice](conditions.temperature, conditions.duration)
+    heat = ice
     active = np.arange(n)
     here = conditions
     state = InterfaceState(

@@ -8,7 +8,7 @@ import numpy as np
 
 from iceslide_fem.heat import Column, HalfSpace
 from iceslide_fem.integrators import INTEGRATORS
-from iceslide_fem.materials import MELTING_TEMPERATURE
+from iceslide_fem.materials import MELTING_TEMPERATURE, Array
 from iceslide_fem.point import ICE_MODELS, Conditions, PointResult, Record, simulate
 from iceslide_fem.rubber_heat import INSULATED, Insulated, RubberColumns
 from iceslide_fem.scene import Scene
@@ -26,24 +26,27 @@ def point_history(scene: Scene) -> tuple[list[Row], dict[str, Any]]:
     J; contact is complete. Raises SimulationStopped where the film cannot be advanced.
     """
     conditions = scene_conditions(scene)
-    numerics, duration = scene.numerics, scene.load.duration
-    step = numerics.max_step
-    if not INTEGRATORS[numerics.film_integrator].estimate:
-        fixed, largest = step or duration / FIXED_STEPS, np.inf
-    else:
-        fixed, largest = None, step or np.inf
     history = _History(scene, conditions)
-    result = simulate(
-        conditions,
-        ice=scene.ice.heat,
-        tolerance=numerics.tolerance,
-        integrator=numerics.film_integrator,
-        fixed_step=fixed,
-        max_step=largest,
-        observe=history.add,
-        rubber=rubber_columns(scene),
-    )
-    return history.rows, _results(result, history.rows)
+    settings = simulation_settings(scene)
+    result = simulate(conditions, observe=history.add, rubber=rubber_columns(scene), **settings)
+    imbalance = {"energy_imbalance": history.rows[-1]["energy_imbalance"]}
+    return history.rows, point_summary(result, 0) | imbalance
+
+
+def simulation_settings(scene: Scene) -> dict[str, Any]:
+    """Ice model, tolerance, integrator and steps of `scene`, as arguments of `point.simulate`."""
+    numerics = scene.numerics
+    if not INTEGRATORS[numerics.film_integrator].estimate:
+        fixed, largest = numerics.max_step or scene.load.duration / FIXED_STEPS, np.inf
+    else:
+        fixed, largest = None, numerics.max_step or np.inf
+    return {
+        "ice": scene.ice.heat,
+        "tolerance": numerics.tolerance,
+        "integrator": numerics.film_integrator,
+        "fixed_step": fixed,
+        "max_step": largest,
+    }
 
 
 def rubber_columns(scene: Scene) -> RubberColumns | Insulated:
@@ -143,18 +146,19 @@ class _History:
         }
 
 
-def _results(result: PointResult, rows: list[Row]) -> dict[str, Any]:
-    def when(time: float) -> float | None:
-        return None if np.isnan(time) else float(time)
+def point_summary(result: PointResult, number: int) -> dict[str, Any]:
+    """Entries of `summary.json` for one of the conditions, but for its energies."""
+
+    def when(times: Array) -> float | None:
+        return None if np.isnan(times[number]) else float(times[number])
 
     return {
-        "mu_peak": float(result.mu_peak[0]),
-        "mu_peak_time_s": float(result.mu_peak_time[0]),
-        "mu_mean": float(result.mu_mean[0]),
-        "mu_end": float(result.mu_end[0]),
-        "melt_onset_s": when(result.melt_onset[0]),
-        "saturation_s": when(result.saturation[0]),
-        "steps": int(result.steps[0]),
-        "rejected_steps": int(result.rejected[0]),
-        "energy_imbalance": rows[-1]["energy_imbalance"],
+        "mu_peak": float(result.mu_peak[number]),
+        "mu_peak_time_s": float(result.mu_peak_time[number]),
+        "mu_mean": float(result.mu_mean[number]),
+        "mu_end": float(result.mu_end[number]),
+        "melt_onset_s": when(result.melt_onset),
+        "saturation_s": when(result.saturation),
+        "steps": int(result.steps[number]),
+        "rejected_steps": int(result.rejected[number]),
     }

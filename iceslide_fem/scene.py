@@ -8,7 +8,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import (
     BaseModel,
@@ -21,7 +21,7 @@ from pydantic import (
     model_validator,
 )
 
-from iceslide_fem.errors import SceneError, first_sentence
+from iceslide_fem.errors import SceneError, first_sentence, unknown_key
 from iceslide_fem.heat import DEPTH_IN_LAYERS
 from iceslide_fem.materials import (
     BAR,
@@ -292,10 +292,18 @@ class Scene(_Table):
 
 
 def load_scene(path: Path | str, overrides: Sequence[str] = ()) -> Scene:
-    """Read a TOML scene file and apply `overrides` such as "load.pressure=3bar".
+    """Read a TOML scene file, apply `overrides` such as "load.pressure=3bar", and validate.
+
+    Raises SceneError with one sentence if anything is wrong.
+    """
+    return scene_from_dict(read_scene(path, overrides))
+
+
+def read_scene(path: Path | str, overrides: Sequence[str] = ()) -> dict[str, Any]:
+    """The tables of a TOML scene file with `overrides` applied, not yet validated.
 
     A relative rubber.mesh is relative to the scene file, in an override to the working directory.
-    Raises SceneError with one sentence if anything is wrong.
+    Raises SceneError if the file or an override can't be read.
     """
     path = Path(path)
     try:
@@ -312,7 +320,7 @@ def load_scene(path: Path | str, overrides: Sequence[str] = ()) -> Scene:
         rubber["mesh"] = str(path.parent / rubber["mesh"])
     for change in overrides:
         override(data, change)
-    return scene_from_dict(data)
+    return data
 
 
 def scene_from_dict(data: Mapping[str, Any]) -> Scene:
@@ -325,18 +333,61 @@ def scene_from_dict(data: Mapping[str, Any]) -> Scene:
 
 def override(data: dict[str, Any], change: str) -> None:
     """Set one "table.key=value" in `data`; the value is TOML, or a string without quotes."""
-    key, equals, text = change.partition("=")
-    *tables, name = key.strip().split(".")
-    if not equals or not all(tables) or not name:
-        raise SceneError(f'override "{change}" is not of the form load.pressure=3bar')
+    key, text = key_and_text(change)
+    put(data, key, parsed(text))
+
+
+def key_and_text(override: str) -> tuple[str, str]:
+    """Dotted key and text of "table.key=text". Raises SceneError if it is something else."""
+    key, equals, text = override.partition("=")
+    if not equals or not all(part.strip() for part in key.split(".")):
+        raise SceneError(f'override "{override}" is not of the form load.pressure=3bar')
+    return key.strip(), text.strip()
+
+
+def parsed(text: str) -> Any:
+    """`text` as TOML, or as a string without quotes."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def put(data: dict[str, Any], key: str, value: Any) -> None:
+    """Set the dotted `key` in the tables `data`. Raises SceneError if it goes through a value."""
+    *tables, name = key.split(".")
     for table in tables:
         data = data.setdefault(table, {})
         if not isinstance(data, dict):
-            raise SceneError(f'override "{change}" goes through {table}, which is not a table')
-    try:
-        data[name] = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        data[name] = text.strip()
+            raise SceneError(f"{key}={value} goes through {table}, which is not a table")
+    data[name] = value
+
+
+def flat(tables: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Nested tables as one, with dotted keys."""
+    result: dict[str, Any] = {}
+    for key, value in tables.items():
+        if isinstance(value, Mapping):
+            result |= flat(value, f"{prefix}{key}.")
+        else:
+            result[prefix + key] = value
+    return result
+
+
+def unit_of(key: str) -> str | None:
+    """SI unit of the dotted `key` ("" for a pure number), None for what is not a number.
+
+    Raises SceneError if a scene has no such key.
+    """
+    model: Any = Scene
+    for part in key.split("."):
+        fields = getattr(model, "model_fields", {})
+        if part not in fields:
+            raise SceneError(unknown_key(key, list(_dotted_keys(Scene))))
+        model = fields[part].annotation
+    field = fields[part]
+    parts = [*field.metadata, *(part for arm in get_args(model) for part in get_args(arm))]
+    return next((part.unit for part in parts if isinstance(part, Quantity)), None)
 
 
 def _dotted_keys(model: type[BaseModel], prefix: str = "") -> Iterator[str]:

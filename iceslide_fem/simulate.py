@@ -2,41 +2,68 @@
 
 from __future__ import annotations
 
-import math
 import platform
 from collections.abc import Sequence
-from contextlib import ExitStack
 from pathlib import Path
 from time import monotonic
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.integrate import trapezoid
 
 import iceslide_fem
-from iceslide_fem.errors import SceneError, SimulationStopped
+from iceslide_fem.checkpoint import FILE as CHECKPOINT
+from iceslide_fem.checkpoint import Checkpoint
+from iceslide_fem.errors import SceneError
+from iceslide_fem.files import writing
 from iceslide_fem.neglect import resolved
-from iceslide_fem.outputs import HISTORY_COLUMNS, PRELOAD_COLUMNS, Fields, Table, write_summary
-from iceslide_fem.progress import Progress
+from iceslide_fem.outputs import HISTORY_COLUMNS, Table, write_summary
 from iceslide_fem.report import report
 from iceslide_fem.results import Run, read_run
 from iceslide_fem.scene import Scene
 
-FIELD_TIMES = 25
+if TYPE_CHECKING:
+    from iceslide_fem.block_run import Schedule
 
 
-def run(scene: Scene, out: Path | str, petsc_options: Sequence[str] = ()) -> dict[str, Any]:
+def run(
+    scene: Scene,
+    out: Path | str,
+    petsc_options: Sequence[str] = (),
+    schedule: Schedule | None = None,
+    resumed: Checkpoint | None = None,
+) -> dict[str, Any]:
     """Run `scene`, write histories, summary, fields and report to `out`, return the summary.
 
-    Collective over all ranks of COMM_WORLD. `petsc_options` are words as on PETSc's command
-    line. Raises SimulationStopped where the run cannot go on; what was accepted is written.
+    Collective over all ranks of COMM_WORLD. `petsc_options` are words as on PETSc's command line;
+    `schedule` says when a slice or block leaves checkpoints, and `resumed` is the one in `out` that
+    it goes on from. Raises SimulationStopped where the run cannot go on, Interrupted where it was
+    asked to stop, OutputError where it cannot write; what was accepted is written.
     """
     scene = resolved(scene)
     out = Path(out)
-    out.mkdir(parents=True, exist_ok=True)
+    with writing(out):
+        out.mkdir(parents=True, exist_ok=True)
+    (out / "summary.json").unlink(missing_ok=True)  # of an earlier run
     if scene.model == "point":
         return _run_point(scene, out)
-    return _run_block(scene, out, petsc_options)
+
+    from iceslide_fem._dolfinx import MPI, PETSc
+    from iceslide_fem.block_run import Schedule, run_block
+
+    PETSc.Options().insertString(" ".join(petsc_options))
+    started = monotonic()
+    entries, stopped = run_block(scene, out, schedule or Schedule(), resumed)
+    comm = MPI.COMM_WORLD
+    summary = _summary(scene, entries, started)
+    summary["ranks"] = comm.size
+    summary["stopped"] = str(stopped) if stopped else None
+    if entries:
+        _finish(out, summary, comm.rank)
+    if stopped:
+        raise stopped
+    if comm.rank == 0:  # only now: until everything is written, a kill must leave a way on
+        (out / CHECKPOINT).unlink(missing_ok=True)
+    return summary
 
 
 def kept_run(scene: Scene, directory: Path | str) -> Run:
@@ -66,139 +93,6 @@ def _run_point(scene: Scene, out: Path) -> dict[str, Any]:
     return summary
 
 
-def _run_block(scene: Scene, out: Path, petsc_options: Sequence[str]) -> dict[str, Any]:
-    from iceslide_fem._dolfinx import MPI, PETSc
-    from iceslide_fem.block import PathPoint, build_block, press, start_sliding
-    from iceslide_fem.history import Ledger, interface_fields, outside_table, preload_row, slide_row
-    from iceslide_fem.ice import Continuum
-    from iceslide_fem.sipes import smallest_opening
-    from iceslide_fem.sliding import Sliding
-
-    PETSc.Options().insertString(" ".join(petsc_options))
-    comm = MPI.COMM_WORLD
-    started = monotonic()
-    results = Results(scene.load.duration)
-    stopped: SimulationStopped | None = None
-    with ExitStack() as open_files:
-        progress = open_files.enter_context(Progress(comm.rank, scene.load.duration))
-        preload = open_files.enter_context(Table(out / "preload.csv", PRELOAD_COLUMNS, comm.rank))
-        history = open_files.enter_context(Table(out / "history.csv", HISTORY_COLUMNS, comm.rank))
-        block = build_block(scene, comm)
-        results.dofs = block.rubber.n_dofs
-
-        def observe(point: PathPoint) -> None:
-            row = preload_row(block, point)
-            preload.row(row)
-            results.iterations += point.solution.iterations
-            mu = row["friction_force_N"] / row["normal_force_N"]
-            progress.update(0.0, mu, 0.0, point.solution.iterations, point.phase)
-
-        try:
-            press(block, observe)
-            start_sliding(block, observe)
-            sliding = Sliding(block)
-            temperature = None
-            ice = sliding.carrier.ice
-            if isinstance(ice, Continuum):
-                temperature = ice.show(sliding.moment.interface.ice)
-                results.dofs += ice.n_dofs
-            fields = Fields(out / "fields", block.rubber, block.surface, temperature)
-            open_files.callback(fields.close)
-            fields.write(0.0, interface_fields(sliding, None))
-            ledger = Ledger(sliding)
-            row = slide_row(sliding, ledger, None)
-            history.row(row)
-            results.note(row, 0)
-            due = FieldTimes(scene.load.duration)
-            while sliding.moment.time < scene.load.duration:
-                accepted = sliding.advance()
-                ledger.add(accepted)
-                row = slide_row(sliding, ledger, accepted)
-                history.row(row)
-                results.note(row, accepted.rejected)
-                if due(sliding.moment.time):
-                    results.sipe_opening = min(results.sipe_opening, smallest_opening(block))
-                    if isinstance(ice, Continuum):
-                        ice.show(sliding.moment.interface.ice)
-                    fields.write(sliding.moment.time, interface_fields(sliding, accepted))
-                progress.update(
-                    sliding.moment.time, row["mu"], accepted.dt, accepted.iterations, "sliding"
-                )
-            results.outside_table_fraction = outside_table(block, sliding.moment.contact)
-        except SimulationStopped as reason:
-            stopped = reason
-    summary = _summary(scene, results.entries(), started)
-    summary["ranks"] = comm.size
-    summary["stopped"] = str(stopped) if stopped else None
-    if results.rows:
-        _finish(out, summary, comm.rank)
-    if stopped:
-        raise stopped
-    return summary
-
-
-class FieldTimes:
-    """Says after which steps fields are written: the first one in each of `FIELD_TIMES` parts."""
-
-    def __init__(self, duration: float) -> None:
-        self._duration, self._written = duration, 0
-
-    def __call__(self, time: float) -> bool:
-        """Whether fields are due at `time` (s)."""
-        part = int(FIELD_TIMES * time / self._duration)
-        due = part > self._written
-        self._written = part
-        return due
-
-
-class Results:
-    """What the summary says of a history, collected row by row."""
-
-    def __init__(self, duration: float) -> None:
-        self.duration = duration
-        self.rows: list[tuple[float, float]] = []
-        self.melt_onset: float | None = None
-        self.saturation: float | None = None
-        self.rejected = self.iterations = self.dofs = 0
-        self.imbalance = 0.0
-        self.outside_table_fraction = 0.0
-        self.sipe_opening = math.inf
-
-    def note(self, row: dict[str, Any], rejected: int) -> None:
-        """Enter a row of the history, and how many steps were rejected before it."""
-        self.rows.append((row["time_s"], row["mu"]))
-        self.rejected += rejected
-        self.iterations += row["newton_iterations"]
-        self.imbalance = row["energy_imbalance"]
-        if self.melt_onset is None and row["melted_fraction"] > 0.0:
-            self.melt_onset = row["time_s"]
-        if self.saturation is None and row["saturated_fraction"] > 0.0:
-            self.saturation = row["time_s"]
-
-    def entries(self) -> dict[str, Any]:
-        """Entries of `summary.json` that follow from the history."""
-        if not self.rows:
-            return {"newton_iterations": self.iterations, "dofs": self.dofs}
-        time, mu = np.array(self.rows).T
-        peak = int(mu.argmax())
-        span = time[-1] - time[0]
-        return {
-            "mu_peak": float(mu[peak]),
-            "mu_peak_time_s": float(time[peak]),
-            "mu_mean": float(trapezoid(mu, time) / span) if span > 0.0 else float(mu[0]),
-            "mu_end": float(mu[-1]),
-            "melt_onset_s": self.melt_onset,
-            "saturation_s": self.saturation,
-            "steps": len(self.rows) - 1,
-            "rejected_steps": self.rejected,
-            "newton_iterations": self.iterations,
-            "dofs": self.dofs,
-            "energy_imbalance": self.imbalance,
-            "outside_table_fraction": self.outside_table_fraction,
-            "sipe_opening_m": self.sipe_opening if math.isfinite(self.sipe_opening) else None,
-        }
-
-
 def _summary(scene: Scene, results: dict[str, Any], started: float) -> dict[str, Any]:
     from iceslide_fem._dolfinx import VERSION, PETSc
 
@@ -216,4 +110,5 @@ def _summary(scene: Scene, results: dict[str, Any], started: float) -> dict[str,
 def _finish(out: Path, summary: dict[str, Any], rank: int) -> None:
     if rank == 0:
         write_summary(out / "summary.json", summary)
-        report(out)
+        with writing(out / "report.png"):
+            report(out)

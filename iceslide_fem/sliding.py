@@ -8,7 +8,7 @@ film are solved again. Nothing of the old state is touched before the step is ac
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from iceslide_fem.interface import carrier_of
 from iceslide_fem.materials import MELTING_TEMPERATURE, Array
 from iceslide_fem.meshing import window_cell
 from iceslide_fem.motion import Dynamic, Motion, QuasiStatic, Rate, at_rest
+from iceslide_fem.places import nodes_of, places_of
 from iceslide_fem.timestep import step_factor
 
 # Shares of the tolerance: the film's and heat's local error per step, the change of the film
@@ -40,6 +41,7 @@ LONGEST_STEP = 0.025  # of the duration, so that curves are smooth
 SMALLEST_STEP = 1e-10  # of the duration
 LARGEST_GROWTH = 2.0
 MANY_ITERATIONS = 10
+MOVES = ("displacements", "velocity", "acceleration")  # of a Motion, at the nodes
 
 
 class Moment(NamedTuple):
@@ -83,6 +85,16 @@ class Refused(ArithmeticError):
         self.factor = factor
 
 
+def place_at_start(block: Block, state: dict[str, Any]) -> None:
+    """Put the block where it was at t = 0 of the run that gave `state`.
+
+    Raises SceneError if that was another mesh.
+    """
+    nodes = state["nodes"]
+    own = nodes_of(block).own({"x": nodes["x"], "start": nodes["start"]})
+    block.rubber.displacements[:] = own["start"].T
+
+
 class Sliding:
     """Sliding of a block that has reached its speed, from t = 0, step by step.
 
@@ -108,12 +120,57 @@ class Sliding:
         start = Moment(0.0, motion, block.contact, side, state, np.zeros(n), False)
         self.moment = start._replace(shear=self.shear(start))
         self.motion_law = Dynamic(block.rubber) if scene.rubber.inertia else QuasiStatic()
+        self._start, self._places = motion.displacements, places_of(block, self.carrier)
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
         self._drift = scene.load.speed if scene.ice.motion == "sliding" else 0.0
         if self._drift > 0.0:  # no ice passes from cell to cell unseen
             self._longest = min(self._longest, window_cell(scene) / self._drift)
         self._adaptive = bool(self._integrator.estimate)
         self._dt = min(FIRST_STEP * self._duration if self._adaptive else np.inf, self._longest)
+
+    def state(self) -> dict[str, Any]:
+        """All that later steps depend on, of all ranks, in tables on rank 0. Collective."""
+        moment, places, dim = self.moment, self._places, self.block.rubber.mesh.geometry.dim
+        motion = moment.motion._asdict()
+        nodes = {"start": self._start} | {name: motion[name] for name in MOVES}
+        state = moment.interface
+        films = {"log_height": state.log_height, "squeezed_height": state.squeezed_height}
+        return {
+            "time": moment.time,
+            "solved": moment.motion.time,
+            "offset": moment.side.offset,
+            "calm": moment.calm,
+            "step": self._dt,
+            "nodes": places.nodes.gather({k: v.reshape(-1, dim).T for k, v in nodes.items()}),
+            "points": places.points.gather({"speed": moment.side.speed, "shear": moment.shear}),
+            "films": places.films.gather(films),
+            "ice": places.ice.gather({"content": state.ice}),
+            "rubber": places.rubber.gather({"content": state.rubber}),
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go to the moment of `state`, which another run of the scene gave. Collective.
+
+        This one has been made at that run's displacements at t = 0 (`place_at_start`). Raises
+        SceneError if the state does not fit the meshes.
+        """
+        places = self._places
+        nodes = {name: v.T.ravel() for name, v in places.nodes.own(state["nodes"]).items()}
+        motion = Motion(state["solved"], **{name: nodes[name] for name in MOVES})
+        self.block.rubber.u.x.array[:] = motion.displacements
+        points, films = places.points.own(state["points"]), places.films.own(state["films"])
+        content = places.ice.own(state["ice"])["content"]
+        rubber = places.rubber.own(state["rubber"])["content"]
+        self.moment = Moment(
+            time=state["time"],
+            motion=motion,
+            contact=self.block.contact,
+            side=self._side(points["speed"], state["offset"]),
+            interface=self.moment.interface._replace(**films, ice=content, rubber=rubber),
+            shear=points["shear"],
+            calm=state["calm"],
+        )
+        self._dt = state["step"]
 
     def shear(self, moment: Moment) -> Array:
         """Friction stress on the ice at the points, (n,), Pa. Collective."""

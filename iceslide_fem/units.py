@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import pint
@@ -20,6 +20,7 @@ def _registry() -> pint.UnitRegistry:
     return pint.UnitRegistry()
 
 
+@lru_cache(maxsize=4096)
 def to_si(text: str, unit: str) -> float:
     """Value of `text` ("1 bar", "-4 degC") in the SI `unit`.
 

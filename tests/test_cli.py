@@ -27,7 +27,7 @@ def simulated(monkeypatch, in_empty_directory):
     """Replaces the simulation; a list of the arguments of every call."""
     calls = []
 
-    def run(scene, out, petsc_options=()):
+    def run(scene, out, petsc_options=(), *checkpoints):
         calls.append((scene, out, list(petsc_options)))
         out.mkdir(parents=True)
         (out / "summary.json").touch()
@@ -99,6 +99,11 @@ def test_run_says_that_the_pressure_is_outside_the_table(simulated, capsys):
         (["run", CASE, "second.toml"], '"second.toml" is one too many'),
         (["run", CASE, "--out", CASE], "is not a directory one may write to"),
         (["run", CASE, "--out", CASE + "/deeper"], "is not a directory one may write to"),
+        (["run", "--restart", "."], "holds no checkpoint"),
+        (["run", "--restart", ".", "--set", "model=slice"], "as it is"),
+        (["run", CASE, "--checkpoint-at", "2mm"], '--checkpoint-at "2mm" has the wrong unit'),
+        (["sweep", CASE], "give --vary"),
+        (["sweep", CASE, "--vary", "load.pressure=1bar", "--cores-per-case", "99"], "allowed here"),
         (["view", "."], "holds no finished run"),
     ],
 )

@@ -1,0 +1,39 @@
+"""Files that are whole at any moment, and what is said when one cannot be written."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from iceslide_fem.errors import OutputError
+
+
+@contextlib.contextmanager
+def writing(path: Path | str) -> Iterator[None]:
+    """Turn an OSError into an OutputError that names `path`."""
+    try:
+        yield
+    except OSError as error:
+        raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def replace_file(path: Path, content: str | bytes) -> None:
+    """Write the file so that at any time, also after a crash, the old or the new one is complete.
+
+    Raises OutputError (the disk is full, say); the old file then stays and nothing is left beside
+    it.
+    """
+    temporary = path.with_name(path.name + ".part")
+    data = content.encode() if isinstance(content, str) else content
+    with writing(path):
+        try:
+            with open(temporary, "wb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(temporary, path)
+        except OSError:
+            temporary.unlink(missing_ok=True)
+            raise

@@ -1,0 +1,50 @@
+"""Requests to stop: SIGTERM (a queue's time limit) and SIGINT (Ctrl-C), heard between steps."""
+
+from __future__ import annotations
+
+import signal
+from types import FrameType, TracebackType
+from typing import Any, Self
+
+from iceslide_fem._dolfinx import MPI
+from iceslide_fem.errors import Interrupted
+
+_SIGNALS = (signal.SIGTERM, signal.SIGINT)
+
+
+class Interruption:
+    """Context manager that notes the first of these signals; a second one ends the process."""
+
+    def __init__(self, comm: MPI.Comm) -> None:
+        self._comm, self._number = comm, 0
+        self._before: dict[signal.Signals, Any] = {}
+
+    def __enter__(self) -> Self:
+        self._before = {number: signal.signal(number, self._note) for number in _SIGNALS}
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def requested(self) -> bool:
+        """Whether any rank has been asked to stop. Collective."""
+        self._number = self._comm.allreduce(self._number, op=MPI.MAX)
+        return self._number > 0
+
+    def error(self, where: str, folder: object) -> Interrupted:
+        """What to raise then: it says by which signal, `where`, and how to go on."""
+        return Interrupted(
+            f"stopped by {signal.Signals(self._number).name} {where}; "
+            f"iceslide run --restart {folder} goes on from here"
+        )
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        self._number = number
+        for each in _SIGNALS:
+            signal.signal(each, signal.SIG_DFL)

@@ -1,0 +1,128 @@
+"""Where a run's values live, and how they are gathered into arrays that know nothing of ranks.
+
+A place gathers values (..., n) of this rank's points into (..., N) on rank 0 (nothing elsewhere),
+and picks this rank's own from such arrays, on any number of ranks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from iceslide_fem._dolfinx import MPI
+from iceslide_fem.block import Block
+from iceslide_fem.carriers import Carrier, OnIce
+from iceslide_fem.errors import SceneError
+from iceslide_fem.ice import Continuum
+from iceslide_fem.materials import Array
+from iceslide_fem.rubber_heat import Insulated
+from iceslide_fem.strips import Strips
+
+Arrays = dict[str, Array]
+# Points are the same if they are this near, relative to the extent of all.
+SAME_PLACE = 1e-7
+
+
+class Place(Protocol):
+    """Something with values on it."""
+
+    def gather(self, values: Mapping[str, Array]) -> Arrays:
+        """Arrays (..., N) on rank 0 of this rank's values (..., n). Collective."""
+
+    def own(self, gathered: Mapping[str, Array]) -> Arrays:
+        """This rank's values (..., n) of what `gather` gave on rank 0."""
+
+
+class Points:
+    """Points known by where they lie: x (n, d), m, of which this rank owns the first `n_owned`.
+
+    Partitions number points in their own ways, and coordinates do not depend on them.
+    """
+
+    def __init__(self, x: Array, n_owned: int, comm: MPI.Comm) -> None:
+        self._x, self._n_owned, self._comm = x, n_owned, comm
+
+    def gather(self, values: Mapping[str, Array]) -> Arrays:
+        """Values of all ranks' own points one after the other, and their `x`. Collective."""
+        mine = {name: value[..., : self._n_owned] for name, value in values.items()}
+        mine["x"] = self._x[: self._n_owned].T
+        parts = self._comm.gather(mine, root=0)
+        if parts is None:
+            return {}
+        return {name: np.concatenate([part[name] for part in parts], axis=-1) for name in mine}
+
+    def own(self, gathered: Mapping[str, Array]) -> Arrays:
+        """This rank's values, ghosts included. Raises SceneError where points are not found."""
+        saved = gathered["x"].T
+        size = float(np.ptp(saved, axis=0).max())
+        distance, place = cKDTree(saved).query(self._x) if len(self._x) else (np.zeros(0), [])
+        found = distance.max(initial=0.0) <= SAME_PLACE * size
+        if not found or len(np.unique(place)) < len(self._x):
+            raise SceneError("the checkpoint does not fit the mesh of this run")
+        return {name: values[..., place] for name, values in gathered.items() if name != "x"}
+
+
+class GridNodes:
+    """This rank's nodes of a grid that every rank knows, by `numbers` among its `n_nodes`."""
+
+    def __init__(self, numbers: NDArray[np.integer[Any]], n_nodes: int, comm: MPI.Comm) -> None:
+        self._numbers, self._n_nodes, self._comm = numbers, n_nodes, comm
+
+    def gather(self, values: Mapping[str, Array]) -> Arrays:
+        """Values at all nodes, in the grid's order. Collective."""
+        gathered: Arrays = {}
+        for name, value in values.items():
+            full = np.zeros((*value.shape[:-1], self._n_nodes))
+            full[..., self._numbers] = value
+            total = self._comm.reduce(full, op=MPI.SUM, root=0)
+            if total is not None:
+                gathered[name] = total
+        return gathered
+
+    def own(self, gathered: Mapping[str, Array]) -> Arrays:
+        """Values at this rank's nodes. Raises SceneError if the grid is another one."""
+        if any(values.shape[-1] != self._n_nodes for values in gathered.values()):
+            raise SceneError("the checkpoint does not fit the ice of this run")
+        return {name: values[..., self._numbers] for name, values in gathered.items()}
+
+
+class Places(NamedTuple):
+    """The rubber's nodes and contact points, the films, and the content of ice and rubber."""
+
+    nodes: Place
+    points: Place
+    films: Place
+    ice: Place
+    rubber: Place
+
+
+def nodes_of(block: Block) -> Points:
+    """The rubber's nodes, by their undeformed positions."""
+    space, dim = block.rubber.space, block.rubber.mesh.geometry.dim
+    coordinates = space.tabulate_dof_coordinates()[:, :dim]
+    return Points(coordinates, space.dofmap.index_map.size_local, block.surface.comm)
+
+
+def places_of(block: Block, carrier: Carrier) -> Places:
+    """Places of everything that a sliding block remembers."""
+    comm, surface = block.surface.comm, block.surface
+    undeformed = surface.positions(np.zeros_like(block.rubber.displacements))
+    undeformed = undeformed.reshape(surface.n_points, undeformed.shape[-1])
+    points = Points(undeformed, surface.n_points, comm)
+    ice = carrier.ice
+    if isinstance(ice, Continuum):
+        content: Place = GridNodes(ice.node, int(np.prod(ice.node_shape)), comm)
+    elif isinstance(ice, Strips):
+        content = GridNodes(ice.grid.own, ice.grid.n_nodes, comm)
+    else:
+        content = points
+    films: Place = points
+    if isinstance(carrier, OnIce):
+        films = GridNodes(carrier.ice.grid.own, carrier.ice.grid.n_nodes, comm)
+    # Rubber that takes no heat has a content without rows, as wide as the films.
+    rubber = films if isinstance(carrier.rubber, Insulated) else points
+    return Places(nodes_of(block), points, films, content, rubber)

@@ -1,0 +1,99 @@
+"""Parameter sweeps: one scene, every combination of the values that are varied.
+
+Points are computed in one vectorised call, finite element cases in processes of their own. A
+case is known by its scene and the versions that compute it, so that a second sweep in the same
+directory computes what is missing, failed or changed.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import xarray as xr
+
+from iceslide_fem.sweep.outcome import DONE, NOT_RUN, Outcome, read_outcome
+from iceslide_fem.sweep.plan import Case, Plan, make_plan, value_of
+from iceslide_fem.sweep.points import simulate_points
+from iceslide_fem.sweep.processes import (
+    Cores,
+    case_folder,
+    compute,
+    prepare,
+    share_cores,
+    write_scene,
+)
+from iceslide_fem.sweep.table import done_points, read_sweep, write_sweep
+
+__all__ = ["Cores", "Plan", "failures", "make_plan", "read_sweep", "run_sweep", "share_cores"]
+
+
+def run_sweep(
+    plan: Plan,
+    folder: Path,
+    cores: Cores | None,
+    say: Callable[[str], None] = lambda _: None,
+) -> xr.Dataset:
+    """Compute what `folder` does not hold yet of `plan`, and write the table of all of it.
+
+    Without `cores` finite element cases are not run: their scenes are written, and what others
+    have made of them is collected. `say` is given a line for every case that has ended. However
+    it ends, the table says what there is.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    outcomes = _found(plan, folder)
+    missing = [case for case in plan.cases if outcomes[case.name].status != DONE]
+    points = [case for case in missing if case.scene.model == "point"]
+    others = [case for case in missing if case.scene.model != "point"]
+    say(f"{len(plan.cases)} cases, {len(plan.cases) - len(missing)} of them done before")
+    try:
+        scenes = [case.scene for case in points]
+        for case, outcome in zip(points, simulate_points(scenes), strict=True):
+            outcomes[case.name] = outcome
+        if cores is None:
+            for case in others:
+                write_scene(folder, case)
+        elif others:
+            say(
+                f"{len(others)} to run, {cores.at_a_time} at a time on {cores.per_case} "
+                f"core{'s' if cores.per_case > 1 else ''} each"
+            )
+            prepare(folder, others)
+            for number, (case, outcome) in enumerate(compute(folder, others, cores), start=1):
+                outcomes[case.name] = outcome
+                say(f"[{number}/{len(others)}] {_described(plan, case, outcome)}")
+    finally:
+        dataset = write_sweep(folder, plan, [outcomes[case.name] for case in plan.cases])
+    return dataset
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """A line for each reason that kept cases from being done, with how many it kept."""
+    status, reason = dataset["status"].values.ravel(), dataset["reason"].values.ravel()
+    kept = Counter((kind, why) for kind, why in zip(status, reason, strict=True) if kind != DONE)
+    return [f"{count} {kind}: {why}" for (kind, why), count in kept.most_common()]
+
+
+def _found(plan: Plan, folder: Path) -> dict[str, Outcome]:
+    """What the folder holds of each case."""
+    points = done_points(folder)
+    return {
+        case.name: points.get(case.name, Outcome(NOT_RUN, "not computed yet"))
+        if case.scene.model == "point"
+        else read_outcome(case_folder(folder, case))
+        for case in plan.cases
+    }
+
+
+def _described(plan: Plan, case: Case, outcome: Outcome) -> str:
+    """A case and its outcome in one line."""
+    words = []
+    for key in plan.axes:
+        value = value_of(case.scene, key)
+        words.append(f"{key}={value:.6g}" if isinstance(value, float) else f"{key}={value}")
+    if outcome.status == DONE:
+        result = f"mean mu {outcome.summary['mu_mean']:.4f}, {outcome.summary['wall_s']:.0f} s"
+    else:
+        result = f"{outcome.status}: {outcome.reason}"
+    return f"{' '.join(words)}: {result}"

@@ -1,0 +1,122 @@
+"""Which cases a sweep has: every combination of the values that are varied, each a valid scene."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from copy import deepcopy
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.fingerprint import fingerprint
+from iceslide_fem.scene import (
+    Scene,
+    key_and_text,
+    parsed,
+    put,
+    read_scene,
+    scene_from_dict,
+    unit_of,
+)
+from iceslide_fem.units import to_si
+
+Value = float | str | bool
+
+
+class Case(NamedTuple):
+    """One case: its name (the scene's fingerprint) and its scene."""
+
+    name: str
+    scene: Scene
+
+
+class Plan(NamedTuple):
+    """A sweep: values of every varied key (SI) and the cases, the last key varying fastest."""
+
+    axes: dict[str, tuple[Value, ...]]
+    cases: list[Case]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values of each varied key."""
+        return tuple(len(values) for values in self.axes.values())
+
+
+def make_plan(scene_file: Path, overrides: Sequence[str], varied: Sequence[str]) -> Plan:
+    """All combinations of `varied`, each "key=first:last:count" or "key=value,value,...".
+
+    Raises SceneError with one sentence if a value, or a combination of values, is not allowed.
+    """
+    base = read_scene(scene_file, overrides)
+    given = dict(_axis(text) for text in varied)
+    if not given:
+        raise SceneError("a sweep varies something: give --vary load.pressure=1bar:5bar:5, say")
+    if len(given) < len(varied):
+        keys = [key_and_text(text)[0] for text in varied]
+        twice = next(key for key in keys if keys.count(key) > 1)
+        raise SceneError(f"{twice} is varied twice; give all its values in one --vary")
+    cases = []
+    for values in itertools.product(*given.values()):
+        data = deepcopy(base)
+        for key, value in zip(given, values, strict=True):
+            put(data, key, value)
+        scene = scene_from_dict(data)
+        cases.append(Case(fingerprint(scene), scene))
+    return Plan(_resolved_axes(given, cases), cases)
+
+
+def value_of(scene: Scene, key: str) -> Any:
+    """Value (SI) of the dotted `key`."""
+    value: Any = scene
+    for part in key.split("."):
+        value = getattr(value, part)
+    return value
+
+
+def _axis(text: str) -> tuple[str, tuple[Any, ...]]:
+    """Key and values, as given, of "load.pressure=1bar:5bar:5" or "load.speed=1,2,3"."""
+    key, values = key_and_text(text)
+    unit = unit_of(key)
+    if key == "name":
+        raise SceneError("name cannot be varied: it names the sweep, not a case")
+    if ":" not in values:
+        return key, tuple(parsed(value.strip()) for value in values.split(","))
+    try:
+        first, last, count = (part.strip() for part in values.split(":"))
+        number = int(count)
+    except ValueError:
+        raise SceneError(
+            f'--vary "{text}" is not of the form {key}=first:last:count with a whole count'
+        ) from None
+    if unit is None:
+        raise SceneError(f"{key} is not a number: list its values, as in {key}=one,other")
+    if number < 2:
+        raise SceneError(f'--vary "{text}": a range has a count of 2 or more; given: {number}')
+    ends = []
+    for end in (first, last):
+        value = parsed(end)
+        try:
+            ends.append(to_si(value, unit) if isinstance(value, str) else float(value))
+        except (ValueError, TypeError) as error:
+            raise SceneError(f'{key} = "{end}" {error}') from None
+    return key, tuple(float(f"{value:.12g}") for value in np.linspace(ends[0], ends[1], number))
+
+
+def _resolved_axes(
+    given: dict[str, tuple[Any, ...]], cases: Sequence[Case]
+) -> dict[str, tuple[Value, ...]]:
+    """Values of the varied keys in SI, as the scenes have them; no value twice."""
+    axes: dict[str, tuple[Value, ...]] = {}
+    stride = len(cases)
+    for key, values in given.items():
+        stride //= len(values)
+        scenes = [cases[number * stride].scene for number in range(len(values))]
+        resolved = tuple(value_of(scene, key) for scene in scenes)
+        if len(set(resolved)) < len(resolved):
+            twice = next(value for value in resolved if resolved.count(value) > 1)
+            raise SceneError(f"{key} = {twice} is given twice")
+        axes[key] = tuple(str(v) if isinstance(v, Path) else v for v in resolved)
+    return axes

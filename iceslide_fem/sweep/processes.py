@@ -1,0 +1,156 @@
+"""Finite element cases of a sweep: every case a process of its own, so many at a time.
+
+A case that crashes takes nothing with it, and what a case is and how it is run is the same as
+`iceslide run` by hand or by a cluster's queue.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from pathlib import Path
+from typing import NamedTuple
+
+import tomli_w
+
+from iceslide_fem.checkpoint import FILE as CHECKPOINT
+from iceslide_fem.errors import SceneError
+from iceslide_fem.files import replace_file
+from iceslide_fem.scene import Scene
+from iceslide_fem.sweep.outcome import SENTENCE, Outcome, read_outcome
+from iceslide_fem.sweep.plan import Case
+
+# One thread per process: BLAS and OpenMP would else take all cores in each of them.
+_ONE_THREAD = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS"), "1"
+)
+
+
+class Cores(NamedTuple):
+    """Processes (one core each) per case, and cases at a time."""
+
+    per_case: int
+    at_a_time: int
+
+
+def share_cores(per_case: int, at_a_time: int | None) -> Cores:
+    """Cores for a sweep; without `at_a_time`, as many cases as there is room for.
+
+    Raises SceneError if that is more than this process may use.
+    """
+    available = len(os.sched_getaffinity(0))
+    at_a_time = at_a_time if at_a_time is not None else available // per_case
+    if not 1 <= per_case * at_a_time <= available:
+        raise SceneError(
+            f"{max(at_a_time, 1)} cases at a time on {per_case} cores each need "
+            f"{max(at_a_time, 1) * per_case} cores; allowed here: {available}"
+        )
+    return Cores(per_case, at_a_time)
+
+
+def case_folder(folder: Path, case: Case) -> Path:
+    """Directory of a case's run."""
+    return folder / "cases" / case.name
+
+
+def write_scene(folder: Path, case: Case) -> Path:
+    """Write the case's complete scene to its directory; the file's path."""
+    path = case_folder(folder, case) / "scene.toml"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    scene = case.scene.model_dump(mode="json", exclude_none=True)
+    if case.scene.rubber.mesh is not None:
+        scene["rubber"]["mesh"] = str(case.scene.rubber.mesh.absolute())
+    replace_file(path, tomli_w.dumps(scene))
+    return path
+
+
+def forms_of(scene: Scene) -> tuple[object, ...]:
+    """What the forms of a scene depend on: scenes with the same need to be compiled once.
+
+    Material constants, loads and sizes are data of the forms, not part of their code.
+    """
+    rubber, ice = scene.rubber, scene.ice
+    return scene.model, ice.heat, ice.motion, rubber.heat, rubber.inertia, rubber.mesh
+
+
+def prepare(folder: Path, cases: Sequence[Case]) -> None:
+    """Compile the forms of all `cases`, each kind once.
+
+    What cannot be built is left to its case, which fails with the reason.
+    """
+    kinds = {forms_of(case.scene): case for case in cases}
+    for case in kinds.values():
+        words = [sys.executable, "-m", "iceslide_fem.sweep.compile_forms"]
+        words.append(str(write_scene(folder, case)))
+        subprocess.run(
+            words, env=_environment(), stdin=subprocess.DEVNULL, capture_output=True, check=False
+        )
+
+
+def compute(folder: Path, cases: Sequence[Case], cores: Cores) -> Iterator[tuple[Case, Outcome]]:
+    """Run `cases`, and give each with its outcome when it has ended.
+
+    When the caller stops early (an interrupt), running cases are asked to end (SIGTERM) and
+    waited for, and no new ones are started.
+    """
+    running: set[subprocess.Popen[bytes]] = set()
+    stopping = threading.Event()
+
+    def one(case: Case) -> Outcome:
+        if not stopping.is_set():
+            _run(folder, case, cores.per_case, running)
+        return read_outcome(case_folder(folder, case))
+
+    with ThreadPoolExecutor(cores.at_a_time) as pool:
+        futures = {pool.submit(one, case): case for case in cases}
+        try:
+            for future in as_completed(futures):
+                yield futures[future], future.result()
+        finally:
+            stopping.set()
+            for process in list(running):
+                process.terminate()
+
+
+def _run(folder: Path, case: Case, n_cores: int, running: set[subprocess.Popen[bytes]]) -> None:
+    """Run a case, or go on with it, and wait; what it says goes to log.txt in its directory."""
+    directory = case_folder(folder, case)
+    words = [sys.executable, "-m", "iceslide_fem.cli", "run", str(write_scene(folder, case))]
+    begun = (directory / CHECKPOINT).is_file()
+    words += ["--restart" if begun else "--out", str(directory)]
+    if n_cores > 1:
+        words = [_mpirun(), "-n", str(n_cores), *words]
+    with open(directory / "log.txt", "wb") as log:
+        process = subprocess.Popen(
+            words, env=_environment(), stdin=subprocess.DEVNULL, stdout=log, stderr=log
+        )
+        running.add(process)
+        code = process.wait()
+        running.discard(process)
+        if code != 0:  # comes last: read only if the command said nothing itself
+            end = signal.Signals(-code).name if code < 0 else f"exit code {code}"
+            log.write(f"\n{SENTENCE}ended by {end}, see {log.name}\n".encode())
+
+
+def _mpirun() -> str:
+    """mpirun of this Python's environment (the wheel brings one), else the system's."""
+    here = str(Path(sys.executable).parent)
+    found = shutil.which("mpirun", path=here + os.pathsep + os.environ.get("PATH", ""))
+    if found is None:
+        raise SceneError("several cores per case need mpirun, which is not installed")
+    return found
+
+
+def _environment() -> dict[str, str]:
+    """One thread per process, and no binding: two runs at once would share the first cores."""
+    unbound = {
+        "OMPI_MCA_hwloc_base_binding_policy": "none",
+        "PRTE_MCA_hwloc_default_binding_policy": "none",
+    }
+    return os.environ | _ONE_THREAD | unbound

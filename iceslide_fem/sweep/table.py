@@ -1,0 +1,112 @@
+"""Results of a sweep as files: `sweep.csv`, a row per case, and `sweep.nc`, labelled arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.files import replace_file
+from iceslide_fem.scene import flat, unit_of
+from iceslide_fem.sweep.outcome import CURVES, DONE, SAMPLES, Outcome
+from iceslide_fem.sweep.plan import Plan
+
+CURVE_UNITS = {"mu": "1", "film_height_m": "m"}
+_TEXT = ("case", "status", "reason")
+
+
+def write_sweep(folder: Path, plan: Plan, outcomes: Sequence[Outcome]) -> xr.Dataset:
+    """Write `sweep.csv` and `sweep.nc`; the Dataset that the second one holds."""
+    rows = [
+        {"case": case.name, "status": outcome.status, "reason": outcome.reason}
+        | flat(case.scene.as_dict())
+        | flat({key: value for key, value in outcome.summary.items() if key != "scene"})
+        for case, outcome in zip(plan.cases, outcomes, strict=True)
+    ]
+    table = pd.DataFrame(rows)
+    replace_file(folder / "sweep.csv", table.convert_dtypes().to_csv(index=False))
+    dataset = to_dataset(plan, table, outcomes)
+    replace_file(folder / "sweep.nc", bytes(dataset.to_netcdf(engine="scipy")))
+    return dataset
+
+
+def read_sweep(folder: Path | str) -> xr.Dataset:
+    """The labelled arrays of a sweep: a dimension for each varied key, and `time_share`.
+
+    Raises SceneError if there are none.
+    """
+    path = Path(folder) / "sweep.nc"
+    try:
+        return xr.load_dataset(path, engine="scipy")
+    except (OSError, ValueError, TypeError) as error:
+        raise SceneError(f"{folder} holds no sweep (no readable sweep.nc: {error})") from None
+
+
+def done_points(folder: Path) -> dict[str, Outcome]:
+    """Outcomes by case of the points that an earlier sweep in `folder` has computed."""
+    if not (folder / "sweep.nc").is_file():
+        return {}
+    dataset = read_sweep(folder)
+    cases = dataset["case"].values.ravel()
+    status = dataset["status"].values.ravel()
+    curves = {name: dataset[name].values.reshape(-1, SAMPLES) for name in CURVES}
+    entries = {
+        str(name): dataset[name].values.ravel()
+        for name in dataset.data_vars
+        if name not in (*_TEXT, *CURVES, "duration_s") and dataset[name].dtype.kind in "if"
+    }
+    return {
+        case: Outcome(
+            DONE,
+            "",
+            {name: _plain(values[number]) for name, values in entries.items()},
+            {name: values[number] for name, values in curves.items()},
+        )
+        for number, case in enumerate(cases)
+        if status[number] == DONE
+    }
+
+
+def to_dataset(plan: Plan, table: pd.DataFrame, outcomes: Sequence[Outcome]) -> xr.Dataset:
+    """Texts, numbers of the summaries and curves over the varied keys, in SI."""
+    keys = list(plan.axes)
+    coordinates: dict[str, Any] = {}
+    for key, values in plan.axes.items():
+        coordinates[key] = (key, np.array(values), {"units": unit_of(key) or "1"})
+    coordinates["time_share"] = np.linspace(0.0, 1.0, SAMPLES)
+    data: dict[str, Any] = {}
+    inputs = set(flat(plan.cases[0].scene.as_dict()))
+    for name in table:
+        if name in _TEXT:
+            data[name] = (keys, table[name].fillna("").to_numpy(dtype=str).reshape(plan.shape))
+        elif name not in inputs and name.split(".")[0] not in ("versions", "stopped"):
+            numbers = pd.to_numeric(table[name]).to_numpy(dtype=float)
+            data[name] = (keys, numbers.reshape(plan.shape))
+    missing = np.full(SAMPLES, np.nan)
+    for name in CURVES:
+        curves = np.array([outcome.curves.get(name, missing) for outcome in outcomes])
+        attributes = {"units": CURVE_UNITS[name]}
+        data[name] = ([*keys, "time_share"], curves.reshape(*plan.shape, SAMPLES), attributes)
+    durations = np.array([case.scene.load.duration for case in plan.cases])
+    data["duration_s"] = (keys, durations.reshape(plan.shape), {"units": "s"})
+    fixed = _fixed_inputs(plan)
+    return xr.Dataset(data, coordinates, {"iceslide_fem": "sweep", "inputs": fixed})
+
+
+def _fixed_inputs(plan: Plan) -> str:
+    """What all cases have in common, as `key=value` words."""
+    inputs = flat(plan.cases[0].scene.as_dict())
+    return " ".join(
+        f"{key}={value}"
+        for key, value in inputs.items()
+        if value is not None and key not in plan.axes
+    )
+
+
+def _plain(value: Any) -> float | None:
+    return None if np.isnan(value) else float(value)

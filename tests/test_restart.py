@@ -1,0 +1,317 @@
+"""Checkpoints and restarts: the same curve, on any number of ranks, or a clear sentence."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+
+pytest.importorskip("iceslide_fem._dolfinx")
+
+from iceslide_fem._dolfinx import MPI  # noqa: E402
+from iceslide_fem.block_run import Results, Schedule  # noqa: E402
+from iceslide_fem.checkpoint import (  # noqa: E402
+    FILE,
+    read_checkpoint,
+    same_scene,
+    write_checkpoint,
+)
+from iceslide_fem.errors import Interrupted, OutputError, SceneError  # noqa: E402
+from iceslide_fem.files import replace_file  # noqa: E402
+from iceslide_fem.interruption import Interruption  # noqa: E402
+from iceslide_fem.outputs import Table  # noqa: E402
+from iceslide_fem.places import GridNodes, Points  # noqa: E402
+from iceslide_fem.results import field_files, read_run  # noqa: E402
+from iceslide_fem.scene import load_scene  # noqa: E402
+from iceslide_fem.simulate import run  # noqa: E402
+
+pytestmark = pytest.mark.fe
+
+# Python's own copy of the environment: MPI, started in this process, adds to the system's.
+ENVIRONMENT = os.environ | {
+    "OMP_NUM_THREADS": "1",
+    "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "OMPI_MCA_hwloc_base_binding_policy": "none",
+    "OMPI_MCA_mpi_yield_when_idle": "1",
+}
+if os.getuid() == 0:
+    ENVIRONMENT |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
+SMALL = ["model=slice", "numerics.refinement=0.25", "numerics.tolerance=1e-2"]
+STATE = {
+    "sliding": {"time": 1e-3, "calm": True, "nodes": {"now": np.arange(6.0).reshape(2, 3)}},
+    "results": {"rows": [[0.0, 0.5], [1e-3, 0.25]], "melt_onset": None},
+    "fields": [{"time": 0.0, "rubber": "rubber000000.pvtu"}],
+}
+
+
+def small_scene(*changes):
+    return load_scene(CASE, [*SMALL, *changes])
+
+
+@pytest.fixture
+def shared(tmp_path_factory):
+    """One directory for all ranks."""
+    comm = MPI.COMM_WORLD
+    path = comm.bcast(tmp_path_factory.mktemp("shared") if comm.rank == 0 else None)
+    yield path
+    comm.Barrier()
+
+
+def stop_after(monkeypatch, steps):
+    """Ask the next run to stop after so many equilibria and steps."""
+    asked = iter(range(steps, -1, -1))
+    monkeypatch.setattr(Interruption, "requested", lambda self: next(asked) == 0)
+    monkeypatch.setattr(Interruption, "error", lambda self, where, out: Interrupted(where))
+
+
+def curves(directory, *columns):
+    history = read_run(directory).history
+    times = np.linspace(0.0, history["time_s"][-1], 200)
+    return [np.interp(times, history["time_s"], history[name]) for name in columns]
+
+
+ATTACHED, PASSING = "load.duration=2ms", ["ice.motion=sliding", "load.duration=0.2ms"]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        pytest.param([ATTACHED, "ice.heat=continuum"], marks=pytest.mark.mpi),
+        [ATTACHED, "ice.heat=column"],
+        [ATTACHED, "ice.heat=half-space"],
+        pytest.param([*PASSING, "ice.heat=column"], marks=pytest.mark.mpi),
+        [*PASSING, "ice.heat=continuum"],
+        ["load.duration=0.3ms", "ice.heat=column", "rubber.inertia=true"],
+        [*PASSING, "ice.heat=column", "film.carrier=rubber"],
+    ],
+    ids=" ".join,
+)
+def test_a_run_that_goes_on_gives_the_same_curve(changes, shared, monkeypatch):
+    scene = small_scene(*changes)
+    whole = run(scene, shared / "whole")
+    with monkeypatch.context() as stopping, pytest.raises(Interrupted):
+        stop_after(stopping, 22)
+        run(scene, shared / "parts")
+    assert (shared / "parts" / FILE).is_file()
+    checkpoint = read_checkpoint(shared / "parts")
+    assert 0.0 < checkpoint.state["sliding"]["time"] < scene.load.duration
+    parts = run(scene, shared / "parts", resumed=checkpoint)
+    MPI.COMM_WORLD.Barrier()  # rank 0 writes the summary and removes the checkpoint
+    columns = ("mu", "film_height_m", "friction_work_J", "ice_heat_J", "elastic_energy_J")
+    for name, one, two in zip(
+        columns, curves(shared / "whole", *columns), curves(shared / "parts", *columns), strict=True
+    ):
+        assert np.abs(two - one).max() <= 0.01 * np.abs(one).max(), name
+    assert parts["steps"] == pytest.approx(whole["steps"], rel=0.1)
+    assert abs(parts["energy_imbalance"]) < 1e-2
+    assert not (shared / "parts" / FILE).exists()
+    for name in ("rubber", "interface"):
+        one, two = (field_files(shared / part, name) for part in ("whole", "parts"))
+        assert len(one) == len(two) and all(path.is_file() for _, path in two)
+
+
+@pytest.mark.mpi
+def test_places_know_nothing_of_ranks():
+    comm = MPI.COMM_WORLD
+    dice = np.random.default_rng(1)
+    everywhere = dice.random((12, 2))
+    mine = np.array_split(np.arange(12), comm.size)[comm.rank]
+    ghosts = np.append(mine, (mine[-1] + 1) % 12) if comm.size > 1 else mine
+    points = Points(everywhere[ghosts], len(mine), comm)
+    gathered = comm.bcast(points.gather({"value": np.stack([ghosts, 10.0 * ghosts])}))
+    assert gathered["value"].shape == (2, 12)
+    np.testing.assert_array_equal(points.own(gathered)["value"], [ghosts, 10 * ghosts])
+    # other points, in another order, find the same values
+    other = Points(everywhere[::-1], 12, comm)
+    np.testing.assert_array_equal(other.own(gathered)["value"][0], np.arange(12)[::-1])
+    with pytest.raises(SceneError, match="does not fit the mesh"):
+        Points(everywhere + 1e-3, 12, comm).own(gathered)
+    grid = GridNodes(mine, 12, comm)
+    gathered = comm.bcast(grid.gather({"value": 2.0 * mine}))
+    np.testing.assert_array_equal(gathered["value"], 2.0 * np.arange(12))
+    with pytest.raises(SceneError, match="does not fit the ice"):
+        GridNodes(mine, 13, comm).own(gathered)
+
+
+def test_a_checkpoint_gives_back_what_it_was_given(tmp_path):
+    scene = small_scene()
+    write_checkpoint(tmp_path, scene, STATE)
+    found = read_checkpoint(tmp_path)
+    assert found.scene == scene
+    assert found.state["results"] == STATE["results"]
+    assert found.state["fields"] == STATE["fields"]
+    assert found.state["sliding"]["calm"] is True
+    np.testing.assert_array_equal(
+        found.state["sliding"]["nodes"]["now"], STATE["sliding"]["nodes"]["now"]
+    )
+    assert [path.name for path in tmp_path.iterdir()] == [FILE]
+
+
+def test_a_damaged_or_foreign_checkpoint_is_one_sentence(tmp_path, monkeypatch):
+    scene = small_scene()
+    write_checkpoint(tmp_path, scene, STATE)
+    path, whole = tmp_path / FILE, (tmp_path / FILE).read_bytes()
+    with pytest.raises(SceneError, match="load.pressure is 100000.0 there and 200000.0 here"):
+        same_scene(small_scene("load.pressure=2bar"), read_checkpoint(tmp_path), tmp_path)
+    same_scene(small_scene("name=other"), read_checkpoint(tmp_path), tmp_path)
+    for place in (0, 30, 95, len(whole) // 2, len(whole) - 1):
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
+        with pytest.raises(SceneError, match="damaged|not a checkpoint"):
+            read_checkpoint(tmp_path)
+    for size in (0, 10, 60, 200, len(whole) - 1):
+        path.write_bytes(whole[:size])
+        with pytest.raises(SceneError, match="damaged|not a checkpoint"):
+            read_checkpoint(tmp_path)
+    path.write_bytes(whole)
+    monkeypatch.setattr("iceslide_fem.__version__", "0.0.1")
+    with pytest.raises(SceneError, match="another version"):
+        read_checkpoint(tmp_path)
+    path.unlink()
+    with pytest.raises(SceneError, match="holds no checkpoint"):
+        read_checkpoint(tmp_path)
+
+
+def test_the_state_of_another_mesh_is_refused(tmp_path, monkeypatch):
+    scene = small_scene("load.duration=1ms")
+    with monkeypatch.context() as stopping, pytest.raises(Interrupted):
+        stop_after(stopping, 14)
+        run(scene, tmp_path)
+    state = read_checkpoint(tmp_path).state
+    write_checkpoint(tmp_path, small_scene("load.duration=1ms", "rubber.length=2mm"), state)
+    foreign = read_checkpoint(tmp_path)
+    with pytest.raises(SceneError, match="does not fit the mesh"):
+        run(foreign.scene, tmp_path, resumed=foreign)
+
+
+def test_a_table_goes_on_after_the_rows_that_are_kept(tmp_path):
+    path = tmp_path / "table.csv"
+    with Table(path, ("a", "b"), 0) as table:
+        for number in range(4):
+            table.row({"a": number, "b": 0.5})
+    with Table(path, ("a", "b"), 0, keep=2) as table:
+        table.row({"a": 7, "b": 0.25})
+    assert path.read_text() == "a,b\n0,0.5\n1,0.5\n7,0.25\n"
+    with pytest.raises(SceneError, match="has 3 rows, and its checkpoint comes after 5"):
+        Table(path, ("a", "b"), 0, keep=5)
+    with pytest.raises(SceneError, match="other columns"):
+        Table(path, ("a", "c"), 0, keep=1)
+    with pytest.raises(SceneError, match="cannot read"):
+        Table(tmp_path / "nothing.csv", ("a",), 0, keep=1)
+
+
+def test_a_file_that_cannot_grow_keeps_whole_rows(tmp_path):
+    code = (
+        "import resource, sys\n"
+        "from pathlib import Path\n"
+        "from iceslide_fem.errors import OutputError\n"
+        "from iceslide_fem.files import replace_file\n"
+        "from iceslide_fem.outputs import Table\n"
+        "folder = Path(sys.argv[1])\n"
+        "replace_file(folder / 'whole', 'old')\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))\n"
+        "try:\n"
+        "    replace_file(folder / 'whole', 'new' * 100)\n"
+        "except OutputError as error:\n"
+        "    print(error)\n"
+        "with Table(folder / 'table.csv', ('a', 'b'), 0) as table:\n"
+        "    for number in range(100):\n"
+        "        table.row({'a': number, 'b': 1e-9 * number})\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code, tmp_path], capture_output=True, text=True)
+    assert "cannot write" in done.stdout and "File too large" in done.stdout
+    assert "OutputError: cannot write" in done.stderr and "table.csv" in done.stderr
+    lines = (tmp_path / "table.csv").read_text().split("\n")
+    assert lines[-1] == "" and len(lines) > 8
+    assert all(line.count(",") == 1 for line in lines[:-1])
+    assert (tmp_path / "whole").read_text() == "old"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["table.csv", "whole"]
+
+
+def test_what_cannot_be_written_is_named(tmp_path):
+    with pytest.raises(OutputError, match="cannot write .*nowhere/file: No such file"):
+        replace_file(tmp_path / "nowhere" / "file", "text")
+
+
+def test_checkpoints_at_chosen_times(tmp_path, monkeypatch):
+    times = []
+
+    def noted(folder, scene, state):
+        times.append(state["sliding"]["time"] if state else None)
+
+    monkeypatch.setattr("iceslide_fem.block_run.write_checkpoint", noted)
+    run(small_scene("load.duration=1ms"), tmp_path, (), Schedule(1e9, (0.3e-3, 0.6e-3)))
+    assert times[:2] == [None, 0.0] and len(times) == 4
+    assert 0.3e-3 <= times[2] < 0.4e-3 and 0.6e-3 <= times[3] < 0.7e-3
+
+
+def test_results_go_on():
+    results = Results()
+    row = {"time_s": 0.0, "mu": 0.5, "newton_iterations": 2, "energy_imbalance": 0.0}
+    results.note(row | {"melted_fraction": 1.0, "saturated_fraction": 0.0}, 1)
+    others = Results()
+    others.restore(results.state())
+    assert others.entries() == results.entries() and others.rows == results.rows
+
+
+def words_of(ranks, *options):
+    words = [sys.executable, "-m", "iceslide_fem.cli", "run", "--checkpoint-every", "0", *options]
+    if ranks == 1:
+        return words
+    path = str(Path(sys.executable).parent) + os.pathsep + os.environ["PATH"]
+    mpirun = shutil.which("mpirun", path=path)
+    if mpirun is None:
+        pytest.skip("no mpirun")
+    return [mpirun, "-n", str(ranks), *words]
+
+
+def begin(directory, *more):
+    changes = [word for change in (*SMALL, *more) for word in ("--set", change)]
+    return [str(CASE), *changes, "--out", str(directory)]
+
+
+def interrupted_after(words, directory, rows, number):
+    """Start a command, send the signal when so many rows are there, return its exit code."""
+    nowhere = subprocess.DEVNULL
+    process = subprocess.Popen(words, env=ENVIRONMENT, stdout=nowhere, stderr=nowhere)
+    history, end = directory / "history.csv", time.monotonic() + 200.0
+    while time.monotonic() < end and process.poll() is None:
+        if history.is_file() and history.read_text().count("\n") > rows:
+            break
+        time.sleep(0.02)
+    ranks = psutil.Process(process.pid).children(recursive=True)
+    for one in (process, *ranks):
+        one.send_signal(number)
+    psutil.wait_procs(ranks)
+    return process.wait()
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_leaves_a_checkpoint_and_exit_code_4(number, tmp_path):
+    code = interrupted_after(words_of(1, *begin(tmp_path)), tmp_path, 5, number)
+    assert code == 4
+    stopped = read_run(tmp_path).summary["stopped"]
+    assert f"stopped by {number.name} at t = " in stopped and "--restart" in stopped
+    state = read_checkpoint(tmp_path).state
+    assert len(state["results"]["rows"]) == len(read_run(tmp_path).history["time_s"])
+
+
+@pytest.mark.parametrize("ranks", [(1, 2), (2, 1)], ids=str)
+def test_killed_runs_go_on_with_another_number_of_ranks(ranks, tmp_path):
+    short = ["ice.heat=continuum", "load.duration=3ms"]
+    run(small_scene(*short), tmp_path / "whole")
+    out = tmp_path / "killed"
+    for rows, options in ((4, begin(out, *short)), (12, ["--restart", str(out)])):
+        code = interrupted_after(words_of(ranks[0], *options), out, rows, signal.SIGKILL)
+        assert code == -signal.SIGKILL
+    words = words_of(ranks[1], "--restart", str(out))
+    subprocess.run(words, env=ENVIRONMENT, check=True, capture_output=True)
+    (whole,), (killed,) = curves(tmp_path / "whole", "mu"), curves(out, "mu")
+    np.testing.assert_allclose(killed, whole, rtol=0.01)
+    assert read_run(out).summary["ranks"] == ranks[1]

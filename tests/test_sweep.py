@@ -1,0 +1,218 @@
+"""Sweeps: what is varied, what is computed again, what is written, and how failures are told."""
+
+import csv
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.fingerprint import fingerprint
+from iceslide_fem.point_run import point_history
+from iceslide_fem.scene import load_scene
+from iceslide_fem.sweep import make_plan, read_sweep, run_sweep, share_cores
+from iceslide_fem.sweep import points as sweep_points
+from iceslide_fem.sweep.outcome import read_outcome
+from iceslide_fem.sweep.plan import value_of
+from iceslide_fem.sweep.plots import plot_sweep
+from iceslide_fem.sweep.processes import Cores
+
+CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
+POINT = ["model=point", "ice.heat=column"]
+SLICE = ["model=slice", "numerics.refinement=0.25", "numerics.tolerance=1e-2"]
+
+
+def point_plan(*varied, overrides=()):
+    return make_plan(CASE, [*POINT, *overrides], varied)
+
+
+def test_cases_are_all_combinations_the_last_key_fastest():
+    plan = point_plan(
+        "load.pressure=1bar:5bar:3", "load.speed=1,2 m/s", "ice.heat=column,half-space"
+    )
+    assert plan.axes["load.pressure"] == (1e5, 3e5, 5e5)
+    assert plan.axes["load.speed"] == (1.0, 2.0)
+    assert plan.axes["ice.heat"] == ("column", "half-space")
+    assert plan.shape == (3, 2, 2)
+    loads = [(c.scene.load.pressure, c.scene.load.speed, c.scene.ice.heat) for c in plan.cases]
+    assert loads[:3] == [(1e5, 1, "column"), (1e5, 1, "half-space"), (1e5, 2, "column")]
+    assert len({case.name for case in plan.cases}) == 12
+
+
+def test_ranges_carry_units_with_an_offset():
+    temperatures = point_plan("ice.temperature=-15degC:-1degC:8").axes["ice.temperature"]
+    np.testing.assert_allclose(temperatures, 273.15 + np.arange(-15, 0, 2), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("varied", "words"),
+    [
+        ([], "give --vary"),
+        (["load.presure=1bar,2bar"], "did you mean load.pressure?"),
+        (["load.presure=1bar:2bar:3"], "did you mean load.pressure?"),
+        (["load.pressure"], "not of the form"),
+        (["load.pressure=1bar:2bar"], "first:last:count"),
+        (["load.pressure=1bar:2bar:x"], "first:last:count"),
+        (["load.pressure=1bar:2bar:1"], "count of 2 or more"),
+        (["load.pressure=1bar:2m:3"], 'load.pressure = "2m" has the wrong unit'),
+        (["load.pressure=1bar:200bar:3"], "is out of range"),
+        (["load.pressure=1bar,"], "load.pressure"),
+        (["load.pressure=1bar,1e5"], "is given twice"),
+        (["load.pressure=1bar,2bar", "load.pressure=3bar"], "is varied twice"),
+        (["model=a:b:3"], "is not a number"),
+        (["name=a,b"], "name cannot be varied"),
+        (["ice.heat=column,continuum"], "not available for model"),
+    ],
+)
+def test_bad_sweeps_are_one_sentence(varied, words):
+    with pytest.raises(SceneError) as caught:
+        point_plan(*varied)
+    assert words in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_a_fingerprint_is_of_everything_but_the_name(monkeypatch, tmp_path):
+    scene = load_scene(CASE)
+    first = fingerprint(scene)
+    assert fingerprint(load_scene(CASE, ["name=other"])) == first
+    assert fingerprint(load_scene(CASE, ["load.pressure=100 kPa"])) == first
+    assert fingerprint(load_scene(CASE, ["load.pressure=1.0001bar"])) != first
+    mesh = tmp_path / "a.msh"
+    mesh.write_text("one")
+    with_mesh = load_scene(CASE, [f"rubber.mesh={mesh}"])
+    one = fingerprint(with_mesh)
+    mesh.write_text("two")
+    assert fingerprint(with_mesh) != one
+    monkeypatch.setattr("iceslide_fem.__version__", "99")
+    assert fingerprint(scene) != first
+
+
+def test_points_are_those_of_single_runs(tmp_path):
+    plan = point_plan("load.pressure=1bar,5bar", "load.duration=3ms,5ms", "load.speed=3,4")
+    dataset = run_sweep(plan, tmp_path, None)
+    for case in plan.cases:
+        at = {key: value_of(case.scene, key) for key in plan.axes}
+        found, (rows, single) = dataset.sel(at), point_history(case.scene)
+        for name in ("mu_peak", "mu_mean", "mu_end", "melt_onset_s"):
+            expected = np.nan if single[name] is None else single[name]
+            assert float(found[name]) == pytest.approx(expected, rel=2e-3, nan_ok=True), name
+        assert abs(float(found["energy_imbalance"])) < 1e-9
+        time = found["time_share"].values * case.scene.load.duration
+        curve = np.interp(time, [row["time_s"] for row in rows], [row["mu"] for row in rows])
+        np.testing.assert_allclose(found["mu"], curve, rtol=2e-2)
+        height = np.interp(
+            time, *([row[key] for row in rows] for key in ("time_s", "film_height_m"))
+        )
+        np.testing.assert_allclose(found["film_height_m"], height, rtol=2e-2)
+
+
+def test_table_has_a_row_per_case_with_inputs_and_results(tmp_path):
+    run_sweep(point_plan("load.pressure=1bar,2bar", "ice.heat=column,half-space"), tmp_path, None)
+    with open(tmp_path / "sweep.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["load.pressure"] for row in rows] == ["100000", "100000", "200000", "200000"]
+    assert {row["status"] for row in rows} == {"done"}
+    assert all(float(row["mu_peak"]) > 0.2 and row["rubber.compound"] == "B" for row in rows)
+    assert all(row["steps"].isdigit() for row in rows)
+    dataset = read_sweep(tmp_path)
+    assert dataset["mu"].dims == ("load.pressure", "ice.heat", "time_share")
+    assert dataset["load.pressure"].attrs["units"] == "Pa"
+    assert dataset["mu"].sel({"ice.heat": "column"}).notnull().all()
+
+
+def test_again_computes_only_what_is_missing(tmp_path, monkeypatch):
+    computed = []
+    simulate = sweep_points.simulate_points
+
+    def counted(scenes):
+        computed.append(len(scenes))
+        return simulate(scenes)
+
+    monkeypatch.setattr("iceslide_fem.sweep.simulate_points", counted)
+    first = run_sweep(point_plan("load.pressure=1bar:5bar:5"), tmp_path, None)
+    again = run_sweep(point_plan("load.pressure=1bar:5bar:5"), tmp_path, None)
+    wider = run_sweep(point_plan("load.pressure=1bar:5bar:5", "load.speed=3,4"), tmp_path, None)
+    run_sweep(point_plan("load.pressure=1bar,3bar"), tmp_path, None)
+    changed = point_plan("load.pressure=1bar,3bar", overrides=["film.initial_height=80nm"])
+    run_sweep(changed, tmp_path, None)
+    assert computed == [5, 0, 5, 0, 2]
+    np.testing.assert_array_equal(first["mu"], again["mu"])
+    np.testing.assert_array_equal(first["mu"], wider["mu"].sel({"load.speed": 3.0}))
+    assert list(first.data_vars) == list(again.data_vars)
+
+
+def test_points_that_fail_do_not_stop_the_others(tmp_path):
+    explicit = ["numerics.film_integrator=explicit-euler", "numerics.max_step=50us"]
+    plan = point_plan("load.pressure=1bar:50bar:8", overrides=explicit)
+    dataset = run_sweep(plan, tmp_path, None)
+    status = dataset["status"].values
+    assert set(status) == {"done", "failed"} and status[0] == "done"
+    assert np.isnan(dataset["mu_mean"].values[status == "failed"]).all()
+    assert all("cannot be advanced" in why for why in dataset["reason"].values[status == "failed"])
+
+
+def test_cores_are_not_oversubscribed(monkeypatch):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(4)))
+    assert share_cores(2, None) == Cores(2, 2)
+    assert share_cores(1, 3) == Cores(1, 3)
+    for wrong in ((2, 3), (5, None), (5, 1)):
+        with pytest.raises(SceneError, match="allowed here: 4"):
+            share_cores(*wrong)
+
+
+def test_sweeps_are_not_started_under_mpirun(tmp_path):
+    command = [
+        sys.executable,
+        "-m",
+        "iceslide_fem.cli",
+        "sweep",
+        str(CASE),
+        "--vary",
+        "model=point",
+    ]
+    done = subprocess.run(
+        command, env=os.environ | {"OMPI_COMM_WORLD_SIZE": "2"}, capture_output=True, text=True
+    )
+    assert done.returncode == 2 and "--cores-per-case" in done.stderr
+
+
+def test_pictures_of_one_two_and_three_varied_keys(tmp_path):
+    varied = ["load.pressure=1bar,3bar,5bar", "load.speed=2,4", "ice.temperature=-9degC:-1degC:3"]
+    for count in (1, 2, 3):
+        dataset = run_sweep(point_plan(*varied[:count]), tmp_path, None)
+        pictures = plot_sweep(dataset, tmp_path)
+        assert len(pictures) == {1: 1, 2: 3, 3: 6}[count]
+        assert all(picture.stat().st_size > 10_000 for picture in pictures)
+
+
+def test_what_a_case_left_behind(tmp_path):
+    assert read_outcome(tmp_path).status == "not run"
+    (tmp_path / "log.txt").write_text(
+        "Note: x\niceslide: it broke\n\niceslide: ended by exit code 3\n"
+    )
+    outcome = read_outcome(tmp_path)
+    assert (outcome.status, outcome.reason) == ("failed", "it broke")
+
+
+@pytest.mark.fe
+def test_slices_run_in_processes_and_failures_are_listed(tmp_path):
+    pytest.importorskip("iceslide_fem._dolfinx")
+    varied = ["--vary", "load.pressure=1bar,99bar", "--vary", "rubber.height=0.5mm,1mm"]
+    command = [sys.executable, "-m", "iceslide_fem.cli", "sweep", str(CASE), *varied]
+    for change in [*SLICE, "load.duration=20us"]:
+        command += ["--set", change]
+    command += ["--out", str(tmp_path), "--cases-at-a-time", "1"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 3, done.stderr
+    assert "2 of 4 cases are not done" in done.stderr
+    assert "no equilibrium" in done.stdout
+    dataset = read_sweep(tmp_path)
+    assert dataset["status"].values.tolist() == [["done", "done"], ["failed", "failed"]]
+    assert np.isfinite(dataset["mu"].values[0]).all()
+    times = {path: path.stat().st_mtime for path in tmp_path.glob("cases/*/summary.json")}
+    assert len(times) == 2
+    again = subprocess.run(command, capture_output=True, text=True)
+    assert "2 of them done before" in again.stdout and "2 to run" in again.stdout
+    assert times == {path: path.stat().st_mtime for path in tmp_path.glob("cases/*/summary.json")}
