@@ -109,12 +109,12 @@ def test_a_rejected_step_leaves_no_trace():
     for _ in range(12):
         sliding.advance()
     before = sliding.moment
-    copies = [np.array(part, copy=True) for part in (before.displacements, *before.interface)]
+    copies = [np.array(part, copy=True) for part in (before.motion.displacements, *before.interface)]
     with pytest.raises(Refused):
         sliding._tolerance = 1e-9
         sliding._try(0.3e-3)
     assert sliding.moment is before
-    for part, copy in zip((before.displacements, *before.interface), copies, strict=True):
+    for part, copy in zip((before.motion.displacements, *before.interface), copies, strict=True):
         np.testing.assert_array_equal(part, copy)
 
     sliding._tolerance = scene.numerics.tolerance
