@@ -19,7 +19,6 @@ from iceslide_fem.carriers import Carrier, OnIce
 from iceslide_fem.errors import SceneError
 from iceslide_fem.ice import Continuum
 from iceslide_fem.materials import Array
-from iceslide_fem.rubber_heat import Insulated
 from iceslide_fem.strips import Strips
 
 Arrays = dict[str, Array]
@@ -91,7 +90,10 @@ class GridNodes:
 
 
 class Places(NamedTuple):
-    """The rubber's nodes and contact points, the films, and the content of ice and rubber."""
+    """The rubber's nodes and contact points, the films, and the content of ice and rubber.
+
+    Rubber conducts heat above its contact points, wherever the films live.
+    """
 
     nodes: Place
     points: Place
@@ -123,6 +125,4 @@ def places_of(block: Block, carrier: Carrier) -> Places:
     films: Place = points
     if isinstance(carrier, OnIce):
         films = GridNodes(carrier.ice.grid.own, carrier.ice.grid.n_nodes, comm)
-    # Rubber that takes no heat has a content without rows, as wide as the films.
-    rubber = films if isinstance(carrier.rubber, Insulated) else points
-    return Places(nodes_of(block), points, films, content, rubber)
+    return Places(nodes_of(block), points, films, content, points)

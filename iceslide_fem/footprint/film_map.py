@@ -25,6 +25,7 @@ from iceslide_fem.materials import (
     Index,
     Mask,
 )
+from iceslide_fem.rubber_heat import INSULATED
 from iceslide_fem.timestep import step_factor
 
 METHOD = INTEGRATORS["sdirk2"]
@@ -114,7 +115,7 @@ def _pass(
     lines, columns = pressure.shape
     ice = Column(ride.temperature, columns * passing)
     height, sliding = np.full(lines, ride.initial_height), np.full(lines, ride.sliding_speed)
-    state = InterfaceState(np.log(height), np.zeros(lines), ice.initial(lines))
+    state = InterfaceState(np.log(height), np.zeros(lines), ice.initial(lines), INSULATED.initial(lines))
     dt = np.full(lines, passing)
     for column in range(columns - 1, -1, -1):
         p = np.ascontiguousarray(pressure[:, column])
