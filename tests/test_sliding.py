@@ -109,7 +109,9 @@ def test_a_rejected_step_leaves_no_trace():
     for _ in range(12):
         sliding.advance()
     before = sliding.moment
-    copies = [np.array(part, copy=True) for part in (before.motion.displacements, *before.interface)]
+    copies = [
+        np.array(part, copy=True) for part in (before.motion.displacements, *before.interface)
+    ]
     with pytest.raises(Refused):
         sliding._tolerance = 1e-9
         sliding._try(0.3e-3)

@@ -115,7 +115,9 @@ def _pass(
     lines, columns = pressure.shape
     ice = Column(ride.temperature, columns * passing)
     height, sliding = np.full(lines, ride.initial_height), np.full(lines, ride.sliding_speed)
-    state = InterfaceState(np.log(height), np.zeros(lines), ice.initial(lines), INSULATED.initial(lines))
+    state = InterfaceState(
+        np.log(height), np.zeros(lines), ice.initial(lines), INSULATED.initial(lines)
+    )
     dt = np.full(lines, passing)
     for column in range(columns - 1, -1, -1):
         p = np.ascontiguousarray(pressure[:, column])
