@@ -21,10 +21,12 @@ HIGH_FREQUENCY_RADIUS = 0.5
 class Motion(NamedTuple):
     """Displacements (m), velocities (m/s) and accelerations (m/s2) of all dofs of this rank.
 
-    time (s): when they were found.
+    time (s): when they were found; span (s): how long the block took from the solution before,
+    infinite if it has rested.
     """
 
     time: float
+    span: float
     displacements: Array
     velocity: Array
     acceleration: Array
@@ -58,24 +60,37 @@ class MotionLaw(Protocol):
 def at_rest(displacements: Array) -> Motion:
     """A block that does not move at t = 0."""
     still = np.zeros_like(displacements)
-    return Motion(0.0, displacements.copy(), still, still)
+    return Motion(0.0, np.inf, displacements.copy(), still, still)
+
+
+def rested(motion: Motion) -> Motion:
+    """The same displacements, held since."""
+    return motion._replace(span=np.inf, velocity=np.zeros_like(motion.velocity))
 
 
 class QuasiStatic:
-    """No inertia: displacements follow the forces; predicted on the line through the last two."""
+    """No inertia: displacements follow the forces; predicted on the line through the last two.
+
+    The velocity at the end of a step is that of the parabola through three solutions (BDF2), or of
+    the line through two after a rest: with v the mean velocities of this step and the one before,
+    dt and dt0 their lengths, v1 = v + dt / (dt + dt0) (v - v0).
+    """
 
     may_rest = True
 
     def begin(self, start: Motion, time: float) -> tuple[Array, Rate]:
-        """The line through the last two solutions; the difference quotient since the last."""
-        elapsed = time - start.time
-        rate = Rate(1.0 / elapsed, -start.displacements / elapsed)
-        return start.displacements + elapsed * start.velocity, rate
+        """The line through the last two solutions; the parabola's slope."""
+        dt = time - start.time
+        bend = dt / (dt + start.span)
+        slope = (1.0 + bend) / dt
+        rate = Rate(slope, -slope * start.displacements - bend * start.velocity)
+        return start.displacements + dt * start.velocity, rate
 
     def end(self, start: Motion, time: float, displacements: Array) -> Motion:
         """The velocity is the mean one since the last solution."""
-        velocity = (displacements - start.displacements) / (time - start.time)
-        return Motion(time, displacements, velocity, start.acceleration)
+        span = time - start.time
+        velocity = (displacements - start.displacements) / span
+        return Motion(time, span, displacements, velocity, start.acceleration)
 
     def local_error(self, start: Motion, end: Motion) -> Array:
         """None: there is nothing to integrate."""
@@ -126,7 +141,7 @@ class Dynamic:
         coasted = u + dt * v + (0.5 - beta) * dt**2 * a
         following = (displacements - coasted) / (beta * dt**2)
         velocity = v + dt * ((1.0 - gamma) * a + gamma * following)
-        return Motion(time, displacements, velocity, following)
+        return Motion(time, dt, displacements, velocity, following)
 
     def local_error(self, start: Motion, end: Motion) -> Array:
         """(beta - 1/6) dt^2 (a1 - a0): Zienkiewicz and Xie, Earthq. Eng. Struct. Dyn. 20 (1991)."""
