@@ -27,8 +27,8 @@ from iceslide_fem.places import nodes_of, places_of
 from iceslide_fem.timestep import step_factor
 
 # Errors of single steps add up to one of mu(t) that falls as their power 2/3 to 3/4 (see
-# docs/accuracy.md): with this share of tolerance^1.4 per step it stays below the tolerance.
-LOCAL_SHARE, LOCAL_POWER = 0.5, 1.4
+# docs/accuracy.md): with this share of tolerance^1.6 per step it stays below the tolerance.
+LOCAL_SHARE, LOCAL_POWER = 2.4, 1.6
 # Shares of the tolerance: the change of the film that one more pass over block and film would make,
 # and the change of shear below which the block is not solved again.
 COUPLING_SHARE = 0.3
