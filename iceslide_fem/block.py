@@ -122,7 +122,7 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
         widest = float(np.ptp(surface.nodes[..., 0], axis=1).max(initial=0.0))
         widest = comm.allreduce(widest, op=MPI.MAX)
         count = int(np.ceil(POINTS_PER_CELL * widest / window_cell(scene)))
-        surface = contact_surface(rubber.space, facets, 2 * count - 1)
+        surface = contact_surface(rubber.space, facets, FACET_DEGREE, FACET_PIECES, count)
     z = mesh.mesh.geometry.x[:, mesh.mesh.geometry.dim - 1]
     height = float(comm.allreduce(z.max(initial=0.0), op=MPI.MAX))
     ds = ufl.Measure("ds", domain=mesh.mesh, subdomain_data=mesh.facet_tags)

@@ -86,12 +86,13 @@ class ContactSurface:
 
 
 def contact_surface(
-    space: Any, facets: NDArray[np.int32], degree: int, pieces: int = 1
+    space: Any, facets: NDArray[np.int32], degree: int, pieces: int = 1, along: int = 0
 ) -> ContactSurface:
     """Quadrature of polynomial `degree` on the exterior `facets` (local numbers) of `space`.
 
     Edges and quadrilaterals are cut into `pieces` each way with a rule of their own, so that
-    functions with kinks on the cuts are integrated exactly; triangles are not.
+    functions with kinks on the cuts are integrated exactly; triangles are not. With `along`, the
+    sides that run most along x have so many Gauss points instead (triangles both ways).
 
     `space` is a vector Lagrange space of degree 1 or 2 on a mesh of linear geometry.
     """
@@ -101,29 +102,37 @@ def contact_surface(
     element = _dolfinx.basix_lagrange(name, space_degree(space))
     cells, local = _dolfinx.facet_cell_pairs(mesh, facets)
 
-    facet_points, facet_weights = _composite(FACET_OF[name], degree, pieces)
+    across = _line(degree, pieces)
+    line = _line(2 * along - 1, 1) if along else across
+    if FACET_OF[name] == "triangle":
+        points, facet_weights = _dolfinx.quadrature("triangle", max(degree, 2 * along - 1))
+    else:
+        points, facet_weights = _product([line, across][: dim - 1])
     cell_type = getattr(basix.CellType, name)
     reference = np.asarray(basix.geometry(cell_type))
     tables = []
     for number, vertices in enumerate(basix.topology(cell_type)[dim - 1]):
         origin = reference[vertices[0]]
         axes = np.array([reference[v] - origin for v in vertices[1:dim]])
-        points = origin + facet_points @ axes
-        table = np.array(element.tabulate(1, points))[..., 0]
         closure = element.entity_closure_dofs[dim - 1][number]
-        slopes = np.einsum("sd,dqa->qas", axes, table[1:, :, closure])
-        tables.append((closure, table[0][:, closure], slopes))
+        for facet_points in (points, points[:, ::-1]):
+            table = np.array(element.tabulate(1, origin + facet_points @ axes))[..., 0]
+            slopes = np.einsum("sd,dqa->qas", axes, table[1:, :, closure])
+            tables.append((closure, table[0][:, closure], slopes))
 
     dofs_of_cells = _dolfinx.cell_dofs(space)[cells]
     closures, shapes, slopes = (np.array(parts) for parts in zip(*tables, strict=True))
-    dofs = np.take_along_axis(dofs_of_cells, closures[local], axis=1)
+    dofs = np.take_along_axis(dofs_of_cells, closures[2 * local], axis=1)
     coordinates = space.tabulate_dof_coordinates()[:, :dim]
     nodes = coordinates[dofs]
+    # The first nodes are the vertices; sides are those from vertex 0.
+    sides = np.abs(nodes[:, 1:dim, 0] - nodes[:, :1, 0])
+    turned = 2 * local + (sides[:, -1] > sides[:, 0])
     surface = ContactSurface(
         dofs,
         nodes,
-        shapes[local],
-        slopes[local],
+        shapes[turned],
+        slopes[turned],
         np.broadcast_to(facet_weights, (len(cells), facet_weights.size)).copy(),
         mesh.comm,
     )
@@ -148,12 +157,16 @@ def _area_vectors(surface: ContactSurface) -> Array:
     return np.asarray(np.cross(tangents[..., 0], tangents[..., 1]))
 
 
-def _composite(facet: str, degree: int, pieces: int) -> tuple[Array, Array]:
-    """Points (n, d-1) and weights (n,) of the rule on `pieces` parts of the facet each way."""
-    points, weights = _dolfinx.quadrature(facet, degree)
-    if pieces == 1 or facet == "triangle":
-        return points, weights
-    corners = np.stack(np.meshgrid(*[np.arange(pieces)] * points.shape[1]), axis=-1)
-    corners = corners.reshape(-1, 1, points.shape[1])
-    spread = ((corners + points) / pieces).reshape(-1, points.shape[1])
-    return spread, np.tile(weights / pieces ** points.shape[1], len(corners))
+def _line(degree: int, pieces: int) -> tuple[Array, Array]:
+    """Points and weights (n,) of the rule on `pieces` parts of a unit interval."""
+    points, weights = _dolfinx.quadrature("interval", degree)
+    return (np.arange(pieces)[:, None] + points[:, 0]).ravel() / pieces, np.tile(
+        weights, pieces
+    ) / pieces
+
+
+def _product(lines: list[tuple[Array, Array]]) -> tuple[Array, Array]:
+    """Points (n, sides) and weights (n,) of the tensor product of rules on lines."""
+    points = np.meshgrid(*[line[0] for line in lines], indexing="ij")
+    weights = np.meshgrid(*[line[1] for line in lines], indexing="ij")
+    return np.stack(points, axis=-1).reshape(-1, len(lines)), np.prod(weights, axis=0).ravel()
