@@ -123,33 +123,35 @@ class ContactState(NamedTuple):
 def contact_state(surface: ContactSurface, u: Array, penalty: float) -> ContactState:
     """Gap, pressure and area at the points for nodal displacements `u` (blocked dofs, d)."""
     gap = surface.positions(u)[..., -1]
-    area, _ = surface.footprint(u)
-    return ContactState(gap, normal_pressure(gap, penalty), area)
+    return ContactState(gap, normal_pressure(gap, penalty), surface.footprint(u))
 
 
 def contact_forces(surface: ContactSurface, u: Array, penalty: float, traction: Traction) -> Array:
     """Nodal forces (f, a, d), N (N/m in a slice), of pressure and tangential traction."""
     state = contact_state(surface, u, penalty)
     stress = np.concatenate([traction.value, state.pressure[..., None]], axis=-1)
-    return np.asarray(
-        np.einsum("fqa,fqd,fq->fad", surface.shape, stress, state.area, optimize=True)
-    )
+    return np.asarray(surface.shape.transpose(0, 2, 1) @ (stress * state.area[..., None]))
 
 
 def contact_tangent(surface: ContactSurface, u: Array, penalty: float, traction: Traction) -> Array:
     """Derivative of `contact_forces` by the nodal displacements: (f, a, d, a, d), N/m."""
     state = contact_state(surface, u, penalty)
-    _, d_area = surface.footprint(u)
+    d_area = surface.footprint_slopes(u)
     stress = np.concatenate([traction.value, state.pressure[..., None]], axis=-1)
     d_pressure = np.where(state.gap < 0.0, -penalty, 0.0)
     d_stress = np.zeros((*stress.shape, stress.shape[-1]))
     d_stress[..., :-1, :-1] = traction.by_displacement
     d_stress[..., :-1, -1] = traction.by_pressure * d_pressure[..., None]
     d_stress[..., -1, -1] = d_pressure
-    shape = surface.shape
-    moving = np.einsum("fqa,fqij,fq,fqb->faibj", shape, d_stress, state.area, shape, optimize=True)
-    turning = np.einsum("fqa,fqi,fqbj->faibj", shape, stress, d_area, optimize=True)
-    return np.asarray(moving + turning)
+    # Sums over the points by matrix products: sum_q s_a (dt_i/du_j A) s_b and sum_q s_a t_i dA_bj.
+    shape, d = surface.shape, stress.shape[-1]
+    f, q, a = shape.shape
+    d_force = (d_stress * state.area[..., None, None]).reshape(f, q, 1, d * d) * shape[..., None]
+    moving = shape.transpose(0, 2, 1) @ d_force.reshape(f, q, a * d * d)
+    forces = (shape[..., None] * stress[:, :, None, :]).reshape(f, q, a * d)
+    turning = forces.transpose(0, 2, 1) @ d_area.reshape(f, q, a * d)
+    moving = moving.reshape(f, a, a, d, d).transpose(0, 1, 3, 2, 4)
+    return np.asarray(moving + turning.reshape(f, a, d, a, d))
 
 
 def default_penalty(material: MooneyRivlin, height: float, tolerance: float) -> float:

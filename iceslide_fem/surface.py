@@ -29,7 +29,7 @@ class ContactSurface:
     """Quadrature on facets of a vector Lagrange space.
 
     dofs: blocked dofs (f, a); nodes: undeformed positions (f, a, d), m; shape: (f, q, a);
-    slopes: derivatives of the shape functions by the facet's coordinates (f, q, a, d-1);
+    slopes: derivatives of the shape functions by the facet's coordinates (f, q, d-1, a);
     weights: reference weights with the sign that makes area vectors point outwards (f, q).
     """
 
@@ -47,34 +47,45 @@ class ContactSurface:
 
     def positions(self, u: Array) -> Array:
         """Deformed positions (f, q, d) for nodal displacements `u` (blocked dofs, d), m."""
-        return np.asarray(np.einsum("fqa,fad->fqd", self.shape, self.nodes + u[self.dofs]))
+        return np.asarray(self.shape @ (self.nodes + u[self.dofs]))
 
     def displacements(self, u: Array) -> Array:
         """Displacements of the points (f, q, d), m."""
-        return np.asarray(np.einsum("fqa,fad->fqd", self.shape, u[self.dofs]))
+        return np.asarray(self.shape @ u[self.dofs])
 
-    def footprint(self, u: Array) -> tuple[Array, Array]:
-        """Area that each point covers on the plane of the ice, and its derivative.
+    def footprint(self, u: Array) -> Array:
+        """Area that each point covers on the plane of the ice, (f, q), m2 (m in a slice).
 
-        The deformed area vector's component towards the ice, not below zero (a facet that is
-        vertical or faces upwards covers nothing): (f, q) in m2 (m in a slice), and (f, q, a, d)
-        with respect to the nodes' positions. n da = J F^-T N dA (Nanson), from the tangents.
+        The deformed area vector's component towards the ice, not below zero: a facet that is
+        vertical or faces upwards covers nothing. n da = J F^-T N dA (Nanson), from the tangents.
         """
-        x = self.nodes + u[self.dofs]
-        tangents = np.einsum("fqas,fad->fqds", self.slopes, x)
-        slopes, weights = self.slopes, self.weights
-        d_area = np.zeros((*self.shape.shape, x.shape[-1]))
-        if x.shape[-1] == 2:
-            area = weights * tangents[:, :, 0, 0]
-            d_area[..., 0] = weights[..., None] * slopes[..., 0]
+        return np.maximum(self._signed_footprint(self.tangents(u)), 0.0)
+
+    def footprint_slopes(self, u: Array) -> Array:
+        """Derivative of `footprint` by the nodes' positions, (f, q, a, d)."""
+        tangents, slopes, weights = self.tangents(u), self.slopes, self.weights[..., None]
+        by_node = np.zeros((*self.shape.shape, self.nodes.shape[-1]))
+        if tangents.shape[2] == 1:
+            by_node[..., 0] = weights * slopes[:, :, 0]
         else:
-            (x1, x2), (y1, y2) = np.moveaxis(tangents[:, :, :2, :], (2, 3), (0, 1))
-            area = -weights * (x1 * y2 - y1 * x2)
-            d1, d2 = slopes[..., 0], slopes[..., 1]
-            d_area[..., 0] = -weights[..., None] * (d1 * y2[..., None] - d2 * y1[..., None])
-            d_area[..., 1] = -weights[..., None] * (d2 * x1[..., None] - d1 * x2[..., None])
-        facing = area > 0.0
-        return np.where(facing, area, 0.0), np.where(facing[..., None, None], d_area, 0.0)
+            (x1, y1), (x2, y2) = np.moveaxis(tangents[..., :2], (2, 3), (0, 1))[..., None]
+            d1, d2 = slopes[:, :, 0], slopes[:, :, 1]
+            by_node[..., 0] = -weights * (d1 * y2 - d2 * y1)
+            by_node[..., 1] = -weights * (d2 * x1 - d1 * x2)
+        by_node[self._signed_footprint(tangents) <= 0.0] = 0.0
+        return by_node
+
+    def tangents(self, u: Array) -> Array:
+        """Derivatives of the deformed positions by the facet's coordinates (f, q, d-1, d), m."""
+        f, q, sides, a = self.slopes.shape
+        x = self.nodes + u[self.dofs]
+        return np.asarray(self.slopes.reshape(f, q * sides, a) @ x).reshape(f, q, sides, -1)
+
+    def _signed_footprint(self, tangents: Array) -> Array:
+        if tangents.shape[2] == 1:
+            return np.asarray(self.weights * tangents[:, :, 0, 0])
+        (x1, y1), (x2, y2) = np.moveaxis(tangents[..., :2], (2, 3), (0, 1))
+        return np.asarray(-self.weights * (x1 * y2 - y1 * x2))
 
     def scatter(self, forces: Array, vector: Array) -> None:
         """Add nodal forces (f, a, d) to `vector` (blocked dofs, d), ghosts included, in place."""
@@ -117,7 +128,7 @@ def contact_surface(
         closure = element.entity_closure_dofs[dim - 1][number]
         for facet_points in (points, points[:, ::-1]):
             table = np.array(element.tabulate(1, origin + facet_points @ axes))[..., 0]
-            slopes = np.einsum("sd,dqa->qas", axes, table[1:, :, closure])
+            slopes = np.einsum("sd,dqa->qsa", axes, table[1:, :, closure])
             tables.append((closure, table[0][:, closure], slopes))
 
     dofs_of_cells = _dolfinx.cell_dofs(space)[cells]
@@ -151,10 +162,12 @@ def space_degree(space: Any) -> int:
 
 
 def _area_vectors(surface: ContactSurface) -> Array:
-    tangents = np.einsum("fqas,fad->fqds", surface.slopes, surface.nodes)
-    if tangents.shape[-1] == 1:
-        return np.stack([tangents[..., 1, 0], -tangents[..., 0, 0]], axis=-1)
-    return np.asarray(np.cross(tangents[..., 0], tangents[..., 1]))
+    tangents = surface.tangents(
+        np.zeros((int(surface.dofs.max(initial=-1)) + 1, surface.nodes.shape[-1]))
+    )
+    if tangents.shape[2] == 1:
+        return np.stack([tangents[:, :, 0, 1], -tangents[:, :, 0, 0]], axis=-1)
+    return np.asarray(np.cross(tangents[:, :, 0], tangents[:, :, 1]))
 
 
 def _line(degree: int, pieces: int) -> tuple[Array, Array]:
