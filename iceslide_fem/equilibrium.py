@@ -19,8 +19,9 @@ from iceslide_fem.rubber import Rubber
 from iceslide_fem.surface import ContactSurface
 
 MAX_ITERATIONS = 30
-# A tangent is kept as long as an iteration divides the residual by at least this.
-STALL = 0.25
+# A tangent is kept as long as a change is at most this share of the one before: a new one costs as
+# much as ten iterations in a slice, fifty in a block.
+STALL = 0.7
 SMALLEST_DAMPING = 1.0 / 64.0
 # Where no damping shortens the next change, a point of the contact touches down or lifts off on
 # the way; a full step leads past it (watchdog). So many in one solve.

@@ -79,7 +79,9 @@ class ContactSurface:
         """Derivatives of the deformed positions by the facet's coordinates (f, q, d-1, d), m."""
         f, q, sides, a = self.slopes.shape
         x = self.nodes + u[self.dofs]
-        return np.asarray(self.slopes.reshape(f, q * sides, a) @ x).reshape(f, q, sides, -1)
+        return np.asarray(self.slopes.reshape(f, q * sides, a) @ x).reshape(
+            f, q, sides, x.shape[-1]
+        )
 
     def _signed_footprint(self, tangents: Array) -> Array:
         if tangents.shape[2] == 1:
