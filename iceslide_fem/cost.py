@@ -3,19 +3,19 @@
 Steps follow the film and the heat below it, so they are counted on the point rung at the same
 tolerance, which takes a tenth of a second; a block needs more, because its points melt one after
 the other. Memory and time per step follow the unknowns. The constants are from runs of
-thesis_1bar on one busy 2020s core with OpenBLAS, forms compiled before (unknowns, CPU seconds, MB):
+thesis_1bar on one 2020s core with OpenBLAS, forms compiled before (unknowns, CPU seconds, MB):
 
     model  ice        tolerance  rubber   ice  steps  time  memory
-    slice  column     1e-3         3362     0    311    11     209
-    slice  continuum  1e-3          882   231    403    16     211
-    slice  continuum  1e-3         3362   820    391    32     219
-    block  continuum  1e-2         1215   495    155    14     232
-    block  column     1e-2         7803     0     94    47     339
+    slice  column     1e-3         3362     0    577   6.9     215
+    slice  continuum  1e-3          882   273    613   5.5     211
+    slice  continuum  1e-3         3362   984    654  10.4     216
+    slice  continuum  1e-2         3362   984    112   4.8     215
+    block  continuum  1e-2         1215   585    144  10.1     220
+    block  column     1e-2         7803     0     81  27.9     304
 
 The estimates are within a factor of two of these (tests/test_cost.py); other scenes may be farther
 off. Ice that slides makes more steps, at most a cell each, that take a third of the time each,
-because the block has hardly changed (slice, 0.7 ms: 219 steps, 2.4 s with columns, 4.3 s with
-continuum).
+because the block has hardly changed.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ from iceslide_fem.integrators import INTEGRATORS
 from iceslide_fem.point_run import point_history
 from iceslide_fem.scene import Scene
 
-STEPS_PER_POINT_STEP = 3.5
+STEPS_PER_POINT_STEP = 3.5  # at a tolerance of 1e-2
+TIGHTER = 0.35  # a block's steps grow faster with 1 / tolerance than a point's, by this power
 FIXED_STEPS = 40  # of a block whose integrator has no error estimate
 START_SECONDS = 1.5
 START_STEPS = 15  # press and speed ramp, in steps
@@ -67,11 +68,11 @@ def step_cost(dimensions: int, rubber: int, ice: int) -> tuple[float, float]:
 
     In 3-D the factors of the direct solver grow as n^(4/3).
     """
-    ice_seconds = 13e-3 + 32e-6 * ice if ice else 0.0
+    ice_seconds = 1e-3 + 5e-6 * ice if ice else 0.0
     if dimensions == 2:
-        return BASE_MEMORY + 2e3 * (rubber + ice), 3e-3 + 6.4e-6 * rubber + ice_seconds
+        return BASE_MEMORY + 2e3 * (rubber + ice), 3e-3 + 2.4e-6 * rubber + ice_seconds
     factors = 0.14e9 * ((rubber + ice) / 13e3) ** (4 / 3)
-    return BASE_MEMORY + factors, 0.9 * (rubber / 12e3) ** (4 / 3) + ice_seconds
+    return BASE_MEMORY + factors, 0.03 + 0.45 * (rubber / 12e3) ** (4 / 3) + ice_seconds
 
 
 def expected_steps(scene: Scene) -> int:
@@ -88,7 +89,7 @@ def expected_steps(scene: Scene) -> int:
     steps = len(rows) - 1
     if scene.model == "point":
         return steps
-    fewest = STEPS_PER_POINT_STEP * steps
+    fewest = STEPS_PER_POINT_STEP * steps * (1e-2 / numerics.tolerance) ** TIGHTER
     if numerics.max_step:
         fewest = max(fewest, duration / numerics.max_step)
     if scene.ice.motion == "sliding":  # a step is at most the passage of a cell
