@@ -18,10 +18,10 @@ from iceslide_fem.materials import Array
 from iceslide_fem.rubber import Rubber
 from iceslide_fem.surface import ContactSurface
 
-MAX_ITERATIONS = 30
-# A tangent is kept as long as a change is at most this share of the one before: a new one costs as
-# much as ten iterations in a slice, fifty in a block.
-STALL = 0.7
+MAX_ITERATIONS = 60
+# A tangent is kept if so many iterations like the last one would reach the tolerance: a new one
+# costs as much as five in a slice, fifteen in a block.
+PATIENCE = 12
 SMALLEST_DAMPING = 1.0 / 64.0
 # Where no damping shortens the next change, a point of the contact touches down or lifts off on
 # the way; a full step leads past it (watchdog). So many in one solve.
@@ -134,7 +134,7 @@ class Equilibrium:
                 size = self._imbalance(force, law)
                 change = None
                 continue
-            keep = damping == 1.0 and contraction <= STALL
+            keep = damping == 1.0 and size * contraction**PATIENCE <= tolerance
             change = following if keep else None
             self._has_tangent = keep
         raise NotConverged(f"residual of {size:.3g} N after {MAX_ITERATIONS} iterations")
