@@ -47,8 +47,8 @@ SMALLEST_PATH_STEP = 1e-3
 EASY_ITERATIONS = 6
 # Points of the contact: Gauss points in the halves of each facet, where the ice's cells end.
 FACET_DEGREE, FACET_PIECES = 7, 2
-# Where the ice slides, so many points of the rubber lie on each cell of the ice.
-POINTS_PER_CELL = 3.0
+# Where the ice slides, so many points of the rubber lie on each cell of the ice, and on a facet.
+POINTS_PER_CELL, FEWEST_POINTS = 3.0, 4
 
 # Slip speed (m/s) of the displacement along x (f, q), and its derivative (1/s).
 SpeedLaw = Callable[[Array], tuple[Array, float]]
@@ -121,7 +121,7 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     if scene.ice.motion == "sliding":
         widest = float(np.ptp(surface.nodes[..., 0], axis=1).max(initial=0.0))
         widest = comm.allreduce(widest, op=MPI.MAX)
-        count = int(np.ceil(POINTS_PER_CELL * widest / window_cell(scene)))
+        count = max(int(np.ceil(POINTS_PER_CELL * widest / window_cell(scene))), FEWEST_POINTS)
         surface = contact_surface(rubber.space, facets, FACET_DEGREE, FACET_PIECES, count)
     z = mesh.mesh.geometry.x[:, mesh.mesh.geometry.dim - 1]
     height = float(comm.allreduce(z.max(initial=0.0), op=MPI.MAX))

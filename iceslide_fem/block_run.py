@@ -15,14 +15,21 @@ from iceslide_fem._dolfinx import MPI
 from iceslide_fem.block import Block, PathPoint, build_block, press, start_sliding
 from iceslide_fem.checkpoint import Checkpoint, write_checkpoint
 from iceslide_fem.errors import Interrupted, SimulationStopped
-from iceslide_fem.history import Ledger, interface_fields, outside_table, preload_row, slide_row
+from iceslide_fem.history import (
+    Ledger,
+    Row,
+    interface_fields,
+    outside_table,
+    preload_row,
+    slide_row,
+)
 from iceslide_fem.ice import Continuum
 from iceslide_fem.interruption import Interruption
 from iceslide_fem.outputs import HISTORY_COLUMNS, PRELOAD_COLUMNS, Fields, Table
 from iceslide_fem.progress import Progress
 from iceslide_fem.scene import Scene
 from iceslide_fem.sipes import smallest_opening
-from iceslide_fem.sliding import Sliding, place_at_start
+from iceslide_fem.sliding import Accepted, Sliding, place_at_start
 
 FIELD_TIMES = 25
 
@@ -113,10 +120,10 @@ def _slide(
         results.restore(state["results"])
     rows = len(results.rows) if state else None
     history = Table(out / "history.csv", HISTORY_COLUMNS, comm.rank, keep=rows)
-    open_files.callback(history.close)
+    open_files.enter_context(history)
     earlier = state["fields"] if state else ()
     fields = Fields(out / "fields", block.rubber, block.surface, temperature, earlier)
-    open_files.callback(fields.close)
+    open_files.enter_context(fields)
     saves = _Saves(schedule, sliding.moment.time, comm)
 
     def save() -> None:
@@ -130,22 +137,25 @@ def _slide(
         if comm.rank == 0:
             write_checkpoint(out, block.scene, present)
 
+    def note(accepted: Accepted | None) -> Row:
+        row = slide_row(sliding, ledger, accepted)
+        history.row(row)
+        results.note(row, accepted.rejected if accepted else 0)
+        results.outside_table_fraction = outside_table(block, sliding.moment.contact)
+        results.sipe_opening = min(results.sipe_opening, smallest_opening(block))
+        return row
+
     if not state:
         fields.write(0.0, interface_fields(sliding, None))
-        row = slide_row(sliding, ledger, None)
-        history.row(row)
-        results.note(row, 0)
+        note(None)
         save()
     due = FieldTimes(duration, sliding.moment.time)
     while sliding.moment.time < duration:
         accepted = sliding.advance()
         time = sliding.moment.time
         ledger.add(accepted)
-        row = slide_row(sliding, ledger, accepted)
-        history.row(row)
-        results.note(row, accepted.rejected)
+        row = note(accepted)
         if due(time):
-            results.sipe_opening = min(results.sipe_opening, smallest_opening(block))
             if isinstance(ice, Continuum):
                 ice.show(sliding.moment.interface.ice)
             fields.write(time, interface_fields(sliding, accepted))
@@ -156,7 +166,6 @@ def _slide(
         if asked:
             where = f"at t = {1e3 * time:.4g} ms of {1e3 * duration:.4g} ms"
             raise interruption.error(where, out)
-    results.outside_table_fraction = outside_table(block, sliding.moment.contact)
 
 
 class _Saves:

@@ -81,6 +81,9 @@ class Carrier(Protocol):
     def ice_temperature(self, state: InterfaceState, side: Side) -> Array:
         """Temperature of the ice's surface at the rubber's points, (n,), K."""
 
+    def reaches(self, side: Side) -> bool:
+        """Whether there is ice below all points that touch, on this rank."""
+
     def settled(self, state: InterfaceState, offset: float) -> tuple[InterfaceState, float]:
         """State and offset after the window has caught up with the block by whole cells."""
 
@@ -123,7 +126,7 @@ class Attached:
         """Advance every point on its own; heat reaches the rubber where there is contact."""
         if isinstance(self.rubber, RubberColumns):
             self.rubber.cover = ((start.pressure > 0.0) | (end.pressure > 0.0)).astype(float)
-        loads = [self.friction.loads(side.pressure, end.speed) for side in (start, end)]
+        loads = [self.friction.loads(side.pressure, side.speed) for side in (start, end)]
         step = advance(state, loads[0], loads[1], dt, self.ice, integrator, self.rubber)
         return Passage(step, area, loads[1])
 
@@ -138,6 +141,10 @@ class Attached:
     def ice_temperature(self, state: InterfaceState, side: Side) -> Array:
         """Temperature of each point's own ice. Collective."""
         return self.ice.surface_temperature(state.ice)
+
+    def reaches(self, side: Side) -> bool:
+        """Attached ice is below every point."""
+        return True
 
     def settled(self, state: InterfaceState, offset: float) -> tuple[InterfaceState, float]:
         """Attached ice has no window to move."""
@@ -160,6 +167,10 @@ class OnRubber(Attached):
         """Temperature of the ice that is below the points now. Collective."""
         self.ice.at = _place(self.ice, side)
         return self.ice.surface_temperature(state.ice)
+
+    def reaches(self, side: Side) -> bool:
+        """Whether the window is below all points that touch."""
+        return _reaches(self.ice, side)
 
     def settled(self, state: InterfaceState, offset: float) -> tuple[InterfaceState, float]:
         """Shift the ice; the films stay with the rubber. Collective."""
@@ -197,9 +208,14 @@ class OnIce:
     ) -> Passage:
         """Advance the films of this rank's nodes. Collective."""
         (covered, first), (covers, last) = (self._on_nodes(side) for side in (start, end))
-        # A node that is covered at one end only has the free height of that end.
-        first = first._replace(free_height=np.where(covered, first.free_height, last.free_height))
-        last = last._replace(free_height=np.where(covers, last.free_height, first.free_height))
+        # A node that is covered at one end only has the speed and the free height of that end.
+        first, last = (
+            loads._replace(
+                speed=np.where(here, loads.speed, other.speed),
+                free_height=np.where(here, loads.free_height, other.free_height),
+            )
+            for here, loads, other in ((covered, first, last), (covers, last, first))
+        )
         grid = self.ice.grid
         area = np.where(covered | covers, grid.cell_area[grid.own], 0.0)
         if isinstance(self.ice, Continuum):
@@ -222,6 +238,10 @@ class OnIce:
     def ice_temperature(self, state: InterfaceState, side: Side) -> Array:
         """Temperature of the nodes, read at the points. Collective."""
         return self.at_points(self.ice.surface_temperature(state.ice), side)
+
+    def reaches(self, side: Side) -> bool:
+        """Whether the window is below all points that touch."""
+        return _reaches(self.ice, side)
 
     def settled(self, state: InterfaceState, offset: float) -> tuple[InterfaceState, float]:
         """Shift ice and films together. Collective."""
@@ -293,6 +313,12 @@ def _place(ice: Strips | Continuum, side: Side) -> Placement:
     positions = side.positions.copy()
     positions[:, 0] += side.offset
     return ice.grid.place(positions)
+
+
+def _reaches(ice: Strips | Continuum, side: Side) -> bool:
+    """Whether the points that touch lie between the window's ends."""
+    line, x = ice.grid.lines[0], side.positions[side.pressure > 0.0, 0] + side.offset
+    return bool(((line[0] <= x) & (x <= line[-1])).all())
 
 
 def _whole_cells(ice: Strips | Continuum, offset: float) -> tuple[int, float]:

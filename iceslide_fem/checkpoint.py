@@ -1,8 +1,8 @@
 """Checkpoints: all that a run needs to go on, in one file that is whole or not there.
 
 The file is a line that says what it is, the SHA-256 of the rest, a line of JSON (the scene, its
-fingerprint, numbers), and the arrays as NumPy's `.npz`. Arrays are gathered from all ranks and
-ordered by place, so that a run goes on with any number of ranks. The two formats that exist for
+fingerprint, numbers), and the arrays as NumPy's `.npz`. Arrays are gathered from all ranks with
+their places, so that a run goes on with any number of ranks. The two formats that exist for
 DOLFINx, adios4dolfinx and io4dolfinx, need ADIOS2 and DOLFINx 0.7 or newer, and know functions on
 meshes; films at contact points and a moving window of ice are none.
 """
@@ -48,11 +48,9 @@ def write_checkpoint(folder: Path, scene: Scene, state: Mapping[str, Any]) -> No
         "scene": scene.as_dict(),
         "numbers": {key: value for key, value in entries.items() if key not in arrays},
     }
-    content = io.BytesIO()
-    content.write(json.dumps(header).encode() + b"\n")
     packed = io.BytesIO()
     np.savez(packed, **arrays)
-    body = content.getvalue() + packed.getvalue()
+    body = json.dumps(header).encode() + b"\n" + packed.getvalue()
     digest = hashlib.sha256(body).hexdigest().encode()
     replace_file(folder / FILE, _FIRST_LINE + digest + b"\n" + body)
 

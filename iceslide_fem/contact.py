@@ -17,6 +17,7 @@ from iceslide_fem.materials import (
     Array,
     ConstantContact,
     ContactTable,
+    Mask,
     MooneyRivlin,
 )
 from iceslide_fem.surface import ContactSurface
@@ -64,6 +65,10 @@ class FilmFriction:
         factor = WATER_VISCOSITY * speed / film_height
         return ramp * k * factor, (slope * k + ramp * dk_dp) * factor
 
+    def outside(self, pressure: Array) -> Mask:
+        """Whether the table of k, D, H_V does not cover the pressure at which it is read."""
+        return self.parameters.outside(self._parameters(pressure)[0])
+
     def _parameters(self, pressure: Array) -> tuple[Array, Array, Array, Array, Array]:
         if self.nominal is None:
             return (pressure, *self.parameters(pressure))
@@ -84,7 +89,7 @@ def normal_pressure(gap: Array, penalty: float) -> Array:
 def static_friction(
     pressure: Array, displacement: Array, coefficient: float, length: float
 ) -> Traction:
-    """Coulomb friction against the displacement since first contact, regularised over `length`.
+    """Coulomb friction against the tangential displacement, regularised over `length`.
 
     t = -mu p u / sqrt(|u|^2 + length^2) with the tangential displacement u (f, q, d-1), m.
     """

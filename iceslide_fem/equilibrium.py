@@ -125,7 +125,7 @@ class Equilibrium:
                 if size <= tolerance or damping < SMALLEST_DAMPING or not fresh:
                     break
                 damping *= 0.5
-            if size > tolerance and not contraction <= 1.0 - 0.25 * damping:
+            if not (size <= tolerance or contraction <= 1.0 - 0.25 * damping):  # NaN, too
                 if fresh and (leaps == LEAPS or np.isnan(leap)):
                     raise NotConverged(f"no descent, residual {size:.3g} N")
                 # A kept tangent points the wrong way from here: take the one that belongs here.

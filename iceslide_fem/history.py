@@ -102,7 +102,7 @@ class Ledger:
     def friction_force(self) -> float:
         """Friction force of the whole block at the present moment, N. Collective."""
         moment = self._sliding.moment
-        return self._integral(self._sliding.shear(moment), moment.side.area)
+        return self._integral(self._sliding.shear(moment.interface, moment.side), moment.side.area)
 
     def _integral(self, density: Array, area: Array) -> float:
         return self._block.scale * self._block.surface.total(density, area)
@@ -168,7 +168,7 @@ def interface_fields(sliding: Sliding, accepted: Accepted | None) -> dict[str, A
     always = ("contact pressure (Pa)", "friction stress (Pa)")
     fields = {
         "contact pressure (Pa)": moment.contact.pressure,
-        "friction stress (Pa)": sliding.shear(moment),
+        "friction stress (Pa)": sliding.shear(moment.interface, moment.side),
         "film height (m)": sliding.carrier.film_height(moment.interface, moment.side),
         "squeezed height (m)": squeezed,
         "surface temperature (degC)": _surface(sliding, moment) - MELTING_TEMPERATURE,
@@ -185,7 +185,7 @@ def interface_fields(sliding: Sliding, accepted: Accepted | None) -> dict[str, A
 def outside_table(block: Block, contact: ContactState) -> float:
     """Share of the contact area whose pressure the table of k, D, H_V does not cover."""
     touching = contact.pressure > 0.0
-    outside = touching & block.friction.parameters.outside(contact.pressure)
+    outside = touching & block.friction.outside(contact.pressure)
     total = _contact_area(block, contact)
     return block.surface.total(outside * 1.0, contact.area) / total if total > 0.0 else 0.0
 

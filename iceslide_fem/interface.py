@@ -43,6 +43,7 @@ def _sliding(block: Block) -> OnRubber | OnIce:
     temperature, duration = scene.ice.temperature, scene.load.duration
     _, footprint = _footprint(block)
     lines = window_lines(scene, footprint)
+    passing = min(duration, float(np.ptp(lines[0])) / scene.load.speed)  # no ice is there longer
     ice: Continuum | Strips
     if scene.ice.heat == "continuum":
         ice = Continuum(ice_mesh(scene, comm, lines), temperature)
@@ -51,7 +52,7 @@ def _sliding(block: Block) -> OnRubber | OnIce:
         own = np.array_split(np.arange(count), comm.size)[comm.rank]
         grid = SurfaceGrid(lines, own, comm)
         columns = Strips if scene.film.carrier == "ice" else StripsUnderPoints
-        ice = columns(grid, temperature, duration)
+        ice = columns(grid, temperature, passing)
     if scene.film.carrier == "rubber":
         return OnRubber(block.friction, ice, rubber_columns(scene))
     height = scene.film.initial_height

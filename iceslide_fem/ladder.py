@@ -18,7 +18,7 @@ from iceslide_fem._dolfinx import MPI
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.neglect import Neglects, Rung, neglects, on_rung
 from iceslide_fem.results import Run, read_run
-from iceslide_fem.scene import Scene, load_scene, override
+from iceslide_fem.scene import REFINEMENTS, Scene, load_scene, override
 from iceslide_fem.simulate import run
 
 MODELS, HEATS = ("point", "slice", "block"), ("half-space", "column", "continuum")
@@ -55,22 +55,25 @@ def rungs(
 ) -> tuple[list[Rung], dict[Rung, str]]:
     """Rungs worth running, cheap ones first, and the others with the reason.
 
-    `factors` multiply the scene's refinement.
+    `factors` multiply the scene's refinement, as far as scenes allow it.
     """
-    tolerance, own_mesh = scene.numerics.tolerance, scene.rubber.mesh is not None
+    numerics, own_mesh = scene.numerics, scene.rubber.mesh is not None
     attached = scene.ice.motion == "attached"
+    half_space = attached and not scene.rubber.heat
+    refinements = sorted({float(np.clip(f * numerics.refinement, *REFINEMENTS)) for f in factors})
+    if own_mesh:
+        refinements = [numerics.refinement]
     chosen: list[Rung] = []
     skipped: dict[Rung, str] = {}
     for model in MODELS:
         if (model == "point" and not attached) or (own_mesh and model == "slice"):
             continue
         for heat in HEATS:
-            if (heat == "half-space" and not attached) or (heat, model) == ("continuum", "point"):
+            if (heat == "half-space" and not half_space) or (heat, model) == ("continuum", "point"):
                 continue
-            refinements = [factor * scene.numerics.refinement for factor in sorted(factors)]
-            for refinement in [1.0] if model == "point" or own_mesh else refinements:
+            for refinement in [1.0] if model == "point" else refinements:
                 rung = Rung(model, heat, refinement)
-                reason = _needless(rung, found, tolerance)
+                reason = _needless(rung, found, numerics.tolerance)
                 if reason:
                     skipped[rung] = reason
                 else:

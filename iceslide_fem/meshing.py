@@ -43,7 +43,8 @@ CONTACT_HEIGHT = 0.5  # the sides may touch the ice up to this fraction of the h
 SURFACE_LAYER = 4e-6  # m, thickness of the first layer
 LAYER_RATIO = 1.12  # of neighbouring layers
 WINDOW_CELLS = 100  # along the block, where the ice slides
-WINDOW_GUARD = 3  # cells before and behind the footprint
+WINDOW_GUARD = 3  # cells before and behind what the block may touch, and
+WINDOW_SHEAR = 0.15  # of its height, by which a change of friction may move it
 DEPTH = 5.0  # in thermal lengths sqrt(alpha t): 4e-4 of the surface's temperature rise is left
 
 
@@ -132,13 +133,17 @@ def window_cell(scene: Any) -> float:
 def window_lines(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[Lines]:
     """Surface lines (x, and y in a block) of the window of sliding ice that follows the block.
 
-    Equal cells in x, from `ice.trail` behind the footprint to a few cells before it, so that the
-    content can be shifted by whole cells; y as in `patch_lines`.
+    Equal cells in x, so that the content can be shifted by whole cells: below the contact and
+    below the undeformed block, to which it returns where friction falls, and some more for what
+    moves it further; behind it also over `ice.trail`. y as in `patch_lines`.
     """
-    cell = window_cell(scene)
+    block, cell = _block(scene), window_cell(scene)
     low, high = footprint[0]
-    behind = WINDOW_GUARD + math.ceil(scene.ice.trail / cell)
-    count = math.ceil((high - low) / cell) + behind + WINDOW_GUARD
+    guard = WINDOW_GUARD + math.ceil(WINDOW_SHEAR * block.height / cell)
+    before = guard + max(0, math.ceil((block.ranges[0][1] - high) / cell))
+    behind = guard + max(0, math.ceil((low - block.ranges[0][0]) / cell))
+    behind += math.ceil(scene.ice.trail / cell)
+    count = math.ceil((high - low) / cell) + behind + before
     x = low - behind * cell + cell * np.arange(count + 1)
     return [x, *patch_lines(scene, footprint)[1:]]
 

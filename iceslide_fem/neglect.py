@@ -63,8 +63,8 @@ def neglects(scene: Scene) -> Neglects:
 
     alone = _friction(scene, np.ones(1), heated, times)[:, 0]
     mu = alone / load.pressure
-    closed = mu if sliding else _friction(scene, np.ones(1), heated, times, "half-space")[:, 0]
-    closed_form = _largest(closed / load.pressure, mu)
+    closed = alone if sliding else _friction(scene, np.ones(1), heated, times, "half-space")[:, 0]
+    closed_form = _largest(closed, alone)
 
     strain = load.pressure / constants.youngs_modulus
 
@@ -95,7 +95,6 @@ def neglects(scene: Scene) -> Neglects:
     if not sliding and scene.ice.margin == 0.0:  # insulated sides: heat only evens out
         exchanged = float(np.max(np.std(bending / alone[:, None], axis=1))) + strain
     slope = float(np.max(np.abs(np.gradient(np.log(mu), times))))
-    # Of first order: the kink of mu(t) at melt onset sets the block swinging.
     # Of first order: the kink of mu(t) at melt onset sets the block swinging.
     inertia = 2.0 * H * sqrt(rubber.density / G) * slope / pi
     return Neglects(

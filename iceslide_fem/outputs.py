@@ -163,6 +163,7 @@ class Fields:
     rubber: displacement (m) on the undeformed mesh; ice: temperature (degC); interface: the
     contact facets at their deformed positions with facet means as cell data. In a slice all
     points are (x, z, 0). Use as a context manager, or `close()` it; everything is collective.
+    An error leaves it unclosed: what is listed is whole already.
     """
 
     def __init__(
@@ -279,7 +280,8 @@ class Fields:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self.close()
+        if kind is None:  # or the other ranks may not be here
+            self.close()
 
 
 def write_summary(path: Path | str, summary: Mapping[str, Any]) -> None:

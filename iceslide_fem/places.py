@@ -55,12 +55,16 @@ class Points:
         return {name: np.concatenate([part[name] for part in parts], axis=-1) for name in mine}
 
     def own(self, gathered: Mapping[str, Array]) -> Arrays:
-        """This rank's values, ghosts included. Raises SceneError where points are not found."""
+        """This rank's values, ghosts included. Raises SceneError where points are not found.
+
+        Collective: all ranks raise it.
+        """
         saved = gathered["x"].T
         size = float(np.ptp(saved, axis=0).max())
         distance, place = cKDTree(saved).query(self._x) if len(self._x) else (np.zeros(0), [])
         found = distance.max(initial=0.0) <= SAME_PLACE * size
-        if not found or len(np.unique(place)) < len(self._x):
+        once = len(np.unique(place)) == len(self._x)
+        if not self._comm.allreduce(found and once, op=MPI.LAND):
             raise SceneError("the checkpoint does not fit the mesh of this run")
         return {name: values[..., place] for name, values in gathered.items() if name != "x"}
 

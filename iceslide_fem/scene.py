@@ -39,6 +39,8 @@ Length = Annotated[float, Quantity("m", "10 um", "1 m")]
 Stiffness = Annotated[float, Quantity("Pa", "0 MPa", "10000 MPa")]
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", strict=True)]
 
+REFINEMENTS = (0.25, 8.0)  # allowed of meshes
+
 
 class _Table(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -188,7 +190,7 @@ class Numerics(_Table):
     """
 
     tolerance: Annotated[float, Quantity("", "1e-6", "0.1")] = 1e-3
-    refinement: Annotated[float, Quantity("", "0.25", "8")] = 1.0
+    refinement: Annotated[float, Quantity("", *map("{:g}".format, REFINEMENTS))] = 1.0
     penalty: Annotated[float, Quantity("Pa/m", "0.001 MPa/mm", "1e6 MPa/mm")] | None = None
     shear_ramp_pressure: Annotated[float, Quantity("Pa", "1 Pa", "10 bar")] | None = None
     film_integrator: Literal["sdirk2", "sdirk3", "implicit-euler", "explicit-euler"] = "sdirk2"

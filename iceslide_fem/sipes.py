@@ -14,6 +14,8 @@ def smallest_opening(block: Block) -> float:
     Infinite without sipes. Opposite nodes are those of the same y and z. Collective.
     """
     rubber, scene = block.rubber, block.scene
+    if not sipe_ranges(scene):
+        return np.inf
     owned = rubber.space.dofmap.index_map.size_local
     positions = rubber.space.tabulate_dof_coordinates()[:owned]
     in_slot = positions[:, rubber.mesh.geometry.dim - 1] <= scene.rubber.sipe_depth + 1e-9

@@ -2,8 +2,8 @@
 
 A step predicts the block's motion, advances film and ice heat under the predicted pressure,
 finds the block's equilibrium under the new shear, and advances film and heat once more from the
-old state under the pressure found. If that changes the film by more than the tolerance, block and
-film are solved again. Nothing of the old state is touched before the step is accepted.
+old state under the pressure found. If that changes the film by more than a share of the tolerance,
+block and film are solved again. Nothing of the old state is touched before the step is accepted.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from iceslide_fem.integrators import INTEGRATORS, InterfaceState, error_norms
 from iceslide_fem.interface import carrier_of
 from iceslide_fem.materials import MELTING_TEMPERATURE, Array
 from iceslide_fem.meshing import window_cell
-from iceslide_fem.motion import Dynamic, Motion, QuasiStatic, Rate, at_rest, rested
+from iceslide_fem.motion import Dynamic, Motion, MotionLaw, QuasiStatic, Rate, at_rest, rested
 from iceslide_fem.places import nodes_of, places_of
 from iceslide_fem.timestep import step_factor
 
@@ -40,7 +40,6 @@ MAX_PASSES = 4
 FIRST_STEP = 1e-5
 LONGEST_STEP = 0.025  # of the duration, so that curves are smooth
 SMALLEST_STEP = 1e-10  # of the duration
-LARGEST_GROWTH = 2.0
 MANY_ITERATIONS = 10
 MOVES = ("displacements", "velocity", "acceleration")  # of a Motion, at the nodes
 
@@ -48,9 +47,9 @@ MOVES = ("displacements", "velocity", "acceleration")  # of a Motion, at the nod
 class Moment(NamedTuple):
     """Everything that a step starts from: committed as a whole, or not at all.
 
-    time (s); motion: of the block when it was last solved for; contact and shear (of the points,
-    Pa) of then; side: the rubber's points, (n,); interface: film and ice; calm: whether the last
-    step changed the shear so little that the block may rest.
+    time (s); motion: of the block when it was last solved for; contact and solved_shear (of the
+    points, Pa): of then; side: the rubber's points, (n,); interface: film and ice; calm: whether
+    the last step changed the shear so little that the block may rest.
     """
 
     time: float
@@ -58,7 +57,7 @@ class Moment(NamedTuple):
     contact: ContactState
     side: Side
     interface: InterfaceState
-    shear: Array
+    solved_shear: Array
     calm: bool
 
 
@@ -96,11 +95,14 @@ def place_at_start(block: Block, state: dict[str, Any]) -> None:
     block.rubber.displacements[:] = own["start"].T
 
 
+def _motion_law(block: Block) -> MotionLaw:
+    return Dynamic(block.rubber) if block.scene.rubber.inertia else QuasiStatic()
+
+
 class Sliding:
     """Sliding of a block that has reached its speed, from t = 0, step by step.
 
-    `moment` is the last committed one; `shear(moment)` the friction stress in it; `motion_law`
-    how the block moves.
+    `moment` is the last committed one; `motion_law` how the block moves.
     """
 
     def __init__(self, block: Block) -> None:
@@ -119,9 +121,10 @@ class Sliding:
         state = self.carrier.start(scene.film.initial_height, n)
         side = self._side(np.full(n, scene.load.speed), 0.0)
         motion = at_rest(block.rubber.u.x.array)
-        start = Moment(0.0, motion, block.contact, side, state, np.zeros(n), False)
-        self.moment = start._replace(shear=self.shear(start))
-        self.motion_law = Dynamic(block.rubber) if scene.rubber.inertia else QuasiStatic()
+        self.moment = Moment(
+            0.0, motion, block.contact, side, state, self.shear(state, side), False
+        )
+        self.motion_law = _motion_law(block)
         self._start, self._places = motion.displacements, places_of(block, self.carrier)
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
         self._drift = scene.load.speed if scene.ice.motion == "sliding" else 0.0
@@ -136,6 +139,7 @@ class Sliding:
         motion = moment.motion._asdict()
         nodes = {"start": self._start} | {name: motion[name] for name in MOVES}
         state = moment.interface
+        points = {"speed": moment.side.speed, "shear": moment.solved_shear}
         films = {"log_height": state.log_height, "squeezed_height": state.squeezed_height}
         return {
             "time": moment.time,
@@ -144,7 +148,7 @@ class Sliding:
             "calm": moment.calm,
             "step": self._dt,
             "nodes": places.nodes.gather({k: v.reshape(-1, dim).T for k, v in nodes.items()}),
-            "points": places.points.gather({"speed": moment.side.speed, "shear": moment.shear}),
+            "points": places.points.gather(points),
             "films": places.films.gather(films),
             "ice": places.ice.gather({"content": state.ice}),
             "rubber": places.rubber.gather({"content": state.rubber}),
@@ -170,15 +174,14 @@ class Sliding:
             contact=self.block.contact,
             side=self._side(points["speed"], state["offset"]),
             interface=self.moment.interface._replace(**films, ice=content, rubber=rubber),
-            shear=points["shear"],
+            solved_shear=points["shear"],
             calm=state["calm"],
         )
         self._dt = state["step"]
 
-    def shear(self, moment: Moment) -> Array:
+    def shear(self, interface: InterfaceState, side: Side) -> Array:
         """Friction stress on the ice at the points, (n,), Pa. Collective."""
-        height = self.carrier.film_height(moment.interface, moment.side)
-        side = moment.side
+        height = self.carrier.film_height(interface, side)
         return self.block.friction.shear(side.pressure, side.speed, height)[0]
 
     def advance(self) -> Accepted:
@@ -208,8 +211,8 @@ class Sliding:
             self.moment = trial.moment
             if last:
                 self.moment = self.moment._replace(time=self._duration)
-            # A step cut short by the end of the run says nothing about the next one.
-            self._dt = min(following, self._longest)
+            if self._adaptive:
+                self._dt = min(following, self._longest)
             return trial._replace(rejected=rejected)
 
     def _try(self, dt: float) -> tuple[Accepted, float]:
@@ -223,14 +226,12 @@ class Sliding:
         side = before._replace(offset=before.offset + self._drift * dt)
         passage = self._pass_over(side, dt, before)
         control = self._allowed(passage, 1.0)
-        moment = start._replace(
-            time=start.time + dt,
-            motion=rested(start.motion),
-            side=side,
-            interface=passage.step.state,
-        )
-        if not self._is_quiet(self.shear(moment) - start.shear):
+        state = passage.step.state
+        if not self._is_quiet(self.shear(state, side) - start.solved_shear):
             return None
+        moment = start._replace(
+            time=start.time + dt, motion=rested(start.motion), side=side, interface=state
+        )
         factor = float(self._factor(control))
         return Accepted(self._settled(moment), dt, passage, side, 0, False, 0), dt * factor
 
@@ -266,20 +267,19 @@ class Sliding:
             raise Refused("the block moves too fast", float(step_factor(drift, 2)))
 
         state = passage.step.state
-        moment = Moment(time, motion, block.contact, side, state, side.speed, False)
-        shear = self.shear(moment)
-        at_rest = self.shear(moment._replace(side=self._resting(side)))
-        calm = self.motion_law.may_rest and self._is_quiet(at_rest - self.moment.shear)
-        moment = self._settled(moment._replace(shear=shear, calm=calm))
+        shear, at_rest = self.shear(state, side), self.shear(state, self._resting(side))
+        calm = self.motion_law.may_rest and self._is_quiet(at_rest - self.moment.solved_shear)
+        moment = self._settled(Moment(time, motion, block.contact, side, state, shear, calm))
         factor = min(float(self._factor(control)), float(step_factor(mismatches[0], 2)))
         factor = min(factor, float(step_factor(drift, 2)))
         if iterations > MANY_ITERATIONS:
             factor = min(factor, 0.8)
-        factor = min(factor, LARGEST_GROWTH)
         return Accepted(moment, dt, passage, side, iterations, True, 0), dt * factor
 
     def _settled(self, moment: Moment) -> Moment:
         """The moment after the window of sliding ice has caught up with the block."""
+        if not self._all(self.carrier.reaches(moment.side)):
+            raise Refused("the block leaves its window of ice", 0.25)
         state, offset = self.carrier.settled(moment.interface, moment.side.offset)
         return moment._replace(interface=state, side=moment.side._replace(offset=offset))
 
@@ -365,7 +365,7 @@ class Sliding:
     def _is_quiet(self, change: Array) -> bool:
         """Whether a change of the shear (Pa) at the points leaves the block as it is."""
         area = self.moment.side.area
-        allowed = QUIET_SHARE * self._tolerance * self._mean(self.moment.shear, area)
+        allowed = QUIET_SHARE * self._tolerance * self._mean(self.moment.solved_shear, area)
         return self._mean(change, area) <= allowed
 
     def _mean(self, values: Array, weights: Array) -> float:

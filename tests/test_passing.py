@@ -93,7 +93,7 @@ def test_transit_time_equivalence(heat):
     while sliding.moment.time < scene.load.duration:
         sliding.advance()
     side, state = sliding.moment.side, sliding.moment.interface
-    shear = sliding.shear(sliding.moment)
+    shear = sliding.shear(sliding.moment.interface, sliding.moment.side)
     times = np.linspace(0.0, 4e-3, 401)
     conditions = Conditions.of(
         pressure=2e5,
