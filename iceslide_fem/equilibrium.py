@@ -14,6 +14,7 @@ import numpy as np
 from iceslide_fem import _dolfinx
 from iceslide_fem._dolfinx import MPI, PETSc
 from iceslide_fem.contact import Traction, contact_forces, contact_state, contact_tangent
+from iceslide_fem.factors import factorise, solve
 from iceslide_fem.materials import Array
 from iceslide_fem.rubber import Rubber
 from iceslide_fem.surface import ContactSurface
@@ -77,18 +78,10 @@ class Equilibrium:
     def _solver(self, prefix: str) -> PETSc.KSP:
         ksp = PETSc.KSP().create(self.rubber.mesh.comm)
         ksp.setType("preonly")
-        pc = ksp.getPC()
-        if self.rubber.mesh.geometry.dim == 3:
-            pc.setType("lu")
-            pc.setFactorSolverType("mumps")
-        elif ksp.comm.size > 1:  # a slice is small: every rank factorises the whole of it
-            pc.setType("redundant")
-        else:  # and PETSc's own factors solve it in a third of MUMPS's time
-            pc.setType("lu")
-            pc.setFactorSolverType("petsc")
         ksp.setOptionsPrefix(prefix)
-        ksp.setFromOptions()
         ksp.setOperators(self._matrix)
+        factorise(ksp, self.rubber.mesh.geometry.dim)
+        ksp.setFromOptions()
         return ksp
 
     def solve(self, force: float, law: TractionLaw, tolerance: float) -> Solution:
@@ -188,10 +181,9 @@ class Equilibrium:
 
     def _solve_linear(self, right: PETSc.Vec, solution: PETSc.Vec) -> None:
         """Solve with the kept factors. Raises NotConverged where PETSc's solver fails."""
-        self._ksp.solve(right, solution)
-        reason = self._ksp.getConvergedReason()
-        if reason < 0:
+        if not solve(self._ksp, right, solution):
             self._has_tangent = False
+            reason = self._ksp.getConvergedReason()
             raise NotConverged(f"the linear solver fails (PETSc's reason {reason})")
 
     def _direction(self) -> Array:

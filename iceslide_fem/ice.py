@@ -14,6 +14,7 @@ import numpy as np
 from iceslide_fem import _dolfinx
 from iceslide_fem._dolfinx import MPI, PETSc, fem, ufl
 from iceslide_fem.equilibrium import NotConverged
+from iceslide_fem.factors import factorise, solve
 from iceslide_fem.film import FilmStage, IceSurface
 from iceslide_fem.heat import FilmLaw
 from iceslide_fem.materials import (
@@ -169,19 +170,10 @@ class Continuum:
         ksp = PETSc.KSP().create(self._comm)
         ksp.setType("cg")
         ksp.setTolerances(rtol=1e-10, max_it=500)
-        pc = ksp.getPC()
-        if len(self.node_shape) > 2:
-            pc.setType("lu")
-            pc.setFactorSolverType("mumps")
-        elif self._comm.size > 1:  # a slice is small: every rank has the whole of it
-            pc.setType("redundant")
-        else:  # and banded: plain factors take a twentieth of MUMPS's time
-            pc.setType("lu")
-            pc.setFactorSolverType("petsc")
-            pc.setFactorOrdering("rcm")
         ksp.setOptionsPrefix("ice_")
-        ksp.setFromOptions()
         ksp.setOperators(self._matrix)
+        factorise(ksp, len(self.node_shape), "rcm")  # a slice's matrix is banded
+        ksp.setFromOptions()
         return ksp
 
     def _load(self, flux: Array) -> Array:
@@ -197,8 +189,7 @@ class Continuum:
         pc = self._ksp.getPC()
         pc.setReusePreconditioner(self._iterations <= PATIENCE)
         self._ksp.setOperators(self._matrix)
-        self._ksp.solve(self._b, self._x)
-        if self._ksp.getConvergedReason() < 0:
+        if not solve(self._ksp, self._b, self._x):
             raise NotConverged("the linear solver of the ice's temperature fails")
         self._iterations = self._ksp.getIterationNumber()
 

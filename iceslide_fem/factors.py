@@ -1,0 +1,55 @@
+"""Direct linear solvers of rubber and ice: PETSc's own factors in a slice, MUMPS's in a block."""
+
+from __future__ import annotations
+
+from iceslide_fem._dolfinx import PETSc
+
+# MUMPS estimates the room for its factors before it knows the pivots and which rank takes what:
+# so much is added to the estimate, in per cent, and doubled when it is still not enough.
+ROOM, MOST_ROOM = 100, 1600
+_NO_ROOM = (-8, -9)  # INFOG(1): too small a workspace of integers, of reals
+
+
+def factorise(ksp: PETSc.KSP, dimension: int, ordering: str | None = None) -> None:
+    """Let `ksp`, which has its matrix, use direct factors; `ordering` is of a slice on one rank."""
+    pc = ksp.getPC()
+    if dimension == 3:
+        pc.setType("lu")
+        pc.setFactorSolverType("mumps")
+        _give_room(pc, ROOM)
+    elif ksp.comm.size > 1:  # a slice is small: every rank factorises the whole of it
+        pc.setType("redundant")
+    else:  # and PETSc's own factors take a third to a twentieth of MUMPS's time
+        pc.setType("lu")
+        pc.setFactorSolverType("petsc")
+        if ordering is not None:
+            pc.setFactorOrdering(ordering)
+
+
+def solve(ksp: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec) -> bool:
+    """Solve, with more room for the factors where MUMPS needs it; whether that succeeded."""
+    ksp.solve(right, solution)
+    while ksp.getConvergedReason() < 0 and _more_room(ksp):
+        ksp.solve(right, solution)
+    return bool(ksp.getConvergedReason() >= 0)
+
+
+def _more_room(ksp: PETSc.KSP) -> bool:
+    """Make more room for the next factors; whether that may help."""
+    pc = ksp.getPC()
+    if pc.getType() != "lu" or pc.getFactorSolverType() != "mumps":
+        return False
+    factors = pc.getFactorMatrix()
+    room = 2 * factors.getMumpsIcntl(14)
+    if factors.getMumpsInfog(1) not in _NO_ROOM or room > MOST_ROOM:
+        return False
+    matrix, _ = ksp.getOperators()
+    pc.reset()  # PETSc keeps factors that failed
+    ksp.setOperators(matrix)
+    _give_room(pc, room)
+    return True
+
+
+def _give_room(pc: PETSc.PC, room: int) -> None:
+    pc.setFactorSetUpSolverType()
+    pc.getFactorMatrix().setMumpsIcntl(14, room)
