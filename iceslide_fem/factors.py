@@ -5,8 +5,8 @@ from __future__ import annotations
 from iceslide_fem._dolfinx import PETSc
 
 # MUMPS estimates the room for its factors before it knows the pivots and which rank takes what:
-# so much is added to the estimate, in per cent, and doubled when it is still not enough.
-ROOM, MOST_ROOM = 100, 1600
+# so much is added to the estimate, in per cent, and doubled until it is enough.
+ROOM, MORE_ROOM, MOST_ROOM = 100, 200, 1600
 _NO_ROOM = (-8, -9)  # INFOG(1): too small a workspace of integers, of reals
 
 
@@ -40,7 +40,7 @@ def _more_room(ksp: PETSc.KSP) -> bool:
     if pc.getType() != "lu" or pc.getFactorSolverType() != "mumps":
         return False
     factors = pc.getFactorMatrix()
-    room = 2 * factors.getMumpsIcntl(14)
+    room = max(2 * factors.getMumpsIcntl(14), MORE_ROOM)
     if factors.getMumpsInfog(1) not in _NO_ROOM or room > MOST_ROOM:
         return False
     matrix, _ = ksp.getOperators()

@@ -7,6 +7,7 @@ pytest.importorskip("iceslide_fem._dolfinx")  # before anything of DOLFINx
 
 from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
 
+from iceslide_fem import factors  # noqa: E402
 from iceslide_fem._dolfinx import MPI  # noqa: E402
 from iceslide_fem.contact import contact_state, sliding_friction, static_friction  # noqa: E402
 from iceslide_fem.equilibrium import Equilibrium, NotConverged  # noqa: E402
@@ -135,6 +136,34 @@ def test_too_large_a_load_is_refused_and_the_caller_can_restore():
     solution = system.solve(force, static, 1e-8 * force)
     assert solution.iterations == 0
     assert system.plate_displacement() == displacement
+
+
+@pytest.mark.parametrize("cells", ["tetrahedron", "hexahedron"])
+def test_factors_get_more_room_where_theirs_is_too_small(cells, monkeypatch):
+    enough = equilibrium_of(cells)
+    monkeypatch.setattr(factors, "ROOM", -30)  # less than MUMPS's own estimate
+    tight = equilibrium_of(cells)
+    for system in (enough, tight):
+        press(system, sliding)
+    assert tight._ksp.getPC().getFactorMatrix().getMumpsIcntl(14) == factors.MORE_ROOM
+    assert tight.plate_displacement() == pytest.approx(enough.plate_displacement(), rel=1e-9)
+
+
+def test_a_kept_tangent_that_tears_the_rubber_is_made_anew(monkeypatch):
+    system = equilibrium_of("quadrilateral")
+    force = press(system, sliding)
+    system.solve(force, static, 1e-8 * force)  # another shear, and its tangent is kept
+    direction, asked = system._direction, []
+
+    def far_too_long():
+        asked.append(direction())
+        return (1e4 if len(asked) == 1 else 1.0) * asked[-1]
+
+    monkeypatch.setattr(system, "_direction", far_too_long)
+    system._has_tangent = True
+    solution = system.solve(force, sliding, 1e-8 * force)
+    assert solution.tangents >= 1
+    assert system.plate_displacement() * 1e6 == pytest.approx(PRESSED[0][1], rel=1e-6)
 
 
 @pytest.mark.parametrize("cells, micrometres", PRESSED)
