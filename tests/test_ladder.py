@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from iceslide_fem.ladder import rungs
 from iceslide_fem.neglect import Rung, cheapest, neglects, on_rung, resolved
 from iceslide_fem.scene import load_scene
 
@@ -53,12 +54,23 @@ def test_a_wide_block_is_a_slice_and_chooses_its_ice(tmp_path):
 def test_the_closed_form_is_exact_until_something_melts():
     assert neglects(thesis("load.duration=1 ms")).closed_form.effect < 1e-12
     assert neglects(thesis()).closed_form.effect == pytest.approx(0.286, abs=0.01)
+    assert neglects(thesis("ice.motion=sliding")).closed_form.effect == 0.0  # has none
 
 
 def test_other_models_are_left_alone():
     scene = thesis("model=slice")
     assert resolved(scene) is scene
     assert on_rung(scene, Rung("point", "column", 1.0)).model == "point"
+
+
+def test_every_rung_is_a_valid_scene():
+    """With heat in the rubber there is no half-space; refinements stay where scenes allow them."""
+    for changes in ["rubber.heat=true"], ["numerics.refinement=0.25"], ["numerics.refinement=8"]:
+        scene = thesis(*changes)
+        chosen, skipped = rungs(scene, neglects(scene), (0.5, 1.0, 2.0))
+        assert chosen
+        for rung in [*chosen, *skipped]:
+            assert on_rung(scene, rung).numerics.refinement == rung.refinement
 
 
 @pytest.mark.fe

@@ -10,6 +10,7 @@ from test_sliding import slide, started  # noqa: E402
 from iceslide_fem._dolfinx import MPI  # noqa: E402
 from iceslide_fem.carriers import OnIce, Side  # noqa: E402
 from iceslide_fem.contact import FilmFriction  # noqa: E402
+from iceslide_fem.errors import SimulationStopped  # noqa: E402
 from iceslide_fem.ice import Continuum  # noqa: E402
 from iceslide_fem.materials import CONTACT_TABLES  # noqa: E402
 from iceslide_fem.meshing import ice_mesh, window_lines  # noqa: E402
@@ -125,7 +126,7 @@ def test_energy_ledger_closes_while_the_window_moves(heat, carrier):
         ice__heat=heat, film__carrier=carrier, rubber__length="2 mm", load__duration="1 ms"
     )
     rows = slide(scene)
-    assert np.abs(rows["energy_imbalance"][-1]) < 1e-3
+    assert np.abs(rows["energy_imbalance"][-1]) < 1e-5
     assert rows["slip_m"][-1] == pytest.approx(5e-3)
 
 
@@ -139,6 +140,49 @@ def test_heat_given_is_the_heat_in_the_ice_trail_included():
         given += float(passage.step.ice_heat @ passage.area)
     kept = sliding.carrier.ice.total_heat(sliding.moment.interface.ice)
     assert kept == pytest.approx(given, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("carrier", "temperature"), [("rubber", "-0.2 degC"), ("ice", "-0.5 degC")]
+)
+def test_ice_is_below_all_that_touches_when_the_block_springs_forward(carrier, temperature):
+    """Friction falls as warm ice melts: the block straightens by more than ten cells."""
+    sliding = started(springing(carrier, temperature))
+    grid, farthest = sliding.carrier.ice.grid, 0.0
+    begin = touched(sliding).max()
+    while sliding.moment.time < 0.3e-3:
+        sliding.advance()
+        x = touched(sliding)
+        farthest = max(farthest, x.max() - begin)
+        assert grid.lines[0][0] <= x.min() and x.max() <= grid.lines[0][-1]
+    assert farthest > 10e-6
+
+
+def test_a_block_that_leaves_its_window_of_ice_is_stopped(monkeypatch):
+    monkeypatch.setattr("iceslide_fem.meshing.WINDOW_SHEAR", -0.3)
+    with pytest.raises(SimulationStopped, match="leaves its window of ice"):
+        slide(springing("rubber", "-0.2 degC"))
+
+
+def springing(carrier, temperature):
+    """A soft cube on ice that melts at once."""
+    return scene_from_dict(
+        {
+            "name": "springing",
+            "model": "slice",
+            "rubber": {"compound": "B"},
+            "load": {"pressure": "1 bar", "speed": "8 m/s", "duration": "0.5 ms"},
+            "ice": {"motion": "sliding", "temperature": temperature, "cell": "10 um"},
+            "film": {"carrier": carrier},
+            "numerics": {"tolerance": 1e-2, "refinement": 0.25},
+        }
+    )
+
+
+def touched(sliding):
+    """Where the points that touch lie on the window's grid."""
+    side = sliding.moment.side
+    return side.positions[side.pressure > 0.0, 0] + side.offset
 
 
 def test_friction_power_is_the_same_on_both_sides():

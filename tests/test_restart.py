@@ -264,6 +264,10 @@ def test_results_go_on():
 
 def words_of(ranks, *options):
     words = [sys.executable, "-m", "iceslide_fem.cli", "run", "--checkpoint-every", "0", *options]
+    return under_mpi(ranks, words)
+
+
+def under_mpi(ranks, words):
     if ranks == 1:
         return words
     path = str(Path(sys.executable).parent) + os.pathsep + os.environ["PATH"]
@@ -271,6 +275,34 @@ def words_of(ranks, *options):
     if mpirun is None:
         pytest.skip("no mpirun")
     return [mpirun, "-n", str(ranks), *words]
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_disk_that_fills_ends_all_ranks(ranks, tmp_path):
+    """One rank writes the history: the others must not wait for it."""
+    code = (
+        "import sys\n"
+        "from iceslide_fem import outputs\n"
+        "from iceslide_fem.cli import main\n"
+        "from iceslide_fem.errors import OutputError\n"
+        "row, rows = outputs.Table.row, []\n"
+        "def full(table, values):\n"
+        "    rows.append(values)\n"
+        "    if len(rows) > 12 and table._file is not None:\n"
+        "        raise OutputError('cannot write history.csv: No space left on device')\n"
+        "    row(table, values)\n"
+        "outputs.Table.row = full\n"
+        "main(sys.argv[1:])\n"
+    )
+    script = tmp_path / "full.py"
+    script.write_text(code)
+    words = [sys.executable, str(script), "run", *begin(tmp_path / "run")]
+    done = subprocess.run(
+        under_mpi(ranks, words), env=ENVIRONMENT, capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 3
+    assert "No space left on device" in done.stderr and "Traceback" not in done.stderr
+    assert len((tmp_path / "run" / "preload.csv").read_text().split("\n")) > 2
 
 
 def begin(directory, *more):
