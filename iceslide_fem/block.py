@@ -26,8 +26,8 @@ from iceslide_fem.contact import (
     sliding_friction,
     static_friction,
 )
-from iceslide_fem.equilibrium import Equilibrium, NotConverged, Solution, TractionLaw
-from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.equilibrium import Equilibrium, Solution, TractionLaw
+from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.limits import limit_met
 from iceslide_fem.materials import Array
 from iceslide_fem.meshing import rubber_mesh, window_cell

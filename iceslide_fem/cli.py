@@ -119,7 +119,7 @@ def run(
     if scene.model == "point":
         summary = simulate(scene, out, words)
     else:
-        from iceslide_fem.block_run import Schedule
+        from iceslide_fem.schedule import Schedule
 
         summary = simulate(scene, out, words, Schedule(checkpoint_every, times), resumed)
     _print_summary(summary, out)
@@ -334,7 +334,7 @@ def _load(scene_file: Path, overrides: Sequence[str] | None) -> Scene:
 
     scene = load_scene(scene_file, overrides or [])
     if scene.model == "auto":
-        from iceslide_fem.neglect import resolved
+        from iceslide_fem.rung import resolved
 
         scene = resolved(scene)
         typer.echo(f'model = "auto": {scene.model}, ice.heat = "{scene.ice.heat}".')

@@ -14,6 +14,7 @@ import numpy as np
 from iceslide_fem import _dolfinx
 from iceslide_fem._dolfinx import MPI, PETSc
 from iceslide_fem.contact import Traction, contact_forces, contact_state, contact_tangent
+from iceslide_fem.errors import NotConverged
 from iceslide_fem.factors import factorise, solve
 from iceslide_fem.materials import Array
 from iceslide_fem.rubber import Rubber
@@ -30,10 +31,6 @@ LEAPS = 4
 
 # Tangential traction on the rubber of the contact pressure (f, q) and displacement (f, q, d-1).
 TractionLaw = Callable[[Array, Array], Traction]
-
-
-class NotConverged(ArithmeticError):
-    """No equilibrium was found; the displacements are left at their last iterate."""
 
 
 class Solution(NamedTuple):

@@ -40,6 +40,10 @@ class Interrupted(IceslideError):
     exit_code = 4
 
 
+class NotConverged(ArithmeticError):
+    """An iteration found nothing (equilibrium, temperature); a shorter step may help."""
+
+
 def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
     """The first fault in `error` as one sentence: the dotted key, what was given, what is allowed.
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from iceslide_fem import _dolfinx
 from iceslide_fem._dolfinx import MPI, PETSc, fem, ufl
-from iceslide_fem.equilibrium import NotConverged
+from iceslide_fem.errors import NotConverged
 from iceslide_fem.factors import factorise, solve
 from iceslide_fem.film import FilmStage, IceSurface
 from iceslide_fem.heat import FilmLaw

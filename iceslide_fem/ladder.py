@@ -16,8 +16,9 @@ import tomlkit
 
 from iceslide_fem._dolfinx import MPI
 from iceslide_fem.errors import SimulationStopped
-from iceslide_fem.neglect import Neglects, Rung, neglects, on_rung
+from iceslide_fem.neglect import Neglects, neglects
 from iceslide_fem.results import Run, read_run
+from iceslide_fem.rung import Rung, on_rung, rung_name
 from iceslide_fem.scene import REFINEMENTS, Scene, load_scene, override
 from iceslide_fem.simulate import run
 
@@ -42,12 +43,6 @@ class Outcome(NamedTuple):
     def name(self) -> str:
         """Model, heat and refinement, as in directories and charts."""
         return rung_name(self.rung)
-
-
-def rung_name(rung: Rung) -> str:
-    """Model, heat and refinement in one word."""
-    name = f"{rung.model}_{rung.heat}"
-    return name if rung.model == "point" else f"{name}_x{rung.refinement:g}"
 
 
 def rungs(

@@ -15,10 +15,10 @@ from iceslide_fem.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.checkpoint import Checkpoint
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import writing
-from iceslide_fem.neglect import resolved
 from iceslide_fem.outputs import HISTORY_COLUMNS, Table, write_summary
 from iceslide_fem.report import report
 from iceslide_fem.results import Run, read_run
+from iceslide_fem.rung import resolved
 from iceslide_fem.scene import Scene
 
 if TYPE_CHECKING:
@@ -48,7 +48,8 @@ def run(
         return _run_point(scene, out)
 
     from iceslide_fem._dolfinx import MPI, PETSc
-    from iceslide_fem.block_run import Schedule, run_block
+    from iceslide_fem.block_run import run_block
+    from iceslide_fem.schedule import Schedule
 
     PETSc.Options().insertString(" ".join(petsc_options))
     started = monotonic()

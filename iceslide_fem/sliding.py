@@ -16,26 +16,16 @@ from iceslide_fem._dolfinx import MPI
 from iceslide_fem.block import Block, SpeedLaw
 from iceslide_fem.carriers import Passage, Side
 from iceslide_fem.contact import ContactState
-from iceslide_fem.equilibrium import NotConverged
-from iceslide_fem.errors import SimulationStopped
-from iceslide_fem.integrators import INTEGRATORS, InterfaceState, error_norms
+from iceslide_fem.errors import NotConverged, SimulationStopped
+from iceslide_fem.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.interface import carrier_of
-from iceslide_fem.materials import MELTING_TEMPERATURE, Array
+from iceslide_fem.materials import Array
 from iceslide_fem.meshing import window_cell
 from iceslide_fem.motion import Dynamic, Motion, MotionLaw, QuasiStatic, Rate, at_rest, rested
 from iceslide_fem.places import nodes_of, places_of
+from iceslide_fem.step_error import StepError
 from iceslide_fem.timestep import step_factor
 
-# Errors of single steps add up to one of mu(t) that falls as their power 2/3 to 3/4 (see
-# docs/accuracy.md): with this share of tolerance^1.6 per step it stays below the tolerance.
-LOCAL_SHARE, LOCAL_POWER = 2.4, 1.6
-# Shares of the tolerance: the change of the film that one more pass over block and film would make,
-# and the change of shear below which the block is not solved again.
-COUPLING_SHARE = 0.3
-QUIET_SHARE = 0.3
-# How much larger the temperature's local error may be where ice passes: it sits in the one or two
-# cells where melting begins, and leaves with them. mu(t) stays within the tolerance.
-PASSING_EASE = 10.0
 MAX_PASSES = 4
 FIRST_STEP = 1e-5
 LONGEST_STEP = 0.025  # of the duration, so that curves are smooth
@@ -109,15 +99,11 @@ class Sliding:
         """Prepare film, ice heat and step control at the block's present displacements."""
         scene = block.scene
         self.block = block
-        self._tolerance = scene.numerics.tolerance
-        self._local_tolerance = LOCAL_SHARE * self._tolerance**LOCAL_POWER
         self._integrator = INTEGRATORS[scene.numerics.film_integrator]
         self._duration = scene.load.duration
-        self._temperature_scale = MELTING_TEMPERATURE - scene.ice.temperature
-        if scene.ice.motion == "sliding":
-            self._temperature_scale *= PASSING_EASE
         n = block.surface.n_points
         self.carrier = carrier_of(block)
+        self._error = StepError(block, self.carrier)
         state = self.carrier.start(scene.film.initial_height, n)
         side = self._side(np.full(n, scene.load.speed), 0.0)
         motion = at_rest(block.rubber.u.x.array)
@@ -227,7 +213,7 @@ class Sliding:
         passage = self._pass_over(side, dt, before)
         control = self._allowed(passage, 1.0)
         state = passage.step.state
-        if not self._is_quiet(self.shear(state, side) - start.solved_shear):
+        if not self._error.is_quiet(self.shear(state, side), start.solved_shear, start.side.area):
             return None
         moment = start._replace(
             time=start.time + dt, motion=rested(start.motion), side=side, interface=state
@@ -251,9 +237,7 @@ class Sliding:
             iterations += block.balance(law).iterations
             side = self._side_after(dt, speed)
             corrected = self._pass_over(side, dt)
-            change = corrected.step.state.log_height - passage.step.state.log_height
-            mismatch = self._mean(change, self._friction_weights(corrected))
-            mismatches.append(mismatch / (COUPLING_SHARE * self._tolerance))
+            mismatches.append(self._error.of_coupling(passage, corrected))
             passage = corrected
             if mismatches[-1] <= 1.0:
                 break
@@ -262,13 +246,16 @@ class Sliding:
         control = self._allowed(passage, 2.0)
 
         motion = self.motion_law.end(start, time, values.copy())
-        drift = self._motion_error(start, motion)
+        drift = self._error.of_motion(
+            self.motion_law.local_error(start, motion), dt, self.moment.side.area
+        )
         if drift > 1.0:
             raise Refused("the block moves too fast", float(step_factor(drift, 2)))
 
         state = passage.step.state
         shear, at_rest = self.shear(state, side), self.shear(state, self._resting(side))
-        calm = self.motion_law.may_rest and self._is_quiet(at_rest - self.moment.solved_shear)
+        before, area = self.moment.solved_shear, self.moment.side.area
+        calm = self.motion_law.may_rest and self._error.is_quiet(at_rest, before, area)
         moment = self._settled(Moment(time, motion, block.contact, side, state, shear, calm))
         factor = min(float(self._factor(control)), float(step_factor(mismatches[0], 2)))
         factor = min(factor, float(step_factor(drift, 2)))
@@ -293,18 +280,6 @@ class Sliding:
         dim = self.block.rubber.mesh.geometry.dim
         known = speed + surface.displacements(rate.intercept.reshape(-1, dim))[..., 0]
         return lambda displacement: (known + rate.slope * displacement, rate.slope)
-
-    def _motion_error(self, start: Motion, end: Motion) -> float:
-        """Error of the motion relative to what is allowed: by its stress, and by its slip speed."""
-        surface, scene = self.block.surface, self.block.scene
-        error = self.motion_law.local_error(start, end).reshape(
-            self.block.rubber.displacements.shape
-        )
-        size = np.linalg.norm(surface.displacements(error), axis=-1).ravel()
-        stress = scene.mooney_rivlin.youngs_modulus / self.block.height / scene.load.pressure
-        speed = 1.0 / ((end.time - start.time) * scene.load.speed)
-        share = self._mean(size, self.moment.side.area) * max(stress, speed)
-        return share / self._local_tolerance
 
     def _side(self, speed: Array, offset: float) -> Side:
         """The rubber's points at the block's present displacements."""
@@ -336,47 +311,13 @@ class Sliding:
 
     def _allowed(self, passage: Passage, most: float) -> float:
         """Error of film and heat; raises Refused if it is above `most` of what is allowed."""
-        control = self._film_error(passage)
+        control = self._error.of_film(passage, self.moment.interface)
         if control > most:
             raise Refused("film and heat change too fast", float(self._factor(control)))
         return control
 
-    def _film_error(self, passage: Passage) -> float:
-        """Local error of film and heat relative to what is allowed, weighted by friction."""
-        step, ice = passage.step, self.carrier.ice
-        if not self._adaptive:
-            ok = self._all(bool(np.isfinite(step.state.log_height).all()))
-            return 0.0 if ok else np.inf
-        scale = np.full(passage.area.shape, self._temperature_scale)
-        free_height = passage.loads.free_height
-        rubber, state = self.carrier.rubber, self.moment.interface
-        error = error_norms(step, ice, state, free_height, scale, rubber)
-        if not self._all(bool(np.isfinite(error).all())):
-            return np.inf
-        return self._mean(error, self._friction_weights(passage)) / self._local_tolerance
-
     def _factor(self, control: float) -> Array:
         return step_factor(control, self._integrator.estimate_order)
-
-    def _friction_weights(self, passage: Passage) -> Array:
-        """Friction force (N) under each film at the end of the step."""
-        return passage.area * passage.loads.viscous * np.exp(-passage.step.state.log_height)
-
-    def _is_quiet(self, change: Array) -> bool:
-        """Whether a change of the shear (Pa) at the points leaves the block as it is."""
-        area = self.moment.side.area
-        allowed = QUIET_SHARE * self._tolerance * self._mean(self.moment.solved_shear, area)
-        return self._mean(change, area) <= allowed
-
-    def _mean(self, values: Array, weights: Array) -> float:
-        """Mean size of `values` over all ranks' points.
-
-        With the friction force of each point as its weight, the mean of relative errors of the
-        shear bounds that of mu.
-        """
-        own = np.array([float(weights @ np.abs(values)), float(weights.sum())])
-        total = self.block.surface.comm.allreduce(own, op=MPI.SUM)
-        return float(total[0] / total[1]) if total[1] > 0.0 else 0.0
 
     def _all(self, here: bool) -> bool:
         return bool(self.block.surface.comm.allreduce(here, op=MPI.LAND))

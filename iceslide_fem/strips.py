@@ -10,7 +10,7 @@ import numpy as np
 from scipy.linalg import solveh_banded
 
 from iceslide_fem._dolfinx import MPI
-from iceslide_fem.equilibrium import NotConverged
+from iceslide_fem.errors import NotConverged
 from iceslide_fem.film import FilmStage, IceSurface
 from iceslide_fem.heat import Column, FilmLaw
 from iceslide_fem.materials import MELTING_TEMPERATURE, Array

@@ -15,7 +15,6 @@ import pytest
 pytest.importorskip("iceslide_fem._dolfinx")
 
 from iceslide_fem._dolfinx import MPI  # noqa: E402
-from iceslide_fem.block_run import Results, Schedule  # noqa: E402
 from iceslide_fem.checkpoint import (  # noqa: E402
     FILE,
     read_checkpoint,
@@ -29,7 +28,9 @@ from iceslide_fem.outputs import Table  # noqa: E402
 from iceslide_fem.places import GridNodes, Points  # noqa: E402
 from iceslide_fem.results import field_files, read_run  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
+from iceslide_fem.schedule import Schedule  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
+from iceslide_fem.slide_results import Results  # noqa: E402
 
 pytestmark = pytest.mark.fe
 

@@ -1,0 +1,64 @@
+"""What the summary of a sliding block says, collected while it slides."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from scipy.integrate import trapezoid
+
+
+class Results:
+    """What the summary says of a history, collected row by row."""
+
+    def __init__(self) -> None:
+        self.rows: list[tuple[float, float]] = []
+        self.melt_onset: float | None = None
+        self.saturation: float | None = None
+        self.rejected = self.iterations = self.dofs = 0
+        self.imbalance = 0.0
+        self.outside_table_fraction = 0.0
+        self.sipe_opening = math.inf
+
+    def note(self, row: dict[str, Any], rejected: int) -> None:
+        """Enter a row of the history, and how many steps were rejected before it."""
+        self.rows.append((row["time_s"], row["mu"]))
+        self.rejected += rejected
+        self.iterations += row["newton_iterations"]
+        self.imbalance = row["energy_imbalance"]
+        if self.melt_onset is None and row["melted_fraction"] > 0.0:
+            self.melt_onset = row["time_s"]
+        if self.saturation is None and row["saturated_fraction"] > 0.0:
+            self.saturation = row["time_s"]
+
+    def state(self) -> dict[str, Any]:
+        """Everything collected so far."""
+        return vars(self).copy()
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from what was collected."""
+        vars(self).update(state, rows=[tuple(row) for row in state["rows"]])
+
+    def entries(self) -> dict[str, Any]:
+        """Entries of `summary.json` that follow from the history; none if it has no row."""
+        if not self.rows:
+            return {}
+        time, mu = np.array(self.rows).T
+        peak = int(mu.argmax())
+        span = time[-1] - time[0]
+        return {
+            "mu_peak": float(mu[peak]),
+            "mu_peak_time_s": float(time[peak]),
+            "mu_mean": float(trapezoid(mu, time) / span) if span > 0.0 else float(mu[0]),
+            "mu_end": float(mu[-1]),
+            "melt_onset_s": self.melt_onset,
+            "saturation_s": self.saturation,
+            "steps": len(self.rows) - 1,
+            "rejected_steps": self.rejected,
+            "newton_iterations": self.iterations,
+            "dofs": self.dofs,
+            "energy_imbalance": self.imbalance,
+            "outside_table_fraction": self.outside_table_fraction,
+            "sipe_opening_m": self.sipe_opening if math.isfinite(self.sipe_opening) else None,
+        }

@@ -1,0 +1,78 @@
+"""How large a step's errors are, relative to what the scene's tolerance allows.
+
+Errors at the points are means over all ranks, weighted with the friction force of each: the mean
+of relative errors of the shear bounds that of mu.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from iceslide_fem._dolfinx import MPI
+from iceslide_fem.block import Block
+from iceslide_fem.carriers import Carrier, Passage
+from iceslide_fem.integrators import InterfaceState, error_norms
+from iceslide_fem.materials import MELTING_TEMPERATURE, Array
+
+# Errors of single steps add up to one of mu(t) that falls as their power 2/3 to 3/4 (see
+# docs/accuracy.md): with this share of tolerance^1.6 per step it stays below the tolerance.
+LOCAL_SHARE, LOCAL_POWER = 2.4, 1.6
+# Shares of the tolerance: the change of the film that one more pass over block and film would make,
+# and the change of shear below which the block is not solved again.
+COUPLING_SHARE = 0.3
+QUIET_SHARE = 0.3
+# How much larger the temperature's local error may be where ice passes: it sits in the one or two
+# cells where melting begins, and leaves with them. mu(t) stays within the tolerance.
+PASSING_EASE = 10.0
+
+
+class StepError:
+    """Errors of a step of `block` on its interface; 1 is what is allowed. All are collective."""
+
+    def __init__(self, block: Block, carrier: Carrier) -> None:
+        scene = block.scene
+        self._block, self._carrier = block, carrier
+        self._tolerance = scene.numerics.tolerance
+        self._local_tolerance = LOCAL_SHARE * self._tolerance**LOCAL_POWER
+        self._temperature_scale = MELTING_TEMPERATURE - scene.ice.temperature
+        if scene.ice.motion == "sliding":
+            self._temperature_scale *= PASSING_EASE
+
+    def of_film(self, passage: Passage, before: InterfaceState) -> float:
+        """Local error of film and heat over a step from `before`; infinite if one has failed."""
+        scale = np.full(passage.area.shape, self._temperature_scale)
+        ice, rubber = self._carrier.ice, self._carrier.rubber
+        error = error_norms(passage.step, ice, before, passage.loads.free_height, scale, rubber)
+        if not self._block.surface.comm.allreduce(bool(np.isfinite(error).all()), op=MPI.LAND):
+            return np.inf
+        return self._mean(error, _friction(passage)) / self._local_tolerance
+
+    def of_motion(self, error: Array, dt: float, area: Array) -> float:
+        """Error (m, of all dofs) of the block's motion: by its stress, and by its slip speed."""
+        surface, scene = self._block.surface, self._block.scene
+        nodal = error.reshape(self._block.rubber.displacements.shape)
+        size = np.linalg.norm(surface.displacements(nodal), axis=-1).ravel()
+        stress = scene.mooney_rivlin.youngs_modulus / self._block.height / scene.load.pressure
+        speed = 1.0 / (dt * scene.load.speed)
+        return self._mean(size, area) * max(stress, speed) / self._local_tolerance
+
+    def of_coupling(self, before: Passage, after: Passage) -> float:
+        """What one more pass over block and film has changed."""
+        change = after.step.state.log_height - before.step.state.log_height
+        return self._mean(change, _friction(after)) / (COUPLING_SHARE * self._tolerance)
+
+    def is_quiet(self, shear: Array, solved: Array, area: Array) -> bool:
+        """Whether the block may stay as it was solved for under the shear `solved` (Pa)."""
+        change = self._mean(shear - solved, area)
+        return change <= QUIET_SHARE * self._tolerance * self._mean(solved, area)
+
+    def _mean(self, values: Array, weights: Array) -> float:
+        """Mean size of `values` over all ranks' points."""
+        own = np.array([float(weights @ np.abs(values)), float(weights.sum())])
+        total = self._block.surface.comm.allreduce(own, op=MPI.SUM)
+        return float(total[0] / total[1]) if total[1] > 0.0 else 0.0
+
+
+def _friction(passage: Passage) -> Array:
+    """Friction force (N) under each film at the end of the step."""
+    return passage.area * passage.loads.viscous * np.exp(-passage.step.state.log_height)
