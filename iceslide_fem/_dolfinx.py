@@ -24,14 +24,14 @@ except ImportError:
 import basix
 import dolfinx
 import numpy as np
-import ufl
+import ufl  # noqa: F401 (for the rest of the package)
 from dolfinx import fem, io, jit
 from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from iceslide_fem.cache import cache_folder, sole_compiler
+from iceslide_fem.cache import cache_folder, processor, sole_compiler
 
 IntArray = NDArray[np.int32]
 FloatArray = NDArray[np.float64]
@@ -50,7 +50,7 @@ _COMPILER_FLAGS = [
     "-g0",
 ]
 _HAS_BASIX_UFL = hasattr(fem, "functionspace")  # since 0.7
-_FORMS = cache_folder() / "forms"
+_FORMS = cache_folder() / f"forms-{processor()}"  # native code of one processor
 _JIT_DEFAULTS = (
     jit.DOLFINX_DEFAULT_JIT_OPTIONS
     if hasattr(jit, "DOLFINX_DEFAULT_JIT_OPTIONS")  # since 0.6
@@ -112,34 +112,6 @@ def polynomial_space(mesh: Any, degree: int) -> Any:
     if _HAS_BASIX_UFL:
         return fem.functionspace(mesh, ("DPC", degree))
     return fem.FunctionSpace(mesh, ("DPC", degree))
-
-
-@_compiling
-def mixed_space(mesh: Any, displacement_degree: int, pressure_degree: int) -> Any:
-    """Product of a continuous vector and a continuous scalar Lagrange space (mixed u-p)."""
-    if _HAS_BASIX_UFL:
-        import basix.ufl
-
-        cell = mesh.basix_cell()
-        return fem.functionspace(
-            mesh,
-            basix.ufl.mixed_element(
-                [
-                    basix.ufl.element(
-                        "Lagrange", cell, displacement_degree, shape=(mesh.geometry.dim,)
-                    ),
-                    basix.ufl.element("Lagrange", cell, pressure_degree),
-                ]
-            ),
-        )
-    cell = mesh.ufl_cell()
-    return fem.FunctionSpace(
-        mesh,
-        ufl.MixedElement(
-            ufl.VectorElement("Lagrange", cell, displacement_degree),
-            ufl.FiniteElement("Lagrange", cell, pressure_degree),
-        ),
-    )
 
 
 @_compiling
@@ -237,14 +209,6 @@ def cell_dofs(space: Any) -> IntArray:
     return _as_rows(space.dofmap.list, _local_cells(space.mesh))
 
 
-def unrolled_dofs(space: Any) -> IntArray:
-    """Scalar dofs of every cell, components fastest: (cells, dofs per cell * block size)."""
-    block_size = space.dofmap.index_map_bs
-    blocked = cell_dofs(space)
-    unrolled = blocked[:, :, None] * block_size + np.arange(block_size, dtype=np.int32)
-    return unrolled.reshape(len(blocked), -1)
-
-
 def facet_cell_pairs(mesh: Any, facets: IntArray) -> tuple[IntArray, IntArray]:
     """Cell of each exterior facet and the facet's number in it, for the cells this rank owns.
 
@@ -324,12 +288,6 @@ class VtkSeries:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-def write_vtk(path: Path | str, function: Any, time: float = 0.0) -> None:
-    """Write one Function once to a `.pvd` file."""
-    with VtkSeries(path, function) as series:
-        series.write(time)
 
 
 def _local_cells(mesh: Any) -> int:

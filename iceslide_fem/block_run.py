@@ -105,6 +105,7 @@ def _slide(
         sliding.restore(state["sliding"])
         ledger.restore(state["ledger"])
         results.restore(state["results"])
+        progress.go_on(sliding.moment.time)
     rows = len(results.rows) if state else None
     history = Table(out / "history.csv", HISTORY_COLUMNS, comm.rank, keep=rows)
     open_files.enter_context(history)

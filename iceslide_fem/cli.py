@@ -15,7 +15,14 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from iceslide_fem.errors import IceslideError, OutputError, SceneError, SimulationStopped
+from iceslide_fem.errors import (
+    IceslideError,
+    Interrupted,
+    OutputError,
+    SceneError,
+    SimulationStopped,
+)
+from iceslide_fem.files import writing
 from iceslide_fem.footprint.options import footprint
 
 if TYPE_CHECKING:
@@ -172,9 +179,16 @@ def sweep(
     cores = None if no_run else share_cores(cores_per_case, cases_at_a_time)
     out = out or Path("results") / f"{plan.cases[0].scene.name}-sweep"
     _check_writable(out)
-    with _termination_as_interrupt():
-        dataset = run_sweep(plan, out, cores, typer.echo)
-    pictures = plot_sweep(dataset, out)
+    try:
+        with _termination_as_interrupt():
+            dataset = run_sweep(plan, out, cores, typer.echo)
+    except KeyboardInterrupt:
+        raise Interrupted(
+            f"the sweep was stopped; {out / 'sweep.csv'} says what is done, and the same command "
+            "goes on"
+        ) from None
+    with writing(out):
+        pictures = plot_sweep(dataset, out)
     for path in (out / "sweep.csv", out / "sweep.nc", *pictures):
         typer.echo(str(path))
     lines = failures(dataset)
@@ -382,8 +396,7 @@ def _termination_as_interrupt() -> Iterator[None]:
 
 
 def _started_by_mpirun() -> bool:
-    sizes = (os.environ.get(name) for name in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE"))
-    return any(size is not None and int(size) > 1 for size in sizes)
+    return any(name in os.environ for name in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE"))
 
 
 def _rank() -> int:

@@ -29,7 +29,6 @@ _CELLS = {"triangle": 2, "quadrilateral": 3, "tetrahedron": 4, "hexahedron": 5}
 _FACETS = {"triangle": 1, "quadrilateral": 1, "tetrahedron": 2, "hexahedron": 3}
 _NAMES = {number: name for name, number in _CELLS.items()} | {1: "line"}
 _CORNERS = {"line": 2, "triangle": 3, "quadrilateral": 4, "tetrahedron": 4, "hexahedron": 8}
-_DIMENSION = {"triangle": 2, "quadrilateral": 2, "tetrahedron": 3, "hexahedron": 3}
 
 
 class TaggedMesh(NamedTuple):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -12,6 +13,7 @@ from typing import Any
 
 from iceslide_fem import gmsh_model
 from iceslide_fem.cache import cache_folder
+from iceslide_fem.errors import SceneError
 from iceslide_fem.gmsh_model import TaggedMesh
 
 _BUILDER = 1  # raise it when the same parameters shall give another mesh
@@ -24,15 +26,15 @@ def cached(body: str, dim: int, parameters: Any, build: Callable[[], TaggedMesh]
     """
     content = json.dumps([_BUILDER, body, dim, parameters], sort_keys=True)
     path = cache_folder() / f"{body}-{hashlib.sha256(content.encode()).hexdigest()[:24]}.msh"
-    if path.is_file():
-        return gmsh_model.load(path, dim, body)
+    with contextlib.suppress(SceneError):  # it may be damaged: then it is built anew
+        if path.is_file():
+            return gmsh_model.load(path, dim, body)
     tagged = build()
-    try:
+    with contextlib.suppress(OSError, SceneError):
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=path.parent) as folder:  # readers see whole files only
             unfinished = Path(folder) / path.name
             gmsh_model.save(tagged, unfinished)
+            gmsh_model.load(unfinished, dim, body)  # gmsh does not say if the disk was full
             os.replace(unfinished, path)
-    except OSError:
-        pass
     return tagged

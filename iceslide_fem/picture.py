@@ -170,8 +170,9 @@ def _block_2d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
     )
     panel.axhspan(-0.08 * z1, 0.0, color="#D6ECF8", zorder=0)
     top, arrow = 1.08 * z1, {"arrowstyle": "-|>", "color": "black"}
-    panel.annotate("", (0.75 * x1, top), (0.25 * x1, top), arrowprops=arrow)
-    panel.text(0.2 * x1, top, "sliding", ha="right", va="center")
+    tail, head = (x0 + share * (x1 - x0) for share in (0.62, 0.88))
+    panel.annotate("", (head, top), (tail, top), arrowprops=arrow)
+    panel.text(x0 + 0.6 * (x1 - x0), top, "sliding", ha="right", va="center")
     panel.set(xlabel="x (mm)", ylabel="z (mm)", ylim=(-0.08 * z1, 1.15 * z1))
     panel.set_aspect("equal")
     panel.set_title("The block, deformed to scale (dotted: undeformed)", fontsize=10)

@@ -151,15 +151,17 @@ def simulate(
     """Integrate all `conditions` from t = 0 to their duration.
 
     `ice` is `column`, `half-space` or a model made for the conditions; `tolerance` the relative
-    error of mu(t) aimed at; `times` (s) where mu is sampled; `fixed_step` (s) replaces error
-    control, `max_step` (s) bounds it; `observe` is called with every accepted step; `rubber` takes
-    heat, too, if it is made of columns. Raises SimulationStopped where a step cannot be made.
+    error of mu(t) aimed at; `times` (s, ascending) where mu is sampled; `fixed_step` (s) replaces
+    error control, `max_step` (s) bounds it; `observe` is called with every accepted step; `rubber`
+    takes heat, too, if it is made of columns. Raises SimulationStopped where a step cannot be made.
     """
     method = INTEGRATORS[integrator]
     if fixed_step is None and not method.estimate:
         raise ValueError(f"{integrator} has no error estimate: give fixed_step")
     n = conditions.pressure.size
     sample_times = np.asarray(times, dtype=float)
+    if (np.diff(sample_times) < 0.0).any():
+        raise ValueError("sample times must ascend")
     result = PointResult.at_start(conditions, sample_times)
 
     if isinstance(ice, str):

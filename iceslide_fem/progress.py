@@ -21,6 +21,7 @@ class Progress:
 
     def __init__(self, comm_rank: int, total_time: float) -> None:
         self.total_time = total_time
+        self._first = 0.0  # time (s) at which this part of the run began
         self._shown = comm_rank == 0
         self._bar: Any = None
         self._start = self._last_line = monotonic()
@@ -33,6 +34,10 @@ class Progress:
             )
             self._bar = tqdm(total=1e3 * self.total_time, bar_format=layout)
         return self
+
+    def go_on(self, time: float) -> None:
+        """Begin at `time` (s), which an earlier part of the run has reached."""
+        self._first, self._start = time, monotonic()
 
     def update(self, time: float, mu: float, step: float, newton: int, text: str = "") -> None:
         """Show an accepted step: its end `time` and length `step` (s), friction coefficient `mu`,
@@ -61,7 +66,8 @@ class Progress:
             self._bar.close()
 
     def _time_left(self, time: float) -> str:
-        if time <= 0.0:
+        if time <= self._first:
             return ""
-        seconds = (monotonic() - self._start) * (self.total_time - time) / time
+        share = (self.total_time - time) / (time - self._first)
+        seconds = (monotonic() - self._start) * share
         return f"{seconds:.0f} s left"

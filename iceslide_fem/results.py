@@ -57,7 +57,12 @@ def read_run(directory: Path | str) -> Run:
         raise SceneError(f"{directory} holds no finished run (no readable {missing})") from None
     except ValueError as error:
         raise SceneError(f"{directory} holds no finished run ({error})") from None
-    if "scene" not in summary or "mu" not in history or not history["mu"].size:
+    if (
+        not isinstance(summary, dict)
+        or "scene" not in summary
+        or "mu" not in history
+        or not history["mu"].size
+    ):
         raise SceneError(f"{directory} holds no finished run (its files are of something else)")
     preload = directory / "preload.csv"
     return Run(directory, summary, history, _columns(preload) if preload.is_file() else {})
@@ -77,7 +82,7 @@ def field_files(directory: Path, name: str) -> list[tuple[float, Path]]:
 def _columns(path: Path) -> dict[str, Array]:
     with open(path, newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    return {name: _numbers([row[name] for row in rows]) for name in (rows[0] if rows else ())}
+    return {name: _numbers([row[name] or "" for row in rows]) for name in (rows[0] if rows else ())}
 
 
 def _numbers(cells: list[str]) -> Array:

@@ -200,7 +200,7 @@ class Numerics(_Table):
 class Scene(_Table):
     """A complete scene: the rung of the model ladder and everything that it needs.
 
-    With model "auto" a run takes the cheapest rung that suffices (`neglect.resolved`).
+    With model "auto" a run takes the cheapest rung that suffices (`rung.resolved`).
     """
 
     name: Name

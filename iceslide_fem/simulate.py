@@ -43,11 +43,14 @@ def run(
     out = Path(out)
     with writing(out):
         out.mkdir(parents=True, exist_ok=True)
-    (out / "summary.json").unlink(missing_ok=True)  # of an earlier run
+
+    from iceslide_fem._dolfinx import MPI, PETSc
+
+    if MPI.COMM_WORLD.rank == 0:
+        (out / "summary.json").unlink(missing_ok=True)  # of an earlier run
     if scene.model == "point":
         return _run_point(scene, out)
 
-    from iceslide_fem._dolfinx import MPI, PETSc
     from iceslide_fem.block_run import run_block
     from iceslide_fem.schedule import Schedule
 

@@ -86,6 +86,8 @@ class StripsUnderPoints(Strips):
             result = film(IceSurface(here, link, (MELTING_TEMPERATURE - here) / link))
             heat = grid.give(self.area * result.ice_flux, self.at)
             residual = temperature - offset - per_heat * heat
+            if not np.isfinite(residual).all():
+                break
             if np.abs(residual).max() <= TEMPERATURE_TOLERANCE:
                 flux = heat[grid.own] / grid.cell_area[grid.own]
                 return self.heated(start, decay, dt * flux), result

@@ -71,6 +71,10 @@ def _check_placement(path: Path, tagged: TaggedMesh) -> None:
     size = np.ptp(points, axis=0).max()
     if size > LARGEST:
         raise SceneError(f"mesh {path} is {size:g} m large; its coordinates must be in metres")
+    if near <= TOLERANCE**2 * size:
+        raise SceneError(
+            f"mesh {path} has no height; a slice lies in the plane of x and y, with y upwards"
+        )
     lowest = points[:, -1].min()
     if abs(lowest) > near:
         raise SceneError(

@@ -129,6 +129,19 @@ def test_wrong_input_is_a_sentence_and_exit_code_2(arguments, words, tmp_path, m
     assert [path.name for path in tmp_path.iterdir()] == ["grey.png"]
 
 
+def test_scenes_of_an_earlier_run_go_and_what_cannot_be_written_is_named(tmp_path, capsys):
+    picture = save(grey_picture(TRUTH, HIGH), tmp_path / "grey.png")
+    out = tmp_path / "out"
+    for count in (2, 1):
+        assert iceslide("footprint", picture, *OPTIONS, "--scenes", count, "--out", out) == 0
+    assert [path.name for path in (out / "scenes").iterdir()] == ["block_01.toml"]
+    assert capsys.readouterr().out.count("block_02") == 1
+    (out / "mu.png").unlink()
+    (out / "mu.png").mkdir()
+    assert iceslide("footprint", picture, *OPTIONS, "--out", out) == 3
+    assert "cannot write" in capsys.readouterr().err
+
+
 def test_only_rank_0_works(tmp_path):
     save(grey_picture(TRUTH, HIGH), tmp_path / "grey.png")
     command = [sys.executable, "-m", "iceslide_fem.cli", "footprint", "grey.png", *OPTIONS]

@@ -33,7 +33,7 @@ def test_friction_flux_with_table_2_is_a_watt():
 
 def test_jaegers_formula_is_an_instantaneous_point_source():
     """The heat rho c dT over all space is the heat released, at any time."""
-    solid = Solid(2.0, 3.0, 5.0)
+    solid = Solid(conductivity=3.0, density=2.0, heat_capacity=5.0)
     for t in (0.1, 2.0):
         heat, _ = quad(
             lambda r, t=t: 4.0 * np.pi * r**2 * float(jaeger_rise(7.0, r, t, solid)), 0.0, 50.0
@@ -130,7 +130,7 @@ def test_where_all_pixels_share_a_state_map_and_balance_agree():
 def test_table_1_and_derived_properties():
     assert TABLE_1_ICE.diffusivity == pytest.approx(1.1974e-6, rel=1e-4)
     assert TABLE_1_ICE.effusivity == pytest.approx(2028.7, rel=1e-4)
-    assert TABLE_1_RUBBER == Solid(940.0, 0.19, 1500.0)
+    assert TABLE_1_RUBBER == Solid(conductivity=0.19, density=940.0, heat_capacity=1500.0)
 
 
 def test_macnabb_is_uniform_braking():

@@ -137,6 +137,28 @@ def test_sixteen_bit_grey_is_scaled(tmp_path):
     assert read_picture(tmp_path / "deep.png")[0, :, 0].tolist() == [0, 128, 255]
 
 
+def test_transparent_surroundings_of_a_grey_picture_are_no_contact(tmp_path):
+    made = grey_picture(TRUTH, HIGH)
+    seen = np.zeros((made.shape[0] + 40, made.shape[1] + 40, 4), dtype=np.uint8)
+    seen[20:-20, 20:-20, :3], seen[20:-20, 20:-20, 3] = made, 255
+    Image.fromarray(seen).save(tmp_path / "cut_out.png")
+    share = SHAPE[1] / seen.shape[1], SHAPE[0] / seen.shape[0]
+    size = {"length": SIZE["length"] / share[0], "width": SIZE["width"] / share[1]}
+    found = read(tmp_path / "cut_out.png", **size).pressure_map
+    assert found.contact_area == pytest.approx(TRUTH.contact_area, rel=0.01)
+
+
+def test_corners_that_a_rotation_adds_are_no_contact(tmp_path):
+    full = np.full((60, 80), 0.7)
+    picture = (255 * named_bar("hot")[(255 * full).astype(int)]).round().astype(np.uint8)
+    save(picture, tmp_path / "full.png")
+    turned = rotate(picture, 10.0, (0, 0, 0))
+    found = read(
+        tmp_path / "full.png", colormap="hot", background="none", rotation=10.0
+    ).pressure_map
+    assert found.contact.mean() == pytest.approx(60 * 80 / turned[..., 0].size, rel=0.02)
+
+
 def test_transparent_pixels_are_white(tmp_path):
     Image.fromarray(np.array([[[9, 9, 9, 0], [9, 9, 9, 255]]], dtype=np.uint8)).save(
         tmp_path / "seen.png"
@@ -215,6 +237,7 @@ def test_wrong_readings_are_refused(tmp_path, options, words):
         ({**SIZE, "min_pressure": "5bar"}, r"--max-pressure \(4 bar\) is not above"),
         ({**SIZE, "threshold": "7bar"}, r"--threshold \(7 bar\) is not between"),
         ({**SIZE, "legend": "1,2,3"}, "is not LEFT,TOP,RIGHT,BOTTOM"),
+        ({**SIZE, "crop": "1,2,3,--5"}, "is not LEFT,TOP,RIGHT,BOTTOM"),
         ({**SIZE, "legend": "1,2,3,4", "colormap": "jet"}, "contradict each other"),
         ({**SIZE, "compound": "A"}, "no published contact parameters"),
         ({**SIZE, "load": float("nan")}, "--load = NaN is out of range"),

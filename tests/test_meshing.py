@@ -206,6 +206,27 @@ def test_another_builder_version_rebuilds(cache, monkeypatch):
     assert len(list(cache.glob("*.msh"))) == 2
 
 
+def test_a_damaged_mesh_in_the_cache_is_built_anew(cache):
+    whole = meshing._rubber(a_scene("slice"))
+    (file,) = cache.glob("*.msh")
+    complete = file.read_bytes()
+    file.write_bytes(complete[: len(complete) // 2])
+    assert len(meshing._rubber(a_scene("slice")).cells) == len(whole.cells)
+    assert file.read_bytes() == complete
+
+
+def test_a_disk_that_fills_leaves_no_half_mesh(cache, monkeypatch):
+    save = gmsh_model.save
+
+    def half(tagged, path):
+        save(tagged, path)
+        path.write_bytes(path.read_bytes()[:8192])
+
+    monkeypatch.setattr(gmsh_model, "save", half)
+    meshing._rubber(a_scene("slice"))
+    assert list(cache.iterdir()) == []
+
+
 def test_an_unusable_cache_is_not_used(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("ICESLIDE_CACHE", str(tmp_path / "file" / "cache"))
@@ -281,6 +302,9 @@ BAD = {
     "lowest point is at 0.002 m; move the mesh by -0.002 m": raised(by=2e-3),
     "is 2 m large; its coordinates must be in metres": raised(scaled=1e3),
     'a facet is tagged "plate" and "symmetry"': twice(a_block()),
+    "has no height; a slice lies in the plane of x and y": a_block()._replace(
+        points=a_block().points * [1.0, 0.0]
+    ),
 }
 
 

@@ -10,7 +10,7 @@ from test_sliding import slide, started  # noqa: E402
 from iceslide_fem._dolfinx import MPI  # noqa: E402
 from iceslide_fem.carriers import OnIce, Side  # noqa: E402
 from iceslide_fem.contact import FilmFriction  # noqa: E402
-from iceslide_fem.errors import SimulationStopped  # noqa: E402
+from iceslide_fem.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.ice import Continuum  # noqa: E402
 from iceslide_fem.materials import CONTACT_TABLES  # noqa: E402
 from iceslide_fem.meshing import ice_mesh, window_lines  # noqa: E402
@@ -145,6 +145,18 @@ def test_heat_given_is_the_heat_in_the_ice_trail_included():
 @pytest.mark.parametrize(
     ("carrier", "temperature"), [("rubber", "-0.2 degC"), ("ice", "-0.5 degC")]
 )
+@pytest.mark.parametrize("kind", ["column", "continuum"])
+def test_a_flux_that_is_no_number_is_not_converged(kind):
+    ice = a_window(kind, 1e-3, 3.0)
+    if kind == "column":
+        ice = StripsUnderPoints(ice.grid, T_0, 1e-3)
+    ice.at = ice.grid.place(np.linspace(-3e-4, 3e-4, 50)[:, None])
+    ice.area = np.full(50, 1e-5)
+    film = given_flux(np.full(50, np.nan))
+    with pytest.raises(NotConverged):
+        ice.stage(ice.initial(50), 1e-6, film)
+
+
 def test_ice_is_below_all_that_touches_when_the_block_springs_forward(carrier, temperature):
     """Friction falls as warm ice melts: the block straightens by more than ten cells."""
     sliding = started(springing(carrier, temperature))

@@ -254,3 +254,8 @@ def test_history_without_error_control_has_equal_steps(integrator):
     numerics = {"film_integrator": integrator, "max_step": "10 us"}
     _, results = point_history(scene(numerics=numerics))
     assert 500 <= results["steps"] <= 510
+
+
+def test_sample_times_must_ascend():
+    with pytest.raises(ValueError, match="ascend"):
+        simulate(conditions(), times=[2e-3, 1e-3])

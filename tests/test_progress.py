@@ -34,6 +34,14 @@ def test_a_line_every_five_seconds(capsys, clock):
     ]
 
 
+def test_time_left_of_a_run_that_goes_on(capsys, clock):
+    with Progress(0, 7e-3) as shown:
+        shown.go_on(6.3e-3)
+        clock[0] = 10.0
+        shown.update(6.4e-3, 0.3, 5e-5, 3)
+    assert capsys.readouterr().err.strip().endswith("60 s left")
+
+
 def test_no_time_left_before_the_start(capsys, clock):
     with Progress(0, 7e-3) as shown:
         clock[0] = 6.0

@@ -46,12 +46,20 @@ def test_directory_that_is_no_run_is_named(tmp_path, missing):
         read_run(tmp_path)
 
 
-@pytest.mark.parametrize("text", ["{", "{}", "[1]"])
+@pytest.mark.parametrize("text", ["{", "{}", "[1]", "5"])
 def test_summary_of_something_else_is_refused(tmp_path, text):
     write_run(tmp_path, "slice")
     (tmp_path / "summary.json").write_text(text)
     with pytest.raises(SceneError, match="holds no finished run"):
         read_run(tmp_path)
+
+
+def test_a_history_with_half_a_row_is_refused_or_read(tmp_path):
+    write_run(tmp_path, "slice")
+    with open(tmp_path / "history.csv", "a") as file:
+        file.write("0.1,0.2\n")
+    history = read_run(tmp_path).history  # no fault of the program
+    assert history["time_s"].size == history["mu"].size
 
 
 def test_no_dolfinx_is_needed():

@@ -12,13 +12,14 @@ import pytest
 from iceslide_fem.errors import SceneError
 from iceslide_fem.fingerprint import fingerprint
 from iceslide_fem.point_run import point_history
+from iceslide_fem.rung import resolved
 from iceslide_fem.scene import load_scene
 from iceslide_fem.sweep import make_plan, read_sweep, run_sweep, share_cores
 from iceslide_fem.sweep import points as sweep_points
 from iceslide_fem.sweep.outcome import read_outcome
 from iceslide_fem.sweep.plan import value_of
 from iceslide_fem.sweep.plots import plot_sweep
-from iceslide_fem.sweep.processes import Cores
+from iceslide_fem.sweep.processes import Cores, write_scene
 
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 POINT = ["model=point", "ice.heat=column"]
@@ -173,7 +174,7 @@ def test_sweeps_are_not_started_under_mpirun(tmp_path):
         "model=point",
     ]
     done = subprocess.run(
-        command, env=os.environ | {"OMPI_COMM_WORLD_SIZE": "2"}, capture_output=True, text=True
+        command, env=os.environ | {"OMPI_COMM_WORLD_SIZE": "1"}, capture_output=True, text=True
     )
     assert done.returncode == 2 and "--cores-per-case" in done.stderr
 
@@ -185,6 +186,26 @@ def test_pictures_of_one_two_and_three_varied_keys(tmp_path):
         pictures = plot_sweep(dataset, tmp_path)
         assert len(pictures) == {1: 1, 2: 3, 3: 6}[count]
         assert all(picture.stat().st_size > 10_000 for picture in pictures)
+
+
+def test_auto_chooses_ice_and_model_of_every_case(tmp_path):
+    scene = tmp_path / "scene.toml"
+    scene.write_text(CASE.read_text().replace('heat = "continuum"', 'margin = "0.3 mm"'))
+    plan = make_plan(scene, ["model=auto"], ["load.pressure=1bar,2bar"])
+    alone = resolved(load_scene(scene, ["model=auto"]))
+    assert plan.cases[0].scene == alone and alone.ice.heat == "continuum"
+    written = load_scene(write_scene(tmp_path, plan.cases[0]))
+    assert written.ice.heat == "continuum" and written.model == alone.model
+
+
+def test_pictures_do_not_depend_on_the_order_of_values(tmp_path):
+    shown = []
+    for values in ("3,1,2", "1,2,3"):
+        folder = tmp_path / values
+        varied = (f"load.speed={values}", "load.pressure=1bar,3bar")
+        plot_sweep(run_sweep(point_plan(*varied), folder, None), folder)
+        shown.append((folder / "map_load.speed_load.pressure.png").read_bytes())
+    assert shown[0] == shown[1]
 
 
 def test_what_a_case_left_behind(tmp_path):

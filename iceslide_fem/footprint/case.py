@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -43,7 +44,7 @@ def _box(value: Any) -> Any:
     if not isinstance(value, str):
         return value
     parts = value.split(",")
-    if len(parts) != 4 or not all(part.strip().lstrip("-").isdigit() for part in parts):
+    if len(parts) != 4 or not all(re.fullmatch(r"\s*-?[0-9]+\s*", p) for p in parts):
         raise ValueError(f'the box "{value}" is not LEFT,TOP,RIGHT,BOTTOM in whole pixels')
     return Box(*(int(part) for part in parts))
 

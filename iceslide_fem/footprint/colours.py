@@ -64,6 +64,12 @@ def named_bar(name: str) -> Array:
     return np.asarray(matplotlib.colormaps[name](np.linspace(0.0, 1.0, 256)))[:, :3]
 
 
+def lowest_colour(bar: Array) -> tuple[int, int, int]:
+    """Red, green, blue (0 to 255) of the low end of a bar of colours (n, 3), 0 to 1."""
+    red, green, blue = np.rint(255.0 * bar[0]).astype(int).tolist()
+    return red, green, blue
+
+
 def legend_bar(legend: Picture) -> Array:
     """Colours (n, 3), 0 to 1, along a legend cut from a picture, from its low to its high end.
 

@@ -14,6 +14,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from iceslide_fem.errors import SceneError
+from iceslide_fem.files import replace_file, writing
 from iceslide_fem.footprint.blocks import representative, scene_text, tread_blocks
 from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.comparison import friction_curves
@@ -26,8 +27,9 @@ def run(values: Mapping[str, Any], out: Path) -> dict[str, Any]:
     """Survey the footprint that `values` describe (see `FootprintCase`) and write it to `out`.
 
     Writes summary.json, footprint.vti, pressure.png, temperature.png, wet_dry.png, mu.png,
-    thesis.png, comparison.png and scenes/*.toml; returns the summary. Raises SceneError, before
-    anything is written, if the input is wrong.
+    thesis.png, comparison.png and scenes/block_*.toml (those of an earlier run go); returns the
+    summary. Raises SceneError, before anything is written, if the input is wrong, and OutputError
+    if something cannot be written.
     """
     begun = time.perf_counter()
     case = FootprintCase.of(values)
@@ -38,16 +40,19 @@ def run(values: Mapping[str, Any], out: Path) -> dict[str, Any]:
     scenes = _scenes(case, read)
     result = survey(case, read)
     curves = friction_curves(read.pressure_map, case)
-    out.mkdir(parents=True, exist_ok=True)
-    image_data(result).save(out / "footprint.vti")
-    draw_maps(result, out)
-    draw_comparison(curves, result, out)
-    if scenes:
-        (out / "scenes").mkdir(exist_ok=True)
+    with writing(out):
+        out.mkdir(parents=True, exist_ok=True)
+        for earlier in (out / "scenes").glob("block_*.toml"):
+            earlier.unlink()
+        image_data(result).save(out / "footprint.vti")
+        draw_maps(result, out)
+        draw_comparison(curves, result, out)
+        if scenes:
+            (out / "scenes").mkdir(exist_ok=True)
     for name, text in scenes.items():
-        (out / "scenes" / f"{name}.toml").write_text(text, encoding="utf-8")
+        replace_file(out / "scenes" / f"{name}.toml", text)
     figures = summary(result) | {"wall_s": time.perf_counter() - begun}
-    (out / "summary.json").write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
+    replace_file(out / "summary.json", json.dumps(figures, indent=2) + "\n")
     return figures
 
 

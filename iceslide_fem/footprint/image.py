@@ -26,10 +26,10 @@ class Box(NamedTuple):
     bottom: int
 
 
-def read_picture(path: Path | str) -> Picture:
+def read_picture(path: Path | str, behind: tuple[int, int, int] = (255, 255, 255)) -> Picture:
     """The picture as red, green and blue from 0 to 255; 16-bit grey is scaled to that.
 
-    Transparent pixels become white. Raises SceneError if it is not a readable PNG, JPEG or TIFF.
+    Transparent pixels become `behind`. Raises SceneError if it is not a readable PNG, JPEG or TIFF.
     """
     try:
         with warnings.catch_warnings(action="ignore"), Image.open(path, formats=FORMATS) as image:
@@ -39,7 +39,7 @@ def read_picture(path: Path | str) -> Picture:
                 image = Image.fromarray(np.rint(np.clip(grey, 0.0, 255.0)).astype(np.uint8))
             elif "A" in image.getbands() or "transparency" in image.info:
                 seen = image.convert("RGBA")
-                image = Image.alpha_composite(Image.new("RGBA", seen.size, "white"), seen)
+                image = Image.alpha_composite(Image.new("RGBA", seen.size, behind), seen)
             return np.array(image.convert("RGB"))
     except UnidentifiedImageError:
         raise SceneError(f"{path} is not a picture; allowed: {', '.join(FORMATS)}") from None

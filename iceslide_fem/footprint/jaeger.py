@@ -6,38 +6,16 @@ every line along x is a half-space with the flux history of the pixels it passes
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.signal import oaconvolve
 
-from iceslide_fem.materials import ICE_EFFUSIVITY, RUBBER_CONDUCTIVITY, RUBBER_HEAT_CAPACITY, Array
-
-
-@dataclass(frozen=True)
-class Solid:
-    """Density (kg/m3), conductivity (W/(m K)) and heat capacity (J/(kg K))."""
-
-    density: float
-    conductivity: float
-    heat_capacity: float
-
-    @property
-    def diffusivity(self) -> float:
-        """alpha = k / (rho c), m2/s."""
-        return self.conductivity / (self.density * self.heat_capacity)
-
-    @property
-    def effusivity(self) -> float:
-        """e = sqrt(k rho c), W s^0.5 / (m2 K)."""
-        return (self.conductivity * self.density * self.heat_capacity) ** 0.5
-
+from iceslide_fem.materials import ICE_EFFUSIVITY, Array, Solid, rubber_solid
 
 # Table 1 of the thesis. Its ice differs from that of the film law (917.8 for 916 kg/m3, 2.22 for
 # 2.25 W/(m K), 2020 for 2220 J/(kg K)).
-TABLE_1_ICE = Solid(917.8, 2.22, 2020.0)
-TABLE_1_RUBBER = Solid(940.0, RUBBER_CONDUCTIVITY, RUBBER_HEAT_CAPACITY)
+TABLE_1_ICE = Solid(conductivity=2.22, density=917.8, heat_capacity=2020.0)
+TABLE_1_RUBBER = rubber_solid(940.0)
 
 
 def slip_ratio(wheel_speed: ArrayLike, rolling_radius: ArrayLike, speed: ArrayLike) -> Array:

@@ -73,5 +73,6 @@ def footprint(
     for name, value in lines(figures):
         table.add_row(name, value)
     Console().print(table)
-    for path in sorted(path for path in directory.rglob("*") if path.is_file()):
-        typer.echo(str(path))
+    for pattern in ("*.png", "footprint.vti", "summary.json", "scenes/block_*.toml"):
+        for path in sorted(directory.glob(pattern)):
+            typer.echo(str(path))

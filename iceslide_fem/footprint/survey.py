@@ -20,6 +20,7 @@ from iceslide_fem.footprint.colours import (
     FAR,
     Reading,
     legend_bar,
+    lowest_colour,
     named_bar,
     read_colours,
     read_grey,
@@ -86,15 +87,18 @@ class Survey(NamedTuple):
 
 def read_footprint(case: FootprintCase) -> ReadFootprint:
     """Module 1. Raises SceneError for everything that is wrong with the picture or its reading."""
-    picture = read_picture(case.image)
     background = None if case.background == "none" else colour(case.background)
+    in_grey = case.legend is None and case.colormap is None
+    around = (0, 0, 0) if in_grey else background or (255, 255, 255)
+    picture = read_picture(case.image, around)
     bar = None
     if case.legend is not None:
         bar = legend_bar(cut(picture, case.legend, "legend"))
     elif case.colormap is not None:
         bar = named_bar(case.colormap)
-    fill = (0, 0, 0) if bar is None else background or (255, 255, 255)
-    picture = rotate(picture, case.rotation, fill)
+    if bar is not None and background is None:  # what a rotation adds is no contact
+        around = lowest_colour(bar)
+    picture = rotate(picture, case.rotation, around)
     if case.crop is not None:
         picture = cut(picture, case.crop, "crop")
     reading: Reading = read_grey(picture) if bar is None else read_colours(picture, bar, background)

@@ -12,6 +12,7 @@ import numpy as np
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.fingerprint import fingerprint
+from iceslide_fem.rung import resolved
 from iceslide_fem.scene import (
     Scene,
     key_and_text,
@@ -58,14 +59,15 @@ def make_plan(scene_file: Path, overrides: Sequence[str], varied: Sequence[str])
         keys = [key_and_text(text)[0] for text in varied]
         twice = next(key for key in keys if keys.count(key) > 1)
         raise SceneError(f"{twice} is varied twice; give all its values in one --vary")
-    cases = []
+    scenes = []
     for values in itertools.product(*given.values()):
         data = deepcopy(base)
         for key, value in zip(given, values, strict=True):
             put(data, key, value)
-        scene = scene_from_dict(data)
-        cases.append(Case(fingerprint(scene), scene))
-    return Plan(_resolved_axes(given, cases), cases)
+        scenes.append(scene_from_dict(data))
+    axes = _axes_in_si(given, scenes)
+    scenes = [resolved(scene) for scene in scenes]  # a case is what runs
+    return Plan(axes, [Case(fingerprint(scene), scene) for scene in scenes])
 
 
 def value_of(scene: Scene, key: str) -> Any:
@@ -105,18 +107,17 @@ def _axis(text: str) -> tuple[str, tuple[Any, ...]]:
     return key, tuple(float(f"{value:.12g}") for value in np.linspace(ends[0], ends[1], number))
 
 
-def _resolved_axes(
-    given: dict[str, tuple[Any, ...]], cases: Sequence[Case]
+def _axes_in_si(
+    given: dict[str, tuple[Any, ...]], scenes: Sequence[Scene]
 ) -> dict[str, tuple[Value, ...]]:
     """Values of the varied keys in SI, as the scenes have them; no value twice."""
     axes: dict[str, tuple[Value, ...]] = {}
-    stride = len(cases)
+    stride = len(scenes)
     for key, values in given.items():
         stride //= len(values)
-        scenes = [cases[number * stride].scene for number in range(len(values))]
-        resolved = tuple(value_of(scene, key) for scene in scenes)
-        if len(set(resolved)) < len(resolved):
-            twice = next(value for value in resolved if resolved.count(value) > 1)
+        in_si = [value_of(scenes[number * stride], key) for number in range(len(values))]
+        if len(set(in_si)) < len(in_si):
+            twice = next(value for value in in_si if in_si.count(value) > 1)
             raise SceneError(f"{key} = {twice} is given twice")
-        axes[key] = tuple(str(v) if isinstance(v, Path) else v for v in resolved)
+        axes[key] = tuple(str(v) if isinstance(v, Path) else v for v in in_si)
     return axes

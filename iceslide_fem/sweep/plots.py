@@ -52,6 +52,7 @@ def plot_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
     if not np.isfinite(dataset["mu"]).any():
         return []
     numeric = [key for key in _varied(dataset) if dataset[key].dtype.kind in "if"]
+    dataset = dataset.sortby(numeric)
     paths = []
     for key in numeric:
         paths.append(folder / f"mu_by_{key}.png")
@@ -153,7 +154,9 @@ def _quantity(key: Hashable) -> Quantity:
 
 
 def _number(key: str, value: Any) -> str:
-    return str(value) if isinstance(value, str) else f"{_quantity(key)(value):.4g}"
+    if isinstance(value, str | bool | np.bool_):
+        return str(value).lower()
+    return f"{_quantity(key)(value):.4g}"
 
 
 def _told(key: str, value: Any) -> str:
@@ -163,8 +166,7 @@ def _told(key: str, value: Any) -> str:
 
 
 def _title(dataset: xr.Dataset, what: str, rest: str) -> str:
-    inputs = dict(word.split("=", 1) for word in str(dataset.attrs["inputs"]).split(" "))
-    words = [inputs.get("name", ""), inputs.get("model", ""), rest]
+    words = [str(dataset.attrs["name"]), str(dataset.attrs["model"]), rest]
     return f"{what}: " + ", ".join(word for word in words if word)
 
 

@@ -104,7 +104,7 @@ def compute(folder: Path, cases: Sequence[Case], cores: Cores) -> Iterator[tuple
 
     def one(case: Case) -> Outcome:
         if not stopping.is_set():
-            _run(folder, case, cores.per_case, running)
+            _run(folder, case, cores.per_case, running, stopping)
         return read_outcome(case_folder(folder, case))
 
     with ThreadPoolExecutor(cores.at_a_time) as pool:
@@ -118,7 +118,13 @@ def compute(folder: Path, cases: Sequence[Case], cores: Cores) -> Iterator[tuple
                 process.terminate()
 
 
-def _run(folder: Path, case: Case, n_cores: int, running: set[subprocess.Popen[bytes]]) -> None:
+def _run(
+    folder: Path,
+    case: Case,
+    n_cores: int,
+    running: set[subprocess.Popen[bytes]],
+    stopping: threading.Event,
+) -> None:
     """Run a case, or go on with it, and wait; what it says goes to log.txt in its directory."""
     directory = case_folder(folder, case)
     words = [sys.executable, "-m", "iceslide_fem.cli", "run", str(write_scene(folder, case))]
@@ -131,6 +137,8 @@ def _run(folder: Path, case: Case, n_cores: int, running: set[subprocess.Popen[b
             words, env=_environment(), stdin=subprocess.DEVNULL, stdout=log, stderr=log
         )
         running.add(process)
+        if stopping.is_set():  # since it was looked at
+            process.terminate()
         code = process.wait()
         running.discard(process)
         if code != 0:  # comes last: read only if the command said nothing itself

@@ -94,18 +94,20 @@ def to_dataset(plan: Plan, table: pd.DataFrame, outcomes: Sequence[Outcome]) -> 
         data[name] = ([*keys, "time_share"], curves.reshape(*plan.shape, SAMPLES), attributes)
     durations = np.array([case.scene.load.duration for case in plan.cases])
     data["duration_s"] = (keys, durations.reshape(plan.shape), {"units": "s"})
-    fixed = _fixed_inputs(plan)
-    return xr.Dataset(data, coordinates, {"iceslide_fem": "sweep", "inputs": fixed})
+    common = _common_inputs(plan)
+    words = " ".join(f"{key}={value}" for key, value in common.items() if value is not None)
+    named = {key: str(common.get(key, "")) for key in ("name", "model")}
+    return xr.Dataset(data, coordinates, {"iceslide_fem": "sweep", "inputs": words, **named})
 
 
-def _fixed_inputs(plan: Plan) -> str:
-    """What all cases have in common, as `key=value` words."""
-    inputs = flat(plan.cases[0].scene.as_dict())
-    return " ".join(
-        f"{key}={value}"
-        for key, value in inputs.items()
-        if value is not None and key not in plan.axes
-    )
+def _common_inputs(plan: Plan) -> dict[str, Any]:
+    """What all cases have in common."""
+    first, *others = (flat(case.scene.as_dict()) for case in plan.cases)
+    return {
+        key: value
+        for key, value in first.items()
+        if key not in plan.axes and all(other[key] == value for other in others)
+    }
 
 
 def _plain(value: Any) -> float | None:
