@@ -142,9 +142,6 @@ def test_heat_given_is_the_heat_in_the_ice_trail_included():
     assert kept == pytest.approx(given, rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("carrier", "temperature"), [("rubber", "-0.2 degC"), ("ice", "-0.5 degC")]
-)
 @pytest.mark.parametrize("kind", ["column", "continuum"])
 def test_a_flux_that_is_no_number_is_not_converged(kind):
     ice = a_window(kind, 1e-3, 3.0)
@@ -157,6 +154,9 @@ def test_a_flux_that_is_no_number_is_not_converged(kind):
         ice.stage(ice.initial(50), 1e-6, film)
 
 
+@pytest.mark.parametrize(
+    ("carrier", "temperature"), [("rubber", "-0.2 degC"), ("ice", "-0.5 degC")]
+)
 def test_ice_is_below_all_that_touches_when_the_block_springs_forward(carrier, temperature):
     """Friction falls as warm ice melts: the block straightens by more than ten cells."""
     sliding = started(springing(carrier, temperature))
