@@ -90,14 +90,19 @@ class Block:
     def film_shear(self, film_height: Array, speed: SpeedLaw) -> TractionLaw:
         """The film's shear at heights (f, q), m, and slip speeds that may follow the rubber."""
 
+        ones = np.ones_like(film_height)
+
         def law(pressure: Array, displacement: Array) -> Traction:
-            slip, slope = speed(displacement[..., 0])
-            unit, unit_by_pressure = self.friction.shear(pressure, np.ones_like(slip), film_height)
-            traction = sliding_friction(
-                unit * slip, unit_by_pressure * slip, displacement.shape[-1]
-            )
-            traction.by_displacement[..., 0, 0] = -unit * slope
-            return traction
+            return _slipping(*self.friction.shear(pressure, ones, film_height), speed, displacement)
+
+        return law
+
+    def held_shear(self, film_height: Array, speed: SpeedLaw, pressure: Array) -> TractionLaw:
+        """The film's shear under pressures (f, q), Pa, that are held, whatever the present ones."""
+        unit, _ = self.friction.shear(pressure, np.ones_like(film_height), film_height)
+
+        def law(_: Array, displacement: Array) -> Traction:
+            return _slipping(unit, np.zeros_like(unit), speed, displacement)
 
         return law
 
@@ -151,6 +156,16 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
         scale,
         height,
     )
+
+
+def _slipping(
+    unit: Array, unit_by_pressure: Array, speed: SpeedLaw, displacement: Array
+) -> Traction:
+    """Traction of a shear `unit` per slip speed, Pa/(m/s), with its derivative by pressure."""
+    slip, slope = speed(displacement[..., 0])
+    traction = sliding_friction(unit * slip, unit_by_pressure * slip, displacement.shape[-1])
+    traction.by_displacement[..., 0, 0] = -unit * slope
+    return traction
 
 
 class PathPoint(NamedTuple):

@@ -233,8 +233,7 @@ class Sliding:
         iterations, mismatches = 0, []
         for _ in range(MAX_PASSES):
             height = self.carrier.film_height(passage.step.state, side)
-            law = block.film_shear(height.reshape(block.surface.weights.shape), speed)
-            iterations += block.balance(law).iterations
+            iterations += self._balance(height.reshape(block.surface.weights.shape), speed)
             side = self._side_after(dt, speed)
             corrected = self._pass_over(side, dt)
             mismatches.append(self._error.of_coupling(passage, corrected))
@@ -262,6 +261,27 @@ class Sliding:
         if iterations > MANY_ITERATIONS:
             factor = min(factor, 0.8)
         return Accepted(moment, dt, passage, side, iterations, True, 0), dt * factor
+
+    def _balance(self, height: Array, speed: SpeedLaw) -> int:
+        """Equilibrium under the film's shear; how many iterations it took.
+
+        Where shear is faded in, it follows the pressure like a friction coefficient of several
+        times mu, with which an equilibrium may end at a point that enters or leaves that range.
+        Then the fading is held as it is, and may be so if that hardly changes the shear.
+        """
+        block, values = self.block, self.block.rubber.u.x.array
+        before, held = values.copy(), block.contact.pressure
+        try:
+            return block.balance(block.film_shear(height, speed)).iterations
+        except NotConverged as reason:
+            values[:] = before
+            block.equilibrium.forget()
+            iterations = block.balance(block.held_shear(height, speed, held)).iterations
+            ones, now = np.ones_like(height), block.contact
+            taken, due = (block.friction.shear(p, ones, height)[0] for p in (held, now.pressure))
+            if not self._error.is_quiet(taken.ravel(), due.ravel(), now.area.ravel()):
+                raise reason
+            return iterations
 
     def _settled(self, moment: Moment) -> Moment:
         """The moment after the window of sliding ice has caught up with the block."""

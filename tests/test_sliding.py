@@ -13,8 +13,8 @@ import pytest
 
 pytest.importorskip("dolfinx")
 from iceslide_fem._dolfinx import MPI  # noqa: E402
-from iceslide_fem.block import build_block, press, start_sliding  # noqa: E402
-from iceslide_fem.errors import SimulationStopped  # noqa: E402
+from iceslide_fem.block import Block, build_block, press, start_sliding  # noqa: E402
+from iceslide_fem.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.history import slide_row  # noqa: E402
 from iceslide_fem.ledger import Ledger  # noqa: E402
 from iceslide_fem.point import Conditions, simulate  # noqa: E402
@@ -118,6 +118,25 @@ def test_pressures_outside_the_table_count_only_where_the_table_is_read(tmp_path
     nominal = run(thesis(*short, "film.pressure=nominal"), tmp_path / "nominal")
     assert 0.1 < local["outside_table_fraction"] < 1.0
     assert nominal["outside_table_fraction"] == 0.0
+
+
+def test_where_shear_that_fades_in_has_no_equilibrium_its_fading_is_held(monkeypatch):
+    sliding = started(thesis("load.duration=1ms", "numerics.refinement=0.5"))
+    for _ in range(8):
+        sliding.advance()
+    balance, calls = Block.balance, []
+
+    def fails_at_first(block, law, load=1.0):
+        calls.append(law)
+        if len(calls) % 2:
+            raise NotConverged("a point enters and leaves the range of fading")
+        return balance(block, law, load)
+
+    monkeypatch.setattr(Block, "balance", fails_at_first)
+    accepted = sliding.advance()
+    assert len(calls) >= 2 and accepted.solved and accepted.rejected == 0
+    contact = sliding.moment.contact
+    assert sliding.block.normal_force(contact) == pytest.approx(0.1, rel=1e-4)
 
 
 def test_a_coarse_window_does_not_thin_out_the_contact_points():
