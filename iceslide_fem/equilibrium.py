@@ -102,6 +102,11 @@ class Equilibrium:
                 tangents += 1
                 change = self._direction()
             start, length = values.copy(), self._length(change)
+            if not 0.0 < length < np.inf:
+                if fresh:
+                    raise NotConverged("the tangent is singular")
+                change = None
+                continue
             damping, leap = 1.0, np.nan
             while True:
                 values[:] = start + damping * change
@@ -187,6 +192,9 @@ class Equilibrium:
         """Newton's change of the bordered system from the kept factors, by block elimination."""
         self._solve_linear(self._residual, self._newton)
         schur = self._plate_stiffness - self._plate_row.dot(self._border)
+        if schur == 0.0:
+            self._has_tangent = False
+            raise NotConverged("the plate meets no resistance")
         lift = -(self._plate_imbalance - self._plate_row.dot(self._newton)) / schur
         self._newton.scale(-1.0)
         self._newton.axpy(-lift, self._border)

@@ -150,6 +150,27 @@ def test_factors_get_more_room_where_theirs_is_too_small(cells, monkeypatch):
     assert tight.plate_displacement() == pytest.approx(enough.plate_displacement(), rel=1e-9)
 
 
+@pytest.mark.parametrize("size", [0.0, np.nan, np.inf])
+def test_a_tangent_without_a_direction_is_not_converged(size, monkeypatch):
+    system = equilibrium_of("quadrilateral")
+    force = press(system, static)
+    direction = system._direction
+    monkeypatch.setattr(system, "_direction", lambda: size * direction())
+    with pytest.raises(NotConverged, match="singular"):
+        system.solve(1.1 * force, static, 1e-8 * force)
+
+
+@pytest.mark.parametrize("cells", CELLS)
+def test_a_plate_without_resistance_is_not_converged(cells):
+    system = equilibrium_of(cells)
+    system.rubber.displacements[:, -1] += SIZE  # far above the ice
+    with pytest.raises(NotConverged):
+        system.solve(1.0, static, 1e-8)
+    system._plate_stiffness, system._plate_row = 0.0, system.rubber.create_vector()
+    with pytest.raises(NotConverged, match="no resistance"):
+        system._direction()
+
+
 def test_a_kept_tangent_that_tears_the_rubber_is_made_anew(monkeypatch):
     system = equilibrium_of("quadrilateral")
     force = press(system, sliding)
