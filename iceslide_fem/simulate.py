@@ -71,12 +71,12 @@ def run(
 
 
 def kept_run(scene: Scene, directory: Path | str) -> Run:
-    """The run of exactly this scene in `directory`: the one that is there, or made now."""
+    """The run of exactly this scene in `directory`: the whole one that is there, or made now."""
     try:
         kept = read_run(directory)
     except SceneError:
         kept = None
-    if kept is None or kept.scene != scene.as_dict():
+    if kept is None or kept.summary.get("stopped") or kept.scene != scene.as_dict():
         run(scene, directory)
         kept = read_run(directory)
     return kept
