@@ -180,8 +180,9 @@ class Fields:
         """
         self._folder, self._surface, self._rubber = Path(folder), surface, rubber
         self._comm, self.written = surface.comm, [dict(entry) for entry in earlier]
-        # DOLFINx numbers the files of a series from 0: each part of a run has its own names.
-        self._part, self._earlier = f"-{len(earlier)}" if earlier else "", len(earlier)
+        # DOLFINx numbers the files of a series from 0: each part of a run has its own names. Its
+        # lists, which it also writes when it ends in an error, have none that is read.
+        self._part, self._earlier = f"-{len(earlier)}-", len(earlier)
         if self._comm.rank == 0:
             self._folder.mkdir(parents=True, exist_ok=True)
         self._comm.Barrier()
@@ -213,10 +214,15 @@ class Fields:
             self._celsius.x.array[:] = self._kelvin.x.array - ZERO_CELSIUS
         for volume in self._volumes.values():
             volume.write(time)
+        number = len(self.written) - self._earlier
+        for name in self._volumes:  # DOLFINx does not say when a disk is full
+            _check_whole(self._folder / f"{name}{self._part}_p{self._comm.rank}_{number:06d}.vtu")
+        series = {name: f"{name}{self._part}{number:06d}.pvtu" for name in self._volumes}
+        if self._comm.rank == 0:
+            for file in series.values():
+                _check_whole(self._folder / file)
         interface = f"interface_{len(self.written):06d}.vtu"
         self._write_interface(interface, values)
-        number = len(self.written) - self._earlier
-        series = {name: f"{name}{self._part}{number:06d}.pvtu" for name in self._volumes}
         self.written.append({"time": time, "interface": interface, **series})
         self._comm.Barrier()  # all pieces are there before a list names them
         if self._comm.rank == 0:
@@ -227,10 +233,10 @@ class Fields:
     def close(self) -> None:
         """Finish the files."""
         names = list(self._volumes)
-        while self._volumes:  # DOLFINx writes a list once more when its series is forgotten
+        while self._volumes:  # DOLFINx writes its list once more when its series is forgotten
             self._volumes.popitem()[1].close()
         self._comm.Barrier()
-        if self._part and self._comm.rank == 0:  # lists of this part alone
+        if self._comm.rank == 0:
             for name in names:
                 (self._folder / f"{name}{self._part}.pvd").unlink(missing_ok=True)
 
@@ -282,6 +288,13 @@ class Fields:
     ) -> None:
         if kind is None:  # or the other ranks may not be here
             self.close()
+
+
+def _check_whole(path: Path) -> None:
+    """Raise OutputError if the end of a VTK file is missing."""
+    with writing(path):
+        if b"</VTKFile>" not in path.read_bytes()[-40:]:
+            raise OutputError(f"cannot write {path}: it is not whole; the disk may be full")
 
 
 def write_summary(path: Path | str, summary: Mapping[str, Any]) -> None:

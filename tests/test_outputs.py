@@ -16,7 +16,8 @@ import meshio  # noqa: E402
 from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
 from runs import a_scene, rows_of  # noqa: E402
 
-from iceslide_fem._dolfinx import MPI, fem, scalar_space  # noqa: E402
+from iceslide_fem._dolfinx import MPI, VtkSeries, fem, scalar_space  # noqa: E402
+from iceslide_fem.errors import OutputError  # noqa: E402
 from iceslide_fem.outputs import Fields, Table, write_summary  # noqa: E402
 from iceslide_fem.rubber import Rubber  # noqa: E402
 from iceslide_fem.surface import contact_surface  # noqa: E402
@@ -158,3 +159,27 @@ def test_fields_are_read_back_whole(tmp_path, cells):
         assert read["area"] == pytest.approx(12 * SIZE**2)
         assert read["cells"] == 12 * 16 * (2 if cells == "tetrahedron" else 1)
     assert read["ice"] == pytest.approx(SIZE**2)
+
+
+@pytest.mark.fe
+@pytest.mark.skipif(WORLD.size > 1, reason="one rank raises alone")
+def test_fields_that_a_full_disk_cuts_are_not_listed(tmp_path, monkeypatch):
+    rubber, surface, _ = a_state("quadrilateral")
+    values = {"x (m)": surface.positions(rubber.displacements)[..., 0]}
+    fields = Fields(tmp_path, rubber, surface)
+    fields.write(0.0, values)
+    listed = (tmp_path / "rubber.pvd").read_text()
+    write = VtkSeries.write
+
+    def half(series, time):
+        write(series, time)
+        for path in tmp_path.glob("rubber*000001.vtu"):
+            path.write_bytes(path.read_bytes()[:100])
+
+    monkeypatch.setattr(VtkSeries, "write", half)
+    with pytest.raises(OutputError, match="not whole; the disk may be full"):
+        fields.write(1.0, values)
+    monkeypatch.undo()
+    del fields  # DOLFINx writes its own lists once more
+    assert (tmp_path / "rubber.pvd").read_text() == listed
+    assert listed.count("DataSet") == 1

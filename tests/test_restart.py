@@ -48,7 +48,7 @@ SMALL = ["model=slice", "numerics.refinement=0.25", "numerics.tolerance=1e-2"]
 STATE = {
     "sliding": {"time": 1e-3, "calm": True, "nodes": {"now": np.arange(6.0).reshape(2, 3)}},
     "results": {"rows": [[0.0, 0.5], [1e-3, 0.25]], "melt_onset": None},
-    "fields": [{"time": 0.0, "rubber": "rubber000000.pvtu"}],
+    "fields": [{"time": 0.0, "rubber": "rubber-0-000000.pvtu"}],
 }
 
 
