@@ -155,17 +155,14 @@ def test_a_tangent_without_a_direction_is_not_converged(size, monkeypatch):
     system = equilibrium_of("quadrilateral")
     force = press(system, static)
     direction = system._direction
-    monkeypatch.setattr(system, "_direction", lambda: size * direction())
+    monkeypatch.setattr(system, "_direction", lambda: np.full_like(direction(), size))
     with pytest.raises(NotConverged, match="singular"):
         system.solve(1.1 * force, static, 1e-8 * force)
 
 
-@pytest.mark.parametrize("cells", CELLS)
-def test_a_plate_without_resistance_is_not_converged(cells):
-    system = equilibrium_of(cells)
-    system.rubber.displacements[:, -1] += SIZE  # far above the ice
-    with pytest.raises(NotConverged):
-        system.solve(1.0, static, 1e-8)
+def test_a_plate_without_resistance_is_not_converged():
+    system = equilibrium_of("quadrilateral")
+    press(system, static)
     system._plate_stiffness, system._plate_row = 0.0, system.rubber.create_vector()
     with pytest.raises(NotConverged, match="no resistance"):
         system._direction()
