@@ -10,17 +10,11 @@ from iceslide_fem._dolfinx import MPI
 from iceslide_fem.block import Block, PathPoint, build_block, press, start_sliding
 from iceslide_fem.checkpoint import Checkpoint, write_checkpoint
 from iceslide_fem.errors import Interrupted, SimulationStopped
-from iceslide_fem.history import (
-    Row,
-    interface_fields,
-    outside_table,
-    preload_row,
-    slide_row,
-)
+from iceslide_fem.history import Row, interface_fields, outside_table, preload_row, slide_row
 from iceslide_fem.ice import Continuum
 from iceslide_fem.interruption import Interruption
 from iceslide_fem.ledger import Ledger
-from iceslide_fem.outputs import HISTORY_COLUMNS, PRELOAD_COLUMNS, Fields, Table
+from iceslide_fem.outputs import HISTORY_COLUMNS, PRELOAD_COLUMNS, Fields, Table, begin_run
 from iceslide_fem.progress import Progress
 from iceslide_fem.scene import Scene
 from iceslide_fem.schedule import FieldTimes, Saves, Schedule
@@ -47,6 +41,7 @@ def run_block(
         progress = open_files.enter_context(Progress(comm.rank, scene.load.duration))
         try:
             block = build_block(scene, comm)
+            begin_run(out, comm.rank)  # not before: a mesh that cannot be used leaves nothing
             results.dofs = block.rubber.n_dofs
             state = resumed.state if resumed is not None else {}
             if state:
@@ -129,8 +124,9 @@ def _slide(
         row = slide_row(sliding, ledger, accepted)
         history.row(row)
         results.note(row, accepted.rejected if accepted else 0)
-        results.outside_table_fraction = outside_table(block, sliding.moment.contact)
-        results.sipe_opening = min(results.sipe_opening, smallest_opening(block))
+        if accepted is None or accepted.solved:  # else the block is as it was
+            results.outside_table_fraction = outside_table(block, sliding.moment.contact)
+            results.sipe_opening = min(results.sipe_opening, smallest_opening(block))
         return row
 
     if not state:

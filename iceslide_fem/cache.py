@@ -8,7 +8,6 @@ import hashlib
 import os
 import platform
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from iceslide_fem.files import writing
@@ -30,7 +29,7 @@ def processor() -> str:
     return platform.machine()
 
 
-@contextmanager
+@contextlib.contextmanager
 def sole_compiler(folder: Path) -> Iterator[None]:
     """Be the only process that compiles forms into `folder`, after clearing what is unfinished.
 
@@ -41,7 +40,7 @@ def sole_compiler(folder: Path) -> Iterator[None]:
     """
     with writing(f"compiled forms to {folder} (ICESLIDE_CACHE is another place for them)"):
         folder.mkdir(parents=True, exist_ok=True)
-        lock = open(folder / "lock", "w")  # noqa: SIM115
+        lock = open(folder / "lock", "w")
     with lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         for source in folder.glob("*.c"):

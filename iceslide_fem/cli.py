@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 import os
-import signal
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -22,8 +20,15 @@ from iceslide_fem.errors import (
     SceneError,
     SimulationStopped,
 )
-from iceslide_fem.files import writing
+from iceslide_fem.files import check_writable, writing
 from iceslide_fem.footprint.options import footprint
+from iceslide_fem.launch import (
+    on_one_process,
+    rank,
+    started_by_mpirun,
+    stop_other_ranks,
+    termination_as_interrupt,
+)
 
 if TYPE_CHECKING:
     from iceslide_fem.checkpoint import Checkpoint
@@ -116,7 +121,7 @@ def run(
     else:
         scene, resumed = _load(scene_file, overrides), None
         out = out or Path("results") / scene.name
-    _check_writable(out)
+    check_writable(out)
     warning = scene.outside_table()
     if warning:
         typer.echo(f"Note: {warning}.")
@@ -168,7 +173,7 @@ def sweep(
     ] = False,
 ) -> None:
     """Run a scene for all combinations of some of its values; again: only what is missing."""
-    if _started_by_mpirun():
+    if started_by_mpirun():
         raise SceneError(
             "iceslide sweep starts its own processes: run it without mpirun, with --cores-per-case"
         )
@@ -178,9 +183,9 @@ def sweep(
     plan = make_plan(scene_file, overrides or [], varied or [])
     cores = None if no_run else share_cores(cores_per_case, cases_at_a_time)
     out = out or Path("results") / f"{plan.cases[0].scene.name}-sweep"
-    _check_writable(out)
+    check_writable(out)
     try:
-        with _termination_as_interrupt():
+        with termination_as_interrupt():
             dataset = run_sweep(plan, out, cores, typer.echo)
     except KeyboardInterrupt:
         raise Interrupted(
@@ -252,7 +257,7 @@ def ladder(
 
     scene = load_scene(scene_file, overrides or [])
     out = out or Path("results") / f"{scene.name}_ladder"
-    _check_writable(out)
+    check_writable(out)
 
     from rich.console import Console
 
@@ -274,7 +279,7 @@ def ladder(
         if best is not finest
         else f"No cheaper rung is within {tolerance:g} of {finest.name} at every time."
     )
-    if _rank() == 0:
+    if rank() == 0:
         ladder_chart(f"{scene.name}: every rung", outcomes, tolerance, best, out / "ladder.png")
         write_scene(scene_file, overrides or [], best.rung, out / f"{scene.name}.toml")
     for name in ("ladder.png", f"{scene.name}.toml"):
@@ -291,7 +296,7 @@ def view(
     """Make pictures of a finished run and print their paths."""
     if not (directory / "summary.json").is_file():
         raise SceneError(f"{directory} holds no finished run (there is no summary.json in it)")
-    if _rank() > 0:  # one process is enough to make pictures
+    if rank() > 0:  # one process is enough to make pictures
         return
 
     from iceslide_fem.view import view as make_pictures
@@ -300,18 +305,7 @@ def view(
         typer.echo(str(picture))
 
 
-def _on_one_process(command: Callable[..., None]) -> Callable[..., None]:
-    """The command for rank 0; the others have nothing to do."""
-
-    @functools.wraps(command)
-    def alone(*args: Any, **options: Any) -> None:
-        if _rank() == 0:
-            command(*args, **options)
-
-    return alone
-
-
-app.command()(_on_one_process(footprint))
+app.command()(on_one_process(footprint))
 
 
 def main(argv: Sequence[str] | None = None) -> NoReturn:
@@ -322,7 +316,7 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
     Under mpirun every rank does the same and rank 0 alone prints.
     """
     with contextlib.ExitStack() as stack:
-        if _rank() > 0:
+        if rank() > 0:
             silence = stack.enter_context(open(os.devnull, "w"))
             stack.enter_context(contextlib.redirect_stdout(silence))
             stack.enter_context(contextlib.redirect_stderr(silence))
@@ -331,13 +325,13 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
         except IceslideError as error:
             print(f"iceslide: {error}", file=sys.stderr)
             if isinstance(error, OutputError):  # raised on the rank that writes, alone
-                _stop_other_ranks(error.exit_code)
-            if _rank() > 0:  # mpirun ends rank 0, perhaps before it has printed, when another fails
+                stop_other_ranks(error.exit_code)
+            if rank() > 0:  # mpirun ends rank 0, perhaps before it has printed, when another fails
                 time.sleep(1.0)
             sys.exit(error.exit_code)
         except Exception:
             traceback.print_exc(file=sys.__stderr__)  # also of the ranks that are silent
-            _stop_other_ranks(1)
+            stop_other_ranks(1)
             sys.exit(1)
         sys.exit(0)
 
@@ -373,47 +367,6 @@ def _time(text: str) -> float:
         return to_si(text, "s")
     except ValueError as error:
         raise SceneError(f'--checkpoint-at "{text}" {error}') from None
-
-
-def _check_writable(out: Path) -> None:
-    existing = next(path for path in (out, *out.absolute().parents) if path.exists())
-    if not existing.is_dir() or not os.access(existing, os.W_OK):
-        raise SceneError(f"cannot write to {out}: {existing} is not a directory one may write to")
-
-
-@contextlib.contextmanager
-def _termination_as_interrupt() -> Iterator[None]:
-    """SIGTERM (a queue's time limit) as KeyboardInterrupt, so that what is running is ended."""
-
-    def interrupt(*_: object) -> NoReturn:
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGTERM, interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-def _started_by_mpirun() -> bool:
-    return any(name in os.environ for name in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE"))
-
-
-def _rank() -> int:
-    """This process's rank, from what mpirun (Open MPI, MPICH) sets; without importing MPI."""
-    for variable in ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK"):
-        if variable in os.environ:
-            return int(os.environ[variable])
-    return 0
-
-
-def _stop_other_ranks(exit_code: int) -> None:
-    """End all ranks if this one fails alone: the others would wait for it forever."""
-    if "mpi4py.MPI" in sys.modules:
-        from mpi4py import MPI
-
-        if MPI.COMM_WORLD.size > 1:
-            MPI.COMM_WORLD.Abort(exit_code)
 
 
 def _print_summary(summary: dict[str, Any], out: Path) -> None:

@@ -7,7 +7,14 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from iceslide_fem.errors import OutputError
+from iceslide_fem.errors import OutputError, SceneError
+
+
+def check_writable(out: Path) -> None:
+    """Raise SceneError if `out` is not, or cannot become, a directory one may write to."""
+    existing = next(path for path in (out, *out.absolute().parents) if path.exists())
+    if not existing.is_dir() or not os.access(existing, os.W_OK):
+        raise SceneError(f"cannot write to {out}: {existing} is not a directory one may write to")
 
 
 @contextlib.contextmanager

@@ -17,13 +17,12 @@ import tomlkit
 from iceslide_fem._dolfinx import MPI
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.neglect import Neglects, neglects
-from iceslide_fem.results import Run, read_run
+from iceslide_fem.results import Run, differences, read_run
 from iceslide_fem.rung import Rung, on_rung, rung_name
 from iceslide_fem.scene import REFINEMENTS, Scene, load_scene, override
 from iceslide_fem.simulate import run
 
 MODELS, HEATS = ("point", "slice", "block"), ("half-space", "column", "continuum")
-TIMES = 500  # at which mu(t) is compared
 
 
 class Outcome(NamedTuple):
@@ -126,14 +125,10 @@ def compared(outcomes: Sequence[Outcome]) -> list[Outcome]:
     finest = finest_of(outcomes)
     if finest is None or finest.run is None:
         return list(outcomes)
-    exact = finest.run
-    times = np.linspace(0.0, exact.history["time_s"][-1], TIMES)
-    reference = np.interp(times, exact.history["time_s"], exact.history["mu"])
     result = []
     for outcome in outcomes:
         if outcome.run is not None:
-            history = outcome.run.history
-            change = np.interp(times, history["time_s"], history["mu"]) / reference - 1.0
+            change = differences(outcome.run, finest.run)
             largest, rms = float(np.abs(change).max()), float(np.sqrt(np.mean(change**2)))
             outcome = outcome._replace(largest=largest, rms=rms)
         result.append(outcome)

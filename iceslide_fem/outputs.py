@@ -297,6 +297,14 @@ def _check_whole(path: Path) -> None:
             raise OutputError(f"cannot write {path}: it is not whole; the disk may be full")
 
 
+def begin_run(out: Path, rank: int) -> None:
+    """Make the directory of a run; the summary of an earlier one there goes."""
+    with writing(out):
+        out.mkdir(parents=True, exist_ok=True)
+        if rank == 0:
+            (out / "summary.json").unlink(missing_ok=True)
+
+
 def write_summary(path: Path | str, summary: Mapping[str, Any]) -> None:
     """Write `summary` as JSON; NaN and infinity become null. Call it on one rank."""
     replace_file(Path(path), json.dumps(_plain(summary), indent=2, ensure_ascii=False) + "\n")

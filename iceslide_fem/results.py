@@ -52,6 +52,8 @@ def read_run(directory: Path | str) -> Run:
     try:
         text = (directory / "summary.json").read_text(encoding="utf-8")
         summary, history = json.loads(text), _columns(directory / "history.csv")
+        preload = directory / "preload.csv"
+        earlier = _columns(preload) if preload.is_file() else {}
     except OSError as error:
         missing = Path(error.filename).name
         raise SceneError(f"{directory} holds no finished run (no readable {missing})") from None
@@ -64,8 +66,14 @@ def read_run(directory: Path | str) -> Run:
         or not history["mu"].size
     ):
         raise SceneError(f"{directory} holds no finished run (its files are of something else)")
-    preload = directory / "preload.csv"
-    return Run(directory, summary, history, _columns(preload) if preload.is_file() else {})
+    return Run(directory, summary, history, earlier)
+
+
+def differences(run: Run, exact: Run, count: int = 500) -> Array:
+    """Relative differences of mu(t) to another run's, at `count` times from 0 to its end."""
+    times = np.linspace(0.0, exact.history["time_s"][-1], count)
+    mu, reference = (np.interp(times, r.history["time_s"], r.history["mu"]) for r in (run, exact))
+    return np.asarray(mu / reference - 1.0)
 
 
 def field_files(directory: Path, name: str) -> list[tuple[float, Path]]:
@@ -82,7 +90,9 @@ def field_files(directory: Path, name: str) -> list[tuple[float, Path]]:
 def _columns(path: Path) -> dict[str, Array]:
     with open(path, newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    return {name: _numbers([row[name] or "" for row in rows]) for name in (rows[0] if rows else ())}
+    if any(None in row or None in row.values() for row in rows):
+        raise ValueError(f"a row of {path.name} is not whole")
+    return {name: _numbers([row[name] for row in rows]) for name in (rows[0] if rows else ())}
 
 
 def _numbers(cells: list[str]) -> Array:

@@ -15,7 +15,7 @@ from iceslide_fem.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.checkpoint import Checkpoint
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import writing
-from iceslide_fem.outputs import HISTORY_COLUMNS, Table, write_summary
+from iceslide_fem.outputs import HISTORY_COLUMNS, Table, begin_run, write_summary
 from iceslide_fem.report import report
 from iceslide_fem.results import Run, read_run
 from iceslide_fem.rung import resolved
@@ -41,16 +41,10 @@ def run(
     """
     scene = resolved(scene)
     out = Path(out)
-    with writing(out):
-        out.mkdir(parents=True, exist_ok=True)
-
-    from iceslide_fem._dolfinx import MPI, PETSc
-
-    if MPI.COMM_WORLD.rank == 0:
-        (out / "summary.json").unlink(missing_ok=True)  # of an earlier run
     if scene.model == "point":
         return _run_point(scene, out)
 
+    from iceslide_fem._dolfinx import MPI, PETSc
     from iceslide_fem.block_run import run_block
     from iceslide_fem.schedule import Schedule
 
@@ -90,6 +84,7 @@ def _run_point(scene: Scene, out: Path) -> dict[str, Any]:
     rows, results = point_history(scene)
     summary = _summary(scene, results, started)
     rank = MPI.COMM_WORLD.rank
+    begin_run(out, rank)
     with Table(out / "history.csv", HISTORY_COLUMNS, rank) as history:
         for row in rows:
             history.row(row)

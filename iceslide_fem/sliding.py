@@ -273,14 +273,14 @@ class Sliding:
         before, held = values.copy(), block.contact.pressure
         try:
             return block.balance(block.film_shear(height, speed)).iterations
-        except NotConverged as reason:
+        except NotConverged:
             values[:] = before
             block.equilibrium.forget()
             iterations = block.balance(block.held_shear(height, speed, held)).iterations
             ones, now = np.ones_like(height), block.contact
             taken, due = (block.friction.shear(p, ones, height)[0] for p in (held, now.pressure))
             if not self._error.is_quiet(taken.ravel(), due.ravel(), now.area.ravel()):
-                raise reason
+                raise
             return iterations
 
     def _settled(self, moment: Moment) -> Moment:

@@ -18,8 +18,11 @@ from iceslide_fem.block import build_block  # noqa: E402
 from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.grid import graded, tensor_grid  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
+from iceslide_fem.simulate import run  # noqa: E402
 from iceslide_fem.sipes import smallest_opening  # noqa: E402
 from iceslide_fem.user_mesh import _names, load_user_mesh, mesh_size  # noqa: E402
+
+CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 
 pytestmark = pytest.mark.fe
 
@@ -316,6 +319,19 @@ def test_a_bad_mesh_is_refused_with_the_reason(message, tmp_path):
     assert message in str(refusal.value)
     assert str(tmp_path / "bad.msh") in str(refusal.value)
     assert "\n" not in str(refusal.value)
+
+
+def test_a_run_on_a_bad_mesh_leaves_what_was_there(tmp_path):
+    gmsh_model.save(a_block(plate=None), tmp_path / "bad.msh")
+    scene = load_scene(CASE, ["model=slice", f"rubber.mesh={tmp_path / 'bad.msh'}"])
+    with pytest.raises(SceneError, match='no facets tagged "plate"'):
+        run(scene, tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old" / "summary.json").write_text("{}")
+    with pytest.raises(SceneError, match='no facets tagged "plate"'):
+        run(scene, tmp_path / "old")
+    assert (tmp_path / "old" / "summary.json").read_text() == "{}"
 
 
 def test_symmetry_must_be_at_the_middle(tmp_path):

@@ -9,7 +9,7 @@ import pytest
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.report import report
-from iceslide_fem.results import field_files, read_run
+from iceslide_fem.results import differences, field_files, read_run
 
 pytest.importorskip("iceslide_fem._dolfinx")  # the outputs' writers need it
 
@@ -54,12 +54,21 @@ def test_summary_of_something_else_is_refused(tmp_path, text):
         read_run(tmp_path)
 
 
-def test_a_history_with_half_a_row_is_refused_or_read(tmp_path):
+@pytest.mark.parametrize("table", ["history.csv", "preload.csv"])
+def test_a_table_with_half_a_row_is_refused(tmp_path, table):
     write_run(tmp_path, "slice")
-    with open(tmp_path / "history.csv", "a") as file:
+    with open(tmp_path / table, "a") as file:
         file.write("0.1,0.2\n")
-    history = read_run(tmp_path).history  # no fault of the program
-    assert history["time_s"].size == history["mu"].size
+    with pytest.raises(SceneError, match=f"holds no finished run .a row of {table} is not whole"):
+        read_run(tmp_path)
+
+
+def test_differences_are_relative_and_at_the_times_of_the_other_run(tmp_path):
+    write_run(tmp_path, "slice")
+    run = read_run(tmp_path)
+    higher = run._replace(history=run.history | {"mu": 1.02 * run.history["mu"]})
+    assert differences(higher, run) == pytest.approx(0.02)
+    assert differences(run, higher, 7).shape == (7,)
 
 
 def test_no_dolfinx_is_needed():

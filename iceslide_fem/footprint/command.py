@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,8 +12,7 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from iceslide_fem.errors import SceneError
-from iceslide_fem.files import replace_file, writing
+from iceslide_fem.files import check_writable, replace_file, writing
 from iceslide_fem.footprint.blocks import representative, scene_text, tread_blocks
 from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.comparison import friction_curves
@@ -33,9 +31,7 @@ def run(values: Mapping[str, Any], out: Path) -> dict[str, Any]:
     """
     begun = time.perf_counter()
     case = FootprintCase.of(values)
-    existing = next(path for path in (out, *out.absolute().parents) if path.exists())
-    if not existing.is_dir() or not os.access(existing, os.W_OK):
-        raise SceneError(f"cannot write to {out}: {existing} is not a directory one may write to")
+    check_writable(out)
     read = read_footprint(case)
     scenes = _scenes(case, read)
     result = survey(case, read)

@@ -22,15 +22,16 @@ _TEXT = ("case", "status", "reason")
 
 def write_sweep(folder: Path, plan: Plan, outcomes: Sequence[Outcome]) -> xr.Dataset:
     """Write `sweep.csv` and `sweep.nc`; the Dataset that the second one holds."""
+    inputs = [flat(case.scene.as_dict()) for case in plan.cases]
     rows = [
         {"case": case.name, "status": outcome.status, "reason": outcome.reason}
-        | flat(case.scene.as_dict())
+        | given
         | flat({key: value for key, value in outcome.summary.items() if key != "scene"})
-        for case, outcome in zip(plan.cases, outcomes, strict=True)
+        for case, given, outcome in zip(plan.cases, inputs, outcomes, strict=True)
     ]
     table = pd.DataFrame(rows)
     replace_file(folder / "sweep.csv", table.convert_dtypes().to_csv(index=False))
-    dataset = to_dataset(plan, table, outcomes)
+    dataset = to_dataset(plan, inputs, table, outcomes)
     replace_file(folder / "sweep.nc", bytes(dataset.to_netcdf(engine="scipy")))
     return dataset
 
@@ -72,19 +73,26 @@ def done_points(folder: Path) -> dict[str, Outcome]:
     }
 
 
-def to_dataset(plan: Plan, table: pd.DataFrame, outcomes: Sequence[Outcome]) -> xr.Dataset:
-    """Texts, numbers of the summaries and curves over the varied keys, in SI."""
+def to_dataset(
+    plan: Plan,
+    inputs: Sequence[dict[str, Any]],
+    table: pd.DataFrame,
+    outcomes: Sequence[Outcome],
+) -> xr.Dataset:
+    """Texts, numbers of the summaries and curves over the varied keys, in SI.
+
+    inputs: of every case, by their dotted keys.
+    """
     keys = list(plan.axes)
     coordinates: dict[str, Any] = {}
     for key, values in plan.axes.items():
         coordinates[key] = (key, np.array(values), {"units": unit_of(key) or "1"})
     coordinates["time_share"] = np.linspace(0.0, 1.0, SAMPLES)
     data: dict[str, Any] = {}
-    inputs = set(flat(plan.cases[0].scene.as_dict()))
     for name in table:
         if name in _TEXT:
             data[name] = (keys, table[name].fillna("").to_numpy(dtype=str).reshape(plan.shape))
-        elif name not in inputs and name.split(".")[0] not in ("versions", "stopped"):
+        elif name not in inputs[0] and name.split(".")[0] not in ("versions", "stopped"):
             numbers = pd.to_numeric(table[name]).to_numpy(dtype=float)
             data[name] = (keys, numbers.reshape(plan.shape))
     missing = np.full(SAMPLES, np.nan)
@@ -94,20 +102,15 @@ def to_dataset(plan: Plan, table: pd.DataFrame, outcomes: Sequence[Outcome]) -> 
         data[name] = ([*keys, "time_share"], curves.reshape(*plan.shape, SAMPLES), attributes)
     durations = np.array([case.scene.load.duration for case in plan.cases])
     data["duration_s"] = (keys, durations.reshape(plan.shape), {"units": "s"})
-    common = _common_inputs(plan)
-    words = " ".join(f"{key}={value}" for key, value in common.items() if value is not None)
-    named = {key: str(common.get(key, "")) for key in ("name", "model")}
-    return xr.Dataset(data, coordinates, {"iceslide_fem": "sweep", "inputs": words, **named})
-
-
-def _common_inputs(plan: Plan) -> dict[str, Any]:
-    """What all cases have in common."""
-    first, *others = (flat(case.scene.as_dict()) for case in plan.cases)
-    return {
+    first, *others = inputs
+    common = {
         key: value
         for key, value in first.items()
         if key not in plan.axes and all(other[key] == value for other in others)
     }
+    words = " ".join(f"{key}={value}" for key, value in common.items() if value is not None)
+    named = {key: str(common.get(key, "")) for key in ("name", "model")}
+    return xr.Dataset(data, coordinates, {"iceslide_fem": "sweep", "inputs": words, **named})
 
 
 def _plain(value: Any) -> float | None:
