@@ -21,9 +21,9 @@ import numpy as np
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import replace_file
-from iceslide_fem.fingerprint import fingerprint
 from iceslide_fem.materials import Array
 from iceslide_fem.scene import Scene, flat, scene_from_dict
+from iceslide_fem.scene.fingerprint import fingerprint
 
 FILE = "checkpoint"
 _FIRST_LINE = b"iceslide_fem checkpoint 1\n"

@@ -361,7 +361,7 @@ def _resumed(folder: Path, scene_file: Path | None) -> tuple[Scene, Checkpoint]:
 
 def _time(text: str) -> float:
     """Seconds of "2 ms"."""
-    from iceslide_fem.units import to_si
+    from iceslide_fem.scene.units import to_si
 
     try:
         return to_si(text, "s")

@@ -14,7 +14,7 @@ from iceslide_fem.materials import (
     WATER_VISCOSITY,
 )
 from iceslide_fem.scene import Scene
-from iceslide_fem.units import readable
+from iceslide_fem.scene.units import readable
 
 
 class Row(NamedTuple):

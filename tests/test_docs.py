@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from iceslide_fem.scene import Scene, load_scene
-from iceslide_fem.units import Quantity, to_si
+from iceslide_fem.scene.units import Quantity, to_si
 
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from iceslide_fem.errors import SceneError
-from iceslide_fem.fingerprint import fingerprint
 from iceslide_fem.point_run import point_history
 from iceslide_fem.rung import resolved
 from iceslide_fem.scene import load_scene
+from iceslide_fem.scene.fingerprint import fingerprint
 from iceslide_fem.sweep import make_plan, read_sweep, run_sweep, share_cores
 from iceslide_fem.sweep import points as sweep_points
 from iceslide_fem.sweep.outcome import read_outcome

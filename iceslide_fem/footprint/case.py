@@ -21,7 +21,7 @@ from iceslide_fem.errors import SceneError, first_sentence
 from iceslide_fem.footprint.film_map import Ride
 from iceslide_fem.footprint.image import Box
 from iceslide_fem.materials import BAR, CONTACT_TABLES
-from iceslide_fem.units import Quantity
+from iceslide_fem.scene.units import Quantity
 
 THRESHOLD = 0.05  # of the range of pressures
 

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from iceslide_fem.errors import SceneError
-from iceslide_fem.fingerprint import fingerprint
 from iceslide_fem.rung import resolved
 from iceslide_fem.scene import (
     Scene,
@@ -22,7 +21,8 @@ from iceslide_fem.scene import (
     scene_from_dict,
     unit_of,
 )
-from iceslide_fem.units import to_si
+from iceslide_fem.scene.fingerprint import fingerprint
+from iceslide_fem.scene.units import to_si
 
 Value = float | str | bool
 

@@ -33,7 +33,7 @@ from iceslide_fem.materials import (
     MooneyRivlin,
     rubber_solid,
 )
-from iceslide_fem.units import Quantity
+from iceslide_fem.scene.units import Quantity
 
 Length = Annotated[float, Quantity("m", "10 um", "1 m")]
 Stiffness = Annotated[float, Quantity("Pa", "0 MPa", "10000 MPa")]

@@ -1,0 +1,42 @@
+"""What is simulated: a frozen scene, completely validated, in SI units.
+
+From a TOML file or a dictionary, with units at the edge. Imports `errors` and `materials` only.
+"""
+
+from iceslide_fem.scene.model import (
+    REFINEMENTS,
+    Film,
+    Ice,
+    Load,
+    Numerics,
+    Rubber,
+    Scene,
+    flat,
+    key_and_text,
+    load_scene,
+    override,
+    parsed,
+    put,
+    read_scene,
+    scene_from_dict,
+    unit_of,
+)
+
+__all__ = [
+    "REFINEMENTS",
+    "Film",
+    "Ice",
+    "Load",
+    "Numerics",
+    "Rubber",
+    "Scene",
+    "flat",
+    "key_and_text",
+    "load_scene",
+    "override",
+    "parsed",
+    "put",
+    "read_scene",
+    "scene_from_dict",
+    "unit_of",
+]
