@@ -1,3 +1,7 @@
-"""A rubber tread block sliding on ice: finite elements with a melting water film."""
+"""Finite element simulation of a rubber tread block sliding on ice."""
 
 __version__ = "0.1.0"
+
+from iceslide_fem.film import point
+
+__all__ = ["point"]

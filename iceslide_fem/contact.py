@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.film import FilmLoads, film_loads
+from iceslide_fem.film.law import FilmLoads, film_loads
 from iceslide_fem.materials import (
     WATER_VISCOSITY,
     Array,

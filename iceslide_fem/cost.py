@@ -23,7 +23,7 @@ from __future__ import annotations
 from math import ceil
 from typing import NamedTuple
 
-from iceslide_fem.integrators import INTEGRATORS
+from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.point_run import point_history
 from iceslide_fem.scene import Scene
 

@@ -15,8 +15,8 @@ from iceslide_fem import _dolfinx
 from iceslide_fem._dolfinx import MPI, PETSc, fem, ufl
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.factors import factorise, solve
-from iceslide_fem.film import FilmStage, IceSurface
-from iceslide_fem.heat import FilmLaw
+from iceslide_fem.film.ice_heat import FilmLaw
+from iceslide_fem.film.law import FilmStage, IceSurface
 from iceslide_fem.materials import (
     ICE_CONDUCTIVITY,
     ICE_DENSITY,

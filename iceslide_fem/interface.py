@@ -7,7 +7,7 @@ import numpy as np
 from iceslide_fem._dolfinx import MPI
 from iceslide_fem.block import Block
 from iceslide_fem.carriers import Attached, OnIce, OnRubber
-from iceslide_fem.heat import Column, HalfSpace
+from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.ice import Continuum
 from iceslide_fem.materials import Array
 from iceslide_fem.meshing import ice_mesh, patch_lines, window_lines

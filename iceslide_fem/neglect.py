@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.materials import ICE_DIFFUSIVITY, Array
-from iceslide_fem.point import Conditions, simulate
 from iceslide_fem.scene import Scene
 
 TIMES = 200  # at which mu(t) is compared

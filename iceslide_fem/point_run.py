@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from iceslide_fem.heat import Column, HalfSpace
-from iceslide_fem.integrators import INTEGRATORS
+from iceslide_fem.film.ice_heat import Column, HalfSpace
+from iceslide_fem.film.integrators import INTEGRATORS
+from iceslide_fem.film.point import ICE_MODELS, Conditions, PointResult, Record, simulate
+from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
 from iceslide_fem.materials import MELTING_TEMPERATURE, Array
-from iceslide_fem.point import ICE_MODELS, Conditions, PointResult, Record, simulate
-from iceslide_fem.rubber_heat import INSULATED, Insulated, RubberColumns
 from iceslide_fem.scene import Scene
 
 Row = dict[str, float | int]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from iceslide_fem.heat import FilmLaw
+from iceslide_fem.film.ice_heat import FilmLaw
+from iceslide_fem.film.rubber_heat import RubberColumns, RubberSurface, film_law_beside
 from iceslide_fem.materials import Array
-from iceslide_fem.rubber_heat import RubberColumns, RubberSurface, film_law_beside
 from iceslide_fem.surface_grid import SurfaceGrid
 
 

@@ -17,14 +17,14 @@ from iceslide_fem.block import Block, SpeedLaw
 from iceslide_fem.carriers import Passage, Side
 from iceslide_fem.contact import ContactState
 from iceslide_fem.errors import NotConverged, SimulationStopped
-from iceslide_fem.integrators import INTEGRATORS, InterfaceState
+from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
+from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.interface import carrier_of
 from iceslide_fem.materials import Array
 from iceslide_fem.meshing import window_cell
 from iceslide_fem.motion import Dynamic, Motion, MotionLaw, QuasiStatic, Rate, at_rest, rested
 from iceslide_fem.places import nodes_of, places_of
 from iceslide_fem.step_error import StepError
-from iceslide_fem.timestep import step_factor
 
 MAX_PASSES = 4
 FIRST_STEP = 1e-5

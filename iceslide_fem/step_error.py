@@ -11,7 +11,7 @@ import numpy as np
 from iceslide_fem._dolfinx import MPI
 from iceslide_fem.block import Block
 from iceslide_fem.carriers import Carrier, Passage
-from iceslide_fem.integrators import InterfaceState, error_norms
+from iceslide_fem.film.integrators import InterfaceState, error_norms
 from iceslide_fem.materials import MELTING_TEMPERATURE, Array
 
 # Errors of single steps add up to one of mu(t) that falls as their power 2/3 to 3/4 (see

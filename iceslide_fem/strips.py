@@ -11,8 +11,8 @@ from scipy.linalg import solveh_banded
 
 from iceslide_fem._dolfinx import MPI
 from iceslide_fem.errors import NotConverged
-from iceslide_fem.film import FilmStage, IceSurface
-from iceslide_fem.heat import Column, FilmLaw
+from iceslide_fem.film.ice_heat import Column, FilmLaw
+from iceslide_fem.film.law import FilmStage, IceSurface
 from iceslide_fem.materials import MELTING_TEMPERATURE, Array
 from iceslide_fem.surface_grid import SurfaceGrid
 

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from iceslide_fem import reference
-from iceslide_fem.film import (
+from iceslide_fem.film.ice_heat import HalfSpace
+from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
+from iceslide_fem.film.law import (
     FilmLoads,
     FilmStage,
     IceSurface,
@@ -12,8 +14,6 @@ from iceslide_fem.film import (
     implicit_stage,
     interpolate,
 )
-from iceslide_fem.heat import HalfSpace
-from iceslide_fem.integrators import INTEGRATORS, InterfaceState, advance
 from iceslide_fem.materials import MELTING_ENTHALPY, MELTING_TEMPERATURE, WATER_VISCOSITY
 
 ONE_BAR = {"k": 0.266, "D": 29e-6, "H_V": 2.86e-6}

@@ -5,11 +5,11 @@ import pytest
 from scipy.optimize import brentq
 
 from iceslide_fem import reference
-from iceslide_fem.film import FilmStage, IceSurface
-from iceslide_fem.heat import Column, HalfSpace
-from iceslide_fem.integrators import INTEGRATORS, InterfaceState, advance
+from iceslide_fem.film.ice_heat import Column, HalfSpace
+from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
+from iceslide_fem.film.law import FilmStage, IceSurface
+from iceslide_fem.film.point import Conditions, Record, simulate
 from iceslide_fem.materials import MELTING_TEMPERATURE, WATER_VISCOSITY
-from iceslide_fem.point import Conditions, Record, simulate
 
 DURATION = 7e-3
 T_0 = np.array([MELTING_TEMPERATURE - 4.0])

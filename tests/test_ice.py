@@ -7,9 +7,9 @@ import pytest
 
 pytest.importorskip("dolfinx")
 from iceslide_fem._dolfinx import MPI  # noqa: E402
-from iceslide_fem.film import FilmLoads, FilmStage, IceSurface  # noqa: E402
+from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance  # noqa: E402
+from iceslide_fem.film.law import FilmLoads, FilmStage, IceSurface  # noqa: E402
 from iceslide_fem.ice import Continuum  # noqa: E402
-from iceslide_fem.integrators import INTEGRATORS, InterfaceState, advance  # noqa: E402
 from iceslide_fem.materials import (  # noqa: E402
     ICE_DENSITY,
     ICE_DIFFUSIVITY,

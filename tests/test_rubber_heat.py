@@ -4,19 +4,18 @@ import numpy as np
 import pytest
 from test_heat import given_flux
 
-from iceslide_fem import rubber_heat
-from iceslide_fem.film import FilmLoads, IceSurface, implicit_stage
-from iceslide_fem.heat import Column
-from iceslide_fem.integrators import INTEGRATORS, InterfaceState, advance
+from iceslide_fem.film.ice_heat import Column
+from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
+from iceslide_fem.film.law import FilmLoads, IceSurface, implicit_stage, rubber_heat
+from iceslide_fem.film.point import Conditions, simulate
+from iceslide_fem.film.rubber_heat import RubberColumns, RubberSurface, between
 from iceslide_fem.materials import (
     ICE_EFFUSIVITY,
     MELTING_TEMPERATURE,
     WATER_CONDUCTIVITY,
     rubber_solid,
 )
-from iceslide_fem.point import Conditions, simulate
 from iceslide_fem.reference import constant_flux_rise
-from iceslide_fem.rubber_heat import RubberColumns, RubberSurface, between
 
 DURATION, DENSITY = 7e-3, 940.0
 T_0 = MELTING_TEMPERATURE - 4.0

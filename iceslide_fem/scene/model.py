@@ -22,7 +22,7 @@ from pydantic import (
 )
 
 from iceslide_fem.errors import SceneError, first_sentence, unknown_key
-from iceslide_fem.heat import DEPTH_IN_LAYERS
+from iceslide_fem.film.ice_heat import DEPTH_IN_LAYERS
 from iceslide_fem.materials import (
     BAR,
     COMPOUNDS,

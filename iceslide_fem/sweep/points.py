@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.film.point import Conditions, Record, simulate
 from iceslide_fem.materials import Array
-from iceslide_fem.point import Conditions, Record, simulate
 from iceslide_fem.point_run import (
     point_summary,
     rubber_columns,

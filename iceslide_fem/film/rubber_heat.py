@@ -23,8 +23,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from iceslide_fem.film import FilmStage, IceSurface
-from iceslide_fem.heat import Column, FilmLaw
+from iceslide_fem.film.ice_heat import Column, FilmLaw
+from iceslide_fem.film.law import FilmStage, IceSurface
 from iceslide_fem.materials import (
     MELTING_TEMPERATURE,
     WATER_CONDUCTIVITY,

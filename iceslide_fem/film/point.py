@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iceslide_fem.errors import SimulationStopped
-from iceslide_fem.film import FilmLoads, film_loads
-from iceslide_fem.heat import Column, HalfSpace
-from iceslide_fem.integrators import (
+from iceslide_fem.film.ice_heat import Column, HalfSpace
+from iceslide_fem.film.integrators import (
     INTEGRATORS,
     InterfaceState,
     Step,
@@ -24,9 +23,10 @@ from iceslide_fem.integrators import (
     error_norms,
     surface_excess,
 )
+from iceslide_fem.film.law import FilmLoads, film_loads
+from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
+from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.materials import MELTING_TEMPERATURE, Array, Index, Mask
-from iceslide_fem.rubber_heat import INSULATED, RubberHeat
-from iceslide_fem.timestep import step_factor
 
 ICE_MODELS: dict[str, type[Column] | type[HalfSpace]] = {
     "column": Column,

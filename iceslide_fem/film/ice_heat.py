@@ -14,7 +14,7 @@ from typing import Protocol, Self
 import numpy as np
 from scipy.linalg import eigh
 
-from iceslide_fem.film import FilmStage, IceSurface
+from iceslide_fem.film.law import FilmStage, IceSurface
 from iceslide_fem.materials import ICE, MELTING_TEMPERATURE, Array, Index, Mask, Solid
 from iceslide_fem.reference import step_flux
 

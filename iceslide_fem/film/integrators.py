@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.film import (
+from iceslide_fem.film.ice_heat import IceHeat
+from iceslide_fem.film.law import (
     FilmLoads,
     FilmStage,
     IceSurface,
@@ -21,9 +22,8 @@ from iceslide_fem.film import (
     implicit_stage,
     interpolate,
 )
-from iceslide_fem.heat import IceHeat
+from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 from iceslide_fem.materials import MELTING_TEMPERATURE, Array
-from iceslide_fem.rubber_heat import INSULATED, RubberHeat
 
 
 class Integrator(NamedTuple):
