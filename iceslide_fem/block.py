@@ -14,8 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem import _dolfinx
-from iceslide_fem._dolfinx import MPI, PETSc, fem, ufl
 from iceslide_fem.contact import (
     ContactState,
     FilmFriction,
@@ -28,6 +26,8 @@ from iceslide_fem.contact import (
 )
 from iceslide_fem.equilibrium import Equilibrium, Solution, TractionLaw
 from iceslide_fem.errors import NotConverged, SimulationStopped
+from iceslide_fem.fenics import compat
+from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.limits import limit_met
 from iceslide_fem.materials import Array
 from iceslide_fem.meshing import rubber_mesh, window_cell
@@ -132,7 +132,7 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     height = float(comm.allreduce(z.max(initial=0.0), op=MPI.MAX))
     ds = ufl.Measure("ds", domain=mesh.mesh, subdomain_data=mesh.facet_tags)
     plate = fem.Constant(mesh.mesh, PETSc.ScalarType(1.0)) * ds(mesh.tags["plate"])
-    area = _dolfinx.assemble_scalar(_dolfinx.form(plate), comm)
+    area = compat.assemble_scalar(compat.form(plate), comm)
     if scene.model == "slice":
         scale = scene.rubber.width
     else:

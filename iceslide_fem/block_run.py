@@ -6,10 +6,10 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from iceslide_fem._dolfinx import MPI
 from iceslide_fem.block import Block, PathPoint, build_block, press, start_sliding
 from iceslide_fem.checkpoint import Checkpoint, write_checkpoint
 from iceslide_fem.errors import Interrupted, SimulationStopped
+from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.history import Row, interface_fields, outside_table, preload_row, slide_row
 from iceslide_fem.ice import Continuum
 from iceslide_fem.interruption import Interruption

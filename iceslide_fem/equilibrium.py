@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem import _dolfinx
-from iceslide_fem._dolfinx import MPI, PETSc
 from iceslide_fem.contact import Traction, contact_forces, contact_state, contact_tangent
 from iceslide_fem.errors import NotConverged
-from iceslide_fem.factors import factorise, solve
+from iceslide_fem.fenics import compat
+from iceslide_fem.fenics.compat import MPI, PETSc
+from iceslide_fem.fenics.direct_solver import factorise, solve
 from iceslide_fem.materials import Array
 from iceslide_fem.rubber import Rubber
 from iceslide_fem.surface import ContactSurface
@@ -156,7 +156,7 @@ class Equilibrium:
         forces = contact_forces(self.surface, u, self.penalty, self._traction(law))
         with residual.localForm() as local:
             self.surface.scatter(-forces, local.array.reshape(u.shape))
-        _dolfinx.sum_ghosts(residual)
+        compat.sum_ghosts(residual)
         self._plate_imbalance = residual.dot(self._lift) + force
         residual.array[self._fixed] = 0.0
         return float(np.hypot(residual.norm(), self._plate_imbalance))
@@ -199,7 +199,7 @@ class Equilibrium:
         self._newton.scale(-1.0)
         self._newton.axpy(-lift, self._border)
         self._newton.axpy(lift, self._lift)
-        _dolfinx.update_ghosts(self._newton)
+        compat.update_ghosts(self._newton)
         with self._newton.localForm() as local:
             return np.array(local.array)
 

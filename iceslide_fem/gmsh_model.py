@@ -18,9 +18,9 @@ import gmsh
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem import _dolfinx
-from iceslide_fem._dolfinx import MPI
 from iceslide_fem.errors import SceneError
+from iceslide_fem.fenics import compat
+from iceslide_fem.fenics.compat import MPI
 
 IntArray = NDArray[np.int64]
 _Result = TypeVar("_Result")
@@ -76,9 +76,9 @@ def distribute(tagged: TaggedMesh, comm: MPI.Comm) -> DistributedMesh:
     if comm.rank == 0:
         with _model() as model:
             _fill(model, tagged)
-            mesh, _, facet_tags = _dolfinx.mesh_from_gmsh(model, comm, 0, dim)
+            mesh, _, facet_tags = compat.mesh_from_gmsh(model, comm, 0, dim)
     else:
-        mesh, _, facet_tags = _dolfinx.mesh_from_gmsh(None, comm, 0, dim)
+        mesh, _, facet_tags = compat.mesh_from_gmsh(None, comm, 0, dim)
     return DistributedMesh(
         mesh, facet_tags, {name: tag for tag, name in enumerate(tagged.facets, 1)}
     )

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from iceslide_fem import _dolfinx
-from iceslide_fem._dolfinx import MPI, PETSc, fem, ufl
 from iceslide_fem.errors import NotConverged
-from iceslide_fem.factors import factorise, solve
+from iceslide_fem.fenics import compat
+from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
+from iceslide_fem.fenics.direct_solver import factorise, solve
 from iceslide_fem.film.ice_heat import FilmLaw
 from iceslide_fem.film.law import FilmStage, IceSurface
 from iceslide_fem.materials import (
@@ -47,14 +47,14 @@ class Continuum:
     def __init__(self, mesh: IceMesh, temperature: float) -> None:
         """Ice at `temperature` (K), without points yet."""
         self._initial = temperature
-        self.space = _dolfinx.scalar_space(mesh.mesh, 1)
+        self.space = compat.scalar_space(mesh.mesh, 1)
         self.function = fem.Function(self.space, name="temperature")
         T, test = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
-        capacity = _dolfinx.form(ICE_DENSITY * ICE_HEAT_CAPACITY * T * test * ufl.dx)
+        capacity = compat.form(ICE_DENSITY * ICE_HEAT_CAPACITY * T * test * ufl.dx)
         flux = ICE_CONDUCTIVITY * ufl.inner(ufl.grad(T), ufl.grad(test))
-        conduction = _dolfinx.form(flux * ufl.dx)
-        self._capacity = _dolfinx.assemble_matrix(_dolfinx.create_matrix(capacity), capacity)
-        self._conduction = _dolfinx.assemble_matrix(_dolfinx.create_matrix(conduction), conduction)
+        conduction = compat.form(flux * ufl.dx)
+        self._capacity = compat.assemble_matrix(compat.create_matrix(capacity), capacity)
+        self._conduction = compat.assemble_matrix(compat.create_matrix(conduction), conduction)
         self._matrix = self._conduction.duplicate(copy=True)
         self._x, self._b = self._matrix.createVecs()
         self._comm = mesh.mesh.comm

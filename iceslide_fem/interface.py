@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from iceslide_fem._dolfinx import MPI
 from iceslide_fem.block import Block
 from iceslide_fem.carriers import Attached, OnIce, OnRubber
+from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.ice import Continuum
 from iceslide_fem.materials import Array

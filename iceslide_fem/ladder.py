@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 import tomlkit
 
-from iceslide_fem._dolfinx import MPI
 from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.neglect import Neglects, neglects
 from iceslide_fem.results import Run, differences, read_run
 from iceslide_fem.rung import Rung, on_rung, rung_name

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from iceslide_fem import gmsh_model
-from iceslide_fem.cache import cache_folder
 from iceslide_fem.errors import SceneError
+from iceslide_fem.fenics.cache import cache_folder
 from iceslide_fem.gmsh_model import TaggedMesh
 
 _BUILDER = 1  # raise it when the same parameters shall give another mesh

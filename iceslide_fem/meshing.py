@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iceslide_fem import gmsh_model
-from iceslide_fem._dolfinx import MPI
+from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.gmsh_model import TaggedMesh
 from iceslide_fem.grid import Lines, graded, tensor_grid
 from iceslide_fem.materials import ICE_DIFFUSIVITY

@@ -19,8 +19,8 @@ from typing import Any, Self, TextIO
 import meshio
 import numpy as np
 
-from iceslide_fem._dolfinx import VtkSeries, cell_name, fem
 from iceslide_fem.errors import OutputError, SceneError
+from iceslide_fem.fenics.compat import VtkSeries, cell_name, fem
 from iceslide_fem.files import replace_file, writing
 from iceslide_fem.materials import Array
 from iceslide_fem.rubber import Rubber

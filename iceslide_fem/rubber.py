@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from iceslide_fem import _dolfinx
-from iceslide_fem._dolfinx import PETSc, fem, ufl
+from iceslide_fem.fenics import compat
+from iceslide_fem.fenics.compat import PETSc, fem, ufl
 from iceslide_fem.materials import Array, MooneyRivlin
 from iceslide_fem.meshing import RubberMesh
 
@@ -72,7 +72,7 @@ class Rubber:
         another element than the default; a `density` (kg/m3) above zero adds inertia forces.
         """
         self.mesh = block.mesh
-        self.space = _dolfinx.vector_space(self.mesh, degree)
+        self.space = compat.vector_space(self.mesh, degree)
         self.u = fem.Function(self.space, name="displacement")
         self.block = block
         # As constants of the form, so that one compilation serves every material.
@@ -90,10 +90,10 @@ class Rubber:
             change = self._weight * (self.u - self._reference)
             residual += mass * ufl.inner(change, test) * ufl.dx
             square = ufl.inner(self._velocity, self._velocity)
-            self._kinetic = _dolfinx.form(0.5 * mass * square * ufl.dx)
-        self._energy = _dolfinx.form(functional)
-        self._residual = _dolfinx.form(residual)
-        self._tangent = _dolfinx.form(ufl.derivative(residual, self.u, trial))
+            self._kinetic = compat.form(0.5 * mass * square * ufl.dx)
+        self._energy = compat.form(functional)
+        self._residual = compat.form(residual)
+        self._tangent = compat.form(ufl.derivative(residual, self.u, trial))
         self.plate = self._dofs("plate")
         self.symmetry = self._dofs("symmetry") if "symmetry" in block.tags else self.plate[:0]
 
@@ -114,19 +114,19 @@ class Rubber:
 
     def create_vector(self) -> PETSc.Vec:
         """Vector of nodal forces, with ghosts."""
-        return _dolfinx.create_vector(self.space)
+        return compat.create_vector(self.space)
 
     def create_matrix(self) -> PETSc.Mat:
         """Matrix with the tangent's sparsity."""
-        return _dolfinx.create_matrix(self._tangent)
+        return compat.create_matrix(self._tangent)
 
     def internal_forces(self, vector: PETSc.Vec) -> None:
         """Overwrite `vector` by this rank's shares of the internal forces (ghosts not summed)."""
-        _dolfinx.assemble_shares(vector, self._residual)
+        compat.assemble_shares(vector, self._residual)
 
     def tangent(self, matrix: PETSc.Mat) -> None:
         """Overwrite `matrix` with the derivative of the internal forces at `u`."""
-        _dolfinx.assemble_matrix(matrix, self._tangent)
+        compat.assemble_matrix(matrix, self._tangent)
 
     def set_inertia(self, weight: float, reference: Array) -> None:
         """Inertia forces density * weight * (u - reference); weight in 1/s2, reference in m.
@@ -142,11 +142,11 @@ class Rubber:
         Collective.
         """
         self._velocity.x.array[:] = velocity
-        return _dolfinx.assemble_scalar(self._kinetic, self.mesh.comm)
+        return compat.assemble_scalar(self._kinetic, self.mesh.comm)
 
     def elastic_energy(self) -> float:
         """Stored energy, J (J/m in a slice), on all ranks. Collective."""
-        return _dolfinx.assemble_scalar(self._energy, self.mesh.comm)
+        return compat.assemble_scalar(self._energy, self.mesh.comm)
 
     def _dofs(self, name: str) -> Any:
         dim = self.mesh.topology.dim

@@ -5,7 +5,7 @@ from __future__ import annotations
 from time import monotonic
 from typing import NamedTuple
 
-from iceslide_fem._dolfinx import MPI
+from iceslide_fem.fenics.compat import MPI
 
 FIELD_TIMES = 25
 

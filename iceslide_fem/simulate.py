@@ -44,8 +44,8 @@ def run(
     if scene.model == "point":
         return _run_point(scene, out)
 
-    from iceslide_fem._dolfinx import MPI, PETSc
     from iceslide_fem.block_run import run_block
+    from iceslide_fem.fenics.compat import MPI, PETSc
     from iceslide_fem.schedule import Schedule
 
     PETSc.Options().insertString(" ".join(petsc_options))
@@ -77,7 +77,7 @@ def kept_run(scene: Scene, directory: Path | str) -> Run:
 
 
 def _run_point(scene: Scene, out: Path) -> dict[str, Any]:
-    from iceslide_fem._dolfinx import MPI
+    from iceslide_fem.fenics.compat import MPI
     from iceslide_fem.point_run import point_history
 
     started = monotonic()
@@ -93,7 +93,7 @@ def _run_point(scene: Scene, out: Path) -> dict[str, Any]:
 
 
 def _summary(scene: Scene, results: dict[str, Any], started: float) -> dict[str, Any]:
-    from iceslide_fem._dolfinx import VERSION, PETSc
+    from iceslide_fem.fenics.compat import VERSION, PETSc
 
     versions = {
         "iceslide_fem": iceslide_fem.__version__,

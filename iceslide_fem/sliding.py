@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem._dolfinx import MPI
 from iceslide_fem.block import Block, SpeedLaw
 from iceslide_fem.carriers import Passage, Side
 from iceslide_fem.contact import ContactState
 from iceslide_fem.errors import NotConverged, SimulationStopped
+from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.interface import carrier_of

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import solveh_banded
 
-from iceslide_fem._dolfinx import MPI
 from iceslide_fem.errors import NotConverged
+from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column, FilmLaw
 from iceslide_fem.film.law import FilmStage, IceSurface
 from iceslide_fem.materials import MELTING_TEMPERATURE, Array

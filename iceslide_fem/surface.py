@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem import _dolfinx
-from iceslide_fem._dolfinx import MPI, basix
+from iceslide_fem.fenics import compat
+from iceslide_fem.fenics.compat import MPI, basix
 from iceslide_fem.materials import Array
 
 FACET_OF = {
@@ -111,14 +111,14 @@ def contact_surface(
     """
     mesh = space.mesh
     dim = mesh.topology.dim
-    name = _dolfinx.cell_name(mesh)
-    element = _dolfinx.basix_lagrange(name, space_degree(space))
-    cells, local = _dolfinx.facet_cell_pairs(mesh, facets)
+    name = compat.cell_name(mesh)
+    element = compat.basix_lagrange(name, space_degree(space))
+    cells, local = compat.facet_cell_pairs(mesh, facets)
 
     across = _line(degree, pieces)
     line = _line(2 * along - 1, 1) if along else across
     if FACET_OF[name] == "triangle":
-        points, facet_weights = _dolfinx.quadrature("triangle", max(degree, 2 * along - 1))
+        points, facet_weights = compat.quadrature("triangle", max(degree, 2 * along - 1))
     else:
         points, facet_weights = _product([line, across][: dim - 1])
     cell_type = getattr(basix.CellType, name)
@@ -133,7 +133,7 @@ def contact_surface(
             slopes = np.einsum("sd,dqa->qsa", axes, table[1:, :, closure])
             tables.append((closure, table[0][:, closure], slopes))
 
-    dofs_of_cells = _dolfinx.cell_dofs(space)[cells]
+    dofs_of_cells = compat.cell_dofs(space)[cells]
     closures, shapes, slopes = (np.array(parts) for parts in zip(*tables, strict=True))
     dofs = np.take_along_axis(dofs_of_cells, closures[2 * local], axis=1)
     coordinates = space.tabulate_dof_coordinates()[:, :dim]
@@ -174,7 +174,7 @@ def _area_vectors(surface: ContactSurface) -> Array:
 
 def _line(degree: int, pieces: int) -> tuple[Array, Array]:
     """Points and weights (n,) of the rule on `pieces` parts of a unit interval."""
-    points, weights = _dolfinx.quadrature("interval", degree)
+    points, weights = compat.quadrature("interval", degree)
     return (np.arange(pieces)[:, None] + points[:, 0]).ravel() / pieces, np.tile(
         weights, pieces
     ) / pieces

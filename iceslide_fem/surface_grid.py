@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem._dolfinx import MPI
+from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.materials import Array
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 from dolfinx import mesh as dolfinx_mesh
 
-from iceslide_fem._dolfinx import MPI
+from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.meshing import RubberMesh
 
 CELLS = ["triangle", "quadrilateral", "tetrahedron", "hexahedron"]

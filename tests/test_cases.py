@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("iceslide_fem._dolfinx")
+pytest.importorskip("iceslide_fem.fenics.compat")
 from iceslide_fem.results import field_files, read_run  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-pytest.importorskip("iceslide_fem._dolfinx")  # before anything of DOLFINx
+pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 import ufl  # noqa: E402
 from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
 
-from iceslide_fem import _dolfinx  # noqa: E402
 from iceslide_fem.contact import (  # noqa: E402
     FilmFriction,
     Traction,
@@ -20,6 +19,7 @@ from iceslide_fem.contact import (  # noqa: E402
     sliding_friction,
     static_friction,
 )
+from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.materials import COMPOUNDS, CONTACT_TABLES, WATER_VISCOSITY  # noqa: E402
 from iceslide_fem.rubber import Rubber  # noqa: E402
 from iceslide_fem.surface import contact_surface  # noqa: E402
@@ -79,7 +79,7 @@ def assembled_by_ufl(rubber, friction):
         metadata={"quadrature_degree": DEGREE},
     )
     work = ufl.dot(ufl.as_vector([*stress, pressure]), ufl.TestFunction(rubber.space))
-    return _dolfinx.assemble_vector(rubber.create_vector(), _dolfinx.form(work * area * ds))
+    return compat.assemble_vector(rubber.create_vector(), compat.form(work * area * ds))
 
 
 def ufl_coulomb(pressure, u):
@@ -106,7 +106,7 @@ def test_assembly_equals_ufl(bent, law, friction):
     own = rubber.create_vector()
     with own.localForm() as local:
         surface.scatter(forces, local.array.reshape(u.shape))
-    _dolfinx.sum_ghosts(own)
+    compat.sum_ghosts(own)
     reference = assembled_by_ufl(rubber, friction)
     size = reference.norm()
     assert size > 0.0

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("iceslide_fem._dolfinx")
+pytest.importorskip("iceslide_fem.fenics.compat")
 from iceslide_fem import cost  # noqa: E402
-from iceslide_fem._dolfinx import MPI  # noqa: E402
 from iceslide_fem.cost import estimate, expected_steps, step_cost  # noqa: E402
+from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.meshing import (  # noqa: E402
     block_size,
     ice_mesh,

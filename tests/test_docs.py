@@ -61,7 +61,7 @@ def test_scene_page_has_every_key_with_its_range_and_default():
 
 
 def test_outputs_page_has_every_column():
-    pytest.importorskip("iceslide_fem._dolfinx")
+    pytest.importorskip("iceslide_fem.fenics.compat")
     from iceslide_fem.outputs import HISTORY_COLUMNS, PRELOAD_COLUMNS
 
     assert names("outputs.md", "history.csv") == list(HISTORY_COLUMNS)
@@ -70,7 +70,7 @@ def test_outputs_page_has_every_column():
 
 @pytest.mark.fe
 def test_outputs_page_has_every_entry_of_a_summary(tmp_path):
-    pytest.importorskip("iceslide_fem._dolfinx")
+    pytest.importorskip("iceslide_fem.fenics.compat")
     from iceslide_fem.simulate import run
 
     small = ["numerics.refinement=0.5", "load.duration=20us", "numerics.tolerance=1e-2"]

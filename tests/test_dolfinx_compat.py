@@ -1,4 +1,4 @@
-"""The functions of `_dolfinx` mean the same in every DOLFINx version and on any number of ranks."""
+"""The functions of `compat` mean the same in every DOLFINx version and on any number of ranks."""
 
 import logging
 import os
@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-pytest.importorskip("iceslide_fem._dolfinx")  # before anything of DOLFINx
+pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 import ufl  # noqa: E402
 from dolfinx import fem  # noqa: E402
@@ -16,7 +16,7 @@ from dolfinx import mesh as dolfinx_mesh  # noqa: E402
 from mpi4py import MPI  # noqa: E402
 from petsc4py import PETSc  # noqa: E402
 
-from iceslide_fem import _dolfinx  # noqa: E402
+from iceslide_fem.fenics import compat  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.mpi]
 
@@ -41,14 +41,14 @@ def all_facets(mesh):
 def test_spaces_have_the_expected_dofs(name):
     mesh = unit_mesh(name)
     dim = mesh.geometry.dim
-    scalar, vector = _dolfinx.scalar_space(mesh, 2), _dolfinx.vector_space(mesh, 2)
+    scalar, vector = compat.scalar_space(mesh, 2), compat.vector_space(mesh, 2)
     nodes = 9 * 7 if dim == 2 else 7 * 5 * 5
     assert scalar.dofmap.index_map.size_global == nodes
     assert vector.dofmap.index_map.size_global == nodes
     assert vector.dofmap.index_map_bs == dim
     cells = mesh.topology.index_map(dim).size_global
-    assert _dolfinx.discontinuous_space(mesh, 0).dofmap.index_map.size_global == cells
-    assert _dolfinx.cell_name(mesh) == name
+    assert compat.discontinuous_space(mesh, 0).dofmap.index_map.size_global == cells
+    assert compat.cell_name(mesh) == name
 
 
 @pytest.mark.parametrize("name", CELLS)
@@ -56,12 +56,12 @@ def test_spaces_have_the_expected_dofs(name):
 def test_basix_element_numbers_dofs_as_the_space(name, degree):
     mesh = unit_mesh(name)
     dim = mesh.geometry.dim
-    space = _dolfinx.scalar_space(mesh, degree)
-    element = _dolfinx.basix_lagrange(name, degree)
-    geometry = mesh.geometry.x[_dolfinx.geometry_dofmap(mesh), :dim]
-    shape = _dolfinx.basix_lagrange(name, 1).tabulate(0, element.points)[0, :, :, 0]
+    space = compat.scalar_space(mesh, degree)
+    element = compat.basix_lagrange(name, degree)
+    geometry = mesh.geometry.x[compat.geometry_dofmap(mesh), :dim]
+    shape = compat.basix_lagrange(name, 1).tabulate(0, element.points)[0, :, :, 0]
     expected = np.einsum("qn,cnd->cqd", shape, geometry)
-    dofs = _dolfinx.cell_dofs(space)
+    dofs = compat.cell_dofs(space)
     np.testing.assert_allclose(space.tabulate_dof_coordinates()[dofs, :dim], expected, atol=1e-14)
 
 
@@ -70,10 +70,10 @@ def test_every_outer_facet_is_paired_once(name):
     mesh = unit_mesh(name)
     dim = mesh.geometry.dim
     facets = all_facets(mesh)
-    cells, local = _dolfinx.facet_cell_pairs(mesh, facets)
-    element = _dolfinx.basix_lagrange(name, 1)
+    cells, local = compat.facet_cell_pairs(mesh, facets)
+    element = compat.basix_lagrange(name, 1)
     corners = np.array([element.entity_closure_dofs[dim - 1][number] for number in local])
-    geometry = mesh.geometry.x[_dolfinx.geometry_dofmap(mesh), :dim]
+    geometry = mesh.geometry.x[compat.geometry_dofmap(mesh), :dim]
     if len(cells):
         facet_nodes = geometry[cells[:, None], corners.astype(int)]
         on_boundary = np.isclose(facet_nodes, 0.0) | np.isclose(facet_nodes, 1.0)
@@ -83,13 +83,13 @@ def test_every_outer_facet_is_paired_once(name):
 
 
 def test_no_facets_are_no_trouble():
-    cells, local = _dolfinx.facet_cell_pairs(unit_mesh("hexahedron"), np.empty(0, dtype=np.int32))
+    cells, local = compat.facet_cell_pairs(unit_mesh("hexahedron"), np.empty(0, dtype=np.int32))
     assert len(cells) == len(local) == 0
 
 
 @pytest.mark.parametrize("name", CELLS)
 def test_quadrature_integrates_its_degree(name):
-    points, weights = _dolfinx.quadrature(name, 4)
+    points, weights = compat.quadrature(name, 4)
     volume = {"triangle": 1 / 2, "tetrahedron": 1 / 6}.get(name, 1.0)
     fourth = {"triangle": 1 / 30, "tetrahedron": 1 / 210}.get(name, 1 / 5)
     assert weights.sum() == pytest.approx(volume)
@@ -98,15 +98,15 @@ def test_quadrature_integrates_its_degree(name):
 
 def test_assembly_sums_over_ranks():
     mesh = unit_mesh("quadrilateral")
-    space = _dolfinx.scalar_space(mesh, 2)
+    space = compat.scalar_space(mesh, 2)
     u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
-    load, mass = _dolfinx.form(v * ufl.dx), _dolfinx.form(u * v * ufl.dx)
-    vector, matrix = _dolfinx.create_vector(space), _dolfinx.create_matrix(mass)
-    ones = _dolfinx.create_vector(space)
+    load, mass = compat.form(v * ufl.dx), compat.form(u * v * ufl.dx)
+    vector, matrix = compat.create_vector(space), compat.create_matrix(mass)
+    ones = compat.create_vector(space)
     ones.set(1.0)
     for _ in range(2):  # the second assembly overwrites the first
-        _dolfinx.assemble_vector(vector, load)
-        _dolfinx.assemble_matrix(matrix, mass)
+        compat.assemble_vector(vector, load)
+        compat.assemble_matrix(matrix, mass)
     assert vector.sum() == pytest.approx(1.0)
     assert ones.dot(matrix * ones) == pytest.approx(1.0)
     assert (matrix * ones - vector).norm() == pytest.approx(0.0, abs=1e-15)
@@ -114,13 +114,13 @@ def test_assembly_sums_over_ranks():
 
 def test_constrained_rows_become_identity():
     mesh = unit_mesh("triangle")
-    space = _dolfinx.vector_space(mesh, 1)
+    space = compat.vector_space(mesh, 1)
     facets = dolfinx_mesh.locate_entities_boundary(mesh, 1, lambda x: np.isclose(x[0], 0.0))
     dofs = fem.locate_dofs_topological(space.sub(1), 1, facets)
     fixed = fem.dirichletbc(PETSc.ScalarType(0), dofs, space.sub(1))
     u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
-    mass = _dolfinx.form(ufl.inner(u, v) * ufl.dx)
-    matrix = _dolfinx.assemble_matrix(_dolfinx.create_matrix(mass), mass, [fixed])
+    mass = compat.form(ufl.inner(u, v) * ufl.dx)
+    matrix = compat.assemble_matrix(compat.create_matrix(mass), mass, [fixed])
     diagonal = matrix.getDiagonal().array
     owned = dofs[dofs < len(diagonal)]
     np.testing.assert_array_equal(diagonal[owned], 1.0)
@@ -128,19 +128,19 @@ def test_constrained_rows_become_identity():
 
 
 def test_petsc_vector_shares_the_functions_memory():
-    function = fem.Function(_dolfinx.scalar_space(unit_mesh("triangle"), 1))
-    vector = _dolfinx.petsc_vector(function)
+    function = fem.Function(compat.scalar_space(unit_mesh("triangle"), 1))
+    vector = compat.petsc_vector(function)
     vector.set(3.0)
-    _dolfinx.update_ghosts(vector)
+    compat.update_ghosts(vector)
     assert (function.x.array == 3.0).all()
 
 
 def test_an_expression_is_interpolated():
     mesh = unit_mesh("quadrilateral")
-    space = _dolfinx.scalar_space(mesh, 2)
+    space = compat.scalar_space(mesh, 2)
     function = fem.Function(space)
     x = ufl.SpatialCoordinate(mesh)
-    function.interpolate(_dolfinx.expression(x[0] * x[1], space))
+    function.interpolate(compat.expression(x[0] * x[1], space))
     where = space.tabulate_dof_coordinates()
     np.testing.assert_allclose(function.x.array, where[:, 0] * where[:, 1], atol=1e-14)
 
@@ -148,7 +148,7 @@ def test_an_expression_is_interpolated():
 def test_nan_survives_the_compiler():
     mesh = unit_mesh("quadrilateral")
     negative = fem.Constant(mesh, -1.0)
-    value = _dolfinx.assemble_scalar(_dolfinx.form(ufl.ln(negative) * ufl.dx(mesh)), WORLD)
+    value = compat.assemble_scalar(compat.form(ufl.ln(negative) * ufl.dx(mesh)), WORLD)
     assert np.isnan(value)
 
 
@@ -157,7 +157,7 @@ def test_compiling_says_nothing(caplog):
     caplog.set_level(logging.INFO)
     level = logging.getLogger().level
     factor = float(np.random.default_rng().random())  # a form that no cache knows
-    _dolfinx.form(WORLD.bcast(factor) * ufl.dx(mesh))
+    compat.form(WORLD.bcast(factor) * ufl.dx(mesh))
     assert not caplog.records
     assert logging.getLogger().level == level
 
@@ -167,9 +167,9 @@ def test_compiling_says_nothing(caplog):
 def test_vtk_series_is_read_by_pyvista(name, degree, tmp_path):
     pyvista = pytest.importorskip("pyvista")
     folder = WORLD.bcast(tmp_path)
-    space = _dolfinx.vector_space(unit_mesh(name), degree)
+    space = compat.vector_space(unit_mesh(name), degree)
     displacement = fem.Function(space, name="displacement")
-    with _dolfinx.VtkSeries(folder / "series.pvd", displacement) as series:
+    with compat.VtkSeries(folder / "series.pvd", displacement) as series:
         for time in (0.0, 0.5):
             displacement.interpolate(lambda x, time=time: time * x[: space.mesh.geometry.dim])
             series.write(time)
@@ -188,7 +188,7 @@ def test_vtk_series_is_read_by_pyvista(name, degree, tmp_path):
 @pytest.mark.skipif(WORLD.size > 1, reason="processes of its own")
 def test_a_compilation_that_was_killed_does_not_block_the_next(tmp_path):
     code = (
-        "from iceslide_fem._dolfinx import MPI, form, scalar_space, ufl\n"
+        "from iceslide_fem.fenics.compat import MPI, form, scalar_space, ufl\n"
         "from dolfinx.mesh import create_unit_interval\n"
         "space = scalar_space(create_unit_interval(MPI.COMM_SELF, 2), 1)\n"
         "form(ufl.TestFunction(space) * ufl.dx)\n"

@@ -83,7 +83,7 @@ def test_scenes_are_ready(surveyed):
 
 @pytest.mark.fe
 def test_a_scene_runs(surveyed, tmp_path):
-    pytest.importorskip("iceslide_fem._dolfinx")
+    pytest.importorskip("iceslide_fem.fenics.compat")
     scene = surveyed / "scenes" / "block_01.toml"
     small = ["--set", "load.duration=0.3ms", "--set", "numerics.refinement=0.5"]
     command = [sys.executable, "-m", "iceslide_fem.cli", "run", str(scene), *small]

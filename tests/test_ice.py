@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
-from iceslide_fem._dolfinx import MPI  # noqa: E402
+from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance  # noqa: E402
 from iceslide_fem.film.law import FilmLoads, FilmStage, IceSurface  # noqa: E402
 from iceslide_fem.ice import Continuum  # noqa: E402

@@ -76,7 +76,7 @@ def test_every_rung_is_a_valid_scene():
 
 @pytest.mark.fe
 def test_ladder_says_which_rung_is_enough_and_writes_it(tmp_path, capsys):
-    pytest.importorskip("iceslide_fem._dolfinx")
+    pytest.importorskip("iceslide_fem.fenics.compat")
     from iceslide_fem.cli import main
     from iceslide_fem.results import read_run
 
@@ -103,7 +103,7 @@ def test_ladder_says_which_rung_is_enough_and_writes_it(tmp_path, capsys):
 
 @pytest.mark.fe
 def test_auto_runs_what_it_says(tmp_path):
-    pytest.importorskip("iceslide_fem._dolfinx")
+    pytest.importorskip("iceslide_fem.fenics.compat")
     from iceslide_fem.simulate import run
 
     scene = thesis("model=auto", "ice.heat=column", "numerics.tolerance=1e-2", *UNIFORM)

@@ -6,16 +6,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-pytest.importorskip("iceslide_fem._dolfinx")  # before anything of DOLFINx
+pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 import meshio  # noqa: E402
 import ufl  # noqa: E402
 from dolfinx import fem  # noqa: E402
 from mpi4py import MPI  # noqa: E402
 
-from iceslide_fem import _dolfinx, gmsh_model, mesh_cache, meshing  # noqa: E402
+from iceslide_fem import gmsh_model, mesh_cache, meshing  # noqa: E402
 from iceslide_fem.block import build_block  # noqa: E402
 from iceslide_fem.errors import SceneError  # noqa: E402
+from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.grid import graded, tensor_grid  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
@@ -59,9 +60,9 @@ def measures(meshed):
     """Volume, and area of every tagged part."""
     one = fem.Constant(meshed.mesh, 1.0)
     outer = ufl.Measure("ds", meshed.mesh, subdomain_data=meshed.facet_tags)
-    volume = _dolfinx.assemble_scalar(_dolfinx.form(one * ufl.dx(meshed.mesh)), WORLD)
+    volume = compat.assemble_scalar(compat.form(one * ufl.dx(meshed.mesh)), WORLD)
     return volume, {
-        name: _dolfinx.assemble_scalar(_dolfinx.form(one * outer(tag)), WORLD)
+        name: compat.assemble_scalar(compat.form(one * outer(tag)), WORLD)
         for name, tag in meshed.tags.items()
     }
 
@@ -456,7 +457,7 @@ def test_sipes_are_cut_out_of_the_box(model):
 
     def integral(measure):
         one = fem.Constant(rubber.mesh, 1.0) * measure
-        return _dolfinx.assemble_scalar(_dolfinx.form(one), WORLD) / half_width
+        return compat.assemble_scalar(compat.form(one), WORLD) / half_width
 
     ds = ufl.Measure("ds", domain=rubber.mesh, subdomain_data=rubber.facet_tags)
     assert integral(ufl.dx) == pytest.approx(20e-3 * 6e-3 - 2 * 0.6e-3 * 4e-3)

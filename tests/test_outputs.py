@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("iceslide_fem._dolfinx")  # before anything of DOLFINx
+pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 import meshio  # noqa: E402
 from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
 from runs import a_scene, rows_of  # noqa: E402
 
-from iceslide_fem._dolfinx import MPI, VtkSeries, fem, scalar_space  # noqa: E402
 from iceslide_fem.errors import OutputError  # noqa: E402
+from iceslide_fem.fenics.compat import MPI, VtkSeries, fem, scalar_space  # noqa: E402
 from iceslide_fem.outputs import Fields, Table, write_summary  # noqa: E402
 from iceslide_fem.rubber import Rubber  # noqa: E402
 from iceslide_fem.surface import contact_surface  # noqa: E402

@@ -7,10 +7,10 @@ pytest.importorskip("dolfinx")
 from test_ice import given_flux  # noqa: E402
 from test_sliding import slide, started  # noqa: E402
 
-from iceslide_fem._dolfinx import MPI  # noqa: E402
 from iceslide_fem.carriers import OnIce, Side  # noqa: E402
 from iceslide_fem.contact import FilmFriction  # noqa: E402
 from iceslide_fem.errors import NotConverged, SimulationStopped  # noqa: E402
+from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.ice import Continuum  # noqa: E402
 from iceslide_fem.materials import CONTACT_TABLES  # noqa: E402

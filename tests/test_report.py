@@ -11,7 +11,7 @@ from iceslide_fem.errors import SceneError
 from iceslide_fem.report import report
 from iceslide_fem.results import differences, field_files, read_run
 
-pytest.importorskip("iceslide_fem._dolfinx")  # the outputs' writers need it
+pytest.importorskip("iceslide_fem.fenics.compat")  # the outputs' writers need it
 
 from runs import rows_of, write_run  # noqa: E402
 

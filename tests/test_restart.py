@@ -12,9 +12,8 @@ import numpy as np
 import psutil
 import pytest
 
-pytest.importorskip("iceslide_fem._dolfinx")
+pytest.importorskip("iceslide_fem.fenics.compat")
 
-from iceslide_fem._dolfinx import MPI  # noqa: E402
 from iceslide_fem.checkpoint import (  # noqa: E402
     FILE,
     read_checkpoint,
@@ -22,6 +21,7 @@ from iceslide_fem.checkpoint import (  # noqa: E402
     write_checkpoint,
 )
 from iceslide_fem.errors import Interrupted, OutputError, SceneError  # noqa: E402
+from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.files import replace_file  # noqa: E402
 from iceslide_fem.interruption import Interruption  # noqa: E402
 from iceslide_fem.outputs import Table  # noqa: E402

@@ -5,7 +5,7 @@ import functools
 import numpy as np
 import pytest
 
-pytest.importorskip("iceslide_fem._dolfinx")  # before anything of DOLFINx
+pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 import sympy  # noqa: E402
 import ufl  # noqa: E402
@@ -14,8 +14,9 @@ from dolfinx import fem  # noqa: E402
 from dolfinx import mesh as dolfinx_mesh  # noqa: E402
 from scipy.optimize import brentq  # noqa: E402
 
-from iceslide_fem import _dolfinx, reference  # noqa: E402
-from iceslide_fem._dolfinx import PETSc  # noqa: E402
+from iceslide_fem import reference  # noqa: E402
+from iceslide_fem.fenics import compat  # noqa: E402
+from iceslide_fem.fenics.compat import PETSc  # noqa: E402
 from iceslide_fem.materials import COMPOUNDS, MooneyRivlin  # noqa: E402
 from iceslide_fem.rubber import Rubber, energy_density  # noqa: E402
 
@@ -51,7 +52,7 @@ def uniform(rubber, F):
     rubber.displacements[:] = X @ (F - np.eye(dim)).T
     forces = rubber.create_vector()
     rubber.internal_forces(forces)
-    _dolfinx.sum_ghosts(forces)
+    compat.sum_ghosts(forces)
     owned = forces.array.reshape(-1, dim)
     # sum_a f_a . (G X_a) = V P : G for every constant G
     return rubber.mesh.comm.allreduce(owned.T @ X[: len(owned)]) / SIZE**dim
@@ -113,7 +114,7 @@ def test_tangent_is_the_derivative_of_the_forces(cells):
         u[:] = start + side * step * moves
         forces = rubber.create_vector()
         rubber.internal_forces(forces)
-        _dolfinx.sum_ghosts(forces)
+        compat.sum_ghosts(forces)
         sides.append(forces)
     ahead, behind = sides
     ahead.axpy(-1.0, behind)
@@ -154,10 +155,10 @@ def errors(cells, n, material):
     gradient = ufl.variable(ufl.grad(exact))
     body_force = -ufl.div(ufl.diff(energy_density(gradient, material), gradient))
     dx = ufl.dx(mesh, metadata={"quadrature_degree": 6})
-    load = _dolfinx.form(ufl.dot(body_force, ufl.TestFunction(rubber.space)) * dx)
-    external = _dolfinx.assemble_vector(rubber.create_vector(), load)
+    load = compat.form(ufl.dot(body_force, ufl.TestFunction(rubber.space)) * dx)
+    external = compat.assemble_vector(rubber.create_vector(), load)
 
-    rubber.u.interpolate(_dolfinx.expression(exact, rubber.space))
+    rubber.u.interpolate(compat.expression(exact, rubber.space))
     interior = rubber.u.x.array.copy()
     outside = dolfinx_mesh.locate_entities_boundary(mesh, dim - 1, lambda x: x[0] < 2)
     boundary = fem.locate_dofs_topological(rubber.space, dim - 1, outside)
@@ -178,7 +179,7 @@ def errors(cells, n, material):
     solver.getPC().setFactorSolverType("mumps")
     for _ in range(8):
         rubber.internal_forces(residual)
-        _dolfinx.sum_ghosts(residual)
+        compat.sum_ghosts(residual)
         residual.axpy(-1.0, external)
         residual.array[held] = 0.0
         if residual.norm() < 1e-11 * external.norm():
@@ -187,16 +188,14 @@ def errors(cells, n, material):
         matrix.zeroRowsColumns(held + index_map.local_range[0] * dim, diag=1.0)
         solver.setOperators(matrix)
         solver.solve(residual, change)
-        _dolfinx.update_ghosts(change)
+        compat.update_ghosts(change)
         with change.localForm() as local:
             rubber.u.x.array[:] -= local.array
     else:
         pytest.fail("Newton did not converge")
     wrong = rubber.u - exact
     squares = [ufl.dot(wrong, wrong) * dx, ufl.inner(ufl.grad(wrong), ufl.grad(wrong)) * dx]
-    return [
-        np.sqrt(_dolfinx.assemble_scalar(_dolfinx.form(square), mesh.comm)) for square in squares
-    ]
+    return [np.sqrt(compat.assemble_scalar(compat.form(square), mesh.comm)) for square in squares]
 
 
 @pytest.mark.parametrize(

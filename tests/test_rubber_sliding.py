@@ -7,7 +7,7 @@ pytest.importorskip("dolfinx")
 from test_passing import T_0, passing  # noqa: E402
 from test_sliding import slide, uniform  # noqa: E402
 
-from iceslide_fem._dolfinx import MPI  # noqa: E402
+from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.film.rubber_heat import RubberColumns  # noqa: E402
 from iceslide_fem.rubber_over_nodes import RubberOverNodes  # noqa: E402

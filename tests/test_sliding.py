@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
-from iceslide_fem._dolfinx import MPI  # noqa: E402
 from iceslide_fem.block import Block, build_block, press, start_sliding  # noqa: E402
 from iceslide_fem.errors import NotConverged, SimulationStopped  # noqa: E402
+from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.history import slide_row  # noqa: E402
 from iceslide_fem.ledger import Ledger  # noqa: E402

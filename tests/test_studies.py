@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("iceslide_fem._dolfinx")
+pytest.importorskip("iceslide_fem.fenics.compat")
 
 pytestmark = pytest.mark.fe
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-pytest.importorskip("iceslide_fem._dolfinx")  # before anything of DOLFINx
+pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
 
-from iceslide_fem import _dolfinx  # noqa: E402
-from iceslide_fem._dolfinx import MPI  # noqa: E402
+from iceslide_fem.fenics import compat  # noqa: E402
+from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.materials import COMPOUNDS  # noqa: E402
 from iceslide_fem.rubber import Rubber  # noqa: E402
 from iceslide_fem.surface import contact_surface, space_degree  # noqa: E402
@@ -105,10 +105,10 @@ def test_scatter_adds_shape_functions_up_to_the_area(rubber):
         nodal = np.einsum("fqa,fq->fa", surface.shape, area)
         forces = np.repeat(nodal[..., None], u.shape[1], axis=2)
         surface.scatter(forces, local.array.reshape(u.shape))
-    _dolfinx.sum_ghosts(vector)
+    compat.sum_ghosts(vector)
     assert vector.sum() == pytest.approx(u.shape[1] * surface.total(1.0, area))
 
 
 def test_degree_of_a_space(rubber):
     assert space_degree(rubber.space) == 2
-    assert space_degree(_dolfinx.vector_space(rubber.mesh, 1)) == 1
+    assert space_degree(compat.vector_space(rubber.mesh, 1)) == 1

@@ -219,7 +219,7 @@ def test_what_a_case_left_behind(tmp_path):
 
 @pytest.mark.fe
 def test_slices_run_in_processes_and_failures_are_listed(tmp_path):
-    pytest.importorskip("iceslide_fem._dolfinx")
+    pytest.importorskip("iceslide_fem.fenics.compat")
     # a rubber of E = 12 kPa carries no pressure of 1 or 2 bar: nothing can make it converge
     constants = 'C10 = "0.6 MPa"\nC01 = "1 kPa"\nnu = 0.49'
     film = '\n[film]\nk = 0.32\nD = "36 um"\nH_V = "0.5 um"\n'

@@ -7,12 +7,12 @@ import imageio.v3 as imageio
 import numpy as np
 import pytest
 
-pytest.importorskip("iceslide_fem._dolfinx")  # before anything of DOLFINx
+pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 from blocks import SIZE, a_block  # noqa: E402
 from runs import DURATION, a_scene, write_run  # noqa: E402
 
-from iceslide_fem._dolfinx import MPI, fem, scalar_space  # noqa: E402
+from iceslide_fem.fenics.compat import MPI, fem, scalar_space  # noqa: E402
 from iceslide_fem.outputs import Fields  # noqa: E402
 from iceslide_fem.rubber import Rubber  # noqa: E402
 from iceslide_fem.surface import contact_surface  # noqa: E402

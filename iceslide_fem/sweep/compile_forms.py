@@ -15,8 +15,8 @@ from iceslide_fem.sweep.processes import forms_of
 
 def compile_forms(scene: Scene) -> None:
     """Build block and interface of `scene` once and forget them."""
-    from iceslide_fem._dolfinx import MPI
     from iceslide_fem.block import build_block
+    from iceslide_fem.fenics.compat import MPI
     from iceslide_fem.interface import carrier_of
 
     block = build_block(scene, MPI.COMM_WORLD)

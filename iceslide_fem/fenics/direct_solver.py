@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from iceslide_fem._dolfinx import PETSc
+from iceslide_fem.fenics.compat import PETSc
 
 # MUMPS estimates the room for its factors before it knows the pivots and which rank takes what:
 # so much is added to the estimate, in per cent, and doubled until it is enough.

@@ -1,6 +1,6 @@
 """Every difference between DOLFINx 0.5.2 and 0.11, and nothing else.
 
-The rest of the package takes DOLFINx from here (`from iceslide_fem._dolfinx import MPI, PETSc,
+The rest of the package takes DOLFINx from here (`from iceslide_fem.fenics.compat import MPI, PETSc,
 fem, ufl`), because this module loads the wheel's start-up module first where there is one, keeps
 the C compiler's log of every form off the screen, and lets one process at a time compile. What
 is the same in all versions (`fem.Function`, `fem.dirichletbc`, `ufl.Measure`, ...) has no
@@ -31,7 +31,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from iceslide_fem.cache import cache_folder, processor, sole_compiler
+from iceslide_fem.fenics.cache import cache_folder, processor, sole_compiler
 
 IntArray = NDArray[np.int32]
 FloatArray = NDArray[np.float64]
