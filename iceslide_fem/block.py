@@ -30,7 +30,7 @@ from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.limits import limit_met
 from iceslide_fem.materials import Array
-from iceslide_fem.meshing import rubber_mesh, window_cell
+from iceslide_fem.mesh.structured import rubber_mesh, window_cell
 from iceslide_fem.rubber import Rubber
 from iceslide_fem.scene import Scene
 from iceslide_fem.surface import ContactSurface, contact_surface

@@ -24,7 +24,7 @@ from iceslide_fem.materials import (
     MELTING_TEMPERATURE,
     Array,
 )
-from iceslide_fem.meshing import IceMesh
+from iceslide_fem.mesh.structured import IceMesh
 from iceslide_fem.surface_grid import SurfaceGrid
 
 # Where it melts, the surface is held at T_m through a resistance of this share of the first

@@ -10,7 +10,7 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.ice import Continuum
 from iceslide_fem.materials import Array
-from iceslide_fem.meshing import ice_mesh, patch_lines, window_lines
+from iceslide_fem.mesh.structured import ice_mesh, patch_lines, window_lines
 from iceslide_fem.point_run import rubber_columns
 from iceslide_fem.rubber_over_nodes import RubberOverNodes
 from iceslide_fem.strips import Strips, StripsUnderPoints

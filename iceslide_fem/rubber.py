@@ -10,7 +10,7 @@ import numpy as np
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import PETSc, fem, ufl
 from iceslide_fem.materials import Array, MooneyRivlin
-from iceslide_fem.meshing import RubberMesh
+from iceslide_fem.mesh.structured import RubberMesh
 
 # The displacement is quadratic and the volumetric term fully integrated: linear tetrahedra lock,
 # and the under-integrated term fails at 17 % compression (see docs/elements.md).

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from iceslide_fem.block import Block
-from iceslide_fem.meshing import sipe_ranges
+from iceslide_fem.mesh.structured import sipe_ranges
 
 
 def smallest_opening(block: Block) -> float:

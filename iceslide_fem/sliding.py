@@ -21,7 +21,7 @@ from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.interface import carrier_of
 from iceslide_fem.materials import Array
-from iceslide_fem.meshing import window_cell
+from iceslide_fem.mesh.structured import window_cell
 from iceslide_fem.motion import Dynamic, Motion, MotionLaw, QuasiStatic, Rate, at_rest, rested
 from iceslide_fem.places import nodes_of, places_of
 from iceslide_fem.step_error import StepError

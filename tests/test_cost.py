@@ -8,7 +8,7 @@ pytest.importorskip("iceslide_fem.fenics.compat")
 from iceslide_fem import cost  # noqa: E402
 from iceslide_fem.cost import estimate, expected_steps, step_cost  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.meshing import (  # noqa: E402
+from iceslide_fem.mesh.structured import (  # noqa: E402
     block_size,
     ice_mesh,
     ice_nodes,

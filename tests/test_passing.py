@@ -14,7 +14,7 @@ from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.ice import Continuum  # noqa: E402
 from iceslide_fem.materials import CONTACT_TABLES  # noqa: E402
-from iceslide_fem.meshing import ice_mesh, window_lines  # noqa: E402
+from iceslide_fem.mesh.structured import ice_mesh, window_lines  # noqa: E402
 from iceslide_fem.reference import band_source_rise  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 from iceslide_fem.strips import Strips, StripsUnderPoints  # noqa: E402
@@ -171,7 +171,7 @@ def test_ice_is_below_all_that_touches_when_the_block_springs_forward(carrier, t
 
 
 def test_a_block_that_leaves_its_window_of_ice_is_stopped(monkeypatch):
-    monkeypatch.setattr("iceslide_fem.meshing.WINDOW_SHEAR", -0.3)
+    monkeypatch.setattr("iceslide_fem.mesh.structured.WINDOW_SHEAR", -0.3)
     with pytest.raises(SimulationStopped, match="leaves its window of ice"):
         slide(springing("rubber", "-0.2 degC"))
 

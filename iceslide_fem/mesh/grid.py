@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.gmsh_model import TaggedMesh
+from iceslide_fem.mesh.gmsh_model import TaggedMesh
 
 Lines = NDArray[np.float64]
 Chooser = Callable[[Lines], NDArray[np.bool_]]

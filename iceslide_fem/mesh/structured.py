@@ -20,14 +20,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem import gmsh_model
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.gmsh_model import TaggedMesh
-from iceslide_fem.grid import Lines, graded, tensor_grid
 from iceslide_fem.materials import ICE_DIFFUSIVITY
-from iceslide_fem.mesh_cache import cached
+from iceslide_fem.mesh import gmsh_model
+from iceslide_fem.mesh.cache import cached
+from iceslide_fem.mesh.gmsh_model import TaggedMesh
+from iceslide_fem.mesh.grid import Lines, graded, tensor_grid
+from iceslide_fem.mesh.user_mesh import load_user_mesh, mesh_size
 from iceslide_fem.scene import Scene
-from iceslide_fem.user_mesh import load_user_mesh, mesh_size
 
 # Rubber. The reference cell is the height (or the lateral size, if smaller) over CELLS. A block
 # whose height is less than FLAT of its length takes fewer, by the square root, because away from

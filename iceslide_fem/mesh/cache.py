@@ -11,10 +11,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from iceslide_fem import gmsh_model
 from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics.cache import cache_folder
-from iceslide_fem.gmsh_model import TaggedMesh
+from iceslide_fem.mesh import gmsh_model
+from iceslide_fem.mesh.gmsh_model import TaggedMesh
 
 _BUILDER = 1  # raise it when the same parameters shall give another mesh
 

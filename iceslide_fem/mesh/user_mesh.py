@@ -22,9 +22,9 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem import gmsh_model
 from iceslide_fem.errors import SceneError
-from iceslide_fem.gmsh_model import TaggedMesh
+from iceslide_fem.mesh import gmsh_model
+from iceslide_fem.mesh.gmsh_model import TaggedMesh
 
 PARTS = ("contact", "plate", "symmetry")
 LARGEST = 1.0  # m; what is larger was drawn in other units
