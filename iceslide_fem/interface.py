@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from iceslide_fem.block import Block
 from iceslide_fem.carriers import Attached, OnIce, OnRubber
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column, HalfSpace
@@ -12,6 +11,7 @@ from iceslide_fem.ice import Continuum
 from iceslide_fem.materials import Array
 from iceslide_fem.mesh.structured import ice_mesh, patch_lines, window_lines
 from iceslide_fem.point_run import rubber_columns
+from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber_over_nodes import RubberOverNodes
 from iceslide_fem.strips import Strips, StripsUnderPoints
 from iceslide_fem.surface_grid import SurfaceGrid

@@ -23,8 +23,8 @@ from iceslide_fem.errors import OutputError, SceneError
 from iceslide_fem.fenics.compat import VtkSeries, cell_name, fem
 from iceslide_fem.files import replace_file, writing
 from iceslide_fem.materials import Array
-from iceslide_fem.rubber import Rubber
-from iceslide_fem.surface import FACET_OF, ContactSurface
+from iceslide_fem.rubber.contact_surface import FACET_OF, ContactSurface
+from iceslide_fem.rubber.hyperelasticity import Rubber
 
 ZERO_CELSIUS = 273.15  # K
 

@@ -12,9 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.block import Block, SpeedLaw
 from iceslide_fem.carriers import Passage, Side
-from iceslide_fem.contact import ContactState
 from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
@@ -22,8 +20,18 @@ from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.interface import carrier_of
 from iceslide_fem.materials import Array
 from iceslide_fem.mesh.structured import window_cell
-from iceslide_fem.motion import Dynamic, Motion, MotionLaw, QuasiStatic, Rate, at_rest, rested
 from iceslide_fem.places import nodes_of, places_of
+from iceslide_fem.rubber.block import Block, SpeedLaw
+from iceslide_fem.rubber.contact import ContactState
+from iceslide_fem.rubber.time_discretisation import (
+    Dynamic,
+    Motion,
+    MotionLaw,
+    QuasiStatic,
+    Rate,
+    at_rest,
+    rested,
+)
 from iceslide_fem.step_error import StepError
 
 MAX_PASSES = 4

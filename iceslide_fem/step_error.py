@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from iceslide_fem.block import Block
 from iceslide_fem.carriers import Carrier, Passage
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import InterfaceState, error_norms
 from iceslide_fem.materials import MELTING_TEMPERATURE, Array
+from iceslide_fem.rubber.block import Block
 
 # Errors of single steps add up to one of mu(t) that falls as their power 2/3 to 3/4 (see
 # docs/accuracy.md): with this share of tolerance^1.6 per step it stays below the tolerance.

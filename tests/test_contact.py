@@ -8,7 +8,9 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 import ufl  # noqa: E402
 from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
 
-from iceslide_fem.contact import (  # noqa: E402
+from iceslide_fem.fenics import compat  # noqa: E402
+from iceslide_fem.materials import COMPOUNDS, CONTACT_TABLES, WATER_VISCOSITY  # noqa: E402
+from iceslide_fem.rubber.contact import (  # noqa: E402
     FilmFriction,
     Traction,
     blend,
@@ -19,10 +21,8 @@ from iceslide_fem.contact import (  # noqa: E402
     sliding_friction,
     static_friction,
 )
-from iceslide_fem.fenics import compat  # noqa: E402
-from iceslide_fem.materials import COMPOUNDS, CONTACT_TABLES, WATER_VISCOSITY  # noqa: E402
-from iceslide_fem.rubber import Rubber  # noqa: E402
-from iceslide_fem.surface import contact_surface  # noqa: E402
+from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
+from iceslide_fem.rubber.hyperelasticity import Rubber  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.mpi]
 

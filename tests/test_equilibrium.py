@@ -7,14 +7,14 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
 
-from iceslide_fem.contact import contact_state, sliding_friction, static_friction  # noqa: E402
-from iceslide_fem.equilibrium import Equilibrium  # noqa: E402
 from iceslide_fem.errors import NotConverged  # noqa: E402
 from iceslide_fem.fenics import direct_solver as factors  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.materials import BAR, COMPOUNDS  # noqa: E402
-from iceslide_fem.rubber import Rubber  # noqa: E402
-from iceslide_fem.surface import contact_surface  # noqa: E402
+from iceslide_fem.rubber.contact import contact_state, sliding_friction, static_friction  # noqa: E402
+from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
+from iceslide_fem.rubber.equilibrium import Equilibrium  # noqa: E402
+from iceslide_fem.rubber.hyperelasticity import Rubber  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.mpi]
 

@@ -13,7 +13,6 @@ import ufl  # noqa: E402
 from dolfinx import fem  # noqa: E402
 from mpi4py import MPI  # noqa: E402
 
-from iceslide_fem.block import build_block  # noqa: E402
 from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.mesh import cache as mesh_cache
@@ -21,9 +20,10 @@ from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh import structured as meshing
 from iceslide_fem.mesh.grid import graded, tensor_grid  # noqa: E402
 from iceslide_fem.mesh.user_mesh import _names, load_user_mesh, mesh_size  # noqa: E402
+from iceslide_fem.rubber.block import build_block  # noqa: E402
+from iceslide_fem.rubber.sipes import smallest_opening  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
-from iceslide_fem.sipes import smallest_opening  # noqa: E402
 
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
-from iceslide_fem.block import build_block, press, start_sliding  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.ledger import Ledger  # noqa: E402
-from iceslide_fem.motion import Dynamic, at_rest  # noqa: E402
+from iceslide_fem.rubber.block import build_block, press, start_sliding  # noqa: E402
+from iceslide_fem.rubber.time_discretisation import Dynamic, at_rest  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 from iceslide_fem.sliding import Sliding  # noqa: E402
 

@@ -18,7 +18,7 @@ from iceslide_fem import reference  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import PETSc  # noqa: E402
 from iceslide_fem.materials import COMPOUNDS, MooneyRivlin  # noqa: E402
-from iceslide_fem.rubber import Rubber, energy_density  # noqa: E402
+from iceslide_fem.rubber.hyperelasticity import Rubber, energy_density  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.mpi]
 

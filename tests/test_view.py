@@ -14,8 +14,8 @@ from runs import DURATION, a_scene, write_run  # noqa: E402
 
 from iceslide_fem.fenics.compat import MPI, fem, scalar_space  # noqa: E402
 from iceslide_fem.outputs import Fields  # noqa: E402
-from iceslide_fem.rubber import Rubber  # noqa: E402
-from iceslide_fem.surface import contact_surface  # noqa: E402
+from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
+from iceslide_fem.rubber.hyperelasticity import Rubber  # noqa: E402
 
 TIMES = [0.0, 3.1e-3, DURATION]
 

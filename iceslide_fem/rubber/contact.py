@@ -20,7 +20,7 @@ from iceslide_fem.materials import (
     Mask,
     MooneyRivlin,
 )
-from iceslide_fem.surface import ContactSurface
+from iceslide_fem.rubber.contact_surface import ContactSurface
 
 # Penetration over the block's mean deformation: a share of the scene's tolerance, within bounds.
 # Softer is hardly cheaper, stiffer hardly more accurate (docs/accuracy.md).

@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from iceslide_fem.materials import Array
-from iceslide_fem.rubber import Rubber
+from iceslide_fem.rubber.hyperelasticity import Rubber
 
 # Spectral radius of the generalised-alpha method at high frequencies: what a step leaves of a
 # mode that it does not resolve.

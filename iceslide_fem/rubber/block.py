@@ -14,7 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.contact import (
+from iceslide_fem.errors import NotConverged, SimulationStopped
+from iceslide_fem.fenics import compat
+from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
+from iceslide_fem.materials import Array
+from iceslide_fem.mesh.structured import rubber_mesh, window_cell
+from iceslide_fem.rubber.contact import (
     ContactState,
     FilmFriction,
     Traction,
@@ -24,16 +29,11 @@ from iceslide_fem.contact import (
     sliding_friction,
     static_friction,
 )
-from iceslide_fem.equilibrium import Equilibrium, Solution, TractionLaw
-from iceslide_fem.errors import NotConverged, SimulationStopped
-from iceslide_fem.fenics import compat
-from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
-from iceslide_fem.limits import limit_met
-from iceslide_fem.materials import Array
-from iceslide_fem.mesh.structured import rubber_mesh, window_cell
-from iceslide_fem.rubber import Rubber
+from iceslide_fem.rubber.contact_surface import ContactSurface, contact_surface
+from iceslide_fem.rubber.equilibrium import Equilibrium, Solution, TractionLaw
+from iceslide_fem.rubber.failure import limit_met
+from iceslide_fem.rubber.hyperelasticity import Rubber
 from iceslide_fem.scene import Scene
-from iceslide_fem.surface import ContactSurface, contact_surface
 
 # Newton stops at this residual, relative to the plate's force and the scene's tolerance.
 EQUILIBRIUM_SHARE = 1e-3

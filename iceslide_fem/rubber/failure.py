@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from iceslide_fem.contact import contact_state
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.materials import Array
-from iceslide_fem.surface import ContactSurface
+from iceslide_fem.rubber.contact import contact_state
+from iceslide_fem.rubber.contact_surface import ContactSurface
 
 FOLDED = 0.02  # share of the load on the sides from which on an edge counts as folded
 TIPPED = 0.8  # contact over nominal area below which an edge counts as lifted

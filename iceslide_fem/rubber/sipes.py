@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from iceslide_fem.block import Block
 from iceslide_fem.mesh.structured import sipe_ranges
+from iceslide_fem.rubber.block import Block
 
 
 def smallest_opening(block: Block) -> float:

@@ -1,0 +1,4 @@
+"""The block: hyperelasticity, contact with the ice's plane, equilibrium, press.
+
+Imports `film` (its friction law), `mesh`, `fenics`, `scene` and what is below them.
+"""
