@@ -10,7 +10,7 @@ from iceslide_fem.checkpoint import Checkpoint, write_checkpoint
 from iceslide_fem.errors import Interrupted, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.history import Row, interface_fields, outside_table, preload_row, slide_row
-from iceslide_fem.ice import Continuum
+from iceslide_fem.interface.ice_continuum import Continuum
 from iceslide_fem.interruption import Interruption
 from iceslide_fem.ledger import Ledger
 from iceslide_fem.outputs import HISTORY_COLUMNS, PRELOAD_COLUMNS, Fields, Table, begin_run

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from iceslide_fem.carriers import Carrier, OnIce
 from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.ice import Continuum
+from iceslide_fem.interface.carriers import Carrier, OnIce
+from iceslide_fem.interface.ice_columns import Strips
+from iceslide_fem.interface.ice_continuum import Continuum
 from iceslide_fem.materials import Array
 from iceslide_fem.rubber.block import Block
-from iceslide_fem.strips import Strips
 
 Arrays = dict[str, Array]
 # Points are the same if they are this near, relative to the extent of all.

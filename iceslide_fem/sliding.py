@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.carriers import Passage, Side
 from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.step_control import step_factor
-from iceslide_fem.interface import carrier_of
+from iceslide_fem.interface.build import carrier_of
+from iceslide_fem.interface.carriers import Passage, Side
 from iceslide_fem.materials import Array
 from iceslide_fem.mesh.structured import window_cell
 from iceslide_fem.places import nodes_of, places_of

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from iceslide_fem.carriers import Carrier, Passage
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import InterfaceState, error_norms
+from iceslide_fem.interface.carriers import Carrier, Passage
 from iceslide_fem.materials import MELTING_TEMPERATURE, Array
 from iceslide_fem.rubber.block import Block
 

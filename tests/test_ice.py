@@ -9,7 +9,7 @@ pytest.importorskip("dolfinx")
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance  # noqa: E402
 from iceslide_fem.film.law import FilmLoads, FilmStage, IceSurface  # noqa: E402
-from iceslide_fem.ice import Continuum  # noqa: E402
+from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
 from iceslide_fem.materials import (  # noqa: E402
     ICE_DENSITY,
     ICE_DIFFUSIVITY,

@@ -7,18 +7,18 @@ pytest.importorskip("dolfinx")
 from test_ice import given_flux  # noqa: E402
 from test_sliding import slide, started  # noqa: E402
 
-from iceslide_fem.carriers import OnIce, Side  # noqa: E402
 from iceslide_fem.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
-from iceslide_fem.ice import Continuum  # noqa: E402
+from iceslide_fem.interface.carriers import OnIce, Side  # noqa: E402
+from iceslide_fem.interface.ice_columns import Strips, StripsUnderPoints  # noqa: E402
+from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
+from iceslide_fem.interface.surface_grid import SurfaceGrid  # noqa: E402
 from iceslide_fem.materials import CONTACT_TABLES  # noqa: E402
 from iceslide_fem.mesh.structured import ice_mesh, window_lines  # noqa: E402
 from iceslide_fem.reference import band_source_rise  # noqa: E402
 from iceslide_fem.rubber.contact import FilmFriction  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
-from iceslide_fem.strips import Strips, StripsUnderPoints  # noqa: E402
-from iceslide_fem.surface_grid import SurfaceGrid  # noqa: E402
 
 pytestmark = pytest.mark.fe
 T_0 = 269.15

@@ -10,8 +10,8 @@ from test_sliding import slide, uniform  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.film.rubber_heat import RubberColumns  # noqa: E402
-from iceslide_fem.rubber_over_nodes import RubberOverNodes  # noqa: E402
-from iceslide_fem.surface_grid import SurfaceGrid  # noqa: E402
+from iceslide_fem.interface.rubber_columns import RubberOverNodes  # noqa: E402
+from iceslide_fem.interface.surface_grid import SurfaceGrid  # noqa: E402
 
 pytestmark = pytest.mark.fe
 

@@ -16,7 +16,7 @@ from iceslide_fem.sweep.processes import forms_of
 def compile_forms(scene: Scene) -> None:
     """Build block and interface of `scene` once and forget them."""
     from iceslide_fem.fenics.compat import MPI
-    from iceslide_fem.interface import carrier_of
+    from iceslide_fem.interface.build import carrier_of
     from iceslide_fem.rubber.block import build_block
 
     block = build_block(scene, MPI.COMM_WORLD)

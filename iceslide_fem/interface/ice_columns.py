@@ -13,8 +13,8 @@ from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column, FilmLaw
 from iceslide_fem.film.law import FilmStage, IceSurface
+from iceslide_fem.interface.surface_grid import SurfaceGrid
 from iceslide_fem.materials import MELTING_TEMPERATURE, Array
-from iceslide_fem.surface_grid import SurfaceGrid
 
 # Where points of the rubber carry the film, each is joined to the strips through this share of
 # a strip's resistance: its flux is then a function of its temperature, and unique.

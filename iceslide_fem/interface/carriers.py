@@ -22,12 +22,12 @@ from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.film.integrators import Integrator, InterfaceState, Step, advance
 from iceslide_fem.film.law import FilmLoads
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
-from iceslide_fem.ice import Continuum
+from iceslide_fem.interface.ice_columns import Strips, StripsUnderPoints
+from iceslide_fem.interface.ice_continuum import Continuum
+from iceslide_fem.interface.rubber_columns import RubberOverNodes
+from iceslide_fem.interface.surface_grid import Placement
 from iceslide_fem.materials import Array, Mask
 from iceslide_fem.rubber.contact import FilmFriction
-from iceslide_fem.rubber_over_nodes import RubberOverNodes
-from iceslide_fem.strips import Strips, StripsUnderPoints
-from iceslide_fem.surface_grid import Placement
 
 
 class Side(NamedTuple):

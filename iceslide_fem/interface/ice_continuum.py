@@ -17,6 +17,7 @@ from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.fenics.direct_solver import factorise, solve
 from iceslide_fem.film.ice_heat import FilmLaw
 from iceslide_fem.film.law import FilmStage, IceSurface
+from iceslide_fem.interface.surface_grid import SurfaceGrid
 from iceslide_fem.materials import (
     ICE_CONDUCTIVITY,
     ICE_DENSITY,
@@ -25,7 +26,6 @@ from iceslide_fem.materials import (
     Array,
 )
 from iceslide_fem.mesh.structured import IceMesh
-from iceslide_fem.surface_grid import SurfaceGrid
 
 # Where it melts, the surface is held at T_m through a resistance of this share of the first
 # layer's: the flux is then a function of the point's temperature, and unique.

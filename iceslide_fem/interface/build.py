@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from iceslide_fem.carriers import Attached, OnIce, OnRubber
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column, HalfSpace
-from iceslide_fem.ice import Continuum
+from iceslide_fem.interface.carriers import Attached, OnIce, OnRubber
+from iceslide_fem.interface.ice_columns import Strips, StripsUnderPoints
+from iceslide_fem.interface.ice_continuum import Continuum
+from iceslide_fem.interface.rubber_columns import RubberOverNodes
+from iceslide_fem.interface.surface_grid import SurfaceGrid
 from iceslide_fem.materials import Array
 from iceslide_fem.mesh.structured import ice_mesh, patch_lines, window_lines
 from iceslide_fem.point_run import rubber_columns
 from iceslide_fem.rubber.block import Block
-from iceslide_fem.rubber_over_nodes import RubberOverNodes
-from iceslide_fem.strips import Strips, StripsUnderPoints
-from iceslide_fem.surface_grid import SurfaceGrid
 
 
 def carrier_of(block: Block) -> Attached | OnRubber | OnIce:

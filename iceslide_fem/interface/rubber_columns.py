@@ -6,8 +6,8 @@ import numpy as np
 
 from iceslide_fem.film.ice_heat import FilmLaw
 from iceslide_fem.film.rubber_heat import RubberColumns, RubberSurface, film_law_beside
+from iceslide_fem.interface.surface_grid import SurfaceGrid
 from iceslide_fem.materials import Array
-from iceslide_fem.surface_grid import SurfaceGrid
 
 
 class RubberOverNodes(RubberColumns):
