@@ -7,12 +7,19 @@ from pathlib import Path
 from typing import Any
 
 from iceslide_fem.checkpoint import Checkpoint, write_checkpoint
+from iceslide_fem.coupling.energy import Ledger
+from iceslide_fem.coupling.history import (
+    Row,
+    interface_fields,
+    outside_table,
+    preload_row,
+    slide_row,
+)
+from iceslide_fem.coupling.sliding import Accepted, Sliding, place_at_start
 from iceslide_fem.errors import Interrupted, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.history import Row, interface_fields, outside_table, preload_row, slide_row
 from iceslide_fem.interface.ice_continuum import Continuum
 from iceslide_fem.interruption import Interruption
-from iceslide_fem.ledger import Ledger
 from iceslide_fem.outputs import HISTORY_COLUMNS, PRELOAD_COLUMNS, Fields, Table, begin_run
 from iceslide_fem.progress import Progress
 from iceslide_fem.rubber.block import Block, PathPoint, build_block, press, start_sliding
@@ -20,7 +27,6 @@ from iceslide_fem.rubber.sipes import smallest_opening
 from iceslide_fem.scene import Scene
 from iceslide_fem.schedule import FieldTimes, Saves, Schedule
 from iceslide_fem.slide_results import Results
-from iceslide_fem.sliding import Accepted, Sliding, place_at_start
 
 
 def run_block(

@@ -20,12 +20,12 @@ from iceslide_fem.checkpoint import (  # noqa: E402
     same_scene,
     write_checkpoint,
 )
+from iceslide_fem.coupling.restart import GridNodes, Points  # noqa: E402
 from iceslide_fem.errors import Interrupted, OutputError, SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.files import replace_file  # noqa: E402
 from iceslide_fem.interruption import Interruption  # noqa: E402
 from iceslide_fem.outputs import Table  # noqa: E402
-from iceslide_fem.places import GridNodes, Points  # noqa: E402
 from iceslide_fem.results import field_files, read_run  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.schedule import Schedule  # noqa: E402

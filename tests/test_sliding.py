@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
+from iceslide_fem.coupling.energy import Ledger  # noqa: E402
+from iceslide_fem.coupling.history import slide_row  # noqa: E402
+from iceslide_fem.coupling.sliding import Refused, Sliding  # noqa: E402
+from iceslide_fem.coupling.step_error import StepError  # noqa: E402
 from iceslide_fem.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
-from iceslide_fem.history import slide_row  # noqa: E402
-from iceslide_fem.ledger import Ledger  # noqa: E402
 from iceslide_fem.rubber.block import Block, build_block, press, start_sliding  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
-from iceslide_fem.sliding import Refused, Sliding  # noqa: E402
-from iceslide_fem.step_error import StepError  # noqa: E402
 
 pytestmark = pytest.mark.fe
 CASES = Path(__file__).parent.parent / "cases"

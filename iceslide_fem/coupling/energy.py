@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from iceslide_fem.coupling.sliding import Accepted, Sliding
 from iceslide_fem.materials import Array
-from iceslide_fem.sliding import Accepted, Sliding
 
 ENERGIES = (
     "friction_work",

@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from iceslide_fem.coupling.restart import nodes_of, places_of
+from iceslide_fem.coupling.step_error import StepError
 from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
@@ -20,7 +22,6 @@ from iceslide_fem.interface.build import carrier_of
 from iceslide_fem.interface.carriers import Passage, Side
 from iceslide_fem.materials import Array
 from iceslide_fem.mesh.structured import window_cell
-from iceslide_fem.places import nodes_of, places_of
 from iceslide_fem.rubber.block import Block, SpeedLaw
 from iceslide_fem.rubber.contact import ContactState
 from iceslide_fem.rubber.time_discretisation import (
@@ -32,7 +33,6 @@ from iceslide_fem.rubber.time_discretisation import (
     at_rest,
     rested,
 )
-from iceslide_fem.step_error import StepError
 
 MAX_PASSES = 4
 FIRST_STEP = 1e-5

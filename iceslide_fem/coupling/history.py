@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from iceslide_fem.coupling.energy import Ledger
+from iceslide_fem.coupling.sliding import Accepted, Moment, Sliding
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.ledger import Ledger
 from iceslide_fem.materials import MELTING_TEMPERATURE, Array
 from iceslide_fem.rubber.block import Block, PathPoint
 from iceslide_fem.rubber.contact import ContactState
-from iceslide_fem.sliding import Accepted, Moment, Sliding
 
 Row = dict[str, Any]
 
