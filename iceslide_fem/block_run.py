@@ -20,7 +20,7 @@ from iceslide_fem.errors import Interrupted, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.interface.ice_continuum import Continuum
 from iceslide_fem.interruption import Interruption
-from iceslide_fem.outputs import HISTORY_COLUMNS, PRELOAD_COLUMNS, Fields, Table, begin_run
+from iceslide_fem.output.fields import HISTORY_COLUMNS, PRELOAD_COLUMNS, Fields, Table, begin_run
 from iceslide_fem.progress import Progress
 from iceslide_fem.rubber.block import Block, PathPoint, build_block, press, start_sliding
 from iceslide_fem.rubber.sipes import smallest_opening

@@ -4,7 +4,7 @@ import csv
 
 import numpy as np
 
-from iceslide_fem.outputs import HISTORY_COLUMNS, PRELOAD_COLUMNS, Table, write_summary
+from iceslide_fem.output.fields import HISTORY_COLUMNS, PRELOAD_COLUMNS, Table, write_summary
 from iceslide_fem.scene import scene_from_dict
 
 DURATION = 7e-3  # s

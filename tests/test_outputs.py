@@ -18,7 +18,7 @@ from runs import a_scene, rows_of  # noqa: E402
 
 from iceslide_fem.errors import OutputError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, VtkSeries, fem, scalar_space  # noqa: E402
-from iceslide_fem.outputs import Fields, Table, write_summary  # noqa: E402
+from iceslide_fem.output.fields import Fields, Table, write_summary  # noqa: E402
 from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import Rubber  # noqa: E402
 

@@ -25,7 +25,7 @@ from iceslide_fem.errors import Interrupted, OutputError, SceneError  # noqa: E4
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.files import replace_file  # noqa: E402
 from iceslide_fem.interruption import Interruption  # noqa: E402
-from iceslide_fem.outputs import Table  # noqa: E402
+from iceslide_fem.output.fields import Table  # noqa: E402
 from iceslide_fem.results import field_files, read_run  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.schedule import Schedule  # noqa: E402
@@ -215,7 +215,7 @@ def test_a_file_that_cannot_grow_keeps_whole_rows(tmp_path):
         "from pathlib import Path\n"
         "from iceslide_fem.errors import OutputError\n"
         "from iceslide_fem.files import replace_file\n"
-        "from iceslide_fem.outputs import Table\n"
+        "from iceslide_fem.output.fields import Table\n"
         "folder = Path(sys.argv[1])\n"
         "replace_file(folder / 'whole', 'old')\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))\n"

@@ -13,7 +13,7 @@ from blocks import SIZE, a_block  # noqa: E402
 from runs import DURATION, a_scene, write_run  # noqa: E402
 
 from iceslide_fem.fenics.compat import MPI, fem, scalar_space  # noqa: E402
-from iceslide_fem.outputs import Fields  # noqa: E402
+from iceslide_fem.output.fields import Fields  # noqa: E402
 from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import Rubber  # noqa: E402
 
