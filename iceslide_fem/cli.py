@@ -31,7 +31,7 @@ from iceslide_fem.launch import (
 )
 
 if TYPE_CHECKING:
-    from iceslide_fem.checkpoint import Checkpoint
+    from iceslide_fem.run.checkpoint import Checkpoint
     from iceslide_fem.scene import Scene
 
 # Everything heavy is imported where it is used, so that `iceslide --help` is quick.
@@ -131,7 +131,7 @@ def run(
     if scene.model == "point":
         summary = simulate(scene, out, words)
     else:
-        from iceslide_fem.schedule import Schedule
+        from iceslide_fem.run.schedule import Schedule
 
         summary = simulate(scene, out, words, Schedule(checkpoint_every, times), resumed)
     _print_summary(summary, out)
@@ -351,7 +351,7 @@ def _load(scene_file: Path, overrides: Sequence[str] | None) -> Scene:
 
 def _resumed(folder: Path, scene_file: Path | None) -> tuple[Scene, Checkpoint]:
     """Scene and checkpoint of the run in `folder`; a scene file must be of that scene."""
-    from iceslide_fem.checkpoint import read_checkpoint, same_scene
+    from iceslide_fem.run.checkpoint import read_checkpoint, same_scene
 
     checkpoint = read_checkpoint(folder)
     if scene_file is not None:

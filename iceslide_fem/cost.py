@@ -24,7 +24,7 @@ from math import ceil
 from typing import NamedTuple
 
 from iceslide_fem.film.integrators import INTEGRATORS
-from iceslide_fem.point_run import point_history
+from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import Scene
 
 STEPS_PER_POINT_STEP = 3.5  # at a tolerance of 1e-2

@@ -11,18 +11,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import iceslide_fem
-from iceslide_fem.checkpoint import FILE as CHECKPOINT
-from iceslide_fem.checkpoint import Checkpoint
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import writing
 from iceslide_fem.output.fields import HISTORY_COLUMNS, Table, begin_run, write_summary
 from iceslide_fem.report import report
 from iceslide_fem.results import Run, read_run
+from iceslide_fem.run.checkpoint import FILE as CHECKPOINT
+from iceslide_fem.run.checkpoint import Checkpoint
 from iceslide_fem.rung import resolved
 from iceslide_fem.scene import Scene
 
 if TYPE_CHECKING:
-    from iceslide_fem.block_run import Schedule
+    from iceslide_fem.run.block import Schedule
 
 
 def run(
@@ -44,9 +44,9 @@ def run(
     if scene.model == "point":
         return _run_point(scene, out)
 
-    from iceslide_fem.block_run import run_block
     from iceslide_fem.fenics.compat import MPI, PETSc
-    from iceslide_fem.schedule import Schedule
+    from iceslide_fem.run.block import run_block
+    from iceslide_fem.run.schedule import Schedule
 
     PETSc.Options().insertString(" ".join(petsc_options))
     started = monotonic()
@@ -78,7 +78,7 @@ def kept_run(scene: Scene, directory: Path | str) -> Run:
 
 def _run_point(scene: Scene, out: Path) -> dict[str, Any]:
     from iceslide_fem.fenics.compat import MPI
-    from iceslide_fem.point_run import point_history
+    from iceslide_fem.run.point import point_history
 
     started = monotonic()
     rows, results = point_history(scene)

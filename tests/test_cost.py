@@ -15,7 +15,7 @@ from iceslide_fem.mesh.structured import (  # noqa: E402
     rubber_mesh,
     window_lines,
 )
-from iceslide_fem.point_run import point_history  # noqa: E402
+from iceslide_fem.run.point import point_history  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 
 pytestmark = pytest.mark.fe

@@ -7,7 +7,7 @@ from iceslide_fem import reference
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film.point import Conditions, Record, simulate
 from iceslide_fem.materials import CONTACT_TABLES, MELTING_ENTHALPY, MELTING_TEMPERATURE
-from iceslide_fem.point_run import point_history
+from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import scene_from_dict
 
 BAR = 1e5

@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
-from iceslide_fem import progress
-from iceslide_fem.progress import Progress
+from iceslide_fem.run import progress
+from iceslide_fem.run.progress import Progress
 
 
 class Terminal(io.StringIO):

@@ -14,23 +14,23 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")
 
-from iceslide_fem.checkpoint import (  # noqa: E402
+from iceslide_fem.coupling.restart import GridNodes, Points  # noqa: E402
+from iceslide_fem.errors import Interrupted, OutputError, SceneError  # noqa: E402
+from iceslide_fem.fenics.compat import MPI  # noqa: E402
+from iceslide_fem.files import replace_file  # noqa: E402
+from iceslide_fem.output.fields import Table  # noqa: E402
+from iceslide_fem.results import field_files, read_run  # noqa: E402
+from iceslide_fem.run.checkpoint import (  # noqa: E402
     FILE,
     read_checkpoint,
     same_scene,
     write_checkpoint,
 )
-from iceslide_fem.coupling.restart import GridNodes, Points  # noqa: E402
-from iceslide_fem.errors import Interrupted, OutputError, SceneError  # noqa: E402
-from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.files import replace_file  # noqa: E402
-from iceslide_fem.interruption import Interruption  # noqa: E402
-from iceslide_fem.output.fields import Table  # noqa: E402
-from iceslide_fem.results import field_files, read_run  # noqa: E402
+from iceslide_fem.run.interruption import Interruption  # noqa: E402
+from iceslide_fem.run.schedule import Schedule  # noqa: E402
+from iceslide_fem.run.summary import Results  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
-from iceslide_fem.schedule import Schedule  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
-from iceslide_fem.slide_results import Results  # noqa: E402
 
 pytestmark = pytest.mark.fe
 
@@ -248,7 +248,7 @@ def test_checkpoints_at_chosen_times(tmp_path, monkeypatch):
     def noted(folder, scene, state):
         times.append(state["sliding"]["time"] if state else None)
 
-    monkeypatch.setattr("iceslide_fem.block_run.write_checkpoint", noted)
+    monkeypatch.setattr("iceslide_fem.run.block.write_checkpoint", noted)
     run(small_scene("load.duration=1ms"), tmp_path, (), Schedule(1e9, (0.3e-3, 0.6e-3)))
     assert times[:2] == [None, 0.0] and len(times) == 4
     assert 0.3e-3 <= times[2] < 0.4e-3 and 0.6e-3 <= times[3] < 0.7e-3

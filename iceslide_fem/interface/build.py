@@ -13,8 +13,8 @@ from iceslide_fem.interface.rubber_columns import RubberOverNodes
 from iceslide_fem.interface.surface_grid import SurfaceGrid
 from iceslide_fem.materials import Array
 from iceslide_fem.mesh.structured import ice_mesh, patch_lines, window_lines
-from iceslide_fem.point_run import rubber_columns
 from iceslide_fem.rubber.block import Block
+from iceslide_fem.run.point import rubber_columns
 
 
 def carrier_of(block: Block) -> Attached | OnRubber | OnIce:

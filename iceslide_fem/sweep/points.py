@@ -11,7 +11,7 @@ import numpy as np
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film.point import Conditions, Record, simulate
 from iceslide_fem.materials import Array
-from iceslide_fem.point_run import (
+from iceslide_fem.run.point import (
     point_summary,
     rubber_columns,
     scene_conditions,

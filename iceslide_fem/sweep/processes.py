@@ -19,9 +19,9 @@ from typing import NamedTuple
 
 import tomli_w
 
-from iceslide_fem.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import replace_file
+from iceslide_fem.run.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.scene import Scene
 from iceslide_fem.sweep.outcome import SENTENCE, Outcome, read_outcome
 from iceslide_fem.sweep.plan import Case

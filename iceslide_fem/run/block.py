@@ -6,7 +6,6 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from iceslide_fem.checkpoint import Checkpoint, write_checkpoint
 from iceslide_fem.coupling.energy import Ledger
 from iceslide_fem.coupling.history import (
     Row,
@@ -19,14 +18,15 @@ from iceslide_fem.coupling.sliding import Accepted, Sliding, place_at_start
 from iceslide_fem.errors import Interrupted, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.interface.ice_continuum import Continuum
-from iceslide_fem.interruption import Interruption
 from iceslide_fem.output.fields import HISTORY_COLUMNS, PRELOAD_COLUMNS, Fields, Table, begin_run
-from iceslide_fem.progress import Progress
 from iceslide_fem.rubber.block import Block, PathPoint, build_block, press, start_sliding
 from iceslide_fem.rubber.sipes import smallest_opening
+from iceslide_fem.run.checkpoint import Checkpoint, write_checkpoint
+from iceslide_fem.run.interruption import Interruption
+from iceslide_fem.run.progress import Progress
+from iceslide_fem.run.schedule import FieldTimes, Saves, Schedule
+from iceslide_fem.run.summary import Results
 from iceslide_fem.scene import Scene
-from iceslide_fem.schedule import FieldTimes, Saves, Schedule
-from iceslide_fem.slide_results import Results
 
 
 def run_block(
