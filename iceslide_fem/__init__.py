@@ -1,4 +1,4 @@
-"""Finite element simulation of a rubber tread block sliding on ice."""
+"""A rubber tread block sliding on ice: finite elements with a melting water film."""
 
 __version__ = "0.1.0"
 

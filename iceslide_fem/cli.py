@@ -299,7 +299,7 @@ def view(
     if rank() > 0:  # one process is enough to make pictures
         return
 
-    from iceslide_fem.view import view as make_pictures
+    from iceslide_fem.results.view import view as make_pictures
 
     for picture in make_pictures(directory, animate):
         typer.echo(str(picture))

@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from iceslide_fem.ladder import Outcome, finest_of
-from iceslide_fem.report import BLACK, BLUE, GREEN, MS, ORANGE, RED
+from iceslide_fem.results.report import BLACK, BLUE, GREEN, MS, ORANGE, RED
 
 COLORS = {"point": ORANGE, "slice": BLUE, "block": GREEN}
 MARKS = {"half-space": "^", "column": "s", "continuum": "o"}

@@ -175,9 +175,9 @@ def test_info_measures_a_users_mesh(capsys):
 
 
 def test_view_prints_the_pictures(monkeypatch, tmp_path, capsys):
-    module = ModuleType("iceslide_fem.view")
+    module = ModuleType("iceslide_fem.results.view")
     module.view = lambda directory, animate: [directory / ("film.gif" if animate else "block.png")]
-    monkeypatch.setitem(sys.modules, "iceslide_fem.view", module)
+    monkeypatch.setitem(sys.modules, "iceslide_fem.results.view", module)
     (tmp_path / "summary.json").touch()
     assert exit_code("view", str(tmp_path), "--animate") == 0
     assert capsys.readouterr().out == f"{tmp_path / 'film.gif'}\n"

@@ -27,7 +27,7 @@ WORLD = MPI.COMM_WORLD
 READ_BACK = """
 import json, sys
 from pathlib import Path
-from iceslide_fem.snapshots import read_snapshot
+from iceslide_fem.results.snapshots import read_snapshot
 s = read_snapshot(Path(sys.argv[1]), int(sys.argv[2]))
 print(json.dumps({
     "time": s.time,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from iceslide_fem.errors import SceneError
-from iceslide_fem.report import report
 from iceslide_fem.results import differences, field_files, read_run
+from iceslide_fem.results.report import report
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # the outputs' writers need it
 
@@ -72,6 +72,6 @@ def test_differences_are_relative_and_at_the_times_of_the_other_run(tmp_path):
 
 
 def test_no_dolfinx_is_needed():
-    code = "import sys, iceslide_fem.report, iceslide_fem.view; print('dolfinx' in sys.modules)"
+    code = "import sys, iceslide_fem.results.report, iceslide_fem.results.view; print('dolfinx' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

@@ -17,7 +17,13 @@ from numpy.typing import NDArray
 
 from iceslide_fem.materials import BAR, ICE_DIFFUSIVITY, MELTING_TEMPERATURE, Array
 from iceslide_fem.results import Run
-from iceslide_fem.snapshots import PRESSURE, TEMPERATURE, Interface, Snapshot, read_interface
+from iceslide_fem.results.snapshots import (
+    PRESSURE,
+    TEMPERATURE,
+    Interface,
+    Snapshot,
+    read_interface,
+)
 
 SIZE, DPI = (12.8, 9.6), 100  # inches; their pixels divide by 16, as video needs it
 MM, UM, NM, MS = 1e3, 1e6, 1e9, 1e3

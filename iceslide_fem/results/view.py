@@ -14,10 +14,10 @@ import imageio.v2 as imageio
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from iceslide_fem.picture import DPI, Scales, draw, scales_of
-from iceslide_fem.report import report
 from iceslide_fem.results import Run, read_run
-from iceslide_fem.snapshots import read_snapshot, times
+from iceslide_fem.results.picture import DPI, Scales, draw, scales_of
+from iceslide_fem.results.report import report
+from iceslide_fem.results.snapshots import read_snapshot, times
 
 FRAMES_PER_SECOND = 10
 

@@ -1,0 +1,8 @@
+"""Finished runs, read and drawn; no DOLFINx.
+
+Imports `errors` and `materials` only.
+"""
+
+from iceslide_fem.results.run_directory import Run, differences, field_files, read_run
+
+__all__ = ["Run", "differences", "field_files", "read_run"]
