@@ -214,7 +214,7 @@ def info(scene_file: SceneFile, overrides: Overrides = None) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from iceslide_fem.info import describe
+    from iceslide_fem.planning.info import describe
 
     table = Table(title=f"{scene.name} ({scene.model})", title_justify="left")
     for heading in ("", "quantity", "value", "meaning"):
@@ -342,7 +342,7 @@ def _load(scene_file: Path, overrides: Sequence[str] | None) -> Scene:
 
     scene = load_scene(scene_file, overrides or [])
     if scene.model == "auto":
-        from iceslide_fem.rung import resolved
+        from iceslide_fem.planning.rung import resolved
 
         scene = resolved(scene)
         typer.echo(f'model = "auto": {scene.model}, ice.heat = "{scene.ice.heat}".')

@@ -16,9 +16,9 @@ import tomlkit
 
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.neglect import Neglects, neglects
+from iceslide_fem.planning.neglect import Neglects, neglects
+from iceslide_fem.planning.rung import Rung, on_rung, rung_name
 from iceslide_fem.results import Run, differences, read_run
-from iceslide_fem.rung import Rung, on_rung, rung_name
 from iceslide_fem.scene import REFINEMENTS, Scene, load_scene, override
 from iceslide_fem.simulate import run
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from rich.table import Table
 
 from iceslide_fem.ladder import Outcome, finest_of
-from iceslide_fem.neglect import Neglects
+from iceslide_fem.planning.neglect import Neglects
 
 
 def neglect_table(found: Neglects, tolerance: float) -> Table:

@@ -14,11 +14,11 @@ import iceslide_fem
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import writing
 from iceslide_fem.output.fields import HISTORY_COLUMNS, Table, begin_run, write_summary
+from iceslide_fem.planning.rung import resolved
 from iceslide_fem.results import Run, read_run
 from iceslide_fem.results.report import report
 from iceslide_fem.run.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.run.checkpoint import Checkpoint
-from iceslide_fem.rung import resolved
 from iceslide_fem.scene import Scene
 
 if TYPE_CHECKING:

@@ -5,8 +5,6 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")
-from iceslide_fem import cost  # noqa: E402
-from iceslide_fem.cost import estimate, expected_steps, step_cost  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.mesh.structured import (  # noqa: E402
     block_size,
@@ -15,6 +13,8 @@ from iceslide_fem.mesh.structured import (  # noqa: E402
     rubber_mesh,
     window_lines,
 )
+from iceslide_fem.planning import cost  # noqa: E402
+from iceslide_fem.planning.cost import estimate, expected_steps, step_cost  # noqa: E402
 from iceslide_fem.run.point import point_history  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from iceslide_fem.ladder import rungs
-from iceslide_fem.neglect import neglects
-from iceslide_fem.rung import Rung, cheapest, on_rung, resolved
+from iceslide_fem.planning.neglect import neglects
+from iceslide_fem.planning.rung import Rung, cheapest, on_rung, resolved
 from iceslide_fem.scene import load_scene
 
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from iceslide_fem.errors import SceneError
+from iceslide_fem.planning.rung import resolved
 from iceslide_fem.run.point import point_history
-from iceslide_fem.rung import resolved
 from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.fingerprint import fingerprint
 from iceslide_fem.sweep import make_plan, read_sweep, run_sweep, share_cores

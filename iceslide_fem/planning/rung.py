@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from iceslide_fem.neglect import neglects
+from iceslide_fem.planning.neglect import neglects
 from iceslide_fem.scene import Scene, scene_from_dict
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
-from iceslide_fem.cost import Cost, estimate
 from iceslide_fem.materials import (
     ICE_DIFFUSIVITY,
     MELTING_ENTHALPY,
@@ -13,6 +12,7 @@ from iceslide_fem.materials import (
     RUBBER_HEAT_CAPACITY,
     WATER_VISCOSITY,
 )
+from iceslide_fem.planning.cost import Cost, estimate
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.units import readable
 
