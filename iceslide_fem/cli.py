@@ -261,9 +261,9 @@ def ladder(
 
     from rich.console import Console
 
-    from iceslide_fem.ladder import cheapest_of, climb, finest_of, write_scene
-    from iceslide_fem.ladder_chart import ladder_chart
-    from iceslide_fem.ladder_table import ladder_table, neglect_table, not_run
+    from iceslide_fem.ladder.chart import ladder_chart
+    from iceslide_fem.ladder.runs import cheapest_of, climb, finest_of, write_scene
+    from iceslide_fem.ladder.table import ladder_table, neglect_table, not_run
 
     outcomes, found = climb(scene, out, refine or [0.5, 1.0], typer.echo)
     console, tolerance = Console(), scene.numerics.tolerance

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from iceslide_fem.ladder import rungs
+from iceslide_fem.ladder.runs import rungs
 from iceslide_fem.planning.neglect import neglects
 from iceslide_fem.planning.rung import Rung, cheapest, on_rung, resolved
 from iceslide_fem.scene import load_scene

@@ -8,7 +8,7 @@ from pathlib import Path
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from iceslide_fem.ladder import Outcome, finest_of
+from iceslide_fem.ladder.runs import Outcome, finest_of
 from iceslide_fem.results.report import BLACK, BLUE, GREEN, MS, ORANGE, RED
 
 COLORS = {"point": ORANGE, "slice": BLUE, "block": GREEN}

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rich.table import Table
 
-from iceslide_fem.ladder import Outcome, finest_of
+from iceslide_fem.ladder.runs import Outcome, finest_of
 from iceslide_fem.planning.neglect import Neglects
 
 
