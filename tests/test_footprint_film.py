@@ -8,7 +8,8 @@ import pytest
 from iceslide_fem import point
 from iceslide_fem.errors import SceneError
 from iceslide_fem.footprint import film_map as module
-from iceslide_fem.footprint.blocks import representative, scene_text, tread_blocks
+from iceslide_fem.footprint.blocks import TreadRubber, representative, scene_text, tread_blocks
+from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.film_map import Ride, film_map
 from iceslide_fem.footprint.pressure_map import PressureMap
 from iceslide_fem.footprint.synthetic import Tread
@@ -146,7 +147,7 @@ def test_the_scene_of_a_block_is_that_block():
     ((block, share),) = representative(tread_blocks(footprint), 1)
     assert (block.x, block.y) == pytest.approx((32.5e-3, 10e-3))
     scene = scene_from_dict(
-        tomllib.loads(scene_text("block", block, share, LOCKED, "B", tread_height=8e-3))
+        tomllib.loads(scene_text("block", block, share, LOCKED, TreadRubber("B", None, 8e-3)))
     )
     assert scene.rubber.length == pytest.approx(25e-3)
     assert scene.rubber.width == pytest.approx(10e-3)
@@ -154,3 +155,21 @@ def test_the_scene_of_a_block_is_that_block():
     assert scene.load.pressure == pytest.approx(2.5e5)
     assert scene.load.speed == 4.0
     assert scene.ice.temperature == pytest.approx(269.15)
+
+
+def test_a_contact_file_takes_the_compounds_place(tmp_path):
+    footprint = strip(np.array([3e5]))
+    file = tmp_path / "contact.csv"
+    file.write_text("pressure_Pa,k,D_m,H_V_m\n2e4,0.1,2e-5,6e-6\n2e6,0.8,9e-5,4e-7\n")
+    case = FootprintCase.of(
+        {"image": "x", "length": 0.1, "width": 0.1, "max_pressure": 5e5, "contact": str(file)}
+    )
+    assert case.contact_table(2e4).k == pytest.approx(0.1)
+    (block,) = tread_blocks(footprint)
+    scene = tomllib.loads(scene_text("b", block, 1.0, LOCKED, TreadRubber("B", file, 8e-3)))
+    assert scene_from_dict(scene).contact_parameters.source == "contact.csv"
+    with pytest.raises(SceneError, match="--contact: .*no column k"):
+        file.write_text("pressure_Pa\n1e5\n")
+        FootprintCase.of(
+            {"image": "x", "length": 0.1, "width": 0.1, "max_pressure": 5e5, "contact": str(file)}
+        )

@@ -5,6 +5,7 @@ import re
 from copy import deepcopy
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from iceslide_fem.errors import SceneError
@@ -104,6 +105,83 @@ def test_contact_parameters_follow_the_table_unless_given():
     assert table(5e5).k == pytest.approx(0.405)
     constant = scene_from_dict(changed({"film": dict(CONTACT)})).contact_parameters
     assert constant(5e5).k == 0.3
+
+
+TABLE = "pressure_Pa,k,D_m,H_V_m\n2e4,0.1,2e-5,6e-6\n1e5,0.25,3e-5,3e-6\n1e6,0.7,9e-5,4e-7\n"
+
+
+def with_table(tmp_path, text, **film):
+    (tmp_path / "contact.csv").write_text(text, encoding="utf-8")
+    return changed({"film": {"contact": str(tmp_path / "contact.csv"), **film}})
+
+
+def test_a_contact_file_replaces_the_table(tmp_path):
+    table = scene_from_dict(with_table(tmp_path, TABLE)).contact_parameters
+    assert [float(part) for part in table(1e5)[:3]] == pytest.approx([0.25, 3e-5, 3e-6])
+    middle = table((2e4 * 1e5) ** 0.5)
+    assert middle.k == pytest.approx((0.1 * 0.25) ** 0.5, rel=1e-12)
+    assert middle.H_V == pytest.approx((6e-6 * 3e-6) ** 0.5, rel=1e-12)
+    for p in (3e4, 9e4, 2e5, 9e5):
+        slope = (table(1.001 * p).k - table(0.999 * p).k) / (0.002 * p)
+        assert table(p).dk_dp == pytest.approx(slope, rel=1e-5)
+    assert float(table(1e4).k) == pytest.approx(0.1) and table(1e4).dk_dp == 0.0
+    assert list(table.outside([1.9e4, 2e4, 1e6, 1.1e6])) == [True, False, False, True]
+    assert table(np.full((2, 3), 1e5)).k.shape == (2, 3)
+
+
+def test_a_contact_file_is_relative_to_the_scene_and_may_be_written_by_hand(tmp_path):
+    folder = tmp_path / "there"
+    folder.mkdir()
+    (folder / "by_hand.csv").write_text(
+        "# B on ice\n k , pressure_Pa, H_V_m, D_m, remark\n0.2, 5e4, 4e-6, 2e-5, x\n"
+        "0.5, 5e5, 1e-6, 5e-5, y\n",
+        encoding="utf-8-sig",
+    )
+    (folder / "scene.toml").write_text(
+        'name = "x"\nmodel = "point"\n[rubber]\nC10 = 2e5\nC01 = 0\nnu = 0.49\n'
+        '[load]\npressure = "6 bar"\nspeed = 3\nduration = "1 ms"\n'
+        '[film]\ncontact = "by_hand.csv"\n',
+        encoding="utf-8",
+    )
+    scene = load_scene(folder / "scene.toml")
+    assert scene.contact_parameters(5e5).k == pytest.approx(0.5)
+    message = scene.outside_table()
+    assert message is not None and "by_hand.csv" in message and "0.5 to 5 bar" in message
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "no column pressure_Pa"),
+        ("pressure_Pa,k,D_m\n1e5,0.3,2e-5\n", "no column H_V_m"),
+        (TABLE.splitlines()[0], "0 pressures; allowed: 2 or more"),
+        ("\n".join(TABLE.splitlines()[:2]), "1 pressures"),
+        (TABLE.replace("0.25", "x"), 'row 2: k = "x" is not a number'),
+        (TABLE.replace("0.25", "nan"), "row 2: k = nan is out of range"),
+        (TABLE.replace("0.25", "1.2"), "row 2: k = 1.2 is out of range; allowed: 1e-06 to 1"),
+        (TABLE.replace("2e4", "0.2"), "row 1: pressure_Pa = 0.2 is out of range"),
+        (TABLE.replace("2e-5", "20"), "row 1: D_m = 20 is out of range"),
+        (TABLE.replace("2e4", "2e6"), "rows 1 and 2: pressure_Pa must rise"),
+        (TABLE.replace("0.7", "0.105"), "rows 2 and 3: k must not fall"),
+        (TABLE.replace("4e-7", "4e-6"), "rows 2 and 3: H_V_m must not rise"),
+        (TABLE.replace("1e6,0.7,9e-5,4e-7", "1e6,0.7"), 'row 3: D_m = "None" is not a number'),
+    ],
+)
+def test_bad_contact_files_are_one_sentence(tmp_path, text, words):
+    with pytest.raises(SceneError) as caught:
+        scene_from_dict(with_table(tmp_path, text))
+    assert words in str(caught.value) and "contact.csv" in str(caught.value)
+    assert str(caught.value).startswith("film.contact") and "\n" not in str(caught.value)
+
+
+def test_a_contact_file_that_is_none_or_one_too_many(tmp_path):
+    with pytest.raises(SceneError, match="film.contact.*is not a file"):
+        scene_from_dict(changed({"film": {"contact": str(tmp_path / "none.csv")}}))
+    with pytest.raises(SceneError, match="film.contact and film.k contradict"):
+        scene_from_dict(with_table(tmp_path, TABLE, **CONTACT))
+    (tmp_path / "contact.csv").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(SceneError, match="not UTF-8"):
+        scene_from_dict(changed({"film": {"contact": str(tmp_path / "contact.csv")}}))
 
 
 def test_nominal_pressure_outside_the_table_is_said_once():

@@ -86,6 +86,12 @@ def test_a_fingerprint_is_of_everything_but_the_name(monkeypatch, tmp_path):
     one = fingerprint(with_mesh)
     mesh.write_text("two")
     assert fingerprint(with_mesh) != one
+    table = tmp_path / "contact.csv"
+    table.write_text("pressure_Pa,k,D_m,H_V_m\n1e5,0.2,3e-5,3e-6\n5e5,0.4,4e-5,1e-6\n")
+    with_table = load_scene(CASE, [f"film.contact={table}"])
+    one = fingerprint(with_table)
+    table.write_text(table.read_text().replace("0.2", "0.3"))
+    assert fingerprint(with_table) != one
     monkeypatch.setattr("iceslide_fem.__version__", "99")
     assert fingerprint(scene) != first
 

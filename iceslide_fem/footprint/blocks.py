@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -33,6 +34,14 @@ class Block(NamedTuple):
     width: float
     pressure: float
     load: float
+
+
+class TreadRubber(NamedTuple):
+    """What all blocks share: compound, file of contact parameters (or None), height (m)."""
+
+    compound: str
+    contact: Path | None
+    height: float
 
 
 def tread_blocks(footprint: PressureMap) -> list[Block]:
@@ -83,14 +92,15 @@ def representative(blocks: list[Block], count: int) -> list[tuple[Block, float]]
     return chosen
 
 
-def scene_text(
-    name: str, block: Block, share: float, ride: Ride, compound: str, tread_height: float
-) -> str:
+def scene_text(name: str, block: Block, share: float, ride: Ride, tread: TreadRubber) -> str:
     """The scene file of a block that meets fresh ice, checked: SceneError if it is not valid.
 
-    Length, width (m), pressure and place are the block's; it is `tread_height` (m) tall and
+    Length, width (m), pressure and place are the block's; it is as tall as the `tread` and
     slides over 1.5 times its length on passing ice, so that its film is steady.
     """
+    contact = (
+        "" if tread.contact is None else f"contact = {json.dumps(str(tread.contact.resolve()))}\n"
+    )
     duration = TRANSITS * block.length / ride.sliding_speed
     text = f"""\
 # A tread block of a footprint, on fresh ice. Its load of {block.load:.1f} N is centred
@@ -100,10 +110,10 @@ name = {json.dumps(name)}
 model = "slice"
 
 [rubber]
-compound = {json.dumps(compound)}
+compound = {json.dumps(tread.compound)}
 length = "{1e3 * block.length:.4g} mm"
 width = "{1e3 * block.width:.4g} mm"
-height = "{1e3 * tread_height:.4g} mm"
+height = "{1e3 * tread.height:.4g} mm"
 
 [load]
 pressure = "{block.pressure / BAR:.5g} bar"
@@ -118,7 +128,7 @@ heat = "column"
 [film]
 carrier = "ice"
 initial_height = "{1e9 * ride.initial_height:.6g} nm"
-
+{contact}
 [numerics]
 tolerance = 1e-2
 """

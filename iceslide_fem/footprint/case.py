@@ -12,6 +12,7 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    FilePath,
     ValidationError,
     field_validator,
     model_validator,
@@ -20,7 +21,8 @@ from pydantic import (
 from iceslide_fem.errors import SceneError, first_sentence
 from iceslide_fem.footprint.film_map import Ride
 from iceslide_fem.footprint.image import Box
-from iceslide_fem.materials import BAR, CONTACT_TABLES
+from iceslide_fem.materials import BAR, CONTACT_TABLES, ContactTable
+from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.units import Quantity
 
 THRESHOLD = 0.05  # of the range of pressures
@@ -62,6 +64,7 @@ class FootprintCase(BaseModel):
     travel (m). min_pressure and max_pressure: ends of the colour scale (Pa). rotation: degrees
     counter-clockwise, to turn the direction of travel to the right. slip, of film and moving
     source: 1 is a locked wheel. thesis_slip and thesis_time (s) enter (3.2) and (3.3) alone.
+    contact: a file with k, D, H_V over pressure instead of the compound's.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", alias_generator=_option)
@@ -82,6 +85,7 @@ class FootprintCase(BaseModel):
     slip: Annotated[float, Quantity("", "1e-6", "1"), Number] = 1.0
     temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC"), Number] = 269.15
     compound: str = "B"
+    contact: FilePath | None = None
     static_friction: Annotated[float, Quantity("", "0.001", "2"), Number] = 0.1
     depth: Annotated[float, Quantity("m", "1 um", "1 m"), Number] = 1e-4
     thesis_slip: Annotated[float, Quantity("", "1e-9", "1"), Number] = 1e-5
@@ -99,6 +103,13 @@ class FootprintCase(BaseModel):
                 f'--compound "{compound}" has no published contact parameters; allowed: {allowed}'
             )
         return compound
+
+    @field_validator("contact")
+    @classmethod
+    def _is_a_table(cls, contact: Path | None) -> Path | None:
+        if contact is not None:
+            read_contact_table(contact, "--contact")
+        return contact
 
     @model_validator(mode="after")
     def _no_contradiction(self) -> Self:
@@ -131,6 +142,13 @@ class FootprintCase(BaseModel):
         if self.threshold is not None:
             return self.threshold
         return self.min_pressure + THRESHOLD * (self.max_pressure - self.min_pressure)
+
+    @property
+    def contact_table(self) -> ContactTable:
+        """k, D and H_V over pressure: of the file, else of the compound."""
+        if self.contact is not None:
+            return read_contact_table(self.contact, "--contact")
+        return CONTACT_TABLES[self.compound]
 
     @property
     def ride(self) -> Ride:

@@ -13,7 +13,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from iceslide_fem.files import check_writable, replace_file, writing
-from iceslide_fem.footprint.blocks import representative, scene_text, tread_blocks
+from iceslide_fem.footprint.blocks import TreadRubber, representative, scene_text, tread_blocks
 from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.comparison import friction_curves
 from iceslide_fem.footprint.figures import draw_comparison, draw_maps
@@ -98,7 +98,10 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("distance to the colour bar", f"median {colours['median_distance']:.3f}"),
         ("mean mu, film law", f"{film['mu_mean']:.4f}"),
         ("melting, saturated", f"{film['melting_share']:.1%}, {film['saturated_share']:.1%}"),
-        ("outside the compound's table", f"{film['outside_table_share']:.1%} of the contact area"),
+        (
+            "outside the table of k, D, H_V",
+            f"{film['outside_table_share']:.1%} of the contact area",
+        ),
     ]
     for key, name in (("thesis", "(3.3) as printed"), ("moving_source", "moving source")):
         model = figures[key]
@@ -114,9 +117,8 @@ def _scenes(case: FootprintCase, read: ReadFootprint) -> dict[str, str]:
     if not case.scenes:
         return {}
     chosen = representative(tread_blocks(read.pressure_map), case.scenes)
+    rubber = TreadRubber(case.compound, case.contact, case.tread_height)
     return {
-        f"block_{number:02d}": scene_text(
-            f"block_{number:02d}", block, share, case.ride, case.compound, case.tread_height
-        )
+        f"block_{number:02d}": scene_text(f"block_{number:02d}", block, share, case.ride, rubber)
         for number, (block, share) in enumerate(chosen, start=1)
     }

@@ -13,7 +13,6 @@ from iceslide_fem.footprint.film_map import film_map
 from iceslide_fem.footprint.jaeger import friction_flux
 from iceslide_fem.footprint.pressure_map import PressureMap
 from iceslide_fem.materials import (
-    CONTACT_TABLES,
     ICE_EFFUSIVITY,
     MELTING_TEMPERATURE,
     WATER_VISCOSITY,
@@ -46,7 +45,7 @@ def friction_curves(footprint: PressureMap, case: FootprintCase) -> Curves:
     pressure = np.tile(footprint.pressure[some], (TEMPERATURES.size, 1))
     part = replace(footprint, pressure=pressure)
     ride = case.ride._replace(temperature=np.repeat(TEMPERATURES, some.size))
-    film = film_map(part, ride, CONTACT_TABLES[case.compound], case.tolerance)
+    film = film_map(part, ride, case.contact_table, case.tolerance)
     force = film.shear.reshape(TEMPERATURES.size, -1).sum(axis=1)
     mu = force / footprint.pressure[some].sum()
     p, v = footprint.mean_pressure, case.ride.sliding_speed

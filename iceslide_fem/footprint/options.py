@@ -48,6 +48,9 @@ def footprint(
     ] = None,
     temperature: Annotated[Text, _option("T", "Temperature of the ice.", "-4degC")] = None,
     compound: Annotated[Text, _option("NAME", "Rubber compound.", "B")] = None,
+    contact: Annotated[
+        Text, _option("CSV", "Table of k, D, H_V over pressure instead of the compound's.")
+    ] = None,
     static_friction: Annotated[Text, _option("MU", "mu_st of (3.2).", "0.1")] = None,
     depth: Annotated[Text, _option("M", "Depth d of (3.5) to (3.7).", "0.1mm")] = None,
     thesis_slip: Annotated[Text, _option("S", "Slip in (3.2) for (3.3) alone.", "1e-5")] = None,

@@ -38,7 +38,7 @@ from iceslide_fem.footprint.pressure_map import (
     gaussian_centre_line,
     pressure_from_values,
 )
-from iceslide_fem.materials import CONTACT_TABLES, MELTING_TEMPERATURE, Array, Mask
+from iceslide_fem.materials import MELTING_TEMPERATURE, Array, Mask
 
 
 class ReadFootprint(NamedTuple):
@@ -129,7 +129,7 @@ def survey(case: FootprintCase, read: ReadFootprint) -> Survey:
         read,
         _heat_model(case, footprint, thesis_rise, case.thesis_slip),
         _heat_model(case, footprint, moving_rise, case.slip),
-        film_map(footprint, case.ride, CONTACT_TABLES[case.compound], case.tolerance),
+        film_map(footprint, case.ride, case.contact_table, case.tolerance),
     )
 
 
@@ -139,7 +139,7 @@ def summary(result: Survey) -> dict[str, Any]:
     footprint, contact = read.pressure_map, read.pressure_map.contact
     distance = read.distance[contact]
     line = gaussian_centre_line(footprint)
-    outside = CONTACT_TABLES[case.compound].outside(footprint.pressure[contact])
+    outside = case.contact_table.outside(footprint.pressure[contact])
     return {
         "footprint": footprint.summary()
         | {

@@ -19,7 +19,7 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.planning.neglect import Neglects, neglects
 from iceslide_fem.planning.rung import Rung, on_rung, rung_name
 from iceslide_fem.results import Run, differences, read_run
-from iceslide_fem.scene import REFINEMENTS, Scene, load_scene, override
+from iceslide_fem.scene import REFINEMENTS, Scene, load_scene, override, put
 from iceslide_fem.simulate import run
 
 MODELS, HEATS = ("point", "slice", "block"), ("half-space", "column", "continuum")
@@ -157,8 +157,8 @@ def write_scene(source: Path, overrides: Sequence[str], rung: Rung, path: Path) 
     for change in overrides:
         override(document, change)
     scene = load_scene(source, overrides)
-    if scene.rubber.mesh is not None:
-        document["rubber"]["mesh"] = str(scene.rubber.mesh.resolve())
+    for (table, key), file in scene.files.items():
+        put(document, f"{table}.{key}", str(file.resolve()))
     document["model"] = rung.model
     changes = [f"ice.heat={rung.heat}"]
     if rung.model != "point" and rung.refinement != scene.numerics.refinement:

@@ -6,11 +6,13 @@ from math import sqrt
 from typing import NamedTuple
 
 from iceslide_fem.materials import (
+    BAR,
     ICE_DIFFUSIVITY,
     MELTING_ENTHALPY,
     RUBBER_CONDUCTIVITY,
     RUBBER_HEAT_CAPACITY,
     WATER_VISCOSITY,
+    ContactTable,
 )
 from iceslide_fem.planning.cost import Cost, estimate
 from iceslide_fem.scene import Scene
@@ -98,6 +100,7 @@ def _film(scene: Scene) -> list[Row]:
     squeeze_time = 1.0 / (2.0 * 8.0 * p / (3.0 * eta * D**2) * h0**2)
     melt_time = h0**2 / (2.0 * k * eta * v**2 / MELTING_ENTHALPY)
     return [
+        _table(scene),
         Row("film", "k", f"{k:.3g}", "relative contact area at the nominal pressure"),
         Row("film", "D", readable(D, "m"), "mean asperity diameter"),
         Row("film", "H_V", readable(H_V, "m"), "mean free height; saturated when squeezed full"),
@@ -106,6 +109,18 @@ def _film(scene: Scene) -> list[Row]:
         Row("film", "squeeze-out time", readable(squeeze_time, "s"), "1 / (2 K₃ h₀²)"),
         Row("film", "melting time", readable(melt_time, "s"), "h₀² / (2 K₁)"),
     ]
+
+
+def _table(scene: Scene) -> Row:
+    """Whose k, D and H_V are taken, and the range of local pressures that they cover."""
+    table, p = scene.contact_parameters, scene.load.pressure
+    if not isinstance(table, ContactTable):
+        return Row("film", "k, D, H_V", "constant", "given in the scene, at every pressure")
+    low, high = table.pressure[0], table.pressure[-1]
+    covers = f"{low / p:.2g} to {high / p:.2g} times the nominal pressure; outside: its ends"
+    return Row(
+        "film", "k, D, H_V", f"{low / BAR:.3g} to {high / BAR:.3g} bar", f"{table.source}: {covers}"
+    )
 
 
 def _rubber(scene: Scene, size: tuple[float, ...]) -> list[Row]:

@@ -76,8 +76,8 @@ def read_checkpoint(folder: Path) -> Checkpoint:
     scene = scene_from_dict(header["scene"])
     if fingerprint(scene) != header["fingerprint"]:
         raise SceneError(
-            f"the checkpoint {path} is of another version of iceslide_fem or DOLFINx, or its mesh "
-            "file has changed: start the run anew"
+            f"the checkpoint {path} is of another version of iceslide_fem or DOLFINx, or a file "
+            "that its scene names has changed: start the run anew"
         )
     try:
         with np.load(io.BytesIO(packed), allow_pickle=False) as file:

@@ -15,15 +15,15 @@ LENGTH = 16  # hexadecimal digits
 
 
 def fingerprint(scene: Scene) -> str:
-    """Hash of `scene` (its name apart), of its mesh file's content and of the versions.
+    """Hash of `scene` (its name apart), of its files' content and of the versions.
 
     Two scenes with the same fingerprint have the same result. DOLFINx counts where it is used.
     """
     content = scene.as_dict()
     del content["name"]
     content["version"] = iceslide_fem.__version__
-    if scene.rubber.mesh is not None:
-        content["rubber"]["mesh"] = _file_hash(scene.rubber.mesh)
+    for (table, key), path in scene.files.items():
+        content[table][key] = _file_hash(path)
     if scene.model != "point":
         content["dolfinx"] = _dolfinx_version()
     text = json.dumps(content, sort_keys=True)

@@ -33,6 +33,7 @@ from iceslide_fem.materials import (
     MooneyRivlin,
     rubber_solid,
 )
+from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.units import Quantity
 
 Length = Annotated[float, Quantity("m", "10 um", "1 m")]
@@ -40,6 +41,7 @@ Stiffness = Annotated[float, Quantity("Pa", "0 MPa", "10000 MPa")]
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", strict=True)]
 
 REFINEMENTS = (0.25, 8.0)  # allowed of meshes
+FILE_KEYS = (("rubber", "mesh"), ("film", "contact"))  # table and key of what names a file
 
 
 class _Table(BaseModel):
@@ -160,7 +162,8 @@ class Ice(_Table):
 class Film(_Table):
     """The water film: who carries it, the pressure it follows, and constant k, D (m), H_V (m).
 
-    k, D and H_V override the compound's table, all three together. `initial_height` is h0, m.
+    k, D and H_V override the compound's table, all three together; `contact`, the path of a CSV
+    file, is another table (`read_contact_table`). `initial_height` is h0, m.
     `conductance` is that from the film to either body with heat in the rubber, W/(m2 K).
     """
 
@@ -169,6 +172,7 @@ class Film(_Table):
     k: Annotated[float, Quantity("", "1e-6", "1")] | None = None
     D: Annotated[float, Quantity("m", "0.01 um", "10 mm")] | None = None
     H_V: Annotated[float, Quantity("m", "1 nm", "10 mm")] | None = None
+    contact: FilePath | None = None
     initial_height: Annotated[float, Quantity("m", "1 nm", "10 um")] = 70e-9
     conductance: Annotated[float, Quantity("W/m^2/K", "10 W/m^2/K", "1e9 W/m^2/K")] | None = None
 
@@ -179,6 +183,13 @@ class Film(_Table):
             raise ValueError(
                 f"film has {' and '.join(given)} only; give k, D and H_V together, or none of them"
             )
+        if self.contact is not None:
+            if given:
+                raise ValueError(
+                    "film.contact and film.k contradict each other: one is a table over pressure, "
+                    "the other holds at every pressure; give one of them"
+                )
+            read_contact_table(self.contact, "film.contact")
         return self
 
 
@@ -213,9 +224,10 @@ class Scene(_Table):
 
     @model_validator(mode="after")
     def _no_contradiction(self) -> Self:
-        if self.rubber.compound is None and self.film.k is None:
+        if self.rubber.compound is None and self.film.k is None and self.film.contact is None:
             raise ValueError(
-                "film.k, film.D and film.H_V are missing; without a compound give them"
+                "film.k, film.D and film.H_V are missing; without a compound give them, or "
+                "film.contact"
             )
         if self.model == "point" and self.ice.heat == "continuum":
             raise ValueError(
@@ -270,23 +282,31 @@ class Scene(_Table):
 
     @property
     def contact_parameters(self) -> ContactTable | ConstantContact:
-        """k, D and H_V as a function of pressure (Pa): the film's constants, or the compound's."""
+        """k, D and H_V over pressure (Pa): the film's constants or table, or the compound's."""
         film = self.film
+        if film.contact is not None:
+            return read_contact_table(film.contact, "film.contact")
         if film.k is not None and film.D is not None and film.H_V is not None:
             return ConstantContact(film.k, film.D, film.H_V)
         assert self.rubber.compound is not None  # by Scene's validation
         return CONTACT_TABLES[self.rubber.compound]
 
     def outside_table(self) -> str | None:
-        """A sentence if the nominal pressure lies outside the compound's table, else None."""
+        """A sentence if the nominal pressure lies outside the table of k, D, H_V, else None."""
         table, pressure = self.contact_parameters, self.load.pressure
         if not isinstance(table, ContactTable) or not table.outside(pressure):
             return None
-        low, high = (end / BAR for end in table.pressure)
+        low, high = table.pressure[0] / BAR, table.pressure[-1] / BAR
         return (
-            f"k, D and H_V of compound {self.rubber.compound} are published from {low:g} to "
-            f"{high:g} bar; at the nominal {pressure / BAR:g} bar the nearest end is taken"
+            f"k, D and H_V ({table.source}) are given from {low:g} to {high:g} bar; at the "
+            f"nominal {pressure / BAR:g} bar the nearest end is taken"
         )
+
+    @property
+    def files(self) -> dict[tuple[str, str], Path]:
+        """Table and key -> path of every file that the scene names."""
+        named = {place: getattr(getattr(self, place[0]), place[1]) for place in FILE_KEYS}
+        return {place: path for place, path in named.items() if path is not None}
 
     def as_dict(self) -> dict[str, Any]:
         """Everything, defaults included, in SI, as JSON can hold it; `scene_from_dict` reads it."""
@@ -304,7 +324,8 @@ def load_scene(path: Path | str, overrides: Sequence[str] = ()) -> Scene:
 def read_scene(path: Path | str, overrides: Sequence[str] = ()) -> dict[str, Any]:
     """The tables of a TOML scene file with `overrides` applied, not yet validated.
 
-    A relative rubber.mesh is relative to the scene file, in an override to the working directory.
+    A relative path (`FILE_KEYS`) is relative to the scene file, in an override to the working
+    directory.
     Raises SceneError if the file or an override can't be read.
     """
     path = Path(path)
@@ -317,9 +338,10 @@ def read_scene(path: Path | str, overrides: Sequence[str] = ()) -> dict[str, Any
         raise SceneError(
             f'{path} is not valid TOML: {error}; a value with a unit goes in quotes, as in "1 bar"'
         ) from None
-    rubber = data.get("rubber")
-    if isinstance(rubber, dict) and isinstance(rubber.get("mesh"), str):
-        rubber["mesh"] = str(path.parent / rubber["mesh"])
+    for table, name in FILE_KEYS:
+        values = data.get(table)
+        if isinstance(values, dict) and isinstance(values.get(name), str):
+            values[name] = str(path.parent / values[name])
     for change in overrides:
         override(data, change)
     return data

@@ -64,8 +64,8 @@ def write_scene(folder: Path, case: Case) -> Path:
     path = case_folder(folder, case) / "scene.toml"
     path.parent.mkdir(parents=True, exist_ok=True)
     scene = case.scene.model_dump(mode="json", exclude_none=True)
-    if case.scene.rubber.mesh is not None:
-        scene["rubber"]["mesh"] = str(case.scene.rubber.mesh.absolute())
+    for (table, key), file in case.scene.files.items():
+        scene[table][key] = str(file.absolute())
     replace_file(path, tomli_w.dumps(scene))
     return path
 
