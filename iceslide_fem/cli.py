@@ -263,11 +263,11 @@ def ladder(
 
     from iceslide_fem.ladder.chart import ladder_chart
     from iceslide_fem.ladder.runs import cheapest_of, climb, finest_of, write_scene
-    from iceslide_fem.ladder.table import ladder_table, neglect_table, not_run
+    from iceslide_fem.ladder.table import ladder_table, not_run, simplification_table
 
     outcomes, found = climb(scene, out, refine or [0.5, 1.0], typer.echo)
     console, tolerance = Console(), scene.numerics.tolerance
-    console.print(neglect_table(found, tolerance))
+    console.print(simplification_table(found, tolerance))
     console.print(ladder_table(outcomes))
     for sentence in not_run(outcomes):
         typer.echo(sentence)
@@ -342,7 +342,7 @@ def _load(scene_file: Path, overrides: Sequence[str] | None) -> Scene:
 
     scene = load_scene(scene_file, overrides or [])
     if scene.model == "auto":
-        from iceslide_fem.planning.rung import resolved
+        from iceslide_fem.planning.rungs import resolved
 
         scene = resolved(scene)
         typer.echo(f'model = "auto": {scene.model}, ice.heat = "{scene.ice.heat}".')

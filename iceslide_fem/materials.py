@@ -10,13 +10,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Index = NDArray[np.intp]
+from iceslide_fem.arrays import Array, Mask
 
 BAR = 1.0e5
+
+# Heat reaches so many thermal layers sqrt(alpha t) deep: erfc(2) = 0.5 % of the rise is left there.
+HEATED_LAYERS = 4.0
 
 ICE_DENSITY = 916.0  # kg/m3
 LATENT_HEAT = 330.0e3  # J/kg

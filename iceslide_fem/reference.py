@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import erf
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.materials import (
     ICE_CONDUCTIVITY,
     ICE_DENSITY,
@@ -21,7 +22,6 @@ from iceslide_fem.materials import (
     MELTING_ENTHALPY,
     MELTING_TEMPERATURE,
     WATER_VISCOSITY,
-    Array,
 )
 
 

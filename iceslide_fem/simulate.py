@@ -13,8 +13,9 @@ import numpy as np
 import iceslide_fem
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import writing
-from iceslide_fem.output.fields import HISTORY_COLUMNS, Table, begin_run, write_summary
-from iceslide_fem.planning.rung import resolved
+from iceslide_fem.output.summary import begin_run, write_summary
+from iceslide_fem.output.table import HISTORY_COLUMNS, Table
+from iceslide_fem.planning.rungs import resolved
 from iceslide_fem.results import Run, read_run
 from iceslide_fem.results.report import report
 from iceslide_fem.run.checkpoint import FILE as CHECKPOINT

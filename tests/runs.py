@@ -4,7 +4,8 @@ import csv
 
 import numpy as np
 
-from iceslide_fem.output.fields import HISTORY_COLUMNS, PRELOAD_COLUMNS, Table, write_summary
+from iceslide_fem.output.summary import write_summary
+from iceslide_fem.output.table import HISTORY_COLUMNS, PRELOAD_COLUMNS, Table
 from iceslide_fem.scene import scene_from_dict
 
 DURATION = 7e-3  # s

@@ -9,9 +9,9 @@ import ufl  # noqa: E402
 from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
 
 from iceslide_fem.fenics import compat  # noqa: E402
+from iceslide_fem.film.friction import FilmFriction  # noqa: E402
 from iceslide_fem.materials import COMPOUNDS, CONTACT_TABLES, WATER_VISCOSITY  # noqa: E402
 from iceslide_fem.rubber.contact import (  # noqa: E402
-    FilmFriction,
     Traction,
     blend,
     contact_forces,
@@ -22,7 +22,7 @@ from iceslide_fem.rubber.contact import (  # noqa: E402
     static_friction,
 )
 from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
-from iceslide_fem.rubber.hyperelasticity import Rubber  # noqa: E402
+from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.mpi]
 
@@ -35,7 +35,7 @@ FILM = FilmFriction(CONTACT_TABLES["B"], nominal=None, ramp_pressure=6e4)
 @pytest.fixture(params=CELLS)
 def bent(request):
     """A block deformed smoothly, partly through the ice, and its contact surface."""
-    rubber = Rubber(a_block(request.param), COMPOUNDS["B"])
+    rubber = HyperelasticBody(a_block(request.param), COMPOUNDS["B"])
     bend(rubber)
     surface = contact_surface(rubber.space, rubber.facets("contact"), DEGREE)
     state = contact_state(surface, rubber.displacements, PENALTY)

@@ -14,7 +14,7 @@ from iceslide_fem.materials import BAR, COMPOUNDS  # noqa: E402
 from iceslide_fem.rubber.contact import contact_state, sliding_friction, static_friction  # noqa: E402
 from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
 from iceslide_fem.rubber.equilibrium import Equilibrium  # noqa: E402
-from iceslide_fem.rubber.hyperelasticity import Rubber  # noqa: E402
+from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.mpi]
 
@@ -35,7 +35,7 @@ def sliding(pressure, displacement, mu=0.15):
 
 
 def equilibrium_of(cells, comm=MPI.COMM_WORLD):
-    rubber = Rubber(a_block(cells, N[cells], comm), B)
+    rubber = HyperelasticBody(a_block(cells, N[cells], comm), B)
     surface = contact_surface(rubber.space, rubber.facets("contact"), 4)
     return Equilibrium(rubber, surface, PENALTY)
 

@@ -6,7 +6,7 @@ from scipy.integrate import quad
 
 from iceslide_fem import reference
 from iceslide_fem.footprint import empirical
-from iceslide_fem.footprint.balance import Sliding, State, classify, friction_map, heat_balance
+from iceslide_fem.footprint.balance import SlidingLine, State, classify, friction_map, heat_balance
 from iceslide_fem.footprint.jaeger import (
     TABLE_1_ICE,
     TABLE_1_RUBBER,
@@ -20,7 +20,7 @@ from iceslide_fem.footprint.jaeger import (
 )
 from iceslide_fem.materials import ICE_EFFUSIVITY, MELTING_TEMPERATURE
 
-SLIDING = Sliding(mean_pressure=2e5, speed=3.0, slip=0.5)
+SLIDING = SlidingLine(mean_pressure=2e5, speed=3.0, slip=0.5)
 
 
 def test_slip_ratio_of_rolling_and_of_a_locked_wheel():

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from iceslide_fem.ladder.runs import rungs
-from iceslide_fem.planning.neglect import neglects
-from iceslide_fem.planning.rung import Rung, cheapest, on_rung, resolved
+from iceslide_fem.planning.rungs import Rung, cheapest, on_rung, resolved
+from iceslide_fem.planning.simplifications import simplifications
 from iceslide_fem.scene import load_scene
 
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
@@ -24,7 +24,7 @@ def thesis(*changes):
 
 
 def test_a_cube_of_soft_rubber_may_neglect_nothing():
-    found = neglects(thesis("numerics.tolerance=1e-3"))
+    found = simplifications(thesis("numerics.tolerance=1e-3"))
     assert found.bending.number > 1.0  # an edge lifts off
     assert all(one.effect > 1e-3 for one in found)
     assert found.inertia.number == pytest.approx(0.03, abs=0.01)  # a shear wave takes 45 us
@@ -33,7 +33,7 @@ def test_a_cube_of_soft_rubber_may_neglect_nothing():
 
 def test_a_stiff_flat_block_is_a_point():
     scene = thesis("model=auto", "ice.heat=column", "numerics.tolerance=1e-2", *UNIFORM)
-    found = neglects(scene)
+    found = simplifications(scene)
     assert found.confinement.number == 0.0
     assert found.uniform_pressure < 1e-2
     assert resolved(scene).model == "point"
@@ -53,9 +53,9 @@ def test_a_wide_block_is_a_slice_and_chooses_its_ice(tmp_path):
 
 
 def test_the_closed_form_is_exact_until_something_melts():
-    assert neglects(thesis("load.duration=1 ms")).closed_form.effect < 1e-12
-    assert neglects(thesis()).closed_form.effect == pytest.approx(0.286, abs=0.01)
-    assert neglects(thesis("ice.motion=sliding")).closed_form.effect == 0.0  # has none
+    assert simplifications(thesis("load.duration=1 ms")).closed_form.effect < 1e-12
+    assert simplifications(thesis()).closed_form.effect == pytest.approx(0.286, abs=0.01)
+    assert simplifications(thesis("ice.motion=sliding")).closed_form.effect == 0.0  # has none
 
 
 def test_other_models_are_left_alone():
@@ -68,7 +68,7 @@ def test_every_rung_is_a_valid_scene():
     """With heat in the rubber there is no half-space; refinements stay where scenes allow them."""
     for changes in ["rubber.heat=true"], ["numerics.refinement=0.25"], ["numerics.refinement=8"]:
         scene = thesis(*changes)
-        chosen, skipped = rungs(scene, neglects(scene), (0.5, 1.0, 2.0))
+        chosen, skipped = rungs(scene, simplifications(scene), (0.5, 1.0, 2.0))
         assert chosen
         for rung in [*chosen, *skipped]:
             assert on_rung(scene, rung).numerics.refinement == rung.refinement

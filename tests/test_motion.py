@@ -93,9 +93,9 @@ def slide(inertia: bool, height: float, duration: float) -> tuple[Sliding, Ledge
     sliding = Sliding(block)
     ledger = Ledger(sliding)
     mu = []
-    while sliding.moment.time < duration:
+    while sliding.current.time < duration:
         ledger.add(sliding.advance())
-        mu.append((sliding.moment.time, ledger.friction_force()))
+        mu.append((sliding.current.time, ledger.friction_force()))
     return sliding, ledger, mu
 
 
@@ -112,7 +112,7 @@ def test_a_tall_block_swings_and_keeps_the_energy_balance() -> None:
     sliding, ledger, _ = slide(True, 6e-3, 1e-3)
     assert abs(ledger.imbalance) < 1e-3
     assert ledger.kinetic_energy > 1e-4 * ledger.friction_work
-    assert not sliding.moment.calm
+    assert not sliding.current.steady
 
 
 def test_the_first_steps_do_not_ring() -> None:

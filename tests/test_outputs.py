@@ -18,9 +18,11 @@ from runs import a_scene, rows_of  # noqa: E402
 
 from iceslide_fem.errors import OutputError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, VtkSeries, fem, scalar_space  # noqa: E402
-from iceslide_fem.output.fields import Fields, Table, write_summary  # noqa: E402
+from iceslide_fem.output.fields import Fields  # noqa: E402
+from iceslide_fem.output.summary import write_summary  # noqa: E402
+from iceslide_fem.output.table import Table  # noqa: E402
 from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
-from iceslide_fem.rubber.hyperelasticity import Rubber  # noqa: E402
+from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 
 WORLD = MPI.COMM_WORLD
 # pyvista reads in a process of its own, away from DOLFINx.
@@ -28,6 +30,7 @@ READ_BACK = """
 import json, sys
 from pathlib import Path
 from iceslide_fem.results.snapshots import read_snapshot
+from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 s = read_snapshot(Path(sys.argv[1]), int(sys.argv[2]))
 print(json.dumps({
     "time": s.time,
@@ -77,7 +80,7 @@ def a_folder(tmp_path):
 
 def a_state(cells):
     """A bent block, its contact surface and an ice temperature on the same mesh."""
-    rubber = Rubber(a_block(cells), a_scene("slice").mooney_rivlin)
+    rubber = HyperelasticBody(a_block(cells), a_scene("slice").mooney_rivlin)
     bend(rubber)
     surface = contact_surface(rubber.space, rubber.facets("contact"), 4)
     return rubber, surface, fem.Function(scalar_space(rubber.mesh, 1), name="T")

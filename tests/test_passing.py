@@ -9,15 +9,15 @@ from test_sliding import slide, started  # noqa: E402
 
 from iceslide_fem.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
+from iceslide_fem.film.friction import FilmFriction  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
-from iceslide_fem.interface.carriers import OnIce, Side  # noqa: E402
-from iceslide_fem.interface.ice_columns import Strips, StripsUnderPoints  # noqa: E402
+from iceslide_fem.interface.carriers import ContactLoads, OnIce  # noqa: E402
+from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
 from iceslide_fem.interface.surface_grid import SurfaceGrid  # noqa: E402
 from iceslide_fem.materials import CONTACT_TABLES  # noqa: E402
 from iceslide_fem.mesh.structured import ice_mesh, window_lines  # noqa: E402
 from iceslide_fem.reference import band_source_rise  # noqa: E402
-from iceslide_fem.rubber.contact import FilmFriction  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 
 pytestmark = pytest.mark.fe
@@ -53,7 +53,7 @@ def a_window(kind, length, speed, comm=MPI.COMM_SELF):
     if kind == "continuum":
         return Continuum(ice_mesh(scene, comm, lines), T_0)
     own = np.array_split(np.arange(lines[0].size), comm.size)[comm.rank]
-    return Strips(SurfaceGrid(lines, own, comm), T_0, 1.5 * length / speed)
+    return GridColumns(SurfaceGrid(lines, own, comm), T_0, 1.5 * length / speed)
 
 
 @pytest.mark.parametrize("kind", ["column", "continuum"])
@@ -69,13 +69,13 @@ def test_band_source(kind, length, speed):
     coldest = 0.0
     for _ in range(int(1.3 * length / cell)):
         middle = points + np.array([0.5 * cell])
-        flux = grid.give(np.full(n, q * length / n), grid.place(middle)) / grid.cell_area
+        flux = grid.scatter(np.full(n, q * length / n), grid.place(middle)) / grid.cell_area
         ice.area = grid.cell_area[grid.own]
         content, _ = ice.stage(content, dt, given_flux(flux[grid.own]))
         coldest = min(coldest, float(np.min(ice.surface_temperature(content) - T_0)))
         content = ice.shifted(content, 1)
-    rise = grid.everywhere(ice.surface_temperature(content) - T_0)
-    below = grid.read(rise, grid.place(points))
+    rise = grid.allgather(ice.surface_temperature(content) - T_0)
+    below = grid.interpolate(rise, grid.place(points))
     expected = band_source_rise(q, length, speed)
     assert below.max() == pytest.approx(expected, rel=0.01)
     assert below.mean() == pytest.approx(2.0 / 3.0 * expected, rel=0.01)
@@ -91,10 +91,10 @@ def test_transit_time_equivalence(heat):
         ice__heat=heat, ice__cell="0.05 mm", rubber__height="0.1 mm", numerics__penalty=2e12
     )
     sliding = started(scene)
-    while sliding.moment.time < scene.load.duration:
+    while sliding.current.time < scene.load.duration:
         sliding.advance()
-    side, state = sliding.moment.side, sliding.moment.interface
-    shear = sliding.shear(sliding.moment.interface, sliding.moment.side)
+    side, state = sliding.current.loads, sliding.current.interface
+    shear = sliding.shear(sliding.current.interface, sliding.current.loads)
     times = np.linspace(0.0, 4e-3, 401)
     conditions = Conditions.of(
         pressure=2e5,
@@ -135,10 +135,10 @@ def test_heat_given_is_the_heat_in_the_ice_trail_included():
     scene = passing(rubber__length="1 mm", load__duration="0.6 ms", ice__trail=4e-3)
     sliding = started(scene)
     given = 0.0
-    while sliding.moment.time < scene.load.duration:
+    while sliding.current.time < scene.load.duration:
         passage = sliding.advance().passage
         given += float(passage.step.ice_heat @ passage.area)
-    kept = sliding.carrier.ice.total_heat(sliding.moment.interface.ice)
+    kept = sliding.carrier.ice.total_heat(sliding.current.interface.ice)
     assert kept == pytest.approx(given, rel=1e-9)
 
 
@@ -146,7 +146,7 @@ def test_heat_given_is_the_heat_in_the_ice_trail_included():
 def test_a_flux_that_is_no_number_is_not_converged(kind):
     ice = a_window(kind, 1e-3, 3.0)
     if kind == "column":
-        ice = StripsUnderPoints(ice.grid, T_0, 1e-3)
+        ice = GridColumnsUnderPoints(ice.grid, T_0, 1e-3)
     ice.at = ice.grid.place(np.linspace(-3e-4, 3e-4, 50)[:, None])
     ice.area = np.full(50, 1e-5)
     film = given_flux(np.full(50, np.nan))
@@ -162,7 +162,7 @@ def test_ice_is_below_all_that_touches_when_the_block_springs_forward(carrier, t
     sliding = started(springing(carrier, temperature))
     grid, farthest = sliding.carrier.ice.grid, 0.0
     begin = touched(sliding).max()
-    while sliding.moment.time < 0.3e-3:
+    while sliding.current.time < 0.3e-3:
         sliding.advance()
         x = touched(sliding)
         farthest = max(farthest, x.max() - begin)
@@ -193,7 +193,7 @@ def springing(carrier, temperature):
 
 def touched(sliding):
     """Where the points that touch lie on the window's grid."""
-    side = sliding.moment.side
+    side = sliding.current.loads
     return side.positions[side.pressure > 0.0, 0] + side.offset
 
 
@@ -201,11 +201,11 @@ def test_friction_power_is_the_same_on_both_sides():
     """Loads averaged on the nodes and heights read by the points: equal power to rounding."""
     rng = np.random.default_rng(1)
     grid = SurfaceGrid([np.linspace(0.0, 1e-3, 30)], np.arange(30), MPI.COMM_SELF)
-    ice = Strips(grid, T_0, 1e-3)
+    ice = GridColumns(grid, T_0, 1e-3)
     friction = FilmFriction(CONTACT_TABLES["B"], None, 1e4)
     carrier = OnIce(friction, ice, 70e-9)
     n = 200
-    side = Side(
+    side = ContactLoads(
         rng.uniform(0, 1e-3, (n, 1)),
         rng.uniform(-1e5, 5e5, n).clip(0.0),
         rng.uniform(1e-6, 2e-6, n),
@@ -225,7 +225,7 @@ def test_friction_power_is_the_same_on_both_sides():
 
 def test_a_shift_moves_whole_cells_and_lets_fresh_ice_in():
     grid = SurfaceGrid([np.linspace(0.0, 1e-3, 11)], np.arange(11), MPI.COMM_SELF)
-    ice = Strips(grid, T_0, 1e-3)
+    ice = GridColumns(grid, T_0, 1e-3)
     carrier = OnIce(FilmFriction(CONTACT_TABLES["B"], None, 1e4), ice, 70e-9)
     state = carrier.start(50e-9, 0)
     state = state._replace(
@@ -233,18 +233,18 @@ def test_a_shift_moves_whole_cells_and_lets_fresh_ice_in():
         squeezed_height=np.arange(11.0),
         ice=state.ice + np.arange(11.0),
     )
-    moved, rest = carrier.settled(state, 2.25e-4)
+    moved, rest = carrier.window_shifted(state, 2.25e-4)
     assert rest == pytest.approx(0.25e-4)
     np.testing.assert_array_equal(moved.squeezed_height, [*range(2, 11), 0, 0])
     np.testing.assert_array_equal(moved.ice[3], [*range(2, 11), 0, 0])
     np.testing.assert_allclose(np.exp(moved.log_height[-2:]), 70e-9)
-    assert carrier.settled(state, 0.9e-4) == (state, 0.9e-4)
+    assert carrier.window_shifted(state, 0.9e-4) == (state, 0.9e-4)
 
 
 def test_rubber_carrier_conserves_heat_with_points_that_share_strips():
     rng = np.random.default_rng(2)
     grid = SurfaceGrid([np.linspace(0.0, 1e-3, 21)], np.arange(21), MPI.COMM_SELF)
-    ice = StripsUnderPoints(grid, T_0, 1e-3)
+    ice = GridColumnsUnderPoints(grid, T_0, 1e-3)
     ice.at = grid.place(rng.uniform(0.1e-3, 0.9e-3, (150, 1)))
     ice.area = np.full(150, 0.8e-3 / 150)
     flux = rng.uniform(2e5, 9e5, 150)
@@ -265,11 +265,11 @@ def test_the_cost_does_not_grow_with_the_distance():
         scene = passing(rubber__length="2 mm", load__duration=duration)
         sliding = started(scene)
         steps = 0
-        while sliding.moment.time < scene.load.duration:
+        while sliding.current.time < scene.load.duration:
             sliding.advance()
             steps += 1
         counts.append(steps)
-        sizes.append(sliding.moment.interface.log_height.size)
+        sizes.append(sliding.current.interface.log_height.size)
     assert counts[1] / counts[0] == pytest.approx(4.0, rel=0.1)
     assert sizes[0] == sizes[1]
 

@@ -14,11 +14,11 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")
 
-from iceslide_fem.coupling.restart import GridNodes, Points  # noqa: E402
+from iceslide_fem.coupling.restart import GridLayout, PointLayout  # noqa: E402
 from iceslide_fem.errors import Interrupted, OutputError, SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.files import replace_file  # noqa: E402
-from iceslide_fem.output.fields import Table  # noqa: E402
+from iceslide_fem.output.table import Table  # noqa: E402
 from iceslide_fem.results import field_files, read_run  # noqa: E402
 from iceslide_fem.run.checkpoint import (  # noqa: E402
     FILE,
@@ -46,7 +46,7 @@ if os.getuid() == 0:
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 SMALL = ["model=slice", "numerics.refinement=0.25", "numerics.tolerance=1e-2"]
 STATE = {
-    "sliding": {"time": 1e-3, "calm": True, "nodes": {"now": np.arange(6.0).reshape(2, 3)}},
+    "sliding": {"time": 1e-3, "steady": True, "nodes": {"now": np.arange(6.0).reshape(2, 3)}},
     "results": {"rows": [[0.0, 0.5], [1e-3, 0.25]], "melt_onset": None},
     "fields": [{"time": 0.0, "rubber": "rubber-0-000000.pvtu"}],
 }
@@ -127,20 +127,20 @@ def test_places_know_nothing_of_ranks():
     everywhere = dice.random((12, 2))
     mine = np.array_split(np.arange(12), comm.size)[comm.rank]
     ghosts = np.append(mine, (mine[-1] + 1) % 12) if comm.size > 1 else mine
-    points = Points(everywhere[ghosts], len(mine), comm)
+    points = PointLayout(everywhere[ghosts], len(mine), comm)
     gathered = comm.bcast(points.gather({"value": np.stack([ghosts, 10.0 * ghosts])}))
     assert gathered["value"].shape == (2, 12)
     np.testing.assert_array_equal(points.own(gathered)["value"], [ghosts, 10 * ghosts])
     # other points, in another order, find the same values
-    other = Points(everywhere[::-1], 12, comm)
+    other = PointLayout(everywhere[::-1], 12, comm)
     np.testing.assert_array_equal(other.own(gathered)["value"][0], np.arange(12)[::-1])
     with pytest.raises(SceneError, match="does not fit the mesh"):
-        Points(everywhere + 1e-3, 12, comm).own(gathered)
-    grid = GridNodes(mine, 12, comm)
+        PointLayout(everywhere + 1e-3, 12, comm).own(gathered)
+    grid = GridLayout(mine, 12, comm)
     gathered = comm.bcast(grid.gather({"value": 2.0 * mine}))
     np.testing.assert_array_equal(gathered["value"], 2.0 * np.arange(12))
     with pytest.raises(SceneError, match="does not fit the ice"):
-        GridNodes(mine, 13, comm).own(gathered)
+        GridLayout(mine, 13, comm).own(gathered)
 
 
 def test_a_checkpoint_gives_back_what_it_was_given(tmp_path):
@@ -150,7 +150,7 @@ def test_a_checkpoint_gives_back_what_it_was_given(tmp_path):
     assert found.scene == scene
     assert found.state["results"] == STATE["results"]
     assert found.state["fields"] == STATE["fields"]
-    assert found.state["sliding"]["calm"] is True
+    assert found.state["sliding"]["steady"] is True
     np.testing.assert_array_equal(
         found.state["sliding"]["nodes"]["now"], STATE["sliding"]["nodes"]["now"]
     )
@@ -215,7 +215,7 @@ def test_a_file_that_cannot_grow_keeps_whole_rows(tmp_path):
         "from pathlib import Path\n"
         "from iceslide_fem.errors import OutputError\n"
         "from iceslide_fem.files import replace_file\n"
-        "from iceslide_fem.output.fields import Table\n"
+        "from iceslide_fem.output.table import Table\n"
         "folder = Path(sys.argv[1])\n"
         "replace_file(folder / 'whole', 'old')\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))\n"
@@ -283,16 +283,16 @@ def test_a_disk_that_fills_ends_all_ranks(ranks, tmp_path):
     """One rank writes the history: the others must not wait for it."""
     code = (
         "import sys\n"
-        "from iceslide_fem import outputs\n"
+        "from iceslide_fem.output.table import Table\n"
         "from iceslide_fem.cli import main\n"
         "from iceslide_fem.errors import OutputError\n"
-        "row, rows = outputs.Table.row, []\n"
+        "row, rows = Table.row, []\n"
         "def full(table, values):\n"
         "    rows.append(values)\n"
         "    if len(rows) > 12 and table._file is not None:\n"
         "        raise OutputError('cannot write history.csv: No space left on device')\n"
         "    row(table, values)\n"
-        "outputs.Table.row = full\n"
+        "Table.row = full\n"
         "main(sys.argv[1:])\n"
     )
     script = tmp_path / "full.py"

@@ -1,4 +1,4 @@
-"""Rubber: stress from energy, tangent, closed forms and convergence."""
+"""HyperelasticBody: stress from energy, tangent, closed forms and convergence."""
 
 import functools
 
@@ -18,7 +18,7 @@ from iceslide_fem import reference  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import PETSc  # noqa: E402
 from iceslide_fem.materials import COMPOUNDS, MooneyRivlin  # noqa: E402
-from iceslide_fem.rubber.hyperelasticity import Rubber, energy_density  # noqa: E402
+from iceslide_fem.rubber.hyperelasticity import HyperelasticBody, energy_density  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.mpi]
 
@@ -60,7 +60,7 @@ def uniform(rubber, F):
 
 @pytest.mark.parametrize("cells", CELLS)
 def test_stress_is_the_derivative_of_the_energy(cells):
-    rubber = Rubber(a_block(cells, 2), B)
+    rubber = HyperelasticBody(a_block(cells, 2), B)
     dim = rubber.mesh.geometry.dim
     F = np.eye(3)
     F[:dim, :dim] += np.array([[0.1, -0.2, 0.05], [0.3, -0.15, 0.1], [-0.1, 0.2, 0.05]])[:dim, :dim]
@@ -75,7 +75,7 @@ def test_uniaxial_stress_is_the_closed_form(stretch):
     def gradient(across):
         return np.diag([across, across, stretch])
 
-    rubber = Rubber(a_block("hexahedron", 3), STIFF)
+    rubber = HyperelasticBody(a_block("hexahedron", 3), STIFF)
     across = brentq(lambda a: stress(gradient(a), STIFF)[0, 0], 0.5, 2.0, xtol=1e-15)
     P = uniform(rubber, gradient(across))
     assert abs(P[0, 0]) < 1e-4 * B.C10
@@ -88,7 +88,7 @@ def test_plane_strain_stress_is_the_closed_form(stretch):
     def gradient(across):
         return np.diag([across, 1.0, stretch])
 
-    rubber = Rubber(a_block("quadrilateral", 2), STIFF)
+    rubber = HyperelasticBody(a_block("quadrilateral", 2), STIFF)
     across = brentq(lambda a: stress(gradient(a), STIFF)[0, 0], 0.5, 2.0, xtol=1e-15)
     P = uniform(rubber, np.diag([across, stretch]))
     assert abs(P[0, 0]) < 1e-4 * B.C10
@@ -98,7 +98,7 @@ def test_plane_strain_stress_is_the_closed_form(stretch):
 
 @pytest.mark.parametrize("cells", CELLS)
 def test_tangent_is_the_derivative_of_the_forces(cells):
-    rubber = Rubber(a_block(cells, 3), B)
+    rubber = HyperelasticBody(a_block(cells, 3), B)
     bend(rubber, 0.05)
     u = rubber.u.x.array
     start, step = u.copy(), 1e-5
@@ -128,7 +128,7 @@ def test_tangent_is_the_derivative_of_the_forces(cells):
 
 
 def test_inverted_elements_give_no_finite_forces():
-    rubber = Rubber(a_block("quadrilateral", 2), B)
+    rubber = HyperelasticBody(a_block("quadrilateral", 2), B)
     assert not np.isfinite(uniform(rubber, np.diag([1.0, -0.5]))).all()
 
 
@@ -149,7 +149,7 @@ def observed_orders(cells, numbers, material):
 
 def errors(cells, n, material):
     """L2 error (m) and H1 error of the displacement, all boundaries held at the exact one."""
-    rubber = Rubber(a_block(cells, n), material)
+    rubber = HyperelasticBody(a_block(cells, n), material)
     mesh, dim = rubber.mesh, rubber.mesh.geometry.dim
     exact = exact_displacement(ufl.SpatialCoordinate(mesh))
     gradient = ufl.variable(ufl.grad(exact))

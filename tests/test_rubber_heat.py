@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from test_heat import given_flux
 
+from iceslide_fem.film import rubber_heat
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
-from iceslide_fem.film.law import FilmLoads, IceSurface, implicit_stage, rubber_heat
+from iceslide_fem.film.law import FilmLoads, IceSurface, implicit_stage
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.film.rubber_heat import RubberColumns, RubberSurface, between
 from iceslide_fem.materials import (

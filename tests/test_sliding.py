@@ -44,7 +44,7 @@ def slide(scene, comm=MPI.COMM_SELF):
     sliding = started(scene, comm)
     ledger = Ledger(sliding)
     rows = [slide_row(sliding, ledger, None)]
-    while sliding.moment.time < scene.load.duration:
+    while sliding.current.time < scene.load.duration:
         accepted = sliding.advance()
         ledger.add(accepted)
         rows.append(slide_row(sliding, ledger, accepted))
@@ -135,7 +135,7 @@ def test_where_shear_that_fades_in_has_no_equilibrium_its_fading_is_held(monkeyp
     monkeypatch.setattr(Block, "balance", fails_at_first)
     accepted = sliding.advance()
     assert len(calls) >= 2 and accepted.solved and accepted.rejected == 0
-    contact = sliding.moment.contact
+    contact = sliding.current.contact
     assert sliding.block.normal_force(contact) == pytest.approx(0.1, rel=1e-4)
 
 
@@ -149,14 +149,14 @@ def test_a_rejected_step_leaves_no_trace():
     sliding = started(scene)
     for _ in range(12):
         sliding.advance()
-    before = sliding.moment
+    before = sliding.current
     copies = [
         np.array(part, copy=True) for part in (before.motion.displacements, *before.interface)
     ]
     with pytest.raises(Refused):
         sliding._error._local_tolerance = 1e-12
         sliding._try(0.3e-3)
-    assert sliding.moment is before
+    assert sliding.current is before
     for part, copy in zip((before.motion.displacements, *before.interface), copies, strict=True):
         np.testing.assert_array_equal(part, copy)
 

@@ -38,11 +38,11 @@ def test_long_steps_across_the_lift_off_of_points_find_equilibrium(penalty, step
     press(block, lambda _: None)
     start_sliding(block, lambda _: None)
     sliding = Sliding(block)
-    while sliding.moment.time < 4e-3:
+    while sliding.current.time < 4e-3:
         assert sliding.advance().rejected == 0
     contact = block.contact
     assert block.normal_force(contact) == pytest.approx(block.scale * block.force, rel=1e-3)
-    assert np.isfinite(sliding.shear(sliding.moment.interface, sliding.moment.side)).all()
+    assert np.isfinite(sliding.shear(sliding.current.interface, sliding.current.loads)).all()
 
 
 def test_a_stop_names_the_physical_limit():

@@ -11,7 +11,7 @@ from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.materials import COMPOUNDS  # noqa: E402
 from iceslide_fem.rubber.contact_surface import contact_surface, space_degree  # noqa: E402
-from iceslide_fem.rubber.hyperelasticity import Rubber  # noqa: E402
+from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.mpi]
 
@@ -21,7 +21,7 @@ DEGREE = 4
 
 @pytest.fixture(params=CELLS)
 def rubber(request):
-    return Rubber(a_block(request.param), COMPOUNDS["B"])
+    return HyperelasticBody(a_block(request.param), COMPOUNDS["B"])
 
 
 def deformed(rubber, mapping):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from iceslide_fem.errors import SceneError
-from iceslide_fem.planning.rung import resolved
+from iceslide_fem.planning.rungs import resolved
 from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.fingerprint import fingerprint

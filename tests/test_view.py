@@ -15,7 +15,7 @@ from runs import DURATION, a_scene, write_run  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, fem, scalar_space  # noqa: E402
 from iceslide_fem.output.fields import Fields  # noqa: E402
 from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
-from iceslide_fem.rubber.hyperelasticity import Rubber  # noqa: E402
+from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 
 TIMES = [0.0, 3.1e-3, DURATION]
 
@@ -27,7 +27,7 @@ def view(directory, *options):
 
 def write_fields(directory, cells, with_ice):
     """A sheared block in contact at its bottom, above warm ice."""
-    rubber = Rubber(a_block(cells, comm=MPI.COMM_SELF), a_scene("slice").mooney_rivlin)
+    rubber = HyperelasticBody(a_block(cells, comm=MPI.COMM_SELF), a_scene("slice").mooney_rivlin)
     surface = contact_surface(rubber.space, rubber.facets("contact"), 4)
     height = rubber.space.tabulate_dof_coordinates()[:, rubber.mesh.geometry.dim - 1]
     ice = None

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.sliding import Accepted, Sliding
-from iceslide_fem.materials import Array
 
 ENERGIES = (
     "friction_work",
@@ -37,7 +37,7 @@ class Ledger:
 
     def add(self, accepted: Accepted) -> None:
         """Enter an accepted step (the block's displacements are its). Collective."""
-        block, step, area = self._block, accepted.passage.step, accepted.passage.area
+        block, step, area = self._block, accepted.interface_step.step, accepted.interface_step.area
         force, plate = self.friction_force(), block.equilibrium.plate_displacement()
         distance = block.scene.load.speed * accepted.dt
         self.friction_work += 0.5 * (force + self._force) * distance
@@ -47,7 +47,7 @@ class Ledger:
         self.latent_heat += self._integral(step.latent_heat, area)
         if accepted.solved:
             self.elastic_energy = self._elastic() - self._stored
-            motion, law = self._sliding.moment.motion, self._sliding.motion_law
+            motion, law = self._sliding.current.motion, self._sliding.motion_law
             self.kinetic_energy = block.scale * law.kinetic_energy(motion)
         self._force, self._plate = force, plate
 
@@ -73,9 +73,11 @@ class Ledger:
         return (given - taken - kept) / self.friction_work
 
     def friction_force(self) -> float:
-        """Friction force of the whole block at the present moment, N. Collective."""
-        moment = self._sliding.moment
-        return self._integral(self._sliding.shear(moment.interface, moment.side), moment.side.area)
+        """Friction force of the whole block at the present current, N. Collective."""
+        current = self._sliding.current
+        return self._integral(
+            self._sliding.shear(current.interface, current.loads), current.loads.area
+        )
 
     def _integral(self, density: Array, area: Array) -> float:
         return self._block.scale * self._block.surface.total(density, area)

@@ -1,4 +1,4 @@
-"""Rows of the histories: what a block and its interface amount to at a moment."""
+"""Rows of the histories: what a block and its interface amount to at a current."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.energy import Ledger
-from iceslide_fem.coupling.sliding import Accepted, Moment, Sliding
+from iceslide_fem.coupling.sliding import Accepted, CoupledState, Sliding
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.materials import MELTING_TEMPERATURE, Array
+from iceslide_fem.materials import MELTING_TEMPERATURE
 from iceslide_fem.rubber.block import Block, PathPoint
 from iceslide_fem.rubber.contact import ContactState
 
@@ -40,8 +41,8 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Ro
 
     Heights, temperature and the melted and saturated fractions are means over the contact area.
     """
-    block, moment = sliding.block, sliding.moment
-    contact = moment.contact
+    block, current = sliding.block, sliding.current
+    contact = current.contact
     area = np.where(contact.pressure > 0.0, contact.area, 0.0)
     touching = max(_contact_area(block, contact), 1e-300)
 
@@ -52,13 +53,15 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Ro
     melted, saturated = _switches(sliding, accepted)
     normal, friction = block.normal_force(contact), ledger.friction_force()
     return {
-        "time_s": moment.time,
+        "time_s": current.time,
         "step_s": accepted.dt if accepted else 0.0,
-        "slip_m": block.scene.load.speed * moment.time,
+        "slip_m": block.scene.load.speed * current.time,
         "mu": friction / normal,
-        "film_height_m": mean(carrier.film_height(moment.interface, moment.side)),
-        "squeezed_height_m": mean(carrier.at_points(moment.interface.squeezed_height, moment.side)),
-        "surface_temperature_C": mean(_surface(sliding, moment)) - MELTING_TEMPERATURE,
+        "film_height_m": mean(carrier.film_height(current.interface, current.loads)),
+        "squeezed_height_m": mean(
+            carrier.at_points(current.interface.squeezed_height, current.loads)
+        ),
+        "surface_temperature_C": mean(_surface(sliding, current)) - MELTING_TEMPERATURE,
         "contact_fraction": touching / block.area,
         "normal_force_N": normal,
         "friction_force_N": friction,
@@ -82,21 +85,21 @@ def interface_fields(sliding: Sliding, accepted: Accepted | None) -> dict[str, A
 
     NaN where there is no contact and so no film: a facet's mean leaves those points out.
     """
-    moment = sliding.moment
-    shape = moment.contact.pressure.shape
+    current = sliding.current
+    shape = current.contact.pressure.shape
     melted, saturated = _switches(sliding, accepted)
-    squeezed = sliding.carrier.at_points(moment.interface.squeezed_height, moment.side)
+    squeezed = sliding.carrier.at_points(current.interface.squeezed_height, current.loads)
     always = ("contact pressure (Pa)", "friction stress (Pa)")
     fields = {
-        "contact pressure (Pa)": moment.contact.pressure,
-        "friction stress (Pa)": sliding.shear(moment.interface, moment.side),
-        "film height (m)": sliding.carrier.film_height(moment.interface, moment.side),
+        "contact pressure (Pa)": current.contact.pressure,
+        "friction stress (Pa)": sliding.shear(current.interface, current.loads),
+        "film height (m)": sliding.carrier.film_height(current.interface, current.loads),
         "squeezed height (m)": squeezed,
-        "surface temperature (degC)": _surface(sliding, moment) - MELTING_TEMPERATURE,
+        "surface temperature (degC)": _surface(sliding, current) - MELTING_TEMPERATURE,
         "melted (1)": melted,
         "saturated (1)": saturated,
     }
-    touching = moment.contact.pressure > 0.0
+    touching = current.contact.pressure > 0.0
     return {
         name: np.where(touching | (name in always), np.reshape(values, shape), np.nan)
         for name, values in fields.items()
@@ -115,9 +118,9 @@ def _contact_area(block: Block, contact: ContactState) -> float:
     return block.surface.total((contact.pressure > 0.0) * 1.0, contact.area)
 
 
-def _surface(sliding: Sliding, moment: Moment) -> Array:
+def _surface(sliding: Sliding, current: CoupledState) -> Array:
     """Temperature of the ice at the points (K); no reading may be above T_m. Collective."""
-    temperature = sliding.carrier.ice_temperature(moment.interface, moment.side)
+    temperature = sliding.carrier.ice_temperature(current.interface, current.loads)
     return np.minimum(temperature, MELTING_TEMPERATURE)
 
 
@@ -126,7 +129,7 @@ def _switches(sliding: Sliding, accepted: Accepted | None) -> tuple[Array, Array
     if accepted is None:
         nowhere = np.zeros(sliding.block.surface.n_points)
         return nowhere, nowhere
-    last, side = accepted.passage.step.last, accepted.side
+    last, loads = accepted.interface_step.step.last, accepted.loads
     carrier = sliding.carrier
     melting, saturated = last.melting.astype(float), last.saturated.astype(float)
-    return carrier.at_points(melting, side), carrier.at_points(saturated, side)
+    return carrier.at_points(melting, loads), carrier.at_points(saturated, loads)

@@ -1,6 +1,6 @@
 """Where a run's values live, and how they are gathered into arrays that know nothing of ranks.
 
-A place gathers values (..., n) of this rank's points into (..., N) on rank 0 (nothing elsewhere),
+A layout gathers values (..., n) of this rank's points into (..., N) on rank 0 (nothing elsewhere),
 and picks this rank's own from such arrays, on any number of ranks.
 """
 
@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.interface.carriers import Carrier, OnIce
-from iceslide_fem.interface.ice_columns import Strips
+from iceslide_fem.interface.ice_columns import GridColumns
 from iceslide_fem.interface.ice_continuum import Continuum
-from iceslide_fem.materials import Array
 from iceslide_fem.rubber.block import Block
 
 Arrays = dict[str, Array]
@@ -26,8 +26,8 @@ Arrays = dict[str, Array]
 SAME_PLACE = 1e-7
 
 
-class Place(Protocol):
-    """Something with values on it."""
+class Layout(Protocol):
+    """How the values of one kind are laid out over the ranks."""
 
     def gather(self, values: Mapping[str, Array]) -> Arrays:
         """Arrays (..., N) on rank 0 of this rank's values (..., n). Collective."""
@@ -36,7 +36,7 @@ class Place(Protocol):
         """This rank's values (..., n) of what `gather` gave on rank 0."""
 
 
-class Points:
+class PointLayout:
     """Points known by where they lie: x (n, d), m, of which this rank owns the first `n_owned`.
 
     Partitions number points in their own ways, and coordinates do not depend on them.
@@ -69,7 +69,7 @@ class Points:
         return {name: values[..., place] for name, values in gathered.items() if name != "x"}
 
 
-class GridNodes:
+class GridLayout:
     """This rank's nodes of a grid that every rank knows, by `numbers` among its `n_nodes`."""
 
     def __init__(self, numbers: NDArray[np.integer[Any]], n_nodes: int, comm: MPI.Comm) -> None:
@@ -93,40 +93,40 @@ class GridNodes:
         return {name: values[..., self._numbers] for name, values in gathered.items()}
 
 
-class Places(NamedTuple):
+class Layouts(NamedTuple):
     """The rubber's nodes and contact points, the films, and the content of ice and rubber.
 
     Rubber conducts heat above its contact points, wherever the films live.
     """
 
-    nodes: Place
-    points: Place
-    films: Place
-    ice: Place
-    rubber: Place
+    nodes: Layout
+    points: Layout
+    films: Layout
+    ice: Layout
+    rubber: Layout
 
 
-def nodes_of(block: Block) -> Points:
+def node_layout(block: Block) -> PointLayout:
     """The rubber's nodes, by their undeformed positions."""
     space, dim = block.rubber.space, block.rubber.mesh.geometry.dim
     coordinates = space.tabulate_dof_coordinates()[:, :dim]
-    return Points(coordinates, space.dofmap.index_map.size_local, block.surface.comm)
+    return PointLayout(coordinates, space.dofmap.index_map.size_local, block.surface.comm)
 
 
-def places_of(block: Block, carrier: Carrier) -> Places:
-    """Places of everything that a sliding block remembers."""
+def layouts_of(block: Block, carrier: Carrier) -> Layouts:
+    """Layouts of everything that a sliding block remembers."""
     comm, surface = block.surface.comm, block.surface
     undeformed = surface.positions(np.zeros_like(block.rubber.displacements))
     undeformed = undeformed.reshape(surface.n_points, undeformed.shape[-1])
-    points = Points(undeformed, surface.n_points, comm)
+    points = PointLayout(undeformed, surface.n_points, comm)
     ice = carrier.ice
     if isinstance(ice, Continuum):
-        content: Place = GridNodes(ice.node, int(np.prod(ice.node_shape)), comm)
-    elif isinstance(ice, Strips):
-        content = GridNodes(ice.grid.own, ice.grid.n_nodes, comm)
+        content: Layout = GridLayout(ice.node, int(np.prod(ice.node_shape)), comm)
+    elif isinstance(ice, GridColumns):
+        content = GridLayout(ice.grid.own, ice.grid.n_nodes, comm)
     else:
         content = points
-    films: Place = points
+    films: Layout = points
     if isinstance(carrier, OnIce):
-        films = GridNodes(carrier.ice.grid.own, carrier.ice.grid.n_nodes, comm)
-    return Places(nodes_of(block), points, films, content, points)
+        films = GridLayout(carrier.ice.grid.own, carrier.ice.grid.n_nodes, comm)
+    return Layouts(node_layout(block), points, films, content, points)

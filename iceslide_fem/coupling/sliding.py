@@ -12,15 +12,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.coupling.restart import nodes_of, places_of
+from iceslide_fem.arrays import Array
+from iceslide_fem.coupling.restart import layouts_of, node_layout
 from iceslide_fem.coupling.step_error import StepError
 from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.interface.build import carrier_of
-from iceslide_fem.interface.carriers import Passage, Side
-from iceslide_fem.materials import Array
+from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep
 from iceslide_fem.mesh.structured import window_cell
 from iceslide_fem.rubber.block import Block, SpeedLaw
 from iceslide_fem.rubber.contact import ContactState
@@ -42,34 +42,34 @@ MANY_ITERATIONS = 10
 MOVES = ("displacements", "velocity", "acceleration")  # of a Motion, at the nodes
 
 
-class Moment(NamedTuple):
+class CoupledState(NamedTuple):
     """Everything that a step starts from: committed as a whole, or not at all.
 
     time (s); motion: of the block when it was last solved for; contact and solved_shear (of the
-    points, Pa): of then; side: the rubber's points, (n,); interface: film and ice; calm: whether
+    points, Pa): of then; loads: the rubber's points, (n,); interface: film and ice; steady: whether
     the last step changed the shear so little that the block may rest.
     """
 
     time: float
     motion: Motion
     contact: ContactState
-    side: Side
+    loads: ContactLoads
     interface: InterfaceState
     solved_shear: Array
-    calm: bool
+    steady: bool
 
 
 class Accepted(NamedTuple):
-    """An accepted step: the moment it leads to, and what happened on the way.
+    """An accepted step: the state it leads to, and what happened on the way.
 
-    passage: film and heat; side: the rubber's points at its end, before the window moved;
+    interface_step: film and heat; loads: the rubber's points at its end, before the window moved;
     iterations: Newton's; solved: whether the block was solved; rejected: steps refused before.
     """
 
-    moment: Moment
+    state: CoupledState
     dt: float
-    passage: Passage
-    side: Side
+    interface_step: InterfaceStep
+    loads: ContactLoads
     iterations: int
     solved: bool
     rejected: int
@@ -89,7 +89,7 @@ def place_at_start(block: Block, state: dict[str, Any]) -> None:
     Raises SceneError if that was another mesh.
     """
     nodes = state["nodes"]
-    own = nodes_of(block).own({"x": nodes["x"], "start": nodes["start"]})
+    own = node_layout(block).own({"x": nodes["x"], "start": nodes["start"]})
     block.rubber.displacements[:] = own["start"].T
 
 
@@ -100,7 +100,7 @@ def _motion_law(block: Block) -> MotionLaw:
 class Sliding:
     """Sliding of a block that has reached its speed, from t = 0, step by step.
 
-    `moment` is the last committed one; `motion_law` how the block moves.
+    `current` is the last committed state; `motion_law` how the block moves.
     """
 
     def __init__(self, block: Block) -> None:
@@ -113,13 +113,13 @@ class Sliding:
         self.carrier = carrier_of(block)
         self._error = StepError(block, self.carrier)
         state = self.carrier.start(scene.film.initial_height, n)
-        side = self._side(np.full(n, scene.load.speed), 0.0)
+        loads = self._loads(np.full(n, scene.load.speed), 0.0)
         motion = at_rest(block.rubber.u.x.array)
-        self.moment = Moment(
-            0.0, motion, block.contact, side, state, self.shear(state, side), False
+        self.current = CoupledState(
+            0.0, motion, block.contact, loads, state, self.shear(state, loads), False
         )
         self.motion_law = _motion_law(block)
-        self._start, self._places = motion.displacements, places_of(block, self.carrier)
+        self._start, self._layouts = motion.displacements, layouts_of(block, self.carrier)
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
         self._drift = scene.load.speed if scene.ice.motion == "sliding" else 0.0
         if self._drift > 0.0:  # no ice passes from cell to cell unseen
@@ -129,23 +129,23 @@ class Sliding:
 
     def state(self) -> dict[str, Any]:
         """All that later steps depend on, of all ranks, in tables on rank 0. Collective."""
-        moment, places, dim = self.moment, self._places, self.block.rubber.mesh.geometry.dim
-        motion = moment.motion._asdict()
+        current, layouts, dim = self.current, self._layouts, self.block.rubber.mesh.geometry.dim
+        motion = current.motion._asdict()
         nodes = {"start": self._start} | {name: motion[name] for name in MOVES}
-        state = moment.interface
-        points = {"speed": moment.side.speed, "shear": moment.solved_shear}
+        state = current.interface
+        points = {"speed": current.loads.speed, "shear": current.solved_shear}
         films = {"log_height": state.log_height, "squeezed_height": state.squeezed_height}
         return {
-            "time": moment.time,
-            "solved": moment.motion[:2],
-            "offset": moment.side.offset,
-            "calm": moment.calm,
+            "time": current.time,
+            "solved": current.motion[:2],
+            "offset": current.loads.offset,
+            "steady": current.steady,
             "step": self._dt,
-            "nodes": places.nodes.gather({k: v.reshape(-1, dim).T for k, v in nodes.items()}),
-            "points": places.points.gather(points),
-            "films": places.films.gather(films),
-            "ice": places.ice.gather({"content": state.ice}),
-            "rubber": places.rubber.gather({"content": state.rubber}),
+            "nodes": layouts.nodes.gather({k: v.reshape(-1, dim).T for k, v in nodes.items()}),
+            "points": layouts.points.gather(points),
+            "films": layouts.films.gather(films),
+            "ice": layouts.ice.gather({"content": state.ice}),
+            "rubber": layouts.rubber.gather({"content": state.rubber}),
         }
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -154,29 +154,29 @@ class Sliding:
         This one has been made at that run's displacements at t = 0 (`place_at_start`). Raises
         SceneError if the state does not fit the meshes.
         """
-        places = self._places
-        nodes = {name: v.T.ravel() for name, v in places.nodes.own(state["nodes"]).items()}
+        layouts = self._layouts
+        nodes = {name: v.T.ravel() for name, v in layouts.nodes.own(state["nodes"]).items()}
         time, span = state["solved"]
         motion = Motion(time, span, **{name: nodes[name] for name in MOVES})
         self.block.rubber.u.x.array[:] = motion.displacements
-        points, films = places.points.own(state["points"]), places.films.own(state["films"])
-        content = places.ice.own(state["ice"])["content"]
-        rubber = places.rubber.own(state["rubber"])["content"]
-        self.moment = Moment(
+        points, films = layouts.points.own(state["points"]), layouts.films.own(state["films"])
+        content = layouts.ice.own(state["ice"])["content"]
+        rubber = layouts.rubber.own(state["rubber"])["content"]
+        self.current = CoupledState(
             time=state["time"],
             motion=motion,
             contact=self.block.contact,
-            side=self._side(points["speed"], state["offset"]),
-            interface=self.moment.interface._replace(**films, ice=content, rubber=rubber),
+            loads=self._loads(points["speed"], state["offset"]),
+            interface=self.current.interface._replace(**films, ice=content, rubber=rubber),
             solved_shear=points["shear"],
-            calm=state["calm"],
+            steady=state["steady"],
         )
         self._dt = state["step"]
 
-    def shear(self, interface: InterfaceState, side: Side) -> Array:
+    def shear(self, interface: InterfaceState, loads: ContactLoads) -> Array:
         """Friction stress on the ice at the points, (n,), Pa. Collective."""
-        height = self.carrier.film_height(interface, side)
-        return self.block.friction.shear(side.pressure, side.speed, height)[0]
+        height = self.carrier.film_height(interface, loads)
+        return self.block.friction.shear(loads.pressure, loads.speed, height)[0]
 
     def advance(self) -> Accepted:
         """Make the next step, shortened until it is accepted, and commit it.
@@ -185,7 +185,7 @@ class Sliding:
         """
         rejected = 0
         values = self.block.rubber.u.x.array
-        left = self._duration - self.moment.time
+        left = self._duration - self.current.time
         while True:
             dt = min(self._dt, left)
             if left - dt < 1e-3 * dt:
@@ -194,7 +194,7 @@ class Sliding:
             try:
                 trial, following = self._try(dt)
             except (Refused, NotConverged) as reason:
-                values[:] = self.moment.motion.displacements
+                values[:] = self.current.motion.displacements
                 if isinstance(reason, NotConverged):
                     self.block.equilibrium.forget()
                 self._dt = dt * (reason.factor if isinstance(reason, Refused) else 0.25)
@@ -202,73 +202,77 @@ class Sliding:
                 if self._dt < SMALLEST_STEP * self._duration or not self._adaptive:
                     raise SimulationStopped(self._farewell(reason)) from reason
                 continue
-            self.moment = trial.moment
+            self.current = trial.state
             if last:
-                self.moment = self.moment._replace(time=self._duration)
+                self.current = self.current._replace(time=self._duration)
             if self._adaptive:
                 self._dt = min(following, self._longest)
             return trial._replace(rejected=rejected)
 
     def _try(self, dt: float) -> tuple[Accepted, float]:
         """A trial step of `dt` and the length of the next. Raises Refused or NotConverged."""
-        resting = self._rested(dt) if self.moment.calm else None
+        resting = self._rested(dt) if self.current.steady else None
         return self._solved(dt) if resting is None else resting
 
     def _rested(self, dt: float) -> tuple[Accepted, float] | None:
         """A trial step with the block at rest on the plate; None if its shear changes too much."""
-        start, before = self.moment, self._resting(self.moment.side)
-        side = before._replace(offset=before.offset + self._drift * dt)
-        passage = self._pass_over(side, dt, before)
-        control = self._allowed(passage, 1.0)
-        state = passage.step.state
-        if not self._error.is_quiet(self.shear(state, side), start.solved_shear, start.side.area):
+        start, before = self.current, self._resting(self.current.loads)
+        loads = before._replace(offset=before.offset + self._drift * dt)
+        interface_step = self._advance_interface(loads, dt, before)
+        control = self._allowed(interface_step, 1.0)
+        state = interface_step.step.state
+        if not self._error.is_quiet(self.shear(state, loads), start.solved_shear, start.loads.area):
             return None
-        moment = start._replace(
-            time=start.time + dt, motion=rested(start.motion), side=side, interface=state
+        after = start._replace(
+            time=start.time + dt, motion=rested(start.motion), loads=loads, interface=state
         )
         factor = float(self._factor(control))
-        return Accepted(self._settled(moment), dt, passage, side, 0, False, 0), dt * factor
+        return Accepted(
+            self._window_shifted(after), dt, interface_step, loads, 0, False, 0
+        ), dt * factor
 
     def _solved(self, dt: float) -> tuple[Accepted, float]:
         """A trial step with the block in equilibrium under the shear at its end."""
-        block, start, time = self.block, self.moment.motion, self.moment.time + dt
+        block, start, time = self.block, self.current.motion, self.current.time + dt
         values = block.rubber.u.x.array
         values[:], rate = self.motion_law.begin(start, time)
         speed = self._speed(rate)
-        side = self._side_after(dt, speed)
-        passage = self._pass_over(side, dt)
-        self._allowed(passage, 1.0)
+        loads = self._loads_after(dt, speed)
+        interface_step = self._advance_interface(loads, dt)
+        self._allowed(interface_step, 1.0)
         iterations, mismatches = 0, []
         for _ in range(MAX_PASSES):
-            height = self.carrier.film_height(passage.step.state, side)
+            height = self.carrier.film_height(interface_step.step.state, loads)
             iterations += self._balance(height.reshape(block.surface.weights.shape), speed)
-            side = self._side_after(dt, speed)
-            corrected = self._pass_over(side, dt)
-            mismatches.append(self._error.of_coupling(passage, corrected))
-            passage = corrected
+            loads = self._loads_after(dt, speed)
+            corrected = self._advance_interface(loads, dt)
+            mismatches.append(self._error.of_coupling(interface_step, corrected))
+            interface_step = corrected
             if mismatches[-1] <= 1.0:
                 break
         else:
             raise Refused("block and film do not agree", 0.4)
-        control = self._allowed(passage, 2.0)
+        control = self._allowed(interface_step, 2.0)
 
         motion = self.motion_law.end(start, time, values.copy())
         drift = self._error.of_motion(
-            self.motion_law.local_error(start, motion), dt, self.moment.side.area
+            self.motion_law.local_error(start, motion), dt, self.current.loads.area
         )
         if drift > 1.0:
             raise Refused("the block moves too fast", float(step_factor(drift, 2)))
 
-        state = passage.step.state
-        shear, at_rest = self.shear(state, side), self.shear(state, self._resting(side))
-        before, area = self.moment.solved_shear, self.moment.side.area
-        calm = self.motion_law.may_rest and self._error.is_quiet(at_rest, before, area)
-        moment = self._settled(Moment(time, motion, block.contact, side, state, shear, calm))
+        state = interface_step.step.state
+        shear, at_rest = self.shear(state, loads), self.shear(state, self._resting(loads))
+        before, area = self.current.solved_shear, self.current.loads.area
+        steady = self.motion_law.may_rest and self._error.is_quiet(at_rest, before, area)
+        after = self._window_shifted(
+            CoupledState(time, motion, block.contact, loads, state, shear, steady)
+        )
         factor = min(float(self._factor(control)), float(step_factor(mismatches[0], 2)))
         factor = min(factor, float(step_factor(drift, 2)))
         if iterations > MANY_ITERATIONS:
             factor = min(factor, 0.8)
-        return Accepted(moment, dt, passage, side, iterations, True, 0), dt * factor
+        return Accepted(after, dt, interface_step, loads, iterations, True, 0), dt * factor
 
     def _balance(self, height: Array, speed: SpeedLaw) -> int:
         """Equilibrium under the film's shear; how many iterations it took.
@@ -291,12 +295,12 @@ class Sliding:
                 raise
             return iterations
 
-    def _settled(self, moment: Moment) -> Moment:
-        """The moment after the window of sliding ice has caught up with the block."""
-        if not self._all(self.carrier.reaches(moment.side)):
+    def _window_shifted(self, state: CoupledState) -> CoupledState:
+        """The state after the window of sliding ice has caught up with the block."""
+        if not self._all(self.carrier.reaches(state.loads)):
             raise Refused("the block leaves its window of ice", 0.25)
-        state, offset = self.carrier.settled(moment.interface, moment.side.offset)
-        return moment._replace(interface=state, side=moment.side._replace(offset=offset))
+        interface, offset = self.carrier.window_shifted(state.interface, state.loads.offset)
+        return state._replace(interface=interface, loads=state.loads._replace(offset=offset))
 
     def _speed(self, rate: Rate) -> SpeedLaw:
         """Slip speed: the plate's and that of the rubber relative to it.
@@ -309,11 +313,11 @@ class Sliding:
         known = speed + surface.displacements(rate.intercept.reshape(-1, dim))[..., 0]
         return lambda displacement: (known + rate.slope * displacement, rate.slope)
 
-    def _side(self, speed: Array, offset: float) -> Side:
+    def _loads(self, speed: Array, offset: float) -> ContactLoads:
         """The rubber's points at the block's present displacements."""
         surface, contact = self.block.surface, self.block.contact
         positions = surface.positions(self.block.rubber.displacements)[..., :-1]
-        return Side(
+        return ContactLoads(
             positions.reshape(surface.n_points, positions.shape[-1]),
             contact.pressure.ravel(),
             contact.area.ravel(),
@@ -321,25 +325,27 @@ class Sliding:
             offset,
         )
 
-    def _side_after(self, dt: float, speed: SpeedLaw) -> Side:
+    def _loads_after(self, dt: float, speed: SpeedLaw) -> ContactLoads:
         """The rubber's points at the end of a step of `dt` to the present displacements."""
         present = self.block.surface.displacements(self.block.rubber.displacements)
-        return self._side(
-            speed(present[..., 0])[0].ravel(), self.moment.side.offset + self._drift * dt
+        return self._loads(
+            speed(present[..., 0])[0].ravel(), self.current.loads.offset + self._drift * dt
         )
 
-    def _resting(self, side: Side) -> Side:
+    def _resting(self, loads: ContactLoads) -> ContactLoads:
         """The rubber's points if they do not move relative to the plate."""
-        return side._replace(speed=np.full_like(side.speed, self.block.scene.load.speed))
+        return loads._replace(speed=np.full_like(loads.speed, self.block.scene.load.speed))
 
-    def _pass_over(self, side: Side, dt: float, before: Side | None = None) -> Passage:
-        """Film and heat over the step to `side`, from `before` or the last moment's."""
-        start, before = self.moment, before or self.moment.side
-        return self.carrier.pass_over(start.interface, before, side, dt, self._integrator)
+    def _advance_interface(
+        self, loads: ContactLoads, dt: float, before: ContactLoads | None = None
+    ) -> InterfaceStep:
+        """Film and heat over the step to `loads`, from `before` or the current ones."""
+        start, before = self.current, before or self.current.loads
+        return self.carrier.pass_over(start.interface, before, loads, dt, self._integrator)
 
-    def _allowed(self, passage: Passage, most: float) -> float:
+    def _allowed(self, interface_step: InterfaceStep, most: float) -> float:
         """Error of film and heat; raises Refused if it is above `most` of what is allowed."""
-        control = self._error.of_film(passage, self.moment.interface)
+        control = self._error.of_film(interface_step, self.current.interface)
         if control > most:
             raise Refused("film and heat change too fast", float(self._factor(control)))
         return control
@@ -352,7 +358,7 @@ class Sliding:
 
     def _farewell(self, reason: Exception) -> str:
         return (
-            f"the run stops at t = {1e3 * self.moment.time:.4g} ms of "
+            f"the run stops at t = {1e3 * self.current.time:.4g} ms of "
             f"{1e3 * self._duration:.4g} ms: no step is accepted ({reason}); "
             f"{self.block.limit_met()}"
         )

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import InterfaceState, error_norms
-from iceslide_fem.interface.carriers import Carrier, Passage
-from iceslide_fem.materials import MELTING_TEMPERATURE, Array
+from iceslide_fem.interface.carriers import Carrier, InterfaceStep
+from iceslide_fem.materials import MELTING_TEMPERATURE
 from iceslide_fem.rubber.block import Block
 
 # Errors of single steps add up to one of mu(t) that falls as their power 2/3 to 3/4 (see
@@ -38,14 +39,16 @@ class StepError:
         if scene.ice.motion == "sliding":
             self._temperature_scale *= PASSING_EASE
 
-    def of_film(self, passage: Passage, before: InterfaceState) -> float:
+    def of_film(self, interface_step: InterfaceStep, before: InterfaceState) -> float:
         """Local error of film and heat over a step from `before`; infinite if one has failed."""
-        scale = np.full(passage.area.shape, self._temperature_scale)
+        scale = np.full(interface_step.area.shape, self._temperature_scale)
         ice, rubber = self._carrier.ice, self._carrier.rubber
-        error = error_norms(passage.step, ice, before, passage.loads.free_height, scale, rubber)
+        error = error_norms(
+            interface_step.step, ice, before, interface_step.loads.free_height, scale, rubber
+        )
         if not self._block.surface.comm.allreduce(bool(np.isfinite(error).all()), op=MPI.LAND):
             return np.inf
-        return self._mean(error, _friction(passage)) / self._local_tolerance
+        return self._mean(error, _friction(interface_step)) / self._local_tolerance
 
     def of_motion(self, error: Array, dt: float, area: Array) -> float:
         """Error (m, of all dofs) of the block's motion: by its stress, and by its slip speed."""
@@ -56,7 +59,7 @@ class StepError:
         speed = 1.0 / (dt * scene.load.speed)
         return self._mean(size, area) * max(stress, speed) / self._local_tolerance
 
-    def of_coupling(self, before: Passage, after: Passage) -> float:
+    def of_coupling(self, before: InterfaceStep, after: InterfaceStep) -> float:
         """What one more pass over block and film has changed."""
         change = after.step.state.log_height - before.step.state.log_height
         return self._mean(change, _friction(after)) / (COUPLING_SHARE * self._tolerance)
@@ -73,6 +76,10 @@ class StepError:
         return float(total[0] / total[1]) if total[1] > 0.0 else 0.0
 
 
-def _friction(passage: Passage) -> Array:
+def _friction(interface_step: InterfaceStep) -> Array:
     """Friction force (N) under each film at the end of the step."""
-    return passage.area * passage.loads.viscous * np.exp(-passage.step.state.log_height)
+    return (
+        interface_step.area
+        * interface_step.loads.viscous
+        * np.exp(-interface_step.step.state.log_height)
+    )

@@ -14,18 +14,17 @@ from typing import Protocol, Self
 import numpy as np
 from scipy.linalg import eigh
 
+from iceslide_fem.arrays import Array, Index, Mask
 from iceslide_fem.film.law import FilmStage, IceSurface
-from iceslide_fem.materials import ICE, MELTING_TEMPERATURE, Array, Index, Mask, Solid
-from iceslide_fem.reference import step_flux
+from iceslide_fem.materials import HEATED_LAYERS, ICE, MELTING_TEMPERATURE, Solid
 
 FilmLaw = Callable[[IceSurface], FilmStage]
 
 # First layer relative to the thermal layer sqrt(alpha t) of the whole run, growth of the layers
-# below, and depth of the column in thermal layers: the surface temperature under constant flux
+# below (the column is HEATED_LAYERS deep): the surface temperature under constant flux
 # is then within 4e-5 from a hundredth of the run on, within 8e-5 from a thousandth on.
 FIRST_LAYER = 0.025
 LAYER_RATIO = 1.4
-DEPTH_IN_LAYERS = 4.0
 
 
 class IceHeat(Protocol):
@@ -60,7 +59,7 @@ class Column:
         duration: float | Array,
         first_layer: float = FIRST_LAYER,
         ratio: float = LAYER_RATIO,
-        depth: float = DEPTH_IN_LAYERS,
+        depth: float = HEATED_LAYERS,
         solid: Solid = ICE,
     ) -> None:
         """Column at `temperature` (K) for runs of `duration` (s); both scalar or per point.
@@ -148,7 +147,8 @@ class HalfSpace:
     def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
         """One implicit stage: conduction decides when melting begins, (5.6) what it loses."""
         begun, time = start[-2] > 0.5, start[-1] + dt
-        closed_form = step_flux(self._column.temperature, time)
+        undercooling = MELTING_TEMPERATURE - self._column.temperature
+        closed_form = ICE.conductivity * undercooling / np.sqrt(np.pi * ICE.diffusivity * time)
 
         def with_closed_form(ice: IceSurface) -> FilmStage:
             def switched(at: Mask) -> FilmStage:

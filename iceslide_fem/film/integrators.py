@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.law import (
     FilmLoads,
@@ -23,7 +24,7 @@ from iceslide_fem.film.law import (
     interpolate,
 )
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
-from iceslide_fem.materials import MELTING_TEMPERATURE, Array
+from iceslide_fem.materials import MELTING_TEMPERATURE
 
 
 class Integrator(NamedTuple):

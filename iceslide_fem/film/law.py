@@ -24,12 +24,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.materials import (
-    MELTING_ENTHALPY,
-    WATER_VISCOSITY,
-    Array,
-    Mask,
-)
+from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.materials import MELTING_ENTHALPY, WATER_VISCOSITY
 
 # Newton's last change of ln h; what is left is of the order of its square.
 _NEWTON_TOLERANCE = 1e-8

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from iceslide_fem.arrays import Array, Index, Mask
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.film.integrators import (
@@ -26,7 +27,7 @@ from iceslide_fem.film.integrators import (
 from iceslide_fem.film.law import FilmLoads, film_loads
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 from iceslide_fem.film.step_control import step_factor
-from iceslide_fem.materials import MELTING_TEMPERATURE, Array, Index, Mask
+from iceslide_fem.materials import MELTING_TEMPERATURE
 
 ICE_MODELS: dict[str, type[Column] | type[HalfSpace]] = {
     "column": Column,

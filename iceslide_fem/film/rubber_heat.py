@@ -23,15 +23,10 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.ice_heat import Column, FilmLaw
 from iceslide_fem.film.law import FilmStage, IceSurface
-from iceslide_fem.materials import (
-    MELTING_TEMPERATURE,
-    WATER_CONDUCTIVITY,
-    Array,
-    Index,
-    rubber_solid,
-)
+from iceslide_fem.materials import MELTING_TEMPERATURE, WATER_CONDUCTIVITY, rubber_solid
 
 # Passes over film law and conductance stop when ln h changes by no more than this. 1/G is a few
 # per cent of the bodies' resistances, so what is left is a hundredth of it.

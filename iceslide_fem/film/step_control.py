@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from iceslide_fem.materials import Array
+from iceslide_fem.arrays import Array
 
 SAFETY = 0.9
 SHRINK, GROW = 0.1, 2.0

@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.footprint.jaeger import TABLE_1_ICE, TABLE_1_RUBBER
-from iceslide_fem.materials import WATER_CONDUCTIVITY, Array, Mask
+from iceslide_fem.materials import WATER_CONDUCTIVITY
 
 MIXED_FROM, WET_FROM = -2.0, 0.0  # degC
 
@@ -46,7 +47,7 @@ def classify(temperature: Array, contact: Mask) -> NDArray[np.uint8]:
     return np.where(contact, state, State.NO_CONTACT).astype(np.uint8)
 
 
-class Sliding(NamedTuple):
+class SlidingLine(NamedTuple):
     """What (3.4) needs of the tyre: mean pressure p_av (Pa), speed V (m/s) and slip ratio S."""
 
     mean_pressure: float
@@ -59,7 +60,9 @@ class Sliding(NamedTuple):
         return self.mean_pressure * self.speed * self.slip
 
 
-def friction_map(state: NDArray[np.uint8], rise: Array, depth: float, sliding: Sliding) -> Array:
+def friction_map(
+    state: NDArray[np.uint8], rise: Array, depth: float, sliding: SlidingLine
+) -> Array:
     """mu = K / d A dT / (p_av V S A_tot) per pixel, (4.7) to (4.9); 0 outside of the contact.
 
     `rise` dT (K), `depth` d (m); K is the state's conductivity, A the area of all pixels in that
@@ -85,7 +88,7 @@ class HeatBalance(NamedTuple):
 
 
 def heat_balance(
-    state: NDArray[np.uint8], rise: Array, depth: float, pixel_area: float, sliding: Sliding
+    state: NDArray[np.uint8], rise: Array, depth: float, pixel_area: float, sliding: SlidingLine
 ) -> HeatBalance:
     """Solve (3.8), q_generated = q_ice + q_tread + q_water, for the mean friction mu_av of (3.4).
 

@@ -21,7 +21,7 @@ SMALL = 0.05
 TRANSITS = 1.5  # how many times its own length a block of a scene slides: then it is steady
 
 
-class Block(NamedTuple):
+class TreadBlock(NamedTuple):
     """A connected patch of contact; SI units.
 
     x, y: centre of its load (m); length: along x, width: its area over the length (m);
@@ -44,7 +44,7 @@ class TreadRubber(NamedTuple):
     height: float
 
 
-def tread_blocks(footprint: PressureMap) -> list[Block]:
+def tread_blocks(footprint: PressureMap) -> list[TreadBlock]:
     """The patches of contact that touch at sides or corners, in the order of their pressure."""
     labels, _ = label(footprint.contact, np.ones((3, 3)))
     blocks = []
@@ -54,7 +54,7 @@ def tread_blocks(footprint: PressureMap) -> list[Block]:
         length = footprint.dx * pressure.shape[1]
         total = pressure.sum()
         blocks.append(
-            Block(
+            TreadBlock(
                 x=float(pressure.sum(axis=0) @ footprint.x[columns] / total),
                 y=float(pressure.sum(axis=1) @ footprint.y[rows] / total),
                 length=length,
@@ -68,7 +68,7 @@ def tread_blocks(footprint: PressureMap) -> list[Block]:
     return sorted(large, key=lambda block: block.pressure)
 
 
-def representative(blocks: list[Block], count: int) -> list[tuple[Block, float]]:
+def representative(blocks: list[TreadBlock], count: int) -> list[tuple[TreadBlock, float]]:
     """`count` blocks, each with the share of the load that it stands for.
 
     The blocks, in the order of their pressure, are cut into groups of about equal load; of every
@@ -92,7 +92,7 @@ def representative(blocks: list[Block], count: int) -> list[tuple[Block, float]]
     return chosen
 
 
-def scene_text(name: str, block: Block, share: float, ride: Ride, tread: TreadRubber) -> str:
+def scene_text(name: str, block: TreadBlock, share: float, ride: Ride, tread: TreadRubber) -> str:
     """The scene file of a block that meets fresh ice, checked: SceneError if it is not valid.
 
     Length, width (m), pressure and place are the block's; it is as tall as the `tread` and

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, distance_transform_edt
 from scipy.spatial import cKDTree
 
+from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.errors import SceneError
 from iceslide_fem.footprint.image import Picture
-from iceslide_fem.materials import Array, Mask
 
 # Distances between colours are relative to the full range of one channel.
 FAR = 0.15  # from the bar: such a pixel mixes colours, or the bar is not the picture's

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.empirical import hayhoe_shapley, navin, peng_rectangle
 from iceslide_fem.footprint.film_map import film_map
@@ -16,7 +17,6 @@ from iceslide_fem.materials import (
     ICE_EFFUSIVITY,
     MELTING_TEMPERATURE,
     WATER_VISCOSITY,
-    Array,
 )
 
 TEMPERATURES = MELTING_TEMPERATURE - np.array([20.0, 15.0, 10.0, 7.0, 5.0, 4.0, 3.0, 2.0, 1.0, 0.5])

@@ -7,12 +7,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.materials import (
     ICE_EFFUSIVITY,
     MELTING_ENTHALPY,
     MELTING_TEMPERATURE,
     WATER_VISCOSITY,
-    Array,
 )
 
 

@@ -13,12 +13,13 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.footprint.balance import State
 from iceslide_fem.footprint.comparison import Curves
 from iceslide_fem.footprint.empirical import stopping_distance
 from iceslide_fem.footprint.pressure_map import PressureMap
 from iceslide_fem.footprint.survey import HeatModel, Survey
-from iceslide_fem.materials import BAR, MELTING_TEMPERATURE, Array, Mask
+from iceslide_fem.materials import BAR, MELTING_TEMPERATURE
 
 DPI = 130
 MM, NM, KMH = 1e3, 1e9, 3.6

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.arrays import Array, Index, Mask
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance, error_norms
@@ -19,14 +20,7 @@ from iceslide_fem.film.law import FilmLoads, film_loads
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.footprint.pressure_map import PressureMap
-from iceslide_fem.materials import (
-    MELTING_TEMPERATURE,
-    Array,
-    ConstantContact,
-    ContactTable,
-    Index,
-    Mask,
-)
+from iceslide_fem.materials import MELTING_TEMPERATURE, ConstantContact, ContactTable
 
 METHOD = INTEGRATORS["sdirk2"]
 # Lines that advance together: their columns of ice stay in the processor's cache.

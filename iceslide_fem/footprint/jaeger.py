@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.signal import oaconvolve
 
-from iceslide_fem.materials import ICE_EFFUSIVITY, Array, Solid, rubber_solid
+from iceslide_fem.arrays import Array
+from iceslide_fem.materials import ICE_EFFUSIVITY, Solid, rubber_solid
 
 # Table 1 of the thesis. Its ice differs from that of the film law (917.8 for 916 kg/m3, 2.22 for
 # 2.25 W/(m K), 2020 for 2220 J/(kg K)).

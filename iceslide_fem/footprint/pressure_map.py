@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.errors import SceneError
-from iceslide_fem.materials import Array, Mask
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.footprint.balance import (
     HeatBalance,
-    Sliding,
+    SlidingLine,
     State,
     classify,
     friction_map,
@@ -38,7 +39,7 @@ from iceslide_fem.footprint.pressure_map import (
     gaussian_centre_line,
     pressure_from_values,
 )
-from iceslide_fem.materials import MELTING_TEMPERATURE, Array, Mask
+from iceslide_fem.materials import MELTING_TEMPERATURE
 
 
 class ReadFootprint(NamedTuple):
@@ -65,7 +66,7 @@ class HeatModel(NamedTuple):
     rise: Array
     state: NDArray[np.uint8]
     mu: Array
-    sliding: Sliding
+    sliding: SlidingLine
     balance: HeatBalance
 
 
@@ -170,7 +171,7 @@ def summary(result: Survey) -> dict[str, Any]:
 
 
 def _heat_model(case: FootprintCase, footprint: PressureMap, rise: Array, slip: float) -> HeatModel:
-    sliding = Sliding(footprint.mean_pressure, case.speed, slip)
+    sliding = SlidingLine(footprint.mean_pressure, case.speed, slip)
     state = classify(case.temperature - MELTING_TEMPERATURE + rise, footprint.contact)
     return HeatModel(
         rise,

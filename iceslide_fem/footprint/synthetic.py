@@ -14,9 +14,10 @@ import numpy as np
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
+from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.footprint.image import Box, Picture
 from iceslide_fem.footprint.pressure_map import PressureMap
-from iceslide_fem.materials import BAR, Array, Mask
+from iceslide_fem.materials import BAR
 
 LEGEND_SHARE = 0.05  # of the picture's width
 TICKS = 16  # pixels between footprint and legend

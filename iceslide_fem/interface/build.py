@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.film.conditions import rubber_columns
 from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.interface.carriers import Attached, OnIce, OnRubber
-from iceslide_fem.interface.ice_columns import Strips, StripsUnderPoints
+from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints
 from iceslide_fem.interface.ice_continuum import Continuum
-from iceslide_fem.interface.rubber_columns import RubberOverNodes
+from iceslide_fem.interface.rubber_columns import RubberOverGrid
 from iceslide_fem.interface.surface_grid import SurfaceGrid
-from iceslide_fem.materials import Array
 from iceslide_fem.mesh.structured import ice_mesh, patch_lines, window_lines
 from iceslide_fem.rubber.block import Block
-from iceslide_fem.run.point import rubber_columns
 
 
 def carrier_of(block: Block) -> Attached | OnRubber | OnIce:
@@ -44,21 +44,21 @@ def _sliding(block: Block) -> OnRubber | OnIce:
     _, footprint = _footprint(block)
     lines = window_lines(scene, footprint)
     passing = min(duration, float(np.ptp(lines[0])) / scene.load.speed)  # no ice is there longer
-    ice: Continuum | Strips
+    ice: Continuum | GridColumns
     if scene.ice.heat == "continuum":
         ice = Continuum(ice_mesh(scene, comm, lines), temperature)
     else:
         count = int(np.prod([line.size for line in lines]))
         own = np.array_split(np.arange(count), comm.size)[comm.rank]
         grid = SurfaceGrid(lines, own, comm)
-        columns = Strips if scene.film.carrier == "ice" else StripsUnderPoints
+        columns = GridColumns if scene.film.carrier == "ice" else GridColumnsUnderPoints
         ice = columns(grid, temperature, passing)
     if scene.film.carrier == "rubber":
         return OnRubber(block.friction, ice, rubber_columns(scene))
     height = scene.film.initial_height
     if not scene.rubber.heat:
         return OnIce(block.friction, ice, height)
-    rubber = RubberOverNodes(
+    rubber = RubberOverGrid(
         ice.grid, temperature, duration, scene.rubber.density, scene.film.conductance
     )
     return OnIce(block.friction, ice, height, rubber)

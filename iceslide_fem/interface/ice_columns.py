@@ -9,12 +9,13 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import solveh_banded
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column, FilmLaw
 from iceslide_fem.film.law import FilmStage, IceSurface
 from iceslide_fem.interface.surface_grid import SurfaceGrid
-from iceslide_fem.materials import MELTING_TEMPERATURE, Array
+from iceslide_fem.materials import MELTING_TEMPERATURE
 
 # Where points of the rubber carry the film, each is joined to the strips through this share of
 # a strip's resistance: its flux is then a function of its temperature, and unique.
@@ -23,7 +24,7 @@ MAX_ITERATIONS = 25
 TEMPERATURE_TOLERANCE = 1e-7  # K
 
 
-class Strips(Column):
+class GridColumns(Column):
     """Columns below this rank's nodes of `grid`, heated by films on the nodes themselves.
 
     Content: amplitudes (n_modes, own nodes).
@@ -40,7 +41,7 @@ class Strips(Column):
 
     def shifted(self, content: Array, cells: int) -> Array:
         """Content after the window has moved `cells` cells in +x: fresh ice enters. Collective."""
-        nodes = self.grid.everywhere(content).reshape(-1, *self.grid.shape)
+        nodes = self.grid.allgather(content).reshape(-1, *self.grid.shape)
         moved = np.zeros_like(nodes)
         moved[:, : nodes.shape[1] - cells] = nodes[:, cells:]
         return moved.reshape(len(content), -1)[:, self.grid.own]
@@ -51,7 +52,7 @@ class Strips(Column):
         return float(self.grid.comm.allreduce(own, op=MPI.SUM))
 
 
-class StripsUnderPoints(Strips):
+class GridColumnsUnderPoints(GridColumns):
     """Columns below a surface grid, heated by films on points that move over it.
 
     `at` places the points, `area` (n,) is what each stands for, m2 (m in a slice). Points share
@@ -59,14 +60,14 @@ class StripsUnderPoints(Strips):
     """
 
     def __init__(self, grid: SurfaceGrid, temperature: float, duration: float) -> None:
-        """As `Strips`, without points yet."""
+        """As `GridColumns`, without points yet."""
         super().__init__(grid, temperature, duration)
         self.at, self.area = grid.own_nodes(), np.zeros(grid.own.size)
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature at the points (K), shape (n,). Collective."""
         own = super().surface_temperature(content)
-        return self.grid.read(self.grid.everywhere(own), self.at)
+        return self.grid.interpolate(self.grid.allgather(own), self.at)
 
     def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
         """One implicit stage by Newton's method on the strips' temperatures. Collective.
@@ -76,15 +77,15 @@ class StripsUnderPoints(Strips):
         grid = self.grid
         decay = self.decay(dt)
         own_offset, resistance = self.response(start, decay, dt)  # one resistance for all
-        offset = grid.everywhere(own_offset)
+        offset = grid.allgather(own_offset)
         per_heat = resistance / grid.cell_area
         link = np.full(self.area.shape, RESISTANCE_SHARE * float(resistance[0]))
-        temperature = grid.everywhere(Strips.surface_temperature(self, start))
+        temperature = grid.allgather(GridColumns.surface_temperature(self, start))
         matrix = np.zeros((grid.diagonals[-1] + 1, grid.n_nodes))  # diagonals, lower half
         for _ in range(MAX_ITERATIONS):
-            here = grid.read(temperature, self.at)
+            here = grid.interpolate(temperature, self.at)
             result = film(IceSurface(here, link, (MELTING_TEMPERATURE - here) / link))
-            heat = grid.give(self.area * result.ice_flux, self.at)
+            heat = grid.scatter(self.area * result.ice_flux, self.at)
             residual = temperature - offset - per_heat * heat
             if not np.isfinite(residual).all():
                 break

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
@@ -23,7 +24,6 @@ from iceslide_fem.materials import (
     ICE_DENSITY,
     ICE_HEAT_CAPACITY,
     MELTING_TEMPERATURE,
-    Array,
 )
 from iceslide_fem.mesh.structured import IceMesh
 
@@ -76,8 +76,8 @@ class Continuum:
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature at the points (K), shape (n,). Collective."""
-        grid = self.grid.everywhere(content[self._own_dof])
-        return self._initial + self.grid.read(grid, self.at)
+        grid = self.grid.allgather(content[self._own_dof])
+        return self._initial + self.grid.interpolate(grid, self.at)
 
     def shifted(self, content: Array, cells: int) -> Array:
         """Content after the window has moved `cells` cells in +x: fresh ice enters. Collective."""
@@ -144,7 +144,7 @@ class Continuum:
         own = self.node[self._own_dof] // lines[-1].size
         self.grid = SurfaceGrid(lines[:-1], own, self._comm)
         dofs = (self._own_dof + index_map.local_range[0]).astype(float)
-        self._global_dof = self.grid.everywhere(dofs).astype(PETSc.IntType)
+        self._global_dof = self.grid.allgather(dofs).astype(PETSc.IntType)
 
     def _lump_across(self) -> None:
         """Lump the capacity matrix in x and y, and leave it as it is in z.
@@ -178,7 +178,7 @@ class Continuum:
 
     def _load(self, flux: Array) -> Array:
         """Heat (W) that the points give to this rank's surface nodes. Collective."""
-        return self.grid.give(self.area * flux, self.at)[self.grid.own]
+        return self.grid.scatter(self.area * flux, self.at)[self.grid.own]
 
     def _correct(self, dt: float, conductance: Array) -> None:
         """Solve (C / dt + K + conductance (W/K) of the points) x = b into `_x`."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.film.ice_heat import FilmLaw
 from iceslide_fem.film.rubber_heat import RubberColumns, RubberSurface, film_law_beside
 from iceslide_fem.interface.surface_grid import SurfaceGrid
-from iceslide_fem.materials import Array
 
 
-class RubberOverNodes(RubberColumns):
+class RubberOverGrid(RubberColumns):
     """Columns of rubber at contact points that move over films on the nodes of the ice.
 
     `at` places the points on the `grid`, `area` (n,) is what each covers, m2 (m in a slice), 0
@@ -45,7 +45,7 @@ class RubberOverNodes(RubberColumns):
         """Content after a stage with `flux` (W/m2) at this rank's nodes. Collective."""
         cover = self._cover()
         at_contact = np.divide(flux, cover, out=np.zeros_like(flux), where=cover > 0.0)
-        at_points = self.grid.read(self.grid.everywhere(at_contact), self.at)
+        at_points = self.grid.interpolate(self.grid.allgather(at_contact), self.at)
         return super().heated(start, dt, np.where(self.area > 0.0, at_points, 0.0))
 
     def surface_temperature(self, content: Array) -> Array:
@@ -54,12 +54,12 @@ class RubberOverNodes(RubberColumns):
 
     def _mean(self, values: Array) -> Array:
         """Mean over the points around each of this rank's nodes; T_0 where there are none."""
-        area, amount = self.grid.give(np.stack([self.area, self.area * values]), self.at)
+        area, amount = self.grid.scatter(np.stack([self.area, self.area * values]), self.at)
         mean = np.full_like(area, float(self.column.temperature))
         np.divide(amount, area, out=mean, where=area > 0.0)
         return np.asarray(mean[self.grid.own])
 
     def _cover(self) -> Array:
         """Share of the cells of this rank's nodes that is in contact."""
-        area = self.grid.give(self.area, self.at) / self.grid.cell_area
+        area = self.grid.scatter(self.area, self.at) / self.grid.cell_area
         return np.asarray(area[self.grid.own])

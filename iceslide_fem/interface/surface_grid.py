@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.materials import Array
 
 
 class Placement(NamedTuple):
@@ -70,18 +70,18 @@ class SurfaceGrid:
         """Placement of points that are this rank's nodes themselves."""
         return Placement(self.own[:, None], np.ones((self.own.size, 1)))
 
-    def everywhere(self, own_values: Array) -> Array:
+    def allgather(self, own_values: Array) -> Array:
         """Values (..., nodes) from those of each rank's own nodes (..., own). Collective."""
         grid = np.zeros((*own_values.shape[:-1], self.n_nodes))
         grid[..., self.own] = own_values
         self.comm.Allreduce(MPI.IN_PLACE, grid, op=MPI.SUM)
         return grid
 
-    def read(self, grid: Array, at: Placement) -> Array:
+    def interpolate(self, grid: Array, at: Placement) -> Array:
         """Values (n,) of a grid function (nodes,) at points."""
         return np.asarray((at.share * grid[at.node]).sum(axis=1))
 
-    def give(self, amounts: Array, at: Placement) -> Array:
+    def scatter(self, amounts: Array, at: Placement) -> Array:
         """What the points of all ranks give to each node (..., nodes). Collective.
 
         `amounts` (..., n) is extensive: heat, area, force.

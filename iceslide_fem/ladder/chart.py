@@ -8,7 +8,7 @@ from pathlib import Path
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from iceslide_fem.ladder.runs import Outcome, finest_of
+from iceslide_fem.ladder.runs import RungResult, finest_of
 from iceslide_fem.results.report import BLACK, BLUE, GREEN, MS, ORANGE, RED
 
 COLORS = {"point": ORANGE, "slice": BLUE, "block": GREEN}
@@ -17,7 +17,11 @@ LINES = {"half-space": ":", "column": "--", "continuum": "-"}
 
 
 def ladder_chart(
-    title: str, outcomes: Sequence[Outcome], tolerance: float, best: Outcome | None, path: Path
+    title: str,
+    outcomes: Sequence[RungResult],
+    tolerance: float,
+    best: RungResult | None,
+    path: Path,
 ) -> None:
     """Draw the chart to `path` (PNG)."""
     figure = Figure(figsize=(12.5, 5.6), layout="constrained")

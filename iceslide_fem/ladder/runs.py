@@ -16,8 +16,8 @@ import tomlkit
 
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.planning.neglect import Neglects, neglects
-from iceslide_fem.planning.rung import Rung, on_rung, rung_name
+from iceslide_fem.planning.rungs import Rung, on_rung, rung_name
+from iceslide_fem.planning.simplifications import Simplifications, simplifications
 from iceslide_fem.results import Run, differences, read_run
 from iceslide_fem.scene import REFINEMENTS, Scene, load_scene, override, put
 from iceslide_fem.simulate import run
@@ -25,7 +25,7 @@ from iceslide_fem.simulate import run
 MODELS, HEATS = ("point", "slice", "block"), ("half-space", "column", "continuum")
 
 
-class Outcome(NamedTuple):
+class RungResult(NamedTuple):
     """A rung: its run, or why there is none; memory (bytes, all ranks).
 
     largest, rms: relative difference of mu(t) to the finest rung's; NaN without a run.
@@ -45,7 +45,7 @@ class Outcome(NamedTuple):
 
 
 def rungs(
-    scene: Scene, found: Neglects, factors: Sequence[float]
+    scene: Scene, found: Simplifications, factors: Sequence[float]
 ) -> tuple[list[Rung], dict[Rung, str]]:
     """Rungs worth running, cheap ones first, and the others with the reason.
 
@@ -75,7 +75,7 @@ def rungs(
     return chosen, skipped
 
 
-def _needless(rung: Rung, found: Neglects, tolerance: float) -> str:
+def _needless(rung: Rung, found: Simplifications, tolerance: float) -> str:
     """Which rung gives the same as this one, by the estimates; empty if none does."""
 
     def same(other: str, what: str, effect: float) -> str:
@@ -101,12 +101,12 @@ def _needless(rung: Rung, found: Neglects, tolerance: float) -> str:
 
 def climb(
     scene: Scene, out: Path, factors: Sequence[float], tell: Callable[[str], None]
-) -> tuple[list[Outcome], Neglects]:
+) -> tuple[list[RungResult], Simplifications]:
     """Run `scene` on every rung worth it, into directories below `out`. Collective.
 
     `tell` is called with a line before every run.
     """
-    found = neglects(scene)
+    found = simplifications(scene)
     chosen, skipped = rungs(scene, found, factors)
     outcomes = []
     warm: set[tuple[str, str]] = set()
@@ -116,11 +116,11 @@ def climb(
             warm.add((rung.model, rung.heat))
             _compile(scene, rung)
         outcomes.append(_outcome(scene, rung, out))
-    outcomes += [Outcome(rung, None, reason, np.nan) for rung, reason in skipped.items()]
+    outcomes += [RungResult(rung, None, reason, np.nan) for rung, reason in skipped.items()]
     return compared(outcomes), found
 
 
-def compared(outcomes: Sequence[Outcome]) -> list[Outcome]:
+def compared(outcomes: Sequence[RungResult]) -> list[RungResult]:
     """The outcomes with their differences to the finest run among them."""
     finest = finest_of(outcomes)
     if finest is None or finest.run is None:
@@ -135,17 +135,17 @@ def compared(outcomes: Sequence[Outcome]) -> list[Outcome]:
     return result
 
 
-def finest_of(outcomes: Sequence[Outcome]) -> Outcome | None:
+def finest_of(outcomes: Sequence[RungResult]) -> RungResult | None:
     """The finest rung that was run to its end."""
 
-    def fineness(outcome: Outcome) -> tuple[int, int, float]:
+    def fineness(outcome: RungResult) -> tuple[int, int, float]:
         rung = outcome.rung
         return MODELS.index(rung.model), HEATS.index(rung.heat), rung.refinement
 
     return max((one for one in outcomes if one.run is not None), key=fineness, default=None)
 
 
-def cheapest_of(outcomes: Sequence[Outcome], tolerance: float) -> Outcome | None:
+def cheapest_of(outcomes: Sequence[RungResult], tolerance: float) -> RungResult | None:
     """The quickest run whose largest difference is within `tolerance`."""
     good = [one for one in outcomes if one.run is not None and one.largest <= tolerance]
     return min(good, key=lambda one: one.run.summary["wall_s"] if one.run else 0.0, default=None)
@@ -168,17 +168,17 @@ def write_scene(source: Path, overrides: Sequence[str], rung: Rung, path: Path) 
     path.write_text(tomlkit.dumps(document), encoding="utf-8")
 
 
-def _outcome(scene: Scene, rung: Rung, out: Path) -> Outcome:
+def _outcome(scene: Scene, rung: Rung, out: Path) -> RungResult:
     """Run the scene on one rung. Collective."""
     folder = out / rung_name(rung)
     _reset_peak_memory()
     try:
         run(on_rung(scene, rung), folder)
     except SimulationStopped as reason:
-        return Outcome(rung, None, f"stopped: {reason}", _peak_memory())
+        return RungResult(rung, None, f"stopped: {reason}", _peak_memory())
     memory = _peak_memory()
     MPI.COMM_WORLD.barrier()  # rank 0 has written everything
-    return Outcome(rung, read_run(folder), "", memory)
+    return RungResult(rung, read_run(folder), "", memory)
 
 
 def _compile(scene: Scene, rung: Rung) -> None:

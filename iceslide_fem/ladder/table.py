@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 from rich.table import Table
 
-from iceslide_fem.ladder.runs import Outcome, finest_of
-from iceslide_fem.planning.neglect import Neglects
+from iceslide_fem.ladder.runs import RungResult, finest_of
+from iceslide_fem.planning.simplifications import Simplifications
 
 
-def neglect_table(found: Neglects, tolerance: float) -> Table:
+def simplification_table(found: Simplifications, tolerance: float) -> Table:
     """What the rungs leave out, as estimated before anything was run."""
     table = Table(title="What may be neglected? (estimates)", title_justify="left")
     for heading in ("neglecting with", "number", "", "moves mu by", ""):
@@ -21,7 +21,7 @@ def neglect_table(found: Neglects, tolerance: float) -> Table:
     return table
 
 
-def ladder_table(outcomes: Sequence[Outcome]) -> Table:
+def ladder_table(outcomes: Sequence[RungResult]) -> Table:
     """Every rung that was run: friction, difference of mu(t) to the finest, time and memory."""
     table = Table(title="The ladder", title_justify="left")
     for heading in ("rung", "mean mu", "largest", "rms", "seconds", "MB"):
@@ -41,7 +41,7 @@ def ladder_table(outcomes: Sequence[Outcome]) -> Table:
     return table
 
 
-def not_run(outcomes: Sequence[Outcome]) -> list[str]:
+def not_run(outcomes: Sequence[RungResult]) -> list[str]:
     """A sentence for each reason why rungs were not run, or not to their end."""
     reasons: dict[str, list[str]] = {}
     for outcome in outcomes:

@@ -205,7 +205,7 @@ def write_mesh(scene: Scene, folder: Path | str) -> list[Path]:
     return paths
 
 
-class _Block(NamedTuple):
+class BlockShape(NamedTuple):
     """Ranges of x and (in 3-D) y that the rubber covers, and its height, in m.
 
     If it is `symmetric`, y begins at 0 and the other half is left out. sipes: ranges of x of the
@@ -219,17 +219,17 @@ class _Block(NamedTuple):
     sipe_depth: float = 0.0
 
 
-def _block(scene: Scene) -> _Block:
+def _block(scene: Scene) -> BlockShape:
     rubber = scene.rubber
     if rubber.mesh is not None:
         tagged = _rubber(scene)
         low, high = tagged.points.min(axis=0), tagged.points.max(axis=0)
         ranges = list(zip(low[:-1], high[:-1], strict=True))
-        return _Block(ranges, high[-1], "symmetry" in tagged.facets)
+        return BlockShape(ranges, high[-1], "symmetry" in tagged.facets)
     x, y = (-rubber.length / 2, rubber.length / 2), (0.0, rubber.width / 2)
     slice_ = scene.model == "slice"
     ranges = [x] if slice_ else [x, y]
-    return _Block(ranges, rubber.height, not slice_, sipe_ranges(scene), rubber.sipe_depth)
+    return BlockShape(ranges, rubber.height, not slice_, sipe_ranges(scene), rubber.sipe_depth)
 
 
 def _rubber(scene: Scene) -> TaggedMesh:
@@ -264,7 +264,7 @@ def _ice(lines: list[Lines]) -> TaggedMesh:
     return cached("ice", len(lines), parameters, lambda: tensor_grid(lines, "ice", parts))
 
 
-def _reference_cell(block: _Block, refinement: float) -> tuple[float, float]:
+def _reference_cell(block: BlockShape, refinement: float) -> tuple[float, float]:
     """Reference cell and the length that the slopes refer to, both in m."""
     lengths = [high - low for low, high in block.ranges]
     if block.symmetric:
@@ -281,7 +281,7 @@ def _from_edge(length: float, cell: float, size: float) -> Lines:
     return graded(length, EDGE_CELL * cell, slope, LARGEST_CELL * cell)
 
 
-def _rubber_lines(block: _Block, refinement: float) -> list[Lines]:
+def _rubber_lines(block: BlockShape, refinement: float) -> list[Lines]:
     """Grid lines of the rubber in x, (y,) z."""
     cell, size = _reference_cell(block, refinement)
 

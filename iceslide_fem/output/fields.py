@@ -1,69 +1,24 @@
-"""What a run writes: histories as CSV, a summary as JSON, fields as VTK time series.
-
-Whatever has been written stays readable when the run is interrupted.
-"""
+"""Fields as VTK time series, readable at any time while they grow."""
 
 from __future__ import annotations
 
-import contextlib
-import csv
-import json
-import math
-import os
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, TextIO
+from typing import Any, Self
 
 import meshio
 import numpy as np
 
-from iceslide_fem.errors import OutputError, SceneError
+from iceslide_fem.arrays import Array
+from iceslide_fem.errors import OutputError
 from iceslide_fem.fenics.compat import VtkSeries, cell_name, fem
 from iceslide_fem.files import replace_file, writing
-from iceslide_fem.materials import Array
 from iceslide_fem.rubber.contact_surface import FACET_OF, ContactSurface
-from iceslide_fem.rubber.hyperelasticity import Rubber
+from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 
 ZERO_CELSIUS = 273.15  # K
-
-HISTORY_COLUMNS = (
-    "time_s",
-    "step_s",
-    "slip_m",
-    "mu",
-    "film_height_m",
-    "squeezed_height_m",
-    "surface_temperature_C",
-    "contact_fraction",
-    "normal_force_N",
-    "friction_force_N",
-    "plate_displacement_m",
-    "melted_fraction",
-    "saturated_fraction",
-    "friction_work_J",
-    "load_work_J",
-    "ice_heat_J",
-    "rubber_heat_J",
-    "latent_heat_J",
-    "elastic_energy_J",
-    "kinetic_energy_J",
-    "energy_imbalance",
-    "newton_iterations",
-)
-
-PRELOAD_COLUMNS = (
-    "phase",  # press | ramp
-    "load_fraction",
-    "speed_fraction",
-    "normal_force_N",
-    "friction_force_N",
-    "plate_displacement_m",
-    "contact_fraction",
-    "largest_pressure_Pa",
-    "newton_iterations",
-)
 
 # By the facet's kind: meshio's name, and its corners in VTK's order (DOLFINx counts row by row).
 _VTK_FACETS = {
@@ -71,90 +26,6 @@ _VTK_FACETS = {
     "triangle": ("triangle", [0, 1, 2]),
     "quadrilateral": ("quad", [0, 1, 3, 2]),
 }
-
-
-class Table:
-    """CSV file that grows by a row at a time and is complete after each; on rank 0 only.
-
-    Use as a context manager. On other ranks nothing is opened or written.
-    """
-
-    def __init__(
-        self, path: Path | str, columns: Sequence[str], rank: int, keep: int | None = None
-    ) -> None:
-        """Create (overwrite) the file at `path` and write its header; or, with `keep`, go on.
-
-        Then the file keeps so many of its rows and loses those behind them. Raises OutputError,
-        and SceneError, on all ranks, where the file has other columns or fewer rows.
-        """
-        self._columns, self._path = tuple(columns), path
-        self._file: TextIO | None = None
-        size = 0 if keep is None else _size_of_rows(Path(path), self._columns, keep)
-        if rank > 0:
-            return
-        with writing(path):
-            self._file = open(path, "w" if keep is None else "r+", newline="", encoding="utf-8")
-            self._file.truncate(size)
-            self._file.seek(size)
-        if keep is None:
-            self._write(self._columns)
-
-    def row(self, values: Mapping[str, Any]) -> None:
-        """Append one row; `values` has every column, and may have more.
-
-        Raises OutputError if it can't be written; the file then ends with the row before.
-        """
-        if self._file is not None:
-            self._write([_text(values[name]) for name in self._columns])
-
-    def secure(self) -> None:
-        """Return when all rows are on the disk, where they outlast a loss of power."""
-        if self._file is not None:
-            with writing(self._path):
-                os.fsync(self._file.fileno())
-
-    def close(self) -> None:
-        """Close the file."""
-        if self._file is not None:
-            self._file.close()
-
-    def _write(self, cells: Sequence[str]) -> None:
-        assert self._file is not None
-        complete = self._file.tell()
-        try:
-            with writing(self._path):
-                csv.writer(self._file, lineterminator="\n").writerow(cells)
-                self._file.flush()
-        except OutputError:
-            os.truncate(self._path, complete)
-            with contextlib.suppress(OSError):  # closing tries to write what is left once more
-                self._file.close()
-            self._file = None
-            raise
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
-
-
-def _size_of_rows(path: Path, columns: Sequence[str], rows: int) -> int:
-    """Bytes of the header and the first `rows` rows of a table."""
-    try:
-        lines = path.read_bytes().split(b"\n")[:-1]  # what has no line end is not complete
-    except OSError as error:
-        raise SceneError(f"cannot read {path}, which goes on: {error.strerror}") from None
-    if not lines or lines[0].decode(errors="replace") != ",".join(columns):
-        raise SceneError(f"{path} has other columns than this program writes: it can't go on")
-    if len(lines) < rows + 1:
-        raise SceneError(f"{path} has {len(lines) - 1} rows, and its checkpoint comes after {rows}")
-    return sum(len(line) + 1 for line in lines[: rows + 1])
 
 
 class Fields:
@@ -169,7 +40,7 @@ class Fields:
     def __init__(
         self,
         folder: Path | str,
-        rubber: Rubber,
+        rubber: HyperelasticBody,
         surface: ContactSurface,
         ice_temperature: fem.Function | None = None,
         earlier: Sequence[Mapping[str, Any]] = (),
@@ -295,33 +166,3 @@ def _check_whole(path: Path) -> None:
     with writing(path):
         if b"</VTKFile>" not in path.read_bytes()[-40:]:
             raise OutputError(f"cannot write {path}: it is not whole; the disk may be full")
-
-
-def begin_run(out: Path, rank: int) -> None:
-    """Make the directory of a run; the summary of an earlier one there goes."""
-    with writing(out):
-        out.mkdir(parents=True, exist_ok=True)
-        if rank == 0:
-            (out / "summary.json").unlink(missing_ok=True)
-
-
-def write_summary(path: Path | str, summary: Mapping[str, Any]) -> None:
-    """Write `summary` as JSON; NaN and infinity become null. Call it on one rank."""
-    replace_file(Path(path), json.dumps(_plain(summary), indent=2, ensure_ascii=False) + "\n")
-
-
-def _text(value: Any) -> str:
-    return f"{value:.10g}" if isinstance(value, float | np.floating) else str(value)
-
-
-def _plain(value: Any) -> Any:
-    """`value` as JSON can hold it."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple | np.ndarray):
-        return [_plain(item) for item in value]
-    if isinstance(value, np.generic):
-        return _plain(value.item())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value if value is None or isinstance(value, bool | int) else str(value)

@@ -15,7 +15,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from iceslide_fem.materials import BAR, ICE_DIFFUSIVITY, MELTING_TEMPERATURE, Array
+from iceslide_fem.arrays import Array
+from iceslide_fem.materials import BAR, ICE_DIFFUSIVITY, MELTING_TEMPERATURE
 from iceslide_fem.results import Run
 from iceslide_fem.results.snapshots import (
     PRESSURE,
@@ -32,7 +33,7 @@ THERMAL_LENGTHS = 2.0  # of ice below the surface that are shown
 ROBUST = 98.0  # per cent of the facets whose pressure the colours span: it is singular at the edge
 
 
-class Quantity(NamedTuple):
+class FieldQuantity(NamedTuple):
     """What is shown of the interface: cell data, title, unit and factor to it, and colours."""
 
     name: str
@@ -42,9 +43,9 @@ class Quantity(NamedTuple):
     colours: str
 
 
-CONTACT = Quantity(PRESSURE, "Contact pressure", "bar", 1.0 / BAR, "viridis")
-FILM = Quantity("film height (m)", "Height of the water film", "nm", NM, "YlGnBu")
-SURFACE = Quantity(
+CONTACT = FieldQuantity(PRESSURE, "Contact pressure", "bar", 1.0 / BAR, "viridis")
+FILM = FieldQuantity("film height (m)", "Height of the water film", "nm", NM, "YlGnBu")
+SURFACE = FieldQuantity(
     "surface temperature (degC)", "Temperature of the ice surface", "°C", 1.0, "inferno"
 )
 
@@ -101,7 +102,7 @@ def draw(run: Run, snapshot: Snapshot, scales: Scales) -> Figure:
     return figure
 
 
-def _colour_bar(panel: Axes, quantity: Quantity, scales: Scales, **where: Any) -> None:
+def _colour_bar(panel: Axes, quantity: FieldQuantity, scales: Scales, **where: Any) -> None:
     colours = ScalarMappable(Normalize(*scales.ranges[quantity.name]), quantity.colours)
     figure = panel.get_figure()
     assert figure is not None
@@ -185,7 +186,7 @@ def _block_2d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
     _colour_bar(panel, CONTACT, scales, location="left", aspect=30)
 
 
-def _map(panel: Axes, interface: Interface, quantity: Quantity, scales: Scales) -> None:
+def _map(panel: Axes, interface: Interface, quantity: FieldQuantity, scales: Scales) -> None:
     """The quantity on the contact area, seen from above."""
     corners, touching = MM * interface.corners[..., :2], interface.touching
     panel.add_collection(PolyCollection(corners[~touching], facecolors=NO_CONTACT))
@@ -206,7 +207,7 @@ def _map(panel: Axes, interface: Interface, quantity: Quantity, scales: Scales) 
     _colour_bar(panel, quantity, scales)
 
 
-def _curve(panel: Axes, interface: Interface, quantity: Quantity, scales: Scales) -> None:
+def _curve(panel: Axes, interface: Interface, quantity: FieldQuantity, scales: Scales) -> None:
     """The quantity along the contact line of a slice."""
     x = MM * interface.corners[..., 0].mean(axis=1)
     values = np.where(interface.touching, quantity.factor * interface.values[quantity.name], np.nan)

@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
-from iceslide_fem.materials import BAR, MELTING_TEMPERATURE, Array
+from iceslide_fem.materials import BAR, MELTING_TEMPERATURE
 
 
 class Run(NamedTuple):

@@ -14,7 +14,7 @@ import numpy as np
 import pyvista as pv
 from scipy.spatial import cKDTree
 
-from iceslide_fem.materials import Array
+from iceslide_fem.arrays import Array
 from iceslide_fem.results import field_files
 
 TEMPERATURE = "temperature (degC)"

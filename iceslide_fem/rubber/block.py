@@ -14,14 +14,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
-from iceslide_fem.materials import Array
+from iceslide_fem.film.friction import FilmFriction
 from iceslide_fem.mesh.structured import rubber_mesh, window_cell
 from iceslide_fem.rubber.contact import (
     ContactState,
-    FilmFriction,
     Traction,
     blend,
     contact_state,
@@ -32,7 +32,7 @@ from iceslide_fem.rubber.contact import (
 from iceslide_fem.rubber.contact_surface import ContactSurface, contact_surface
 from iceslide_fem.rubber.equilibrium import Equilibrium, Solution, TractionLaw
 from iceslide_fem.rubber.failure import limit_met
-from iceslide_fem.rubber.hyperelasticity import Rubber
+from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.scene import Scene
 
 # Newton stops at this residual, relative to the plate's force and the scene's tolerance.
@@ -63,7 +63,7 @@ class Block:
     """
 
     scene: Scene
-    rubber: Rubber
+    rubber: HyperelasticBody
     surface: ContactSurface
     equilibrium: Equilibrium
     friction: FilmFriction
@@ -120,7 +120,9 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     """Mesh the scene's block and prepare its forms. Collective."""
     mesh = rubber_mesh(scene, comm)
     material = scene.mooney_rivlin
-    rubber = Rubber(mesh, material, density=scene.rubber.density if scene.rubber.inertia else 0.0)
+    rubber = HyperelasticBody(
+        mesh, material, density=scene.rubber.density if scene.rubber.inertia else 0.0
+    )
     facets = rubber.facets("contact")
     surface = contact_surface(rubber.space, facets, FACET_DEGREE, FACET_PIECES)
     if scene.ice.motion == "sliding":

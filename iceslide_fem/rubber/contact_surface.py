@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, basix
-from iceslide_fem.materials import Array
 
 FACET_OF = {
     "triangle": "interval",

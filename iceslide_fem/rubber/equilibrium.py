@@ -11,14 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.fenics.direct_solver import factorise, solve
-from iceslide_fem.materials import Array
 from iceslide_fem.rubber.contact import Traction, contact_forces, contact_state, contact_tangent
 from iceslide_fem.rubber.contact_surface import ContactSurface
-from iceslide_fem.rubber.hyperelasticity import Rubber
+from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 
 MAX_ITERATIONS = 60
 # A tangent is kept if so many iterations like the last one would reach the tolerance: a new one
@@ -49,7 +49,11 @@ class Equilibrium:
     """
 
     def __init__(
-        self, rubber: Rubber, surface: ContactSurface, penalty: float, prefix: str = "rubber_"
+        self,
+        rubber: HyperelasticBody,
+        surface: ContactSurface,
+        penalty: float,
+        prefix: str = "rubber_",
     ) -> None:
         """`penalty` in Pa/m; `prefix` selects PETSc options of the linear solver."""
         self.rubber, self.surface, self.penalty = rubber, surface, penalty

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.materials import Array
 from iceslide_fem.rubber.contact import contact_state
 from iceslide_fem.rubber.contact_surface import ContactSurface
 

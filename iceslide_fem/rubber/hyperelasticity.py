@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import PETSc, fem, ufl
-from iceslide_fem.materials import Array, MooneyRivlin
+from iceslide_fem.materials import MooneyRivlin
 from iceslide_fem.mesh.structured import RubberMesh
 
 # The displacement is quadratic and the volumetric term fully integrated: linear tetrahedra lock,
@@ -51,7 +52,7 @@ def stored_energy(u: Any, material: MooneyRivlin) -> Any:
     return energy_density(ufl.grad(u), material) * dx
 
 
-class Rubber:
+class HyperelasticBody:
     """Forms of the rubber block and its displacement Function `u`.
 
     plate: blocked dofs on the rigid plate (this rank's, ghosts included); symmetry: blocked dofs

@@ -10,8 +10,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from iceslide_fem.materials import Array
-from iceslide_fem.rubber.hyperelasticity import Rubber
+from iceslide_fem.arrays import Array
+from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 
 # Spectral radius of the generalised-alpha method at high frequencies: what a step leaves of a
 # mode that it does not resolve.
@@ -115,7 +115,7 @@ class Dynamic:
 
     may_rest = False
 
-    def __init__(self, rubber: Rubber, radius: float = HIGH_FREQUENCY_RADIUS) -> None:
+    def __init__(self, rubber: HyperelasticBody, radius: float = HIGH_FREQUENCY_RADIUS) -> None:
         """`rubber` carries the inertia forces; `radius` in 0 to 1 (1 dissipates nothing)."""
         self._rubber = rubber
         self._alpha = (radius - 1.0) / (radius + 1.0)

@@ -18,7 +18,9 @@ from iceslide_fem.coupling.sliding import Accepted, Sliding, place_at_start
 from iceslide_fem.errors import Interrupted, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.interface.ice_continuum import Continuum
-from iceslide_fem.output.fields import HISTORY_COLUMNS, PRELOAD_COLUMNS, Fields, Table, begin_run
+from iceslide_fem.output.fields import Fields
+from iceslide_fem.output.summary import begin_run
+from iceslide_fem.output.table import HISTORY_COLUMNS, PRELOAD_COLUMNS, Table
 from iceslide_fem.rubber.block import Block, PathPoint, build_block, press, start_sliding
 from iceslide_fem.rubber.sipes import smallest_opening
 from iceslide_fem.run.checkpoint import Checkpoint, write_checkpoint
@@ -100,20 +102,20 @@ def _slide(
     ice = sliding.carrier.ice
     temperature = None
     if isinstance(ice, Continuum):
-        temperature = ice.show(sliding.moment.interface.ice)
+        temperature = ice.show(sliding.current.interface.ice)
         results.dofs += ice.n_dofs
     if state:
         sliding.restore(state["sliding"])
         ledger.restore(state["ledger"])
         results.restore(state["results"])
-        progress.go_on(sliding.moment.time)
+        progress.go_on(sliding.current.time)
     rows = len(results.rows) if state else None
     history = Table(out / "history.csv", HISTORY_COLUMNS, comm.rank, keep=rows)
     open_files.enter_context(history)
     earlier = state["fields"] if state else ()
     fields = Fields(out / "fields", block.rubber, block.surface, temperature, earlier)
     open_files.enter_context(fields)
-    saves = Saves(schedule, sliding.moment.time, comm)
+    saves = Saves(schedule, sliding.current.time, comm)
 
     def save() -> None:
         history.secure()
@@ -131,7 +133,7 @@ def _slide(
         history.row(row)
         results.note(row, accepted.rejected if accepted else 0)
         if accepted is None or accepted.solved:  # else the block is as it was
-            results.outside_table_fraction = outside_table(block, sliding.moment.contact)
+            results.outside_table_fraction = outside_table(block, sliding.current.contact)
             results.sipe_opening = min(results.sipe_opening, smallest_opening(block))
         return row
 
@@ -139,15 +141,15 @@ def _slide(
         fields.write(0.0, interface_fields(sliding, None))
         note(None)
         save()
-    due = FieldTimes(duration, sliding.moment.time)
-    while sliding.moment.time < duration:
+    due = FieldTimes(duration, sliding.current.time)
+    while sliding.current.time < duration:
         accepted = sliding.advance()
-        time = sliding.moment.time
+        time = sliding.current.time
         ledger.add(accepted)
         row = note(accepted)
         if due(time):
             if isinstance(ice, Continuum):
-                ice.show(sliding.moment.interface.ice)
+                ice.show(sliding.current.interface.ice)
             fields.write(time, interface_fields(sliding, accepted))
         progress.update(time, row["mu"], accepted.dt, accepted.iterations, "sliding")
         asked = interruption.requested()

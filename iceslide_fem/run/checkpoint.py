@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import replace_file
-from iceslide_fem.materials import Array
 from iceslide_fem.scene import Scene, flat, scene_from_dict
 from iceslide_fem.scene.fingerprint import fingerprint
 

@@ -6,17 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
+from iceslide_fem.film.conditions import rubber_columns, scene_conditions, simulation_settings
 from iceslide_fem.film.ice_heat import Column, HalfSpace
-from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.point import ICE_MODELS, Conditions, PointResult, Record, simulate
-from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
-from iceslide_fem.materials import MELTING_TEMPERATURE, Array
+from iceslide_fem.materials import MELTING_TEMPERATURE
 from iceslide_fem.scene import Scene
 
 Row = dict[str, float | int]
-
-# Steps of a run whose integrator has no error estimate, unless numerics.max_step is given.
-FIXED_STEPS = 2000
 
 
 def point_history(scene: Scene) -> tuple[list[Row], dict[str, Any]]:
@@ -31,49 +28,6 @@ def point_history(scene: Scene) -> tuple[list[Row], dict[str, Any]]:
     result = simulate(conditions, observe=history.add, rubber=rubber_columns(scene), **settings)
     imbalance = {"energy_imbalance": history.rows[-1]["energy_imbalance"]}
     return history.rows, point_summary(result, 0) | imbalance
-
-
-def simulation_settings(scene: Scene) -> dict[str, Any]:
-    """Ice model, tolerance, integrator and steps of `scene`, as arguments of `point.simulate`."""
-    numerics = scene.numerics
-    if not INTEGRATORS[numerics.film_integrator].estimate:
-        fixed, largest = numerics.max_step or scene.load.duration / FIXED_STEPS, np.inf
-    else:
-        fixed, largest = None, numerics.max_step or np.inf
-    return {
-        "ice": scene.ice.heat,
-        "tolerance": numerics.tolerance,
-        "integrator": numerics.film_integrator,
-        "fixed_step": fixed,
-        "max_step": largest,
-    }
-
-
-def rubber_columns(scene: Scene) -> RubberColumns | Insulated:
-    """The rubber above the scene's contact points as heat sees it; as warm as the ice at first."""
-    if not scene.rubber.heat:
-        return INSULATED
-    return RubberColumns(
-        scene.ice.temperature,
-        scene.load.duration,
-        scene.rubber.density,
-        scene.film.conductance,
-    )
-
-
-def scene_conditions(scene: Scene) -> Conditions:
-    """The one condition of `scene`: its nominal pressure and what follows from it."""
-    k, D, H_V, _ = scene.contact_parameters(scene.load.pressure)
-    return Conditions.of(
-        pressure=scene.load.pressure,
-        speed=scene.load.speed,
-        temperature=scene.ice.temperature,
-        k=k,
-        D=D,
-        H_V=H_V,
-        initial_height=scene.film.initial_height,
-        duration=scene.load.duration,
-    )
 
 
 class _History:

@@ -22,11 +22,11 @@ from pydantic import (
 )
 
 from iceslide_fem.errors import SceneError, first_sentence, unknown_key
-from iceslide_fem.film.ice_heat import DEPTH_IN_LAYERS
 from iceslide_fem.materials import (
     BAR,
     COMPOUNDS,
     CONTACT_TABLES,
+    HEATED_LAYERS,
     YOUNGS_MODULUS_ONLY,
     ConstantContact,
     ContactTable,
@@ -258,7 +258,7 @@ class Scene(_Table):
                 "allowed with heat in the rubber: 'column' or 'continuum'"
             )
         needed = (
-            DEPTH_IN_LAYERS
+            HEATED_LAYERS
             * (rubber_solid(self.rubber.density).diffusivity * self.load.duration) ** 0.5
         )
         if self.rubber.height < needed:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from iceslide_fem.sweep.outcome import DONE, NOT_RUN, Outcome, read_outcome
+from iceslide_fem.sweep.outcome import DONE, NOT_RUN, CaseResult, read_outcome
 from iceslide_fem.sweep.plan import Case, Plan, make_plan, value_of
 from iceslide_fem.sweep.points import simulate_points
 from iceslide_fem.sweep.processes import (
@@ -75,18 +75,18 @@ def failures(dataset: xr.Dataset) -> list[str]:
     return [f"{count} {kind}: {why}" for (kind, why), count in kept.most_common()]
 
 
-def _found(plan: Plan, folder: Path) -> dict[str, Outcome]:
+def _found(plan: Plan, folder: Path) -> dict[str, CaseResult]:
     """What the folder holds of each case."""
     points = done_points(folder)
     return {
-        case.name: points.get(case.name, Outcome(NOT_RUN, "not computed yet"))
+        case.name: points.get(case.name, CaseResult(NOT_RUN, "not computed yet"))
         if case.scene.model == "point"
         else read_outcome(case_folder(folder, case))
         for case in plan.cases
     }
 
 
-def _described(plan: Plan, case: Case, outcome: Outcome) -> str:
+def _described(plan: Plan, case: Case, outcome: CaseResult) -> str:
     """A case and its outcome in one line."""
     words = []
     for key in plan.axes:

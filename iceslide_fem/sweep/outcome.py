@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
-from iceslide_fem.materials import Array
 from iceslide_fem.results import read_run
 
 # Curves are sampled at so many times, evenly from t = 0 to the end of the case.
@@ -18,7 +18,7 @@ SENTENCE = "iceslide: "  # how the command begins what it says when it fails
 DONE, FAILED, NOT_RUN = "done", "failed", "not run"
 
 
-class Outcome(NamedTuple):
+class CaseResult(NamedTuple):
     """status: done, failed or not run; reason: a sentence unless done; summary: entries of
     summary.json; curves: by name, (SAMPLES,), SI."""
 
@@ -28,13 +28,15 @@ class Outcome(NamedTuple):
     curves: dict[str, Array] = {}
 
 
-def read_outcome(directory: Path) -> Outcome:
+def read_outcome(directory: Path) -> CaseResult:
     """The outcome of the run in `directory`, from what it has written there."""
     complaint = _complaint(directory / "log.txt")
     try:
         run = read_run(directory)
     except SceneError:
-        return Outcome(FAILED, complaint) if complaint else Outcome(NOT_RUN, "not computed yet")
+        return (
+            CaseResult(FAILED, complaint) if complaint else CaseResult(NOT_RUN, "not computed yet")
+        )
     stopped = run.summary.get("stopped")
     times = np.linspace(0.0, run.scene["load"]["duration"], SAMPLES)
     time = run.history["time_s"]
@@ -42,7 +44,7 @@ def read_outcome(directory: Path) -> Outcome:
         name: np.interp(times, time, run.history[name], right=np.nan if stopped else None)
         for name in CURVES
     }
-    return Outcome(FAILED if stopped else DONE, stopped or "", run.summary, curves)
+    return CaseResult(FAILED if stopped else DONE, stopped or "", run.summary, curves)
 
 
 def _complaint(log: Path) -> str:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from iceslide_fem.errors import SceneError
-from iceslide_fem.planning.rung import resolved
+from iceslide_fem.planning.rungs import resolved
 from iceslide_fem.scene import (
     Scene,
     key_and_text,

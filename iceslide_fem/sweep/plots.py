@@ -14,13 +14,14 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from iceslide_fem.materials import BAR, MELTING_TEMPERATURE, Array
+from iceslide_fem.arrays import Array
+from iceslide_fem.materials import BAR, MELTING_TEMPERATURE
 
 DPI = 130
 MOST_LINES, MOST_PANELS = 6, 3
 
 
-class Quantity(NamedTuple):
+class SummaryQuantity(NamedTuple):
     """How a key is shown: its name with unit, and factor and offset from SI."""
 
     label: str
@@ -33,17 +34,17 @@ class Quantity(NamedTuple):
 
 
 SHOWN = {
-    "load.pressure": Quantity("pressure (bar)", 1.0 / BAR),
-    "load.speed": Quantity("speed (m/s)"),
-    "load.duration": Quantity("duration (ms)", 1e3),
-    "ice.temperature": Quantity("ice temperature (°C)", 1.0, MELTING_TEMPERATURE),
-    "rubber.length": Quantity("length (mm)", 1e3),
-    "rubber.width": Quantity("width (mm)", 1e3),
-    "rubber.height": Quantity("height (mm)", 1e3),
-    "film.initial_height": Quantity("initial film height (nm)", 1e9),
-    "film.D": Quantity("asperity diameter $D$ (µm)", 1e6),
-    "film.H_V": Quantity("free height $H_V$ (µm)", 1e6),
-    "film.k": Quantity("relative contact area $k$"),
+    "load.pressure": SummaryQuantity("pressure (bar)", 1.0 / BAR),
+    "load.speed": SummaryQuantity("speed (m/s)"),
+    "load.duration": SummaryQuantity("duration (ms)", 1e3),
+    "ice.temperature": SummaryQuantity("ice temperature (°C)", 1.0, MELTING_TEMPERATURE),
+    "rubber.length": SummaryQuantity("length (mm)", 1e3),
+    "rubber.width": SummaryQuantity("width (mm)", 1e3),
+    "rubber.height": SummaryQuantity("height (mm)", 1e3),
+    "film.initial_height": SummaryQuantity("initial film height (nm)", 1e9),
+    "film.D": SummaryQuantity("asperity diameter $D$ (µm)", 1e6),
+    "film.H_V": SummaryQuantity("free height $H_V$ (µm)", 1e6),
+    "film.k": SummaryQuantity("relative contact area $k$"),
 }
 
 
@@ -149,8 +150,8 @@ def _spread(values: Array, most: int) -> list[Any]:
     return [values[number] for number in chosen]
 
 
-def _quantity(key: Hashable) -> Quantity:
-    return SHOWN.get(str(key), Quantity(str(key)))
+def _quantity(key: Hashable) -> SummaryQuantity:
+    return SHOWN.get(str(key), SummaryQuantity(str(key)))
 
 
 def _number(key: str, value: Any) -> str:

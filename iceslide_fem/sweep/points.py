@@ -8,23 +8,19 @@ from typing import Any
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.film.conditions import rubber_columns, scene_conditions, simulation_settings
 from iceslide_fem.film.point import Conditions, Record, simulate
-from iceslide_fem.materials import Array
-from iceslide_fem.run.point import (
-    point_summary,
-    rubber_columns,
-    scene_conditions,
-    simulation_settings,
-)
+from iceslide_fem.run.point import point_summary
 from iceslide_fem.scene import Scene
-from iceslide_fem.sweep.outcome import DONE, FAILED, SAMPLES, Outcome
+from iceslide_fem.sweep.outcome import DONE, FAILED, SAMPLES, CaseResult
 
 # So many conditions at once: more do not make a point cheaper, they only take memory.
 CHUNK = 20_000
 
 
-def simulate_points(scenes: Sequence[Scene]) -> list[Outcome]:
+def simulate_points(scenes: Sequence[Scene]) -> list[CaseResult]:
     """Outcomes of point scenes, in their order.
 
     Scenes with the same numerics and duration are one call. Where a call stops, its scenes are
@@ -35,7 +31,7 @@ def simulate_points(scenes: Sequence[Scene]) -> list[Outcome]:
         settings = simulation_settings(scene)
         heat = _rubber_key(scene)
         groups.setdefault((scene.load.duration, heat, *settings.values()), []).append(number)
-    outcomes: list[Outcome] = [Outcome(FAILED)] * len(scenes)
+    outcomes: list[CaseResult] = [CaseResult(FAILED)] * len(scenes)
     for numbers in groups.values():
         for first in range(0, len(numbers), CHUNK):
             chunk = numbers[first : first + CHUNK]
@@ -51,12 +47,12 @@ def _rubber_key(scene: Scene) -> tuple[Any, ...]:
     return scene.ice.temperature, scene.rubber.density, scene.film.conductance
 
 
-def _outcomes(scenes: list[Scene]) -> Iterator[Outcome]:
+def _outcomes(scenes: list[Scene]) -> Iterator[CaseResult]:
     try:
         yield from _together(scenes)
     except SimulationStopped as reason:
         if len(scenes) == 1:
-            yield Outcome(FAILED, str(reason))
+            yield CaseResult(FAILED, str(reason))
             return
         half = len(scenes) // 2
         yield from _outcomes(scenes[:half])
@@ -78,7 +74,7 @@ class _Balance:
         self.missing[record.points] += work - taken
 
 
-def _together(scenes: list[Scene]) -> list[Outcome]:
+def _together(scenes: list[Scene]) -> list[CaseResult]:
     """Outcomes of scenes with the same settings and duration, by one call."""
     started = monotonic()
     parts = [scene_conditions(scene) for scene in scenes]
@@ -99,5 +95,5 @@ def _together(scenes: list[Scene]) -> list[Outcome]:
             "energy_imbalance": float(balance.missing[i] / balance.work[i]),
             "wall_s": wall,
         }
-        outcomes.append(Outcome(DONE, "", entries, {"mu": mu[i], "film_height_m": height[i]}))
+        outcomes.append(CaseResult(DONE, "", entries, {"mu": mu[i], "film_height_m": height[i]}))
     return outcomes

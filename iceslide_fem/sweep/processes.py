@@ -23,7 +23,7 @@ from iceslide_fem.errors import SceneError
 from iceslide_fem.files import replace_file
 from iceslide_fem.run.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.scene import Scene
-from iceslide_fem.sweep.outcome import SENTENCE, Outcome, read_outcome
+from iceslide_fem.sweep.outcome import SENTENCE, CaseResult, read_outcome
 from iceslide_fem.sweep.plan import Case
 
 # One thread per process: BLAS and OpenMP would else take all cores in each of them.
@@ -93,7 +93,7 @@ def prepare(folder: Path, cases: Sequence[Case]) -> None:
         )
 
 
-def compute(folder: Path, cases: Sequence[Case], cores: Cores) -> Iterator[tuple[Case, Outcome]]:
+def compute(folder: Path, cases: Sequence[Case], cores: Cores) -> Iterator[tuple[Case, CaseResult]]:
     """Run `cases`, and give each with its outcome when it has ended.
 
     When the caller stops early (an interrupt), running cases are asked to end (SIGTERM) and
@@ -102,7 +102,7 @@ def compute(folder: Path, cases: Sequence[Case], cores: Cores) -> Iterator[tuple
     running: set[subprocess.Popen[bytes]] = set()
     stopping = threading.Event()
 
-    def one(case: Case) -> Outcome:
+    def one(case: Case) -> CaseResult:
         if not stopping.is_set():
             _run(folder, case, cores.per_case, running, stopping)
         return read_outcome(case_folder(folder, case))

@@ -13,14 +13,14 @@ import xarray as xr
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import replace_file
 from iceslide_fem.scene import flat, unit_of
-from iceslide_fem.sweep.outcome import CURVES, DONE, SAMPLES, Outcome
+from iceslide_fem.sweep.outcome import CURVES, DONE, SAMPLES, CaseResult
 from iceslide_fem.sweep.plan import Plan
 
 CURVE_UNITS = {"mu": "1", "film_height_m": "m"}
 _TEXT = ("case", "status", "reason")
 
 
-def write_sweep(folder: Path, plan: Plan, outcomes: Sequence[Outcome]) -> xr.Dataset:
+def write_sweep(folder: Path, plan: Plan, outcomes: Sequence[CaseResult]) -> xr.Dataset:
     """Write `sweep.csv` and `sweep.nc`; the Dataset that the second one holds."""
     inputs = [flat(case.scene.as_dict()) for case in plan.cases]
     rows = [
@@ -48,7 +48,7 @@ def read_sweep(folder: Path | str) -> xr.Dataset:
         raise SceneError(f"{folder} holds no sweep (no readable sweep.nc: {error})") from None
 
 
-def done_points(folder: Path) -> dict[str, Outcome]:
+def done_points(folder: Path) -> dict[str, CaseResult]:
     """Outcomes by case of the points that an earlier sweep in `folder` has computed."""
     if not (folder / "sweep.nc").is_file():
         return {}
@@ -62,7 +62,7 @@ def done_points(folder: Path) -> dict[str, Outcome]:
         if name not in (*_TEXT, *CURVES, "duration_s") and dataset[name].dtype.kind in "if"
     }
     return {
-        case: Outcome(
+        case: CaseResult(
             DONE,
             "",
             {name: _plain(values[number]) for name, values in entries.items()},
@@ -77,7 +77,7 @@ def to_dataset(
     plan: Plan,
     inputs: Sequence[dict[str, Any]],
     table: pd.DataFrame,
-    outcomes: Sequence[Outcome],
+    outcomes: Sequence[CaseResult],
 ) -> xr.Dataset:
     """Texts, numbers of the summaries and curves over the varied keys, in SI.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from iceslide_fem.planning.neglect import neglects
+from iceslide_fem.planning.simplifications import simplifications
 from iceslide_fem.scene import Scene, scene_from_dict
 
 
@@ -23,11 +23,11 @@ def rung_name(rung: Rung) -> str:
 
 
 def cheapest(scene: Scene) -> Rung:
-    """The cheapest rung whose neglects are below the scene's tolerance, by the estimates.
+    """The cheapest rung whose simplifications are below the scene's tolerance, by the estimates.
 
     `ice.heat` is chosen, too, unless the scene gives it.
     """
-    found, tolerance = neglects(scene), scene.numerics.tolerance
+    found, tolerance = simplifications(scene), scene.numerics.tolerance
     columns = found.sideways.effect <= tolerance
     heat = "column" if columns else "continuum"
     if "heat" in scene.ice.model_fields_set:

@@ -13,8 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.film.point import Conditions, simulate
-from iceslide_fem.materials import ICE_DIFFUSIVITY, Array
+from iceslide_fem.materials import ICE_DIFFUSIVITY
 from iceslide_fem.scene import Scene
 
 TIMES = 200  # at which mu(t) is compared
@@ -23,7 +24,7 @@ ACCURACY = 1e-3  # of the point rung that is evaluated
 LIFTED = 1e-3  # share of the nominal pressure left where an edge has lifted off
 
 
-class Neglect(NamedTuple):
+class Simplification(NamedTuple):
     """A simplification, its dimensionless number, and the relative change of mu(t) it makes."""
 
     name: str
@@ -32,16 +33,16 @@ class Neglect(NamedTuple):
     effect: float
 
 
-class Neglects(NamedTuple):
+class Simplifications(NamedTuple):
     """Everything that a rung may neglect; the last is neglected by all of them."""
 
-    closed_form: Neglect
-    compression: Neglect
-    confinement: Neglect
-    bending: Neglect
-    plane_strain: Neglect
-    sideways: Neglect
-    inertia: Neglect
+    closed_form: Simplification
+    compression: Simplification
+    confinement: Simplification
+    bending: Simplification
+    plane_strain: Simplification
+    sideways: Simplification
+    inertia: Simplification
 
     @property
     def uniform_pressure(self) -> float:
@@ -49,7 +50,7 @@ class Neglects(NamedTuple):
         return self.compression.effect + self.confinement.effect + self.bending.effect
 
 
-def neglects(scene: Scene) -> Neglects:
+def simplifications(scene: Scene) -> Simplifications:
     """Estimates for `scene`, whatever its model. Takes some tenths of a second.
 
     Raises SimulationStopped where the film law cannot be advanced.
@@ -97,14 +98,16 @@ def neglects(scene: Scene) -> Neglects:
     slope = float(np.max(np.abs(np.gradient(np.log(mu), times))))
     # Of first order: the kink of mu(t) at melt onset sets the block swinging.
     inertia = 2.0 * H * sqrt(rubber.density / G) * slope / pi
-    return Neglects(
-        Neglect("closed-form flux", closed_form, "point with it against point", closed_form),
-        Neglect("compression", strain, "p / E", strain),
-        Neglect("confinement", squeezed, "(L / 4H)² ν / (1 - ν)", confinement_effect),
-        Neglect("bending", tilt, "3 μ H / L", bending_effect),
-        Neglect("plane strain", H / W, "H / W", min(1.0, H / W) * uneven),
-        Neglect("columns of ice", share, "√(π α t) (1/L + 1/W)", share * min(1.0, exchanged)),
-        Neglect("quasi-static rubber", inertia, "2 H √(ρ/G) max|d ln μ/dt| / π", inertia),
+    return Simplifications(
+        Simplification("closed-form flux", closed_form, "point with it against point", closed_form),
+        Simplification("compression", strain, "p / E", strain),
+        Simplification("confinement", squeezed, "(L / 4H)² ν / (1 - ν)", confinement_effect),
+        Simplification("bending", tilt, "3 μ H / L", bending_effect),
+        Simplification("plane strain", H / W, "H / W", min(1.0, H / W) * uneven),
+        Simplification(
+            "columns of ice", share, "√(π α t) (1/L + 1/W)", share * min(1.0, exchanged)
+        ),
+        Simplification("quasi-static rubber", inertia, "2 H √(ρ/G) max|d ln μ/dt| / π", inertia),
     )
 
 

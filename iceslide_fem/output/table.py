@@ -1,0 +1,141 @@
+"""Histories as CSV: complete after every row, also where a run is killed."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self, TextIO
+
+import numpy as np
+
+from iceslide_fem.errors import OutputError, SceneError
+from iceslide_fem.files import writing
+
+HISTORY_COLUMNS = (
+    "time_s",
+    "step_s",
+    "slip_m",
+    "mu",
+    "film_height_m",
+    "squeezed_height_m",
+    "surface_temperature_C",
+    "contact_fraction",
+    "normal_force_N",
+    "friction_force_N",
+    "plate_displacement_m",
+    "melted_fraction",
+    "saturated_fraction",
+    "friction_work_J",
+    "load_work_J",
+    "ice_heat_J",
+    "rubber_heat_J",
+    "latent_heat_J",
+    "elastic_energy_J",
+    "kinetic_energy_J",
+    "energy_imbalance",
+    "newton_iterations",
+)
+
+PRELOAD_COLUMNS = (
+    "phase",  # press | ramp
+    "load_fraction",
+    "speed_fraction",
+    "normal_force_N",
+    "friction_force_N",
+    "plate_displacement_m",
+    "contact_fraction",
+    "largest_pressure_Pa",
+    "newton_iterations",
+)
+
+
+class Table:
+    """CSV file that grows by a row at a time and is complete after each; on rank 0 only.
+
+    Use as a context manager. On other ranks nothing is opened or written.
+    """
+
+    def __init__(
+        self, path: Path | str, columns: Sequence[str], rank: int, keep: int | None = None
+    ) -> None:
+        """Create (overwrite) the file at `path` and write its header; or, with `keep`, go on.
+
+        Then the file keeps so many of its rows and loses those behind them. Raises OutputError,
+        and SceneError, on all ranks, where the file has other columns or fewer rows.
+        """
+        self._columns, self._path = tuple(columns), path
+        self._file: TextIO | None = None
+        size = 0 if keep is None else _size_of_rows(Path(path), self._columns, keep)
+        if rank > 0:
+            return
+        with writing(path):
+            self._file = open(path, "w" if keep is None else "r+", newline="", encoding="utf-8")
+            self._file.truncate(size)
+            self._file.seek(size)
+        if keep is None:
+            self._write(self._columns)
+
+    def row(self, values: Mapping[str, Any]) -> None:
+        """Append one row; `values` has every column, and may have more.
+
+        Raises OutputError if it can't be written; the file then ends with the row before.
+        """
+        if self._file is not None:
+            self._write([_text(values[name]) for name in self._columns])
+
+    def secure(self) -> None:
+        """Return when all rows are on the disk, where they outlast a loss of power."""
+        if self._file is not None:
+            with writing(self._path):
+                os.fsync(self._file.fileno())
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._file is not None:
+            self._file.close()
+
+    def _write(self, cells: Sequence[str]) -> None:
+        assert self._file is not None
+        complete = self._file.tell()
+        try:
+            with writing(self._path):
+                csv.writer(self._file, lineterminator="\n").writerow(cells)
+                self._file.flush()
+        except OutputError:
+            os.truncate(self._path, complete)
+            with contextlib.suppress(OSError):  # closing tries to write what is left once more
+                self._file.close()
+            self._file = None
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+def _size_of_rows(path: Path, columns: Sequence[str], rows: int) -> int:
+    """Bytes of the header and the first `rows` rows of a table."""
+    try:
+        lines = path.read_bytes().split(b"\n")[:-1]  # what has no line end is not complete
+    except OSError as error:
+        raise SceneError(f"cannot read {path}, which goes on: {error.strerror}") from None
+    if not lines or lines[0].decode(errors="replace") != ",".join(columns):
+        raise SceneError(f"{path} has other columns than this program writes: it can't go on")
+    if len(lines) < rows + 1:
+        raise SceneError(f"{path} has {len(lines) - 1} rows, and its checkpoint comes after {rows}")
+    return sum(len(line) + 1 for line in lines[: rows + 1])
+
+
+def _text(value: Any) -> str:
+    return f"{value:.10g}" if isinstance(value, float | np.floating) else str(value)
