@@ -81,7 +81,7 @@ def test_run_takes_several_overrides_and_a_directory(simulated):
 
 def test_run_says_that_the_pressure_is_outside_the_table(simulated, capsys):
     exit_code("run", CASE, "--set", "load.pressure=6bar")
-    assert capsys.readouterr().out.count("published from 1 to 5 bar") == 1
+    assert capsys.readouterr().out.count("given from 1 to 5 bar") == 1
 
 
 @pytest.mark.parametrize(

@@ -136,7 +136,7 @@ def test_heat_given_is_the_heat_in_the_ice_trail_included():
     sliding = started(scene)
     given = 0.0
     while sliding.current.time < scene.load.duration:
-        passage = sliding.advance().passage
+        passage = sliding.advance().interface_step
         given += float(passage.step.ice_heat @ passage.area)
     kept = sliding.carrier.ice.total_heat(sliding.current.interface.ice)
     assert kept == pytest.approx(given, rel=1e-9)

@@ -171,8 +171,8 @@ def test_a_rejected_step_leaves_no_trace():
     direct = undisturbed.advance()
     assert direct.rejected == 0 and direct.dt == after_rejections.dt
     np.testing.assert_allclose(
-        after_rejections.moment.interface.log_height,
-        direct.moment.interface.log_height,
+        after_rejections.state.interface.log_height,
+        direct.state.interface.log_height,
         atol=1e-5,
     )
 
@@ -195,7 +195,7 @@ def test_refusing_to_go_on_says_where_and_keeps_what_was_accepted(tmp_path, monk
 
     def too_hard(self, dt):
         attempts.append(dt)
-        if self.moment.time > 2e-4:
+        if self.current.time > 2e-4:
             raise Refused("film and heat change too fast", 0.1)
         return original(self, dt)
 
