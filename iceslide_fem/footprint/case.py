@@ -18,11 +18,12 @@ from pydantic import (
     model_validator,
 )
 
-from iceslide_fem.errors import SceneError, first_sentence
+from iceslide_fem.errors import SceneError
 from iceslide_fem.footprint.film_map import Ride
 from iceslide_fem.footprint.image import Box
 from iceslide_fem.materials import BAR, CONTACT_TABLES, ContactTable
 from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.units import Quantity
 
 THRESHOLD = 0.05  # of the range of pressures

@@ -11,6 +11,8 @@ from iceslide_fem.scene.model import (
     Numerics,
     Rubber,
     Scene,
+)
+from iceslide_fem.scene.toml import (
     flat,
     key_and_text,
     load_scene,
@@ -18,9 +20,8 @@ from iceslide_fem.scene.model import (
     parsed,
     put,
     read_scene,
-    scene_from_dict,
-    unit_of,
 )
+from iceslide_fem.scene.validation import scene_from_dict, unit_of
 
 __all__ = [
     "REFINEMENTS",

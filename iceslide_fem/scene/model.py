@@ -1,14 +1,12 @@
-"""What is simulated: a frozen scene, completely validated, from a TOML file or a dictionary.
+"""The tables of a scene: their keys, ranges and contradictions.
 
 Numbers are SI (temperatures in kelvin); a file may give strings with a unit instead ("1 bar").
 """
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     BaseModel,
@@ -16,12 +14,10 @@ from pydantic import (
     FilePath,
     StrictBool,
     StringConstraints,
-    ValidationError,
     field_validator,
     model_validator,
 )
 
-from iceslide_fem.errors import SceneError, first_sentence, unknown_key
 from iceslide_fem.materials import (
     BAR,
     COMPOUNDS,
@@ -311,111 +307,3 @@ class Scene(_Table):
     def as_dict(self) -> dict[str, Any]:
         """Everything, defaults included, in SI, as JSON can hold it; `scene_from_dict` reads it."""
         return self.model_dump(mode="json")
-
-
-def load_scene(path: Path | str, overrides: Sequence[str] = ()) -> Scene:
-    """Read a TOML scene file, apply `overrides` such as "load.pressure=3bar", and validate.
-
-    Raises SceneError with one sentence if anything is wrong.
-    """
-    return scene_from_dict(read_scene(path, overrides))
-
-
-def read_scene(path: Path | str, overrides: Sequence[str] = ()) -> dict[str, Any]:
-    """The tables of a TOML scene file with `overrides` applied, not yet validated.
-
-    A relative path (`FILE_KEYS`) is relative to the scene file, in an override to the working
-    directory.
-    Raises SceneError if the file or an override can't be read.
-    """
-    path = Path(path)
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise SceneError(f"cannot read the scene file {path}: {reason}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise SceneError(
-            f'{path} is not valid TOML: {error}; a value with a unit goes in quotes, as in "1 bar"'
-        ) from None
-    for table, name in FILE_KEYS:
-        values = data.get(table)
-        if isinstance(values, dict) and isinstance(values.get(name), str):
-            values[name] = str(path.parent / values[name])
-    for change in overrides:
-        override(data, change)
-    return data
-
-
-def scene_from_dict(data: Mapping[str, Any]) -> Scene:
-    """Validate a nested dictionary; raises SceneError with one sentence on the first fault."""
-    try:
-        return Scene.model_validate(data)
-    except ValidationError as error:
-        raise SceneError(first_sentence(error, list(_dotted_keys(Scene)))) from None
-
-
-def override(data: dict[str, Any], change: str) -> None:
-    """Set one "table.key=value" in `data`; the value is TOML, or a string without quotes."""
-    key, text = key_and_text(change)
-    put(data, key, parsed(text))
-
-
-def key_and_text(override: str) -> tuple[str, str]:
-    """Dotted key and text of "table.key=text". Raises SceneError if it is something else."""
-    key, equals, text = override.partition("=")
-    if not equals or not all(part.strip() for part in key.split(".")):
-        raise SceneError(f'override "{override}" is not of the form load.pressure=3bar')
-    return key.strip(), text.strip()
-
-
-def parsed(text: str) -> Any:
-    """`text` as TOML, or as a string without quotes."""
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text
-
-
-def put(data: dict[str, Any], key: str, value: Any) -> None:
-    """Set the dotted `key` in the tables `data`. Raises SceneError if it goes through a value."""
-    *tables, name = key.split(".")
-    for table in tables:
-        data = data.setdefault(table, {})
-        if not isinstance(data, dict):
-            raise SceneError(f"{key}={value} goes through {table}, which is not a table")
-    data[name] = value
-
-
-def flat(tables: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Nested tables as one, with dotted keys."""
-    result: dict[str, Any] = {}
-    for key, value in tables.items():
-        if isinstance(value, Mapping):
-            result |= flat(value, f"{prefix}{key}.")
-        else:
-            result[prefix + key] = value
-    return result
-
-
-def unit_of(key: str) -> str | None:
-    """SI unit of the dotted `key` ("" for a pure number), None for what is not a number.
-
-    Raises SceneError if a scene has no such key.
-    """
-    model: Any = Scene
-    for part in key.split("."):
-        fields = getattr(model, "model_fields", {})
-        if part not in fields:
-            raise SceneError(unknown_key(key, list(_dotted_keys(Scene))))
-        model = fields[part].annotation
-    field = fields[part]
-    parts = [*field.metadata, *(part for arm in get_args(model) for part in get_args(arm))]
-    return next((part.unit for part in parts if isinstance(part, Quantity)), None)
-
-
-def _dotted_keys(model: type[BaseModel], prefix: str = "") -> Iterator[str]:
-    for name, field in model.model_fields.items():
-        yield prefix + name
-        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
-            yield from _dotted_keys(field.annotation, f"{prefix}{name}.")

@@ -1,0 +1,63 @@
+"""What is wrong with a scene, or with other options of the same kind, in one sentence."""
+
+from __future__ import annotations
+
+import difflib
+import json
+from collections.abc import Sequence
+from typing import Any
+
+from pydantic import ValidationError
+
+
+def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
+    """The first fault in `error` as one sentence: the dotted key, what was given, what is allowed.
+
+    `keys` are all dotted keys of a scene. Unknown keys come first, because a misspelt key is also
+    reported as a missing one.
+    """
+    fault = min(error.errors(), key=lambda fault: fault["type"] != "extra_forbidden")
+    key = ".".join(str(part) for part in fault["loc"])
+    given = f"{key} = {_shown(fault['input'])}"
+    match fault["type"]:
+        case "extra_forbidden":
+            return unknown_key(key, keys)
+        case "missing":
+            return f"{key} is missing"
+        case "value_error":
+            return str(fault["ctx"]["error"])
+        case "quantity":
+            return f"{given} {fault['msg']}"
+        case "literal_error":
+            return f"{given} is not available; allowed: {fault['ctx']['expected']}"
+        case "bool_type":
+            return f"{given} is not a switch; allowed: true or false"
+        case "string_pattern_mismatch":
+            return f"{given} is not a name; allowed: letters, digits, and . _ - after the first one"
+        case "path_not_file":
+            return f"{given} is not a file"
+        case "model_type":
+            return f"{given} is not a table; write its keys under [{key}]"
+        case _:
+            return f"{given} is not allowed: {fault['msg'][:1].lower()}{fault['msg'][1:]}"
+
+
+def _shown(value: Any) -> str:
+    """`value` as it would stand in a scene file, cut to a readable length."""
+    text = json.dumps(value, ensure_ascii=False, default=str)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def unknown_key(key: str, keys: Sequence[str]) -> str:
+    """A sentence for a `key` that is not among `keys`.
+
+    Suggests a key of the same table, else a key of any table, else lists the table's keys.
+    """
+    table, _, name = key.rpartition(".")
+    siblings = [known for known in keys if known.rpartition(".")[0] == table]
+    for candidates in (siblings, keys):
+        by_name = {known.rpartition(".")[2].lower(): known for known in candidates}
+        close = difflib.get_close_matches(name.lower(), by_name, n=1)
+        if close:
+            return f"{key} is not a known key; did you mean {by_name[close[0]]}?"
+    return f"{key} is not a known key; allowed: {', '.join(siblings)}"

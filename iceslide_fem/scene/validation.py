@@ -1,0 +1,44 @@
+"""From a dictionary to a scene, and what is known of its keys."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.scene.messages import first_sentence, unknown_key
+from iceslide_fem.scene.model import Scene
+from iceslide_fem.scene.units import Quantity
+
+
+def scene_from_dict(data: Mapping[str, Any]) -> Scene:
+    """Validate a nested dictionary; raises SceneError with one sentence on the first fault."""
+    try:
+        return Scene.model_validate(data)
+    except ValidationError as error:
+        raise SceneError(first_sentence(error, list(_dotted_keys(Scene)))) from None
+
+
+def unit_of(key: str) -> str | None:
+    """SI unit of the dotted `key` ("" for a pure number), None for what is not a number.
+
+    Raises SceneError if a scene has no such key.
+    """
+    model: Any = Scene
+    for part in key.split("."):
+        fields = getattr(model, "model_fields", {})
+        if part not in fields:
+            raise SceneError(unknown_key(key, list(_dotted_keys(Scene))))
+        model = fields[part].annotation
+    field = fields[part]
+    parts = [*field.metadata, *(part for arm in get_args(model) for part in get_args(arm))]
+    return next((part.unit for part in parts if isinstance(part, Quantity)), None)
+
+
+def _dotted_keys(model: type[BaseModel], prefix: str = "") -> Iterator[str]:
+    for name, field in model.model_fields.items():
+        yield prefix + name
+        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
+            yield from _dotted_keys(field.annotation, f"{prefix}{name}.")
