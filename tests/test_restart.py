@@ -15,6 +15,7 @@ import pytest
 pytest.importorskip("iceslide_fem.fenics.compat")
 
 from iceslide_fem.coupling.restart import GridLayout, PointLayout  # noqa: E402
+from iceslide_fem.coupling.sliding import Refused, Sliding  # noqa: E402
 from iceslide_fem.errors import Interrupted, OutputError, SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.files import replace_file  # noqa: E402
@@ -325,6 +326,43 @@ def interrupted_after(words, directory, rows, number):
         one.send_signal(number)
     psutil.wait_procs(ranks)
     return process.wait()
+
+
+def test_a_signal_that_comes_while_ranks_agree_is_not_lost():
+    class Comm:
+        """One rank; a signal arrives while its ranks agree that none has."""
+
+        asked = iter([True, False])
+
+        def allreduce(self, number, op):
+            if next(self.asked):
+                os.kill(os.getpid(), signal.SIGTERM)
+            return number
+
+    with Interruption(Comm()) as interruption:
+        assert not interruption.requested()
+        assert interruption.requested()
+        assert "stopped by SIGTERM here" in str(interruption.error("here", "folder"))
+
+
+def test_a_signal_is_heard_between_trials(tmp_path, monkeypatch):
+    """A run whose every trial is refused stops at the last accepted step, with a checkpoint."""
+    trial, trials = Sliding._try, []
+
+    def refused(self, dt):
+        trials.append(dt)
+        if len(trials) > 4:
+            if len(trials) == 6:
+                os.kill(os.getpid(), signal.SIGTERM)
+            raise Refused("never good enough", 0.99)
+        return trial(self, dt)
+
+    monkeypatch.setattr(Sliding, "_try", refused)
+    with pytest.raises(Interrupted, match="stopped by SIGTERM at t = "):
+        run(small_scene("load.duration=1ms"), tmp_path)
+    assert len(trials) == 6
+    state = read_checkpoint(tmp_path).state
+    assert len(state["results"]["rows"]) == 5
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])

@@ -8,6 +8,7 @@ block and film are solved again. Nothing of the old state is touched before the 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -178,10 +179,12 @@ class Sliding:
         height = self.carrier.film_height(interface, loads)
         return self.block.friction.shear(loads.pressure, loads.speed, height)[0]
 
-    def advance(self) -> Accepted:
+    def advance(self, between_trials: Callable[[], None] = lambda: None) -> Accepted:
         """Make the next step, shortened until it is accepted, and commit it.
 
-        Raises SimulationStopped where no step, however short, is accepted.
+        `between_trials` is called on all ranks before every further trial, when everything is again
+        as the last accepted step left it; it may raise. Raises SimulationStopped where no step,
+        however short, is accepted.
         """
         rejected = 0
         values = self.block.rubber.u.x.array
@@ -201,6 +204,7 @@ class Sliding:
                 rejected += 1
                 if self._dt < SMALLEST_STEP * self._duration or not self._adaptive:
                     raise SimulationStopped(self._farewell(reason)) from reason
+                between_trials()
                 continue
             self.current = trial.state
             if last:

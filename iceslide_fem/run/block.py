@@ -128,6 +128,14 @@ def _slide(
         if comm.rank == 0:
             write_checkpoint(out, block.scene, present)
 
+    def heed() -> None:
+        """Stop here, with a checkpoint of the last accepted step, if a signal asks for it."""
+        if interruption.requested():
+            save()
+            time = sliding.current.time
+            where = f"at t = {1e3 * time:.4g} ms of {1e3 * duration:.4g} ms"
+            raise interruption.error(where, out)
+
     def note(accepted: Accepted | None) -> Row:
         row = slide_row(sliding, ledger, accepted)
         history.row(row)
@@ -143,7 +151,7 @@ def _slide(
         save()
     due = FieldTimes(duration, sliding.current.time)
     while sliding.current.time < duration:
-        accepted = sliding.advance()
+        accepted = sliding.advance(heed)
         time = sliding.current.time
         ledger.add(accepted)
         row = note(accepted)
@@ -152,9 +160,6 @@ def _slide(
                 ice.show(sliding.current.interface.ice)
             fields.write(time, interface_fields(sliding, accepted))
         progress.update(time, row["mu"], accepted.dt, accepted.iterations, "sliding")
-        asked = interruption.requested()
-        if saves.due(time) or asked:
+        if saves.due(time):
             save()
-        if asked:
-            where = f"at t = {1e3 * time:.4g} ms of {1e3 * duration:.4g} ms"
-            raise interruption.error(where, out)
+        heed()

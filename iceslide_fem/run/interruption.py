@@ -1,4 +1,4 @@
-"""Requests to stop: SIGTERM (a queue's time limit) and SIGINT (Ctrl-C), heard between steps."""
+"""Requests to stop: SIGTERM (a queue's limit) and SIGINT (Ctrl-C), heard between trial steps."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ class Interruption:
     """Context manager that notes the first of these signals; a second one ends the process."""
 
     def __init__(self, comm: MPI.Comm) -> None:
-        self._comm, self._number = comm, 0
+        self._comm = comm
+        self._heard = 0  # by this rank; only the handler writes it, at any moment
+        self._agreed = 0  # by all ranks
         self._before: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Self:
@@ -34,17 +36,17 @@ class Interruption:
 
     def requested(self) -> bool:
         """Whether any rank has been asked to stop. Collective."""
-        self._number = self._comm.allreduce(self._number, op=MPI.MAX)
-        return self._number > 0
+        self._agreed = max(self._agreed, self._comm.allreduce(self._heard, op=MPI.MAX))
+        return self._agreed > 0
 
     def error(self, where: str, folder: object) -> Interrupted:
         """What to raise then: it says by which signal, `where`, and how to go on."""
         return Interrupted(
-            f"stopped by {signal.Signals(self._number).name} {where}; "
+            f"stopped by {signal.Signals(self._agreed).name} {where}; "
             f"iceslide run --restart {folder} goes on from here"
         )
 
     def _note(self, number: int, frame: FrameType | None) -> None:
-        self._number = number
+        self._heard = number
         for each in _SIGNALS:
             signal.signal(each, signal.SIG_DFL)
