@@ -8,6 +8,11 @@ class IceslideError(Exception):
 
     exit_code = 1
 
+    def __str__(self) -> str:
+        """The sentence on one line: a name in it may hold line ends or a terminal's commands."""
+        text = super().__str__()
+        return "".join(letter if letter.isprintable() else " " for letter in text)
+
 
 class SceneError(IceslideError):
     """The input is wrong: nothing has been started or written."""

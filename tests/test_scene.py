@@ -315,7 +315,7 @@ def test_overrides():
         ("load.pressure", ["load.pressure", "load.pressure=3bar"]),
         ("=3", ["form"]),
         ("load..speed=3", ["form"]),
-        ("name.x=3", ["name.x=3", "not a table"]),
+        ("name.x=3", ["name.x goes through name", "not a table"]),
         ("load.presure=3bar", ["did you mean load.pressure?"]),
         ("load.pressure=3", ["load.pressure = 3", "out of range", "a plain number is in Pa"]),
         ("load.pressure=", ['load.pressure = ""', "not a number"]),

@@ -18,7 +18,7 @@ def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
     """
     fault = min(error.errors(), key=lambda fault: fault["type"] != "extra_forbidden")
     key = ".".join(str(part) for part in fault["loc"])
-    given = f"{key} = {_shown(fault['input'])}"
+    given = f"{shortened(key)} = {_shown(fault['input'])}"
     match fault["type"]:
         case "extra_forbidden":
             return unknown_key(key, keys)
@@ -33,7 +33,10 @@ def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
         case "bool_type":
             return f"{given} is not a switch; allowed: true or false"
         case "string_pattern_mismatch":
-            return f"{given} is not a name; allowed: letters, digits, and . _ - after the first one"
+            return (
+                f"{given} is not a name; allowed: up to 100 letters, digits, and . _ - after the "
+                "first one"
+            )
         case "path_not_file":
             return f"{given} is not a file"
         case "model_type":
@@ -44,20 +47,29 @@ def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
 
 def _shown(value: Any) -> str:
     """`value` as it would stand in a scene file, cut to a readable length."""
-    text = json.dumps(value, ensure_ascii=False, default=str)
+    try:
+        return shortened(json.dumps(value, ensure_ascii=False, default=str))
+    except (RecursionError, ValueError):  # nested or long beyond what can be written
+        return "..."
+
+
+def shortened(text: str) -> str:
+    """`text`, cut to a readable length."""
     return text if len(text) <= 60 else text[:57] + "..."
 
 
 def unknown_key(key: str, keys: Sequence[str]) -> str:
     """A sentence for a `key` that is not among `keys`.
 
-    Suggests a key of the same table, else a key of any table, else lists the table's keys.
+    Suggests the closest of the same table, else those of that name in any table (that of `load`
+    first), else lists the table's keys.
     """
+    key = shortened(key)
     table, _, name = key.rpartition(".")
     siblings = [known for known in keys if known.rpartition(".")[0] == table]
-    for candidates in (siblings, keys):
-        by_name = {known.rpartition(".")[2].lower(): known for known in candidates}
-        close = difflib.get_close_matches(name.lower(), by_name, n=1)
-        if close:
-            return f"{key} is not a known key; did you mean {by_name[close[0]]}?"
+    for candidates in (siblings, sorted(keys, key=lambda known: not known.startswith("load."))):
+        names = [known.rpartition(".")[2].lower() for known in candidates]
+        if close := difflib.get_close_matches(name.lower(), names, n=1):
+            meant = [k for k, known in zip(candidates, names, strict=True) if known == close[0]]
+            return f"{key} is not a known key; did you mean {' or '.join(meant)}?"
     return f"{key} is not a known key; allowed: {', '.join(siblings)}"

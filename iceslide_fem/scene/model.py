@@ -11,7 +11,6 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import (
     BaseModel,
     ConfigDict,
-    FilePath,
     StrictBool,
     StringConstraints,
     field_validator,
@@ -30,11 +29,12 @@ from iceslide_fem.materials import (
     rubber_solid,
 )
 from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.units import Quantity
 
 Length = Annotated[float, Quantity("m", "10 um", "1 m")]
 Stiffness = Annotated[float, Quantity("Pa", "0 MPa", "10000 MPa")]
-Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", strict=True)]
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$", strict=True)]
 
 REFINEMENTS = (0.25, 8.0)  # allowed of meshes
 FILE_KEYS = (("rubber", "mesh"), ("film", "contact"))  # table and key of what names a file
@@ -66,7 +66,7 @@ class Rubber(_Table):
     density: Annotated[float, Quantity("kg/m^3", "100 kg/m^3", "10000 kg/m^3")] = 1100.0
     heat: StrictBool = False
     inertia: StrictBool = False
-    mesh: FilePath | None = None
+    mesh: InputFile | None = None
 
     @field_validator("compound")
     @classmethod
@@ -168,7 +168,7 @@ class Film(_Table):
     k: Annotated[float, Quantity("", "1e-6", "1")] | None = None
     D: Annotated[float, Quantity("m", "0.01 um", "10 mm")] | None = None
     H_V: Annotated[float, Quantity("m", "1 nm", "10 mm")] | None = None
-    contact: FilePath | None = None
+    contact: InputFile | None = None
     initial_height: Annotated[float, Quantity("m", "1 nm", "10 um")] = 70e-9
     conductance: Annotated[float, Quantity("W/m^2/K", "10 W/m^2/K", "1e9 W/m^2/K")] | None = None
 

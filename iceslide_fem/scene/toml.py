@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from iceslide_fem.errors import SceneError
+from iceslide_fem.scene.input_file import read_text
+from iceslide_fem.scene.messages import shortened
 from iceslide_fem.scene.model import FILE_KEYS, Scene
 from iceslide_fem.scene.validation import scene_from_dict
+
+DEEPEST = 8  # tables and lists within each other; a scene has two
+_BARE_UNIT = re.compile(r"=\s*[+-]?\.?\d[\d_.]*(?:[eE][+-]?\d+)?\s*[^\W\d_]|=.*\d\s*[%°]")
 
 
 def load_scene(path: Path | str, overrides: Sequence[str] = ()) -> Scene:
@@ -28,22 +34,40 @@ def read_scene(path: Path | str, overrides: Sequence[str] = ()) -> dict[str, Any
     Raises SceneError if the file or an override can't be read.
     """
     path = Path(path)
+    text = read_text(path, "the scene file")
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise SceneError(f"cannot read the scene file {path}: {reason}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise SceneError(
-            f'{path} is not valid TOML: {error}; a value with a unit goes in quotes, as in "1 bar"'
-        ) from None
+        data = tomllib.loads(text)
+    except RecursionError:
+        raise SceneError(f"{path} is nested too deeply") from None
+    except ValueError as error:  # of TOML, or a whole number of thousands of digits
+        raise SceneError(f"{path} is not valid TOML: {error}{_hint(text, str(error))}") from None
     for table, name in FILE_KEYS:
         values = data.get(table)
         if isinstance(values, dict) and isinstance(values.get(name), str):
             values[name] = str(path.parent / values[name])
     for change in overrides:
         override(data, change)
+    _check_depth(path, data)
     return data
+
+
+def _hint(text: str, error: str) -> str:
+    """Advice, if the line that TOML could not read has a unit without quotes."""
+    lines = text.splitlines()
+    at = re.search(r"at line (\d+)", error)
+    line = lines[int(at[1]) - 1] if at and int(at[1]) <= len(lines) else ""
+    return '; a value with a unit goes in quotes, as in "1 bar"' if _BARE_UNIT.search(line) else ""
+
+
+def _check_depth(path: Path, data: dict[str, Any]) -> None:
+    """Raise SceneError before anything that walks down `data` finds no end."""
+    level: list[Any] = [data]
+    for _ in range(DEEPEST):
+        inner = (part.values() if isinstance(part, dict) else part for part in level)
+        level = [value for values in inner for value in values if isinstance(value, dict | list)]
+        if not level:
+            return
+    raise SceneError(f"{path} (with its overrides) is nested too deeply")
 
 
 def override(data: dict[str, Any], change: str) -> None:
@@ -56,7 +80,7 @@ def key_and_text(override: str) -> tuple[str, str]:
     """Dotted key and text of "table.key=text". Raises SceneError if it is something else."""
     key, equals, text = override.partition("=")
     if not equals or not all(part.strip() for part in key.split(".")):
-        raise SceneError(f'override "{override}" is not of the form load.pressure=3bar')
+        raise SceneError(f'override "{shortened(override)}" is not of the form load.pressure=3bar')
     return key.strip(), text.strip()
 
 
@@ -64,7 +88,7 @@ def parsed(text: str) -> Any:
     """`text` as TOML, or as a string without quotes."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return text
 
 
@@ -74,7 +98,7 @@ def put(data: dict[str, Any], key: str, value: Any) -> None:
     for table in tables:
         data = data.setdefault(table, {})
         if not isinstance(data, dict):
-            raise SceneError(f"{key}={value} goes through {table}, which is not a table")
+            raise SceneError(f"{shortened(key)} goes through {table}, which is not a table")
     data[name] = value
 
 
