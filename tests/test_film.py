@@ -9,7 +9,7 @@ from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
 from iceslide_fem.film.law import (
     FilmLoads,
     FilmStage,
-    IceSurface,
+    Surface,
     film_loads,
     implicit_stage,
     interpolate,
@@ -20,18 +20,18 @@ ONE_BAR = {"k": 0.266, "D": 29e-6, "H_V": 2.86e-6}
 H0 = 70e-9
 
 
-class Surface:
+class UnchangingIce:
     """Ice that never changes: what the film sees is `ice`."""
 
     def __init__(self, offset: float, resistance: float, melted_flux: float) -> None:
-        self.ice = IceSurface(*(np.array([x]) for x in (offset, resistance, melted_flux)))
+        self.ice = Surface(*(np.array([x]) for x in (offset, resistance, melted_flux)))
 
     def stage(self, start, dt, film):
-        return start, film(self.ice)
+        return start, film.solve(self.ice)
 
 
-COLD = Surface(MELTING_TEMPERATURE - 4.0, 0.0, 1e30)
-ADIABATIC = Surface(MELTING_TEMPERATURE, 1.0, 0.0)
+COLD = UnchangingIce(MELTING_TEMPERATURE - 4.0, 0.0, 1e30)
+ADIABATIC = UnchangingIce(MELTING_TEMPERATURE, 1.0, 0.0)
 
 
 def loads(pressure: float = 1e5, speed: float = 3.0, **parameters: float) -> FilmLoads:
@@ -106,7 +106,7 @@ def random_stages(seed: int = 0, n: int = 20_000) -> tuple[FilmStage, tuple]:
     )
     offset = MELTING_TEMPERATURE - rng.choice([0.0, 1e-6, 4.0, 40.0], n)
     resistance = log_uniform(-8.0, -3.0)
-    ice = IceSurface(offset, resistance, (MELTING_TEMPERATURE - offset) / resistance)
+    ice = Surface(offset, resistance, (MELTING_TEMPERATURE - offset) / resistance)
     return implicit_stage(np.log(h), squeezed, dt, load, ice), (h, squeezed, dt, load, ice)
 
 

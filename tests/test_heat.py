@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 from iceslide_fem import reference
 from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
-from iceslide_fem.film.law import FilmStage, IceSurface
+from iceslide_fem.film.law import FilmStage, Surface
 from iceslide_fem.film.point import Conditions, Record, simulate
 from iceslide_fem.materials import MELTING_TEMPERATURE, WATER_VISCOSITY
 
@@ -18,7 +18,7 @@ T_0 = np.array([MELTING_TEMPERATURE - 4.0])
 def given_flux(q: float):
     """A stage of a film that gives `q` (W/m2) and melts where the ice does not take it."""
 
-    def stage(y, squeezed, dt, loads, ice: IceSurface) -> FilmStage:
+    def stage(y, squeezed, dt, loads, ice: Surface) -> FilmStage:
         power = np.full_like(y, q)
         flux = np.minimum(power, ice.melted_flux)
         dry = ice.offset + ice.resistance * power

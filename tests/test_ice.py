@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("dolfinx")
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance  # noqa: E402
-from iceslide_fem.film.law import FilmLoads, FilmStage, IceSurface  # noqa: E402
+from iceslide_fem.film.law import FilmLoads, FilmStage, Surface  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
 from iceslide_fem.materials import (  # noqa: E402
     ICE_DENSITY,
@@ -64,15 +64,18 @@ def some_ice(model, refinement=1.0):
 def given_flux(flux):
     """A film that gives `flux` (n,) as long as the surface does not melt."""
 
-    def film(surface: IceSurface) -> FilmStage:
-        dry = surface.offset + surface.resistance * flux
-        melting = dry > MELTING_TEMPERATURE
-        ice_flux = np.where(melting, surface.melted_flux, flux)
-        slope, zero = melting.astype(float), np.zeros_like(flux)
-        rest = flux - ice_flux
-        return FilmStage(zero, zero, flux, ice_flux, rest, dry, melting, melting, zero, slope, zero)
+    class GivenFlux:
+        def solve(self, surface: Surface, near=None) -> FilmStage:
+            dry = surface.offset + surface.resistance * flux
+            melting = dry > MELTING_TEMPERATURE
+            ice_flux = np.where(melting, surface.melted_flux, flux)
+            slope, zero = melting.astype(float), np.zeros_like(flux)
+            rest = flux - ice_flux
+            return FilmStage(
+                zero, zero, flux, ice_flux, rest, dry, melting, melting, zero, slope, zero
+            )
 
-    return film
+    return GivenFlux()
 
 
 def total(values):

@@ -7,9 +7,9 @@ from test_heat import given_flux
 from iceslide_fem.film import rubber_heat
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
-from iceslide_fem.film.law import FilmLoads, IceSurface, implicit_stage
+from iceslide_fem.film.law import FilmLoads, FilmOnIce, Surface, implicit_stage
 from iceslide_fem.film.point import Conditions, simulate
-from iceslide_fem.film.rubber_heat import RubberColumns, RubberSurface, between
+from iceslide_fem.film.rubber_heat import FilmBetween, RubberColumns, RubberSurface
 from iceslide_fem.materials import (
     ICE_EFFUSIVITY,
     MELTING_TEMPERATURE,
@@ -89,28 +89,26 @@ def test_an_insulating_contact_leaves_the_rubber_cold():
 
 def some_bodies(n=400):
     rng = np.random.default_rng(3)
-    ice = IceSurface(T_0 + rng.uniform(3.6, 4.0, n), rng.uniform(1e-9, 1e-5, n), np.zeros(n))
+    ice = Surface(T_0 + rng.uniform(3.6, 4.0, n), rng.uniform(1e-9, 1e-5, n), np.zeros(n))
     rubber = RubberSurface(
         T_0 + rng.uniform(3.6, 4.0, n),
         rng.uniform(1e-9, 4e-5, n),
         np.ones(n),
-        RubberColumns(T_0, DURATION, DENSITY).half_film,
     )
     y, loads = np.log(rng.uniform(30e-9, 300e-9, n)), thesis_conditions().loads()
     loads = FilmLoads(*(np.full(n, part[0]) for part in loads))
 
-    def film(surface):
-        return implicit_stage(y, np.zeros(n), 1e-5, loads, surface)
-
-    return ice, rubber, film, y
+    film = FilmOnIce(implicit_stage, y, np.zeros(n), 1e-5, loads)
+    return ice, FilmBetween(film, rubber), y
 
 
 def test_the_closed_form_of_the_film_between_two_bodies():
     """T_f = min(T_m, (q_f + G T_i + G T_r) / (2 G)), fluxes G (T_f - T), and what melts."""
-    ice, rubber, film, y = some_bodies()
-    stage = between(ice, rubber, film, y)
+    ice, film, y = some_bodies()
+    stage = film.solve(ice)
     G = 2.0 * WATER_CONDUCTIVITY / np.exp(stage.log_height)
     on_ice = ice.offset + ice.resistance * stage.ice_flux
+    rubber = film.rubber
     on_rubber = rubber.offset + rubber.resistance * stage.rubber_flux
     free = (stage.friction_power + G * on_ice + G * on_rubber) / (2.0 * G)
     T_f = np.minimum(MELTING_TEMPERATURE, free)
@@ -123,18 +121,18 @@ def test_the_closed_form_of_the_film_between_two_bodies():
 
 
 def test_the_slope_of_the_flux_is_its_derivative():
-    ice, rubber, film, y = some_bodies()
-    flux = between(ice, rubber, film, y)
+    ice, film, y = some_bodies()
+    flux = film.solve(ice)
     warmer = ice._replace(offset=ice.offset + 1e-4)
-    after = between(warmer, rubber, film, y)
+    after = film.solve(warmer)
     slope = ice.resistance * (flux.ice_flux - after.ice_flux) / 1e-4
     same = flux.melting == after.melting
     np.testing.assert_allclose(slope[same], flux.ice_slope[same], atol=0.02)
 
 
 def test_the_first_guess_of_the_film_height_does_not_matter(monkeypatch):
-    ice, rubber, film, y = some_bodies()
-    stages = [between(ice, rubber, film, guess) for guess in (y, y + np.log(10.0), y - 2.0)]
+    ice, film, y = some_bodies()
+    stages = [film.solve(ice, guess) for guess in (y, y + np.log(10.0), y - 2.0)]
     for stage in stages[1:]:
         np.testing.assert_allclose(stage.log_height, stages[0].log_height, atol=1e-7)
     means = []
@@ -146,8 +144,9 @@ def test_the_first_guess_of_the_film_height_does_not_matter(monkeypatch):
 
 
 def test_no_contact_no_heat_for_the_rubber():
-    ice, rubber, film, y = some_bodies()
-    bare = between(ice, rubber._replace(cover=np.zeros(y.size)), film, y)
+    ice, film, y = some_bodies()
+    rubber = film.rubber._replace(cover=np.zeros(y.size))
+    bare = film._replace(rubber=rubber).solve(ice)
     assert np.abs(bare.rubber_flux).max() == 0.0
 
 

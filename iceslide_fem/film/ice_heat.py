@@ -1,13 +1,13 @@
 """Heat conduction below each contact point on its own: `column` and `half-space` ice.
 
 Every ice model offers the same three calls to the time integrator (see `IceHeat`): the content
-of heat at the start, one implicit stage in which the film law is solved together with
-conduction, and the surface temperature.
+of heat at the start, one implicit stage in which the film is solved together with conduction, and
+the surface temperature. Below a point the stage is three lines: the ice's answer to a flux, the
+film above it, the content that has taken its heat.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from copy import copy
 from typing import Protocol, Self
 
@@ -15,10 +15,8 @@ import numpy as np
 from scipy.linalg import eigh
 
 from iceslide_fem.arrays import Array, Index, Mask
-from iceslide_fem.film.law import FilmStage, IceSurface
+from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.materials import HEATED_LAYERS, ICE, MELTING_TEMPERATURE, Solid
-
-FilmLaw = Callable[[IceSurface], FilmStage]
 
 # First layer relative to the thermal layer sqrt(alpha t) of the whole run, growth of the layers
 # below (the column is HEATED_LAYERS deep): the surface temperature under constant flux
@@ -37,8 +35,8 @@ class IceHeat(Protocol):
     def initial(self, n_points: int) -> Array:
         """Content of ice at its initial temperature."""
 
-    def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
-        """Solve content = start + dt * rate(content) together with the film law."""
+    def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
+        """Solve content = start + dt * rate(content) together with the film."""
 
     def surface_temperature(self, content: Array) -> Array:
         """Surface temperature at the contact points (K), shape (n_points,)."""
@@ -93,23 +91,23 @@ class Column:
         """What an implicit stage of `dt` leaves of each mode, (n_modes, 1 or n_points)."""
         return np.reciprocal(1.0 + self.rates[:, None] * dt)
 
-    def response(self, start: Array, decay: Array, dt: Array | float) -> tuple[Array, Array]:
-        """The surface's temperature at the end of a stage: offset + resistance * flux.
+    def response(self, start: Array, decay: Array, dt: Array | float) -> Surface:
+        """The surface at the end of a stage under a flux that is still to be found."""
+        offset = self.temperature + self.surface @ (start * decay)
+        return Surface.of(offset, np.broadcast_to(self.resistance(decay, dt), offset.shape))
 
-        Offset (K) per point, resistance (K m2/W) per point or, for one `dt`, of shape (1,).
-        """
-        return self.temperature + self.surface @ (start * decay), (self.surface**2 @ decay) * dt
+    def resistance(self, decay: Array, dt: Array | float) -> Array:
+        """Temperature per flux at the end of a stage (K m2/W), one for each of `dt`."""
+        return np.asarray((self.surface**2 @ decay) * dt)
 
     def heated(self, start: Array, decay: Array, heat: Array) -> Array:
         """Content at the end of the stage in which the surface took `heat` (J/m2, per point)."""
         return (start + np.multiply.outer(self.surface, heat)) * decay
 
-    def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
-        """One implicit stage of all amplitudes with the film law at the surface."""
+    def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
+        """One implicit stage of all amplitudes with the film at the surface."""
         decay = self.decay(dt)
-        offset, resistance = self.response(start, decay, dt)
-        resistance = np.broadcast_to(resistance, offset.shape)
-        result = film(IceSurface(offset, resistance, (MELTING_TEMPERATURE - offset) / resistance))
+        result = film.solve(self.response(start, decay, dt))
         return self.heated(start, decay, dt * result.ice_flux), result
 
     def surface_temperature(self, content: Array) -> Array:
@@ -144,29 +142,30 @@ class HalfSpace:
         """Ice at its initial temperature, not melting, contact time zero."""
         return np.vstack([self._column.initial(n_points), np.zeros((2, n_points))])
 
-    def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
+    def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """One implicit stage: conduction decides when melting begins, (5.6) what it loses."""
         begun, time = start[-2] > 0.5, start[-1] + dt
+        decay = self._column.decay(dt)
+        resolved = self._column.response(start[:-2], decay, dt)
         undercooling = MELTING_TEMPERATURE - self._column.temperature
-        closed_form = ICE.conductivity * undercooling / np.sqrt(np.pi * ICE.diffusivity * time)
-
-        def with_closed_form(ice: IceSurface) -> FilmStage:
-            def switched(at: Mask) -> FilmStage:
-                offset = np.where(at, MELTING_TEMPERATURE, ice.offset)
-                flux = np.where(at, closed_form, ice.melted_flux)
-                return film(IceSurface(offset, ice.resistance, flux))
-
-            result = switched(begun)
-            begins = result.melting & ~begun
-            return switched(begun | begins) if begins.any() else result
-
-        content, result = self._column.stage(start[:-2], dt, with_closed_form)
+        flux = ICE.conductivity * undercooling / np.sqrt(np.pi * ICE.diffusivity * time)
+        closed_form = Surface(np.full_like(flux, MELTING_TEMPERATURE), resolved.resistance, flux)
+        result = film.solve(_chosen(begun, closed_form, resolved))
+        begins = result.melting & ~begun
+        if begins.any():
+            result = film.solve(_chosen(begun | begins, closed_form, resolved))
+        content = self._column.heated(start[:-2], decay, dt * result.ice_flux)
         return np.vstack([content, begun | result.melting, time]), result
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature of the surface (K), shape (n_points,)."""
         temperature = self._column.surface_temperature(content[:-2])
         return np.where(content[-2] > 0.5, MELTING_TEMPERATURE, temperature)
+
+
+def _chosen(first: Mask, one: Surface, other: Surface) -> Surface:
+    """`one` at the points where `first` is true, `other` elsewhere."""
+    return Surface(*(np.where(first, a, b) for a, b in zip(one, other, strict=True)))
 
 
 def _quadratic_elements(thickness: Array, solid: Solid) -> tuple[Array, Array]:

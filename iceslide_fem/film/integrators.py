@@ -17,8 +17,8 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.law import (
     FilmLoads,
+    FilmOnIce,
     FilmStage,
-    IceSurface,
     explicit_stage,
     implicit_stage,
     interpolate,
@@ -129,14 +129,8 @@ def advance(
         loads = interpolate(start, end, node)
         # What has been squeezed out stays out, also where a rising pressure lowers H_V.
         loads = loads._replace(free_height=np.maximum(loads.free_height, state.squeezed_height))
-
-        def film(
-            surface: IceSurface, y: Array = y, s: Array = squeezed, loads: FilmLoads = loads
-        ) -> FilmStage:
-            return integrator.stage(y, s, stage_dt, loads, surface)
-
-        beside_rubber = rubber.beside(in_rubber, stage_dt, film, y)
-        new_ice, stage = ice.stage(in_ice, stage_dt, beside_rubber)
+        film = FilmOnIce(integrator.stage, y, squeezed, stage_dt, loads)
+        new_ice, stage = ice.stage(in_ice, stage_dt, rubber.over(film, in_rubber))
         new_rubber = rubber.heated(in_rubber, stage_dt, stage.rubber_flux)
         stages.append(stage)
         increments.append(

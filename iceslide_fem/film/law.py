@@ -20,12 +20,13 @@ relative error of the shear stress.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from iceslide_fem.arrays import Array, Mask
-from iceslide_fem.materials import MELTING_ENTHALPY, WATER_VISCOSITY
+from iceslide_fem.materials import MELTING_ENTHALPY, MELTING_TEMPERATURE, WATER_VISCOSITY
 
 # Newton's last change of ln h; what is left is of the order of its square.
 _NEWTON_TOLERANCE = 1e-8
@@ -65,8 +66,8 @@ def interpolate(start: FilmLoads, end: FilmLoads, fraction: float) -> FilmLoads:
     return FilmLoads(*(a + fraction * (b - a) for a, b in zip(start, end, strict=True)))
 
 
-class IceSurface(NamedTuple):
-    """The ice's answer within one implicit stage, as the film sees it; arrays.
+class Surface(NamedTuple):
+    """A body's answer within one implicit stage, as the film sees it; arrays.
 
     The surface takes the temperature `offset` + `resistance` * q (K, K m2/W) under the flux q,
     and draws the flux `melted_flux` (W/m2) when it is at the melting temperature: it melts
@@ -77,6 +78,11 @@ class IceSurface(NamedTuple):
     offset: Array
     resistance: Array
     melted_flux: Array
+
+    @classmethod
+    def of(cls, offset: Array, resistance: Array) -> Surface:
+        """The surface that conduction alone holds at the melting temperature."""
+        return cls(offset, resistance, (MELTING_TEMPERATURE - offset) / resistance)
 
 
 class FilmStage(NamedTuple):
@@ -103,8 +109,32 @@ class FilmStage(NamedTuple):
     rubber_flux: Array
 
 
+class Film(Protocol):
+    """The film in one implicit stage, as the body below it sees it."""
+
+    def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
+        """Film and energy balance above `ice`; iterations may start `near` a ln h."""
+
+
+class FilmOnIce(NamedTuple):
+    """A film below rubber that takes no heat: where the stage starts from, and its loads.
+
+    law: `implicit_stage` or `explicit_stage`; the others are its arguments.
+    """
+
+    law: Callable[..., FilmStage]
+    log_height: Array
+    squeezed_height: Array
+    dt: Array | float
+    loads: FilmLoads
+
+    def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
+        """The law's stage above `ice`; it needs no first guess."""
+        return self.law(self.log_height, self.squeezed_height, self.dt, self.loads, ice)
+
+
 def implicit_stage(
-    log_height: Array, squeezed: Array, dt: Array | float, loads: FilmLoads, ice: IceSurface
+    log_height: Array, squeezed: Array, dt: Array | float, loads: FilmLoads, ice: Surface
 ) -> FilmStage:
     """Solve (5.21), (5.23) and both complementarities implicitly over `dt` (s).
 
@@ -139,7 +169,7 @@ def implicit_stage(
 
 
 def explicit_stage(
-    log_height: Array, squeezed: Array, dt: Array | float, loads: FilmLoads, ice: IceSurface
+    log_height: Array, squeezed: Array, dt: Array | float, loads: FilmLoads, ice: Surface
 ) -> FilmStage:
     """One explicit Euler step of (5.21) and (5.23), the thesis's method, for comparison.
 

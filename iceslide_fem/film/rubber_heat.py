@@ -10,22 +10,21 @@ T_r of the rubber (docs/theory.md):
 
 The warm layer of the rubber, sqrt(alpha t), is 28 um after 7 ms, so one-dimensional columns are
 enough. Within an implicit stage each body's surface has T = a + R q, so its answer behind half
-of the film is T_f = a + (R + 1/G) q, and both together are again of that form: the film law is
+of the film is T_f = a + (R + 1/G) q, and both in parallel are again of that form: the film is
 solved as if there was ice alone. G follows the film height that is being solved for, unless a
 contact conductance is given instead.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from copy import copy
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from iceslide_fem.arrays import Array, Index
-from iceslide_fem.film.ice_heat import Column, FilmLaw
-from iceslide_fem.film.law import FilmStage, IceSurface
+from iceslide_fem.film.ice_heat import Column
+from iceslide_fem.film.law import Film, FilmOnIce, FilmStage, Surface
 from iceslide_fem.materials import MELTING_TEMPERATURE, WATER_CONDUCTIVITY, rubber_solid
 
 # Passes over film law and conductance stop when ln h changes by no more than this. 1/G is a few
@@ -40,8 +39,8 @@ class RubberHeat(Protocol):
     def initial(self, n_points: int) -> Array:
         """Content of rubber at its initial temperature, under `n_points` contact points."""
 
-    def beside(self, start: Array, dt: Array | float, film: FilmLaw, log_height: Array) -> FilmLaw:
-        """The film law of one implicit stage as the ice sees it, which starts at `log_height`."""
+    def over(self, film: FilmOnIce, start: Array) -> Film:
+        """The film of one implicit stage below this rubber, whose content is `start`."""
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
         """Content at the end of an implicit stage with `flux` (W/m2) where the films live."""
@@ -68,8 +67,8 @@ class Insulated:
         """No content."""
         return np.zeros((0, n_points))
 
-    def beside(self, start: Array, dt: Array | float, film: FilmLaw, log_height: Array) -> FilmLaw:
-        """The film law itself."""
+    def over(self, film: FilmOnIce, start: Array) -> Film:
+        """The film itself."""
         return film
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
@@ -98,13 +97,13 @@ class RubberSurface(NamedTuple):
     """The rubber's answer within one implicit stage: T_r = offset + resistance * q; arrays.
 
     offset (K) and resistance (K m2/W) where there is contact; cover: share of the film's area
-    that is in contact, 0 to 1; half_film: 1/G (K m2/W) as a function of ln h.
+    that is in contact, 0 to 1; conductance: G (W/(m2 K)), None if it follows the film height.
     """
 
     offset: Array
     resistance: Array
     cover: Array
-    half_film: Callable[[Array], Array]
+    conductance: float | None = None
 
 
 class RubberColumns:
@@ -127,23 +126,20 @@ class RubberColumns:
         """
         self.column = Column(temperature, duration, solid=rubber_solid(density))
         self.cover: Array = np.ones(1)
-        self._conductance = conductance
-
-    def half_film(self, log_height: Array) -> Array:
-        """Resistance 1/G (K m2/W) between a film of height h and either body."""
-        if self._conductance is not None:
-            return np.full_like(log_height, 1.0 / self._conductance)
-        return np.asarray(np.exp(log_height) / (2.0 * WATER_CONDUCTIVITY))
+        self.conductance = conductance
 
     def initial(self, n_points: int) -> Array:
         """Rubber at its initial temperature."""
         return self.column.initial(n_points)
 
-    def beside(self, start: Array, dt: Array | float, film: FilmLaw, log_height: Array) -> FilmLaw:
-        """The film law between ice and this rubber."""
-        offset, resistance = self.column.response(start, self.column.decay(dt), dt)
-        rubber = RubberSurface(offset, resistance, self.cover, self.half_film)
-        return film_law_beside(rubber, film, log_height)
+    def over(self, film: FilmOnIce, start: Array) -> Film:
+        """The film between ice and this rubber."""
+        return FilmBetween(film, self.response(start, film.dt))
+
+    def response(self, start: Array, dt: Array | float) -> RubberSurface:
+        """The rubber's surface at the films at the end of a stage of `dt` (s)."""
+        answer = self.column.response(start, self.column.decay(dt), dt)
+        return RubberSurface(answer.offset, answer.resistance, self.cover, self.conductance)
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
         """Content after a stage with `flux` (W/m2) at the points."""
@@ -157,7 +153,7 @@ class RubberColumns:
         self, ice: Array, content: Array, power: Array, log_height: Array
     ) -> Array:
         """T_f = min(T_m, (T_i + T_r + q_f / G) / 2) at the points (K)."""
-        rise = power * self.half_film(log_height)
+        rise = power * half_film(log_height, self.conductance)
         free = 0.5 * (ice + self.surface_temperature(content) + rise)
         return np.minimum(MELTING_TEMPERATURE, free)
 
@@ -168,40 +164,54 @@ class RubberColumns:
         return part
 
 
-def film_law_beside(rubber: RubberSurface, film: FilmLaw, log_height: Array) -> FilmLaw:
-    """The film law as the ice sees it; each answer starts from the film height of the last."""
-
-    def law(ice: IceSurface) -> FilmStage:
-        nonlocal log_height
-        result = between(ice, rubber, film, log_height)
-        log_height = result.log_height
-        return result
-
-    return law
+def half_film(log_height: Array, conductance: float | None = None) -> Array:
+    """Resistance 1/G (K m2/W) between a film and either body: h / (2 k_w), or as given."""
+    if conductance is not None:
+        return np.full_like(log_height, 1.0 / conductance)
+    return np.asarray(np.exp(log_height) / (2.0 * WATER_CONDUCTIVITY))
 
 
-def between(ice: IceSurface, rubber: RubberSurface, film: FilmLaw, log_height: Array) -> FilmStage:
-    """The film law between two bodies: T_f and both fluxes (see the module's head).
+class Parallel(NamedTuple):
+    """Ice and rubber, each behind half of a film: conductances (W/(m2 K)) and joint answer."""
 
-    `ice` and `rubber` are their answers in this stage, `log_height` a first guess of ln h. Only
-    offset and resistance of `ice` are used.
-    """
-    for _ in range(MAX_PASSES):
-        half = rubber.half_film(log_height)
-        to_ice = 1.0 / (ice.resistance + half)
-        to_rubber = rubber.cover / (rubber.resistance + half)
-        both = to_ice + to_rubber
-        offset = (to_ice * ice.offset + to_rubber * rubber.offset) / both
-        result = film(IceSurface(offset, 1.0 / both, (MELTING_TEMPERATURE - offset) * both))
-        change = np.abs(result.log_height - log_height).max(initial=0.0)
-        log_height = result.log_height
-        if not change > HEIGHT_TOLERANCE:
-            break
-    temperature = offset + result.ice_flux / both
-    # Where the film does not melt, what the ice does not take the rubber does.
-    slope = ice.resistance * to_ice * np.where(result.melting, 1.0, to_rubber / both)
-    return result._replace(
-        ice_flux=to_ice * (temperature - ice.offset),
-        rubber_flux=to_rubber * (temperature - rubber.offset),
-        ice_slope=slope,
-    )
+    to_ice: Array
+    to_rubber: Array
+    surface: Surface
+
+
+def parallel(ice: Surface, rubber: RubberSurface, log_height: Array) -> Parallel:
+    """What both bodies answer together to a film of height h; only T and R of `ice` count."""
+    half = half_film(log_height, rubber.conductance)
+    to_ice = 1.0 / (ice.resistance + half)
+    to_rubber = rubber.cover / (rubber.resistance + half)
+    both = to_ice + to_rubber
+    offset = (to_ice * ice.offset + to_rubber * rubber.offset) / both
+    melted_flux = (MELTING_TEMPERATURE - offset) * both
+    return Parallel(to_ice, to_rubber, Surface(offset, 1.0 / both, melted_flux))
+
+
+class FilmBetween(NamedTuple):
+    """A film between ice and rubber: T_f and both fluxes (see the module's head)."""
+
+    film: FilmOnIce
+    rubber: RubberSurface
+
+    def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
+        """Film and conductance in turn, from the stage's own height or `near` another ln h."""
+        log_height = self.film.log_height if near is None else near
+        for _ in range(MAX_PASSES):
+            bodies = parallel(ice, self.rubber, log_height)
+            result = self.film.solve(bodies.surface)
+            change = np.abs(result.log_height - log_height).max(initial=0.0)
+            log_height = result.log_height
+            if not change > HEIGHT_TOLERANCE:
+                break
+        to_ice, to_rubber, (offset, resistance, _) = bodies
+        temperature = offset + resistance * result.ice_flux
+        # Where the film does not melt, what the ice does not take the rubber does.
+        split = np.where(result.melting, 1.0, to_rubber * resistance)
+        return result._replace(
+            ice_flux=to_ice * (temperature - ice.offset),
+            rubber_flux=to_rubber * (temperature - self.rubber.offset),
+            ice_slope=ice.resistance * to_ice * split,
+        )

@@ -12,10 +12,9 @@ from scipy.linalg import solveh_banded
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.film.ice_heat import Column, FilmLaw
-from iceslide_fem.film.law import FilmStage, IceSurface
+from iceslide_fem.film.ice_heat import Column
+from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.interface.surface_grid import SurfaceGrid
-from iceslide_fem.materials import MELTING_TEMPERATURE
 
 # Where points of the rubber carry the film, each is joined to the strips through this share of
 # a strip's resistance: its flux is then a function of its temperature, and unique.
@@ -69,22 +68,23 @@ class GridColumnsUnderPoints(GridColumns):
         own = super().surface_temperature(content)
         return self.grid.interpolate(self.grid.allgather(own), self.at)
 
-    def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
+    def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """One implicit stage by Newton's method on the strips' temperatures. Collective.
 
         Raises NotConverged if the set of melting points does not settle.
         """
         grid = self.grid
         decay = self.decay(dt)
-        own_offset, resistance = self.response(start, decay, dt)  # one resistance for all
-        offset = grid.allgather(own_offset)
+        offset = grid.allgather(self.response(start, decay, dt).offset)
+        resistance = self.resistance(decay, dt)  # one for all
         per_heat = resistance / grid.cell_area
         link = np.full(self.area.shape, RESISTANCE_SHARE * float(resistance[0]))
         temperature = grid.allgather(GridColumns.surface_temperature(self, start))
         matrix = np.zeros((grid.diagonals[-1] + 1, grid.n_nodes))  # diagonals, lower half
+        near = None
         for _ in range(MAX_ITERATIONS):
-            here = grid.interpolate(temperature, self.at)
-            result = film(IceSurface(here, link, (MELTING_TEMPERATURE - here) / link))
+            result = film.solve(Surface.of(grid.interpolate(temperature, self.at), link), near)
+            near = result.log_height
             heat = grid.scatter(self.area * result.ice_flux, self.at)
             residual = temperature - offset - per_heat * heat
             if not np.isfinite(residual).all():

@@ -16,14 +16,12 @@ from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.fenics.direct_solver import factorise, solve
-from iceslide_fem.film.ice_heat import FilmLaw
-from iceslide_fem.film.law import FilmStage, IceSurface
+from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.interface.surface_grid import SurfaceGrid
 from iceslide_fem.materials import (
     ICE_CONDUCTIVITY,
     ICE_DENSITY,
     ICE_HEAT_CAPACITY,
-    MELTING_TEMPERATURE,
 )
 from iceslide_fem.mesh.structured import IceMesh
 
@@ -88,7 +86,7 @@ class Continuum:
         moved[: nodes.shape[0] - cells] = nodes[cells:]
         return np.array(moved.flat[self.node])
 
-    def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
+    def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """Solve C (x - start) / dt + K x = heat from the film, with the film law. Collective.
 
         Newton's method: where a point melts (or the rubber takes heat, too), its flux depends on
@@ -97,12 +95,10 @@ class Continuum:
         """
         content = start.copy()
         resistance = np.full(self.area.shape, self.resistance)
-        scale = 0.0
+        scale, near = 0.0, None
         for _ in range(MAX_ITERATIONS):
-            offset = self.surface_temperature(content)
-            result = film(
-                IceSurface(offset, resistance, (MELTING_TEMPERATURE - offset) / resistance)
-            )
+            result = film.solve(Surface.of(self.surface_temperature(content), resistance), near)
+            near = result.log_height
             heat = self._load(result.ice_flux)
             self._x.array[:] = (content - start) / float(dt)
             self._capacity.mult(self._x, self._b)

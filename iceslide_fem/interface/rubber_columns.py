@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.film.ice_heat import FilmLaw
-from iceslide_fem.film.rubber_heat import RubberColumns, RubberSurface, film_law_beside
+from iceslide_fem.film.rubber_heat import RubberColumns, RubberSurface
 from iceslide_fem.interface.surface_grid import SurfaceGrid
 
 
@@ -31,15 +30,16 @@ class RubberOverGrid(RubberColumns):
         self.grid = grid
         self.at, self.area = grid.own_nodes(), np.zeros(grid.own.size)
 
-    def beside(self, start: Array, dt: Array | float, film: FilmLaw, log_height: Array) -> FilmLaw:
-        """The film law between ice and this rubber on this rank's nodes. Collective.
+    def response(self, start: Array, dt: Array | float) -> RubberSurface:
+        """The rubber's surface over this rank's nodes at the end of a stage. Collective.
 
         The points around a node answer as if each took the node's own flux, not the mean of its
         neighbours' fluxes.
         """
-        offset, resistance = self.column.response(start, self.column.decay(dt), dt)
-        rubber = RubberSurface(self._mean(offset), resistance, self._cover(), self.half_film)
-        return film_law_beside(rubber, film, log_height)
+        decay = self.column.decay(dt)
+        mean = self._mean(self.column.response(start, decay, dt).offset)
+        resistance = self.column.resistance(decay, dt)  # one for all
+        return RubberSurface(mean, resistance, self._cover(), self.conductance)
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
         """Content after a stage with `flux` (W/m2) at this rank's nodes. Collective."""
