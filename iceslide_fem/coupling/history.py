@@ -111,11 +111,11 @@ def outside_table(block: Block, contact: ContactState) -> float:
     touching = contact.pressure > 0.0
     outside = touching & block.friction.outside(contact.pressure)
     total = _contact_area(block, contact)
-    return block.surface.total(outside * 1.0, contact.area) / total if total > 0.0 else 0.0
+    return block.surface.total(outside.astype(float), contact.area) / total if total > 0.0 else 0.0
 
 
 def _contact_area(block: Block, contact: ContactState) -> float:
-    return block.surface.total((contact.pressure > 0.0) * 1.0, contact.area)
+    return block.surface.total((contact.pressure > 0.0).astype(float), contact.area)
 
 
 def _surface(sliding: Sliding, current: CoupledState) -> Array:

@@ -59,12 +59,12 @@ class PressureMap:
     @property
     def x(self) -> Array:
         """Middle of each column of pixels, m."""
-        return (np.arange(self.pressure.shape[1]) + 0.5) * self.dx
+        return (np.arange(0.0, self.pressure.shape[1]) + 0.5) * self.dx
 
     @property
     def y(self) -> Array:
         """Middle of each row of pixels, m."""
-        return (np.arange(self.pressure.shape[0]) + 0.5) * self.dy
+        return (np.arange(0.0, self.pressure.shape[0]) + 0.5) * self.dy
 
     def carrying(self, load: float) -> tuple[PressureMap, float]:
         """The map that carries `load` (N), and the factor applied to every pressure."""

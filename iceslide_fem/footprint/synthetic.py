@@ -45,7 +45,7 @@ class Tread:
         """The pressure on `shape` = (ny, nx) pixels, with a margin of 5 % around the contact."""
         ny, nx = shape
         dx, dy = self.length / nx, self.width / ny
-        x, y = (np.arange(nx) + 0.5) * dx, ((np.arange(ny) + 0.5) * dy)[:, None]
+        x, y = (np.arange(0.0, nx) + 0.5) * dx, ((np.arange(0.0, ny) + 0.5) * dy)[:, None]
         u = (2.0 * x / self.length - 1.0) / 0.9  # -1 to 1 from the trailing to the leading edge
         w = (2.0 * y / self.width - 1.0) / 0.9
         inside = (np.abs(u) ** 4 + np.abs(w) ** 6 < 1.0) & self._touches(x, y)

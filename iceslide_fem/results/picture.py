@@ -155,8 +155,8 @@ def _render(snapshot: Snapshot, scales: Scales) -> NDArray[np.uint8]:
     plotter.enable_anti_aliasing("msaa", multi_samples=8)
     image = np.asarray(plotter.screenshot(return_img=True))
     plotter.close()
-    inked = (image < 255).any(axis=2)
-    rows, columns = (np.flatnonzero(inked.any(axis=axis)) for axis in (1, 0))
+    inked = np.any(image < 255, axis=2)
+    rows, columns = (np.flatnonzero(np.any(inked, axis=axis)) for axis in (1, 0))
     return image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
 
 
@@ -168,7 +168,7 @@ def _block_2d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
     contact = snapshot.interface.touching
     panel.add_collection(
         LineCollection(
-            MM * snapshot.interface.corners[contact][..., :2],
+            [*(MM * snapshot.interface.corners[contact][..., :2])],
             array=CONTACT.factor * snapshot.interface.values[PRESSURE][contact],
             cmap=CONTACT.colours,
             norm=Normalize(*scales.ranges[PRESSURE]),
@@ -189,10 +189,10 @@ def _block_2d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
 def _map(panel: Axes, interface: Interface, quantity: FieldQuantity, scales: Scales) -> None:
     """The quantity on the contact area, seen from above."""
     corners, touching = MM * interface.corners[..., :2], interface.touching
-    panel.add_collection(PolyCollection(corners[~touching], facecolors=NO_CONTACT))
+    panel.add_collection(PolyCollection([*corners[~touching]], facecolors=NO_CONTACT))
     panel.add_collection(
         PolyCollection(
-            corners[touching],
+            [*corners[touching]],
             array=quantity.factor * interface.values[quantity.name][touching],
             cmap=quantity.colours,
             norm=Normalize(*scales.ranges[quantity.name]),

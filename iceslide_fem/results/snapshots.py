@@ -14,7 +14,7 @@ import numpy as np
 import pyvista as pv
 from scipy.spatial import cKDTree
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.results import field_files
 
 TEMPERATURE = "temperature (degC)"
@@ -41,7 +41,7 @@ class Interface(NamedTuple):
         return self.corners.shape[1] == 2
 
     @property
-    def touching(self) -> Array:
+    def touching(self) -> Mask:
         """Which facets are in contact (f,)."""
         return np.asarray(self.values[PRESSURE] > 0.0)
 

@@ -24,7 +24,7 @@ def limit_met(surface: ContactSurface, u: Array, penalty: float, area: float, he
     comm = surface.comm
     floor = comm.allreduce(float(nodes[..., -1].min(initial=np.inf)), op=MPI.MIN)
     side = (nodes[..., -1].max(axis=1, initial=-np.inf) > floor + 1e-6 * height)[:, None]
-    touching = (contact.pressure > 0.0) * 1.0
+    touching = (contact.pressure > 0.0).astype(float)
     force = surface.total(contact.pressure, contact.area)
     folded = surface.total(contact.pressure * side, contact.area) / force if force else 0.0
     share = surface.total(touching * ~side, contact.area) / area

@@ -42,7 +42,9 @@ def write_checkpoint(folder: Path, scene: Scene, state: Mapping[str, Any]) -> No
     Raises OutputError if that fails; an older checkpoint then stays.
     """
     entries = flat(state)
-    arrays = {key: value for key, value in entries.items() if isinstance(value, np.ndarray)}
+    arrays: dict[str, Any] = {
+        key: value for key, value in entries.items() if isinstance(value, np.ndarray)
+    }
     header = {
         "fingerprint": fingerprint(scene),
         "scene": scene.as_dict(),
