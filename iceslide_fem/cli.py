@@ -1,4 +1,4 @@
-"""The command line: `iceslide run`, `sweep`, `ladder`, `info`, `view` and `footprint`."""
+"""The command line: `iceslide run`, `sweep`, `ladder`, `info`, `view`, `footprint`, `roughness`."""
 
 from __future__ import annotations
 
@@ -29,6 +29,7 @@ from iceslide_fem.launch import (
     stop_other_ranks,
     termination_as_interrupt,
 )
+from iceslide_fem.roughness.options import roughness
 
 if TYPE_CHECKING:
     from iceslide_fem.run.checkpoint import Checkpoint
@@ -306,6 +307,7 @@ def view(
 
 
 app.command()(on_one_process(footprint))
+app.command()(on_one_process(roughness))
 
 
 def main(argv: Sequence[str] | None = None) -> NoReturn:

@@ -104,8 +104,9 @@ class MooneyRivlin:
 
 # The thesis's finite element chapter; nu = 0.490 follows (it prints 0.495).
 COMPOUNDS = {"B": MooneyRivlin(C10=0.1662e6, C01=0.1068e6, D1=0.0737e-6)}
-# Published for the other compounds: Young's modulus only, Pa.
-YOUNGS_MODULUS_ONLY = {"A": 1.10e6, "C": 2.04e6}
+# Young's moduli of the thesis's table 3, Pa; of A and C nothing else is published.
+YOUNGS_MODULUS = {"A": 1.10e6, "B": 1.64e6, "C": 2.04e6}
+YOUNGS_MODULUS_ONLY = {name: E for name, E in YOUNGS_MODULUS.items() if name not in COMPOUNDS}
 
 
 class ContactParameters(NamedTuple):

@@ -1,0 +1,141 @@
+"""A rough elastic half-space pressed on a rigid plane, without friction or adhesion.
+
+Periodic, on a grid: displacements by FFT, pressures by bound-constrained conjugate gradients after
+Polonsky and Keer, Wear 231 (1999) 206-219. The directions are preconditioned with the stiffness of
+the half-space, restricted to the contact, which takes a quarter of the iterations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+from scipy.fft import irfft2, rfft2
+
+from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.materials import Array
+
+TOLERANCE = 1e-7
+MOST_ITERATIONS = 2000
+
+
+class Contact(NamedTuple):
+    """A rough surface on a plane; arrays of the map's shape (rows, columns).
+
+    pressure: Pa, positive exactly where they touch; gap: m, zero there. error: what is left of
+    gap times pressure and of overlap, relative to the rms height.
+    """
+
+    pressure: Array
+    gap: Array
+    iterations: int
+    error: float
+
+
+def compliance(shape: tuple[int, int], pixel: float, modulus: float) -> Array:
+    """Displacement over pressure of the waves that `rfft2` gives: 2 / (E* |q|), m/Pa.
+
+    Johnson, *Contact Mechanics*, 1985, section 13.2. The mean displacement of a half-space has no
+    meaning; it is set to zero. `modulus`: E*, Pa.
+    """
+    along_y = 2.0 * np.pi * np.fft.fftfreq(shape[0], pixel)
+    along_x = 2.0 * np.pi * np.fft.rfftfreq(shape[1], pixel)
+    q = np.hypot(along_y[:, None], along_x)
+    q[0, 0] = inf
+    return np.asarray(2.0 / (modulus * q))
+
+
+def press(
+    heights: Array,
+    pixel: float,
+    modulus: float,
+    pressures: Sequence[float],
+    tolerance: float = TOLERANCE,
+) -> Iterator[Contact]:
+    """Press the surface on the plane with each mean pressure (Pa) in turn; ascending is quickest.
+
+    heights: m, (rows, columns), periodic, asperities up; pixel: m; modulus: E* = E / (1 - nu^2)
+    of the rubber, Pa. Raises SimulationStopped if the iteration does not converge.
+    """
+    half_space = _HalfSpace((heights.shape[0], heights.shape[1]), pixel, modulus)
+    heights = heights - heights.mean()
+    shape = np.ones_like(heights)
+    for mean in pressures:
+        contact = _pressed(heights, half_space, shape * mean, tolerance)
+        yield contact
+        shape = contact.pressure / mean
+
+
+class _HalfSpace:
+    """Displacement under a pressure, and the pressure for a displacement, both without means."""
+
+    def __init__(self, shape: tuple[int, int], pixel: float, modulus: float) -> None:
+        self._compliance = compliance(shape, pixel, modulus)
+        self._stiffness = np.divide(
+            1.0, self._compliance, out=np.zeros_like(self._compliance), where=self._compliance > 0.0
+        )
+
+    def displacement(self, pressure: Array) -> Array:
+        return self._filtered(self._compliance, pressure)
+
+    def pressure(self, displacement: Array) -> Array:
+        return self._filtered(self._stiffness, displacement)
+
+    @staticmethod
+    def _filtered(factors: Array, field: Array) -> Array:
+        return np.asarray(irfft2(factors * rfft2(field), s=field.shape, overwrite_x=True))
+
+
+def _pressed(heights: Array, half_space: _HalfSpace, p: Array, tolerance: float) -> Contact:
+    """Pressure and gap under the mean pressure of the start `p` (Pa).
+
+    They minimise p.u/2 - p.h over p >= 0 with the given mean, where u is what p displaces. The
+    gradient, g = u - h less its mean over the contact, is the gap when it has vanished there.
+    """
+    mean, rms = float(p.mean()), float(np.sqrt(np.mean(heights**2)))
+    if rms == 0.0:
+        return Contact(p, np.zeros_like(p), 0, 0.0)
+    u = half_space.displacement(p)
+    step, before, last = np.zeros_like(p), np.zeros_like(p), inf
+    for iteration in range(MOST_ITERATIONS):
+        touching = p > 0.0
+        count = float(np.count_nonzero(touching))
+        g = u - heights
+        g -= np.vdot(p, g) / p.sum()
+        overlap = -float(g.min(where=~touching, initial=0.0))
+        error = max(float(np.vdot(p, np.abs(g)) / p.sum()), overlap) / rms
+        if error <= tolerance:
+            g[touching] = 0.0
+            return Contact(p, np.maximum(g, 0.0, out=g), iteration, error)
+
+        inside = g * touching
+        inside -= inside.sum() / count * touching
+        preconditioned = half_space.pressure(inside) * touching
+        preconditioned -= preconditioned.sum() / count * touching
+        size = float(np.vdot(inside, preconditioned))
+        # Polak and Ribiere's factor: it restarts by itself where the contact has changed.
+        step *= max(0.0, (size - float(np.vdot(before, preconditioned))) / last)
+        step += preconditioned
+        step *= touching
+        before, last = inside, size
+        response = half_space.displacement(step)
+        curvature = np.vdot(step, response) - step.sum() * np.vdot(response, touching) / count
+        length = float(np.vdot(inside, step)) / float(curvature)
+        moved = p - length * step
+
+        linear = moved.min() >= 0.0
+        np.maximum(moved, 0.0, out=moved)
+        if overlap > 0.0:
+            entering = ~touching & (g < 0.0)
+            curvature = np.vdot(inside, half_space.displacement(inside))
+            moved[entering] = -float(np.vdot(inside, inside) / curvature) * g[entering]
+            linear, last = False, inf
+        factor = mean / float(moved.mean())
+        p = moved * factor
+        u = (u - length * response) * factor if linear else half_space.displacement(p)
+    raise SimulationStopped(
+        f"the contact at {mean:.4g} Pa has not converged in {MOST_ITERATIONS} iterations "
+        f"(error {error:.2g} of the rms height)"
+    )

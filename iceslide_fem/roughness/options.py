@@ -1,0 +1,75 @@
+"""The options of `iceslide roughness`; nothing heavy is imported before they are read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def _option(metavar: str, text: str, default: str = "") -> Any:
+    """An option whose value is checked later, by `RoughnessCase`, with all others."""
+    shown = f" [dim]\\[default: {default}][/dim]" if default else ""
+    return typer.Option(metavar=metavar, help=text + shown, show_default=False)
+
+
+Text = str | None
+
+
+def roughness(
+    surface: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SURFACE",
+            help="Height map of the rubber (.npy, .csv, .txt, .xyz, .x3p), or a surface.toml that "
+            "generates one.",
+            show_default=False,
+        ),
+    ],
+    compound: Annotated[Text, _option("NAME", "Rubber: A, B or C.", "B")] = None,
+    modulus: Annotated[Text, _option("PA", "Rubber: Young's modulus, 1.6MPa.")] = None,
+    scene: Annotated[Text, _option("TOML", "Rubber: that of a scene.")] = None,
+    pressures: Annotated[
+        Text, _option("P:P:N", "First, last, count; in equal ratios.", "0.2bar:20bar:12")
+    ] = None,
+    realisations: Annotated[Text, _option("N", "Of a generated surface.", "8")] = None,
+    definition: Annotated[
+        Text, _option("NAME", "Of k and D: hydrodynamic or thesis.", "hydrodynamic")
+    ] = None,
+    shortest_wave: Annotated[
+        Text, _option("M", "Remove shorter waves.", "35um for a map, with hydrodynamic")
+    ] = None,
+    pixel: Annotated[Text, _option("M", "Pixel of a map that does not say: 17.5um.")] = None,
+    height_unit: Annotated[Text, _option("UNIT", "Of heights that do not say: um.", "m")] = None,
+    out: Annotated[
+        Path | None, _option("DIR", "Where to write; else results/<name of the surface>.")
+    ] = None,
+) -> None:
+    """k, D and H_V over pressure, from a height map of the rubber: contact.csv for film.contact."""
+    values = {name: value for name, value in locals().items() if value is not None}
+    directory = values.pop("out", Path("results") / surface.stem)
+
+    from rich.console import Console
+    from rich.table import Table
+
+    from iceslide_fem.roughness.command import lines, rows, run
+
+    result, figures = run(values, directory)
+    console, about = Console(), Table(show_header=False)
+    for name, value in lines(figures):
+        about.add_row(name, value)
+    console.print(about)
+    found = Table("p (bar)", "k", "D (um)", "H_V (um)", "k/D (1/mm)")
+    for row in rows(result):
+        found.add_row(*row)
+    console.print(found)
+    for warning in figures["warnings"]:
+        typer.echo(f"Note: {warning}.")
+    typer.echo(
+        "Note: k and D grow and shrink with the shortest wave that is kept, k/D moves little "
+        "(docs/roughness.md)."
+    )
+    for name in ("contact.csv", "surface.json", "map.png", "contact.png", "parameters.png"):
+        typer.echo(str(directory / name))
+    typer.echo(str(directory / "spectrum.png"))

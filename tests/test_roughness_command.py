@@ -1,0 +1,265 @@
+"""`iceslide roughness`: files in, table and pictures out, one sentence for what is wrong."""
+
+import csv
+import json
+import re
+import sys
+import zipfile
+
+import numpy as np
+import pytest
+
+from iceslide_fem.cli import main
+from iceslide_fem.errors import SceneError
+from iceslide_fem.materials import YOUNGS_MODULUS
+from iceslide_fem.roughness.case import RoughnessCase
+from iceslide_fem.roughness.generate import SurfaceSpec, generate
+from iceslide_fem.roughness.read import read_surface
+from iceslide_fem.roughness.survey import COLUMNS, survey, table
+from iceslide_fem.scene import load_scene, scene_from_dict
+
+SPEC = """\
+rms_height = "5.8 um"
+hurst = 0.2
+rolloff = "175 um"
+shortest_wave = "70 um"
+size = "1 mm"
+pixels = 64
+"""
+TWO = {"pressures": "1bar:5bar:2", "realisations": "2"}
+
+
+@pytest.fixture
+def spec(tmp_path):
+    (tmp_path / "surface.toml").write_text(SPEC, encoding="utf-8")
+    return tmp_path / "surface.toml"
+
+
+@pytest.fixture(scope="module")
+def heights():
+    values = {"rms_height": 4e-6, "hurst": 0.5, "rolloff": 2e-4, "shortest_wave": 7e-5}
+    return generate(SurfaceSpec.model_validate(values | {"size": 4e-4, "pixels": 40})).heights
+
+
+def called(*words):
+    with pytest.raises(SystemExit) as ended:
+        main([str(word) for word in words])
+    return ended.value.code
+
+
+def test_from_a_surface_to_a_scene_in_two_commands(spec, tmp_path, capsys):
+    out = tmp_path / "out"
+    options = ["--realisations", 2, "--pressures", "0.5bar:8bar:4", "--out", out]
+    assert called("roughness", spec, *options) == 0
+    printed = capsys.readouterr().out
+    assert "k is above 0.9 from" in printed and "contact.csv" in printed and "±" in printed
+    with open(out / "contact.csv", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert tuple(rows[0]) == COLUMNS and len(rows) == 4
+    columns = {name: np.array([float(row[name]) for row in rows]) for name in COLUMNS}
+    assert (np.diff(columns["k"]) > 0).all() and (np.diff(columns["H_V_m"]) < 0).all()
+    assert (columns["k_std"] > 0).all() and (columns["k"] < columns["k_raw"]).all()
+    found = json.loads((out / "surface.json").read_text())
+    assert found["rms_height_m"] == pytest.approx(5.8e-6)
+    assert found["cut_offs"]["shortest_wave_m"] == 70e-6 and found["realisations"] == 2
+    assert found["solver"]["largest_error"] <= found["solver"]["tolerance"]
+    assert found["modulus_Pa"] == pytest.approx(1.64e6 / 0.75)
+    for name in ("map", "contact", "parameters", "spectrum"):
+        assert (out / f"{name}.png").stat().st_size > 10_000
+    scene = scene_from_dict(
+        {
+            "name": "a",
+            "model": "point",
+            "rubber": {"compound": "B"},
+            "load": {"pressure": "0.5 bar", "speed": 3, "duration": "1 ms"},
+            "film": {"contact": str(out / "contact.csv")},
+        }
+    )
+    assert scene.outside_table() is None
+    assert scene.contact_parameters(5e4).k == pytest.approx(columns["k"][0])
+
+
+def test_k_of_another_compound_is_that_at_another_pressure(spec):
+    """k_A(p) = k_B(p E_B / E_A), exactly; so are D and H_V."""
+    ratio = YOUNGS_MODULUS["B"] / YOUNGS_MODULUS["A"]
+    given = {"surface": str(spec), "realisations": "1"}
+    soft = survey(RoughnessCase.of(given | {"compound": "A", "pressures": "1bar:2bar:2"})).mean
+    ends = f"{ratio:.17g}bar:{2 * ratio:.17g}bar:2"
+    medium = survey(RoughnessCase.of(given | {"pressures": ends})).mean
+    for one, other in zip(soft, medium, strict=True):
+        assert one == pytest.approx(other, rel=1e-4)
+
+
+def test_rubber_by_modulus_and_by_scene(spec, tmp_path):
+    case = RoughnessCase.of({"surface": str(spec), "modulus": "1.5 MPa"})
+    assert case.rubber[1] == pytest.approx(2e6)
+    text = 'name = "s"\nmodel = "point"\n[rubber]\n{}\n[load]\npressure = 1e5\nspeed = 3\n'
+    text += "duration = 1e-3\n[film]\nk = 0.3\nD = 3e-5\nH_V = 2e-6\n"
+    (tmp_path / "s.toml").write_text(text.format("C10 = 2e5\nC01 = 1e5\nnu = 0.49"))
+    case = RoughnessCase.of({"surface": str(spec), "scene": str(tmp_path / "s.toml")})
+    rubber = load_scene(tmp_path / "s.toml").mooney_rivlin
+    assert case.rubber[1] == pytest.approx(rubber.youngs_modulus / (1 - 0.49**2))
+    (tmp_path / "s.toml").write_text(text.format('compound = "B"'))
+    case = RoughnessCase.of({"surface": str(spec), "scene": str(tmp_path / "s.toml")})
+    assert case.rubber == ("compound B", pytest.approx(1.64e6 / 0.75))
+
+
+def test_one_map_has_no_deviations(heights, tmp_path):
+    np.save(tmp_path / "map.npy", heights)
+    given = {"surface": str(tmp_path / "map.npy"), "pixel": "10um", **TWO}
+    result = survey(RoughnessCase.of(given | {"shortest_wave": "70um"}))
+    assert np.isnan(result.deviation.k).all() and result.found.shape == (1, 2, 6)
+    assert ",,," in table(result)
+    raw = survey(RoughnessCase.of(given | {"definition": "thesis"}))
+    assert raw.cut_off is None and raw.surface.heights.shape == (80, 80)
+
+
+def x3p(path, heights, pixel, kind="D", mask=None, scale=1.0):
+    data = (heights / scale).astype({"D": "<f8", "F": "<f4", "I": "<i2"}[kind]).tobytes()
+    valid = "<ValidPointsLink>bindata/valid.bin</ValidPointsLink>" if mask is not None else ""
+    xml = f"""<?xml version="1.0" encoding="UTF-8"?>
+<p:ISO5436_2 xmlns:p="http://www.opengps.eu/2008/ISO5436_2"><Record1><Axes>
+<CX><AxisType>I</AxisType><DataType>D</DataType><Increment>{pixel}</Increment></CX>
+<CY><AxisType>I</AxisType><DataType>D</DataType><Increment>{pixel}</Increment></CY>
+<CZ><AxisType>A</AxisType><DataType>{kind}</DataType><Increment>{scale}</Increment></CZ>
+</Axes></Record1><Record3><MatrixDimension><SizeX>{heights.shape[1]}</SizeX>
+<SizeY>{heights.shape[0]}</SizeY><SizeZ>1</SizeZ></MatrixDimension>
+<DataLink><PointDataLink>bindata/data.bin</PointDataLink>{valid}</DataLink></Record3></p:ISO5436_2>"""
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("main.xml", xml)
+        archive.writestr("bindata/data.bin", data)
+        if mask is not None:
+            bits = np.packbits(mask.ravel(), bitorder="little").tobytes()
+            archive.writestr("bindata/valid.bin", bits)
+
+
+def test_every_format_gives_the_same_map(heights, tmp_path):
+    expected = heights[:, :30]
+    um = 1e6 * expected
+    y, x = np.indices(expected.shape)
+    np.save(tmp_path / "a.npy", um)
+    np.savetxt(tmp_path / "a.csv", um, delimiter=",")
+    np.savetxt(tmp_path / "a.txt", um, header="heights in um")
+    text = "\n".join(";".join(f"{value:.9g}" for value in row) + ";" for row in um)
+    (tmp_path / "comma.csv").write_text(text.replace(".", ","))
+    points = np.column_stack([10.0 * x.ravel(), 10.0 * y.ravel(), um.ravel()])
+    np.random.default_rng(1).shuffle(points)
+    np.savetxt(tmp_path / "a.xyz", points)
+    np.savetxt(tmp_path / "points.csv", points, delimiter=",", header="x,y,z", comments="")
+    for name, pixel in [("a.npy", 1e-5), ("a.csv", 1e-5), ("a.txt", 1e-5), ("comma.csv", 1e-5)] + [
+        ("a.xyz", None),
+        ("points.csv", None),
+        ("a.xyz", 1e-5),
+    ]:
+        found = read_surface(tmp_path / name, pixel, 1e-6)
+        assert found.heights == pytest.approx(expected, abs=1e-12), name
+        assert found.pixel == pytest.approx(1e-5) and not found.periodic
+    for kind, scale in (("D", 1.0), ("F", 1.0), ("I", 1e-9)):
+        x3p(tmp_path / "a.x3p", expected, 1e-5, kind, scale=scale)
+        found = read_surface(tmp_path / "a.x3p", None, 1.0)
+        assert found.heights == pytest.approx(expected, abs=1e-9 if kind == "I" else 1e-12)
+
+
+def test_missing_heights_of_every_format(heights, tmp_path):
+    holes = 1e6 * heights
+    holes[3, 4] = holes[20, 0] = np.nan
+    there = np.isfinite(holes)
+    x3p(tmp_path / "a.x3p", np.nan_to_num(1e-6 * holes), 1e-5, mask=there)
+    rows = [["***" if np.isnan(value) else f"{value:.9g}" for value in row] for row in holes]
+    (tmp_path / "a.txt").write_text("\n".join("\t".join(row) for row in rows))
+    (tmp_path / "a.csv").write_text("\n".join(",".join(row) for row in rows).replace("***", ""))
+    y, x = np.indices(holes.shape)
+    np.savetxt(tmp_path / "a.xyz", np.column_stack([10 * x[there], 10 * y[there], holes[there]]))
+    for name in ("a.x3p", "a.txt", "a.csv", "a.xyz"):
+        pixel = 1e-5 if name in ("a.txt", "a.csv") else None
+        found = read_surface(tmp_path / name, pixel, 1e-6).heights
+        assert np.array_equal(np.isfinite(found), there), name
+        assert found[there] == pytest.approx(1e-6 * holes[there], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "options", "words"),
+    [
+        ("none.npy", None, [], "none.npy is not a file"),
+        ("a.npy", b"not an array", [], "is not an array that NumPy has saved"),
+        ("a.npy", np.zeros(5), [], "is not a matrix of real numbers"),
+        ("a.npy", np.zeros((5, 5), complex), [], "is not a matrix of real numbers"),
+        ("a.npy", np.eye(20), [], "has no pixel size: give it, as in --pixel 17.5um"),
+        ("a.npy", np.eye(8), ["--pixel", "1um"], "8 x 8 pixels; allowed: 16 or more"),
+        ("a.npy", np.ones((20, 20)), ["--pixel", "1um"], "the map is flat"),
+        ("a.npy", np.full((20, 20), np.nan), ["--pixel", "1um"], "infinite, or none at all"),
+        ("a.npy", np.full((20, 20), np.inf), ["--pixel", "1um"], "infinite, or none at all"),
+        ("a.npy", np.eye(20), ["--pixel", "1 kg"], '--pixel = "1 kg" has the wrong unit'),
+        ("a.npy", np.eye(20), ["--pixel", "1um", "--height-unit", "kg"], "not a unit of length"),
+        ("a.csv", b"1,2\n3,4,5\n", ["--pixel", "1um"], "lines with different numbers of values"),
+        ("a.csv", b"1,2\n3,x\n", ["--pixel", "1um"], '"x" is not a number'),
+        ("a.csv", b"\n# nothing\n", ["--pixel", "1um"], "has no numbers in it"),
+        ("a.txt", b"\xff\xfe\x00\x01", ["--pixel", "1um"], "is not a text file"),
+        ("a.xyz", b"0 0 1\n1 0 1\n2.5 0 1\n3 7 1\n", [], "do not lie on a regular grid"),
+        ("a.xyz", b"0 0 1\n0 1 1\n0 2 1\n0 3 1\n", [], "all points have the same x"),
+        ("a.xyz", b"0 0 1\n1 0 1\n0 2 1\n1 2 1\n", [], "they must be square"),
+        ("a.x3p", b"not a zip archive", [], "is not an X3P file that can be read"),
+        ("a.toml", b"rms_height =", [], "is not valid TOML"),
+        ("a.toml", SPEC.replace("hurst", "hurts").encode(), [], "did you mean hurst?"),
+        ("a.toml", SPEC.replace("0.2", "2").encode(), [], "hurst = 2 is out of range"),
+        ("a.toml", SPEC.replace('"5.8 um"', "5.8").encode(), [], "a plain number is in m"),
+        ("a.toml", (SPEC + "rms_slope = 0.3").encode(), [], "give one of rms_height and rms_slope"),
+        ("a.toml", SPEC.replace("175 um", "60 um").encode(), [], "must not fall in this order"),
+        ("a.toml", SPEC.replace("70 um", "35 um").encode(), [], "has 2.2 pixels of 15.62 um"),
+        ("a.toml", (SPEC + "skewness = -2").encode(), ["--realisations", "0"], "--realisations"),
+        ("a.toml", SPEC.encode(), ["--pixel", "1um"], "--pixel has no meaning"),
+        ("a.toml", SPEC.encode(), ["--shortest-wave", "50um"], "is shorter than that of"),
+        ("a.toml", SPEC.encode(), ["--shortest-wave", "0.5mm"], "longer than a quarter of the map"),
+        ("a.toml", SPEC.encode(), ["--compound", "D"], '--compound "D" is not known; allowed: "A"'),
+        ("a.toml", SPEC.encode(), ["--compound", "B", "--modulus", "1MPa"], "contradict"),
+        ("a.toml", SPEC.encode(), ["--modulus", "1bar/s"], "--modulus"),
+        ("a.toml", SPEC.encode(), ["--definition", "other"], "allowed: 'hydrodynamic' or 'thesis'"),
+        ("a.toml", SPEC.encode(), ["--pressures", "1bar"], "is not of the form 0.2bar:20bar:12"),
+        ("a.toml", SPEC.encode(), ["--pressures", "5bar:1bar:3"], "rising, with 2 to 200"),
+        ("a.toml", SPEC.encode(), ["--pressures", "1m:5bar:3"], "has the wrong unit"),
+        ("a.toml", SPEC.encode(), ["--scene", "no.toml"], "--scene"),
+    ],
+)
+def test_bad_input_is_one_sentence(name, content, options, words, tmp_path, capsys):
+    path = tmp_path / name
+    if isinstance(content, np.ndarray):
+        np.save(path, content)
+    elif content is not None:
+        path.write_bytes(content)
+    out = tmp_path / "out"
+    with np.errstate(all="ignore"):
+        code = called("roughness", path, *options, "--out", out)
+    error = capsys.readouterr().err
+    assert code == 2 and words in error, error
+    assert error.startswith("iceslide: ") and error.count("\n") == 1
+    assert not out.exists()
+
+
+def test_too_few_pixels_are_refused_except_for_the_source_s_definitions(heights, tmp_path):
+    np.save(tmp_path / "map.npy", heights)
+    given = {"surface": str(tmp_path / "map.npy"), "pixel": "10um", **TWO}
+    with pytest.raises(SceneError, match=r"has 3.5 pixels of 10 um; allowed: 4 or more"):
+        survey(RoughnessCase.of(given))
+    assert survey(RoughnessCase.of(given | {"definition": "thesis"})).mean.k[0] > 0.0
+
+
+def test_steep_surfaces_are_said(tmp_path, capsys):
+    steep = re.sub("rms_height.*", "rms_slope = 0.7", SPEC)
+    (tmp_path / "a.toml").write_text(steep)
+    words = ["--realisations", "1", "--pressures", "1bar:2bar:2", "--out", tmp_path / "out"]
+    assert called("roughness", tmp_path / "a.toml", *words) == 0
+    assert "the rms slope is 0.70: above 0.6" in capsys.readouterr().out
+
+
+def test_skewness_beyond_the_spectrum_is_said(tmp_path):
+    values = {"rms_height": 1e-6, "hurst": 0, "rolloff": 1e-3, "shortest_wave": 9e-4}
+    values |= {"size": 1e-3, "pixels": 64, "skewness": 2.0}
+    with pytest.raises(SceneError, match="skewness = 2 cannot be had with this spectrum"):
+        generate(SurfaceSpec.model_validate(values))
+
+
+def test_vendors_formats_need_an_optional_reader(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "surfalize", None)
+    (tmp_path / "a.sur").write_bytes(b"x")
+    with pytest.raises(SceneError, match="pip install surfalize"):
+        read_surface(tmp_path / "a.sur", None, 1.0)
