@@ -12,15 +12,16 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
-    FilePath,
     ValidationError,
     model_validator,
 )
 
-from iceslide_fem.errors import SceneError, first_sentence
+from iceslide_fem.errors import SceneError
 from iceslide_fem.materials import YOUNGS_MODULUS, Array
 from iceslide_fem.roughness.parameters import Definition
 from iceslide_fem.scene import load_scene
+from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.units import Quantity, to_si
 
 # What two pixels of 17.5 um, the source's mesh, can show: the published table is of such waves.
@@ -91,7 +92,7 @@ class RoughnessCase(BaseModel):
     height_unit: Annotated[float, BeforeValidator(_unit)] = 1.0
     compound: str | None = None
     modulus: Annotated[float, Quantity("Pa", "1 kPa", "100 GPa"), Number] | None = None
-    scene: FilePath | None = None
+    scene: InputFile | None = None
     pressures: Annotated[tuple[float, ...], BeforeValidator(_pressures)] = _pressures(
         "0.2bar:20bar:12"
     )

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from scipy.stats import gamma
 
-from iceslide_fem.errors import SceneError, first_sentence
+from iceslide_fem.errors import SceneError
 from iceslide_fem.materials import Array
 from iceslide_fem.roughness.surface import Surface, wave_numbers
+from iceslide_fem.scene.input_file import read_text
+from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.units import Quantity
 
 Height = Annotated[float, Quantity("m", "1 nm", "10 mm")]
@@ -71,12 +73,12 @@ class SurfaceSpec(BaseModel):
 
 def read_spec(path: Path) -> SurfaceSpec:
     """Read a `surface.toml`; raises SceneError with one sentence if anything is wrong."""
+    text = read_text(path, "the surface")
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise SceneError(f"cannot read the surface {path}: {reason}") from None
-    except tomllib.TOMLDecodeError as error:
+        data = tomllib.loads(text)
+    except RecursionError:
+        raise SceneError(f"{path} is nested too deeply") from None
+    except ValueError as error:  # of TOML, or a whole number of thousands of digits
         raise SceneError(f"{path} is not valid TOML: {error}") from None
     try:
         return SurfaceSpec.model_validate(data)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.materials import ContactTable
+from iceslide_fem.scene.input_file import read_text
 
 # Column, lowest and highest value allowed (both included).
 COLUMNS = (
@@ -23,11 +24,7 @@ def read_contact_table(path: Path, key: str) -> ContactTable:
     Rows in ascending pressure, two or more; lines that begin with # are remarks. k must not fall
     and H_V not rise with pressure. Raises SceneError, one sentence that names `key`, otherwise.
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise SceneError(f"{key}: cannot read {path}: {reason}") from None
+    text = read_text(path, key)
     lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
     table = csv.DictReader(lines, skipinitialspace=True)
     heading = [name.strip() for name in table.fieldnames or []]
