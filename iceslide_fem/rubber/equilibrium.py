@@ -88,10 +88,11 @@ class Equilibrium:
     def solve(self, force: float, law: TractionLaw, tolerance: float) -> Solution:
         """Find equilibrium from the present displacements; plate force `force`, downwards.
 
-        `tolerance` (N) is the norm of the residual to reach. Raises NotConverged, with the
-        displacements at the last iterate: the caller restores what it had.
+        `tolerance` (N) is the norm of the residual to reach, or what rounding leaves of it. Raises
+        NotConverged, with the displacements at the last iterate: the caller restores what it had.
         """
         values = self.rubber.u.x.array
+        tolerance = max(tolerance, self.rubber.force_rounding())
         tangents = leaps = 0
         size = self._imbalance(force, law)
         change = self._direction() if self._has_tangent else None

@@ -9,7 +9,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
-from iceslide_fem.fenics.compat import PETSc, fem, ufl
+from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.materials import MooneyRivlin
 from iceslide_fem.mesh.structured import RubberMesh
 
@@ -92,6 +92,10 @@ class HyperelasticBody:
             residual += mass * ufl.inner(change, test) * ufl.dx
             square = ufl.inner(self._velocity, self._velocity)
             self._kinetic = compat.form(0.5 * mass * square * ufl.dx)
+            masses = compat.create_vector(self.space)
+            compat.assemble_vector(masses, compat.form(mass * sum(test) * ufl.dx))
+            self._mass = masses.norm()
+        self._has_inertia = density > 0.0
         self._energy = compat.form(functional)
         self._residual = compat.form(residual)
         self._tangent = compat.form(ufl.derivative(residual, self.u, trial))
@@ -136,6 +140,18 @@ class HyperelasticBody:
         """
         self._weight.value = weight
         self._reference.x.array[:] = reference
+
+    def force_rounding(self) -> float:
+        """Norm (N) of what rounding alone may leave of the inertia forces. Collective.
+
+        They are weight * mass * (u - reference) with a weight of 1 / dt^2: at steps of picoseconds
+        the last digit of u weighs more than the elastic forces.
+        """
+        if not self._has_inertia:
+            return 0.0
+        own = float(np.abs(self.u.x.array).max(initial=0.0))
+        largest = self.mesh.comm.allreduce(own, op=MPI.MAX)
+        return float(np.finfo(float).eps * abs(self._weight.value) * self._mass * largest)
 
     def kinetic_energy(self, velocity: Array) -> float:
         """Kinetic energy, J (J/m in a slice), of nodal velocities, m/s; only with a density.
