@@ -14,7 +14,7 @@ import iceslide_fem
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import writing
 from iceslide_fem.output.summary import begin_run, write_summary
-from iceslide_fem.output.table import HISTORY_COLUMNS, Table
+from iceslide_fem.output.table import HistoryRow, Table
 from iceslide_fem.planning.rungs import resolved
 from iceslide_fem.results import Run, read_run
 from iceslide_fem.results.report import report
@@ -86,7 +86,7 @@ def _run_point(scene: Scene, out: Path) -> dict[str, Any]:
     summary = _summary(scene, results, started)
     rank = MPI.COMM_WORLD.rank
     begin_run(out, rank)
-    with Table(out / "history.csv", HISTORY_COLUMNS, rank) as history:
+    with Table(out / "history.csv", HistoryRow, rank) as history:
         for row in rows:
             history.row(row)
     _finish(out, summary, rank)

@@ -5,7 +5,7 @@ import csv
 import numpy as np
 
 from iceslide_fem.output.summary import write_summary
-from iceslide_fem.output.table import HISTORY_COLUMNS, PRELOAD_COLUMNS, Table
+from iceslide_fem.output.table import HistoryRow, PreloadRow, Table
 from iceslide_fem.scene import scene_from_dict
 
 DURATION = 7e-3  # s
@@ -27,20 +27,20 @@ def write_run(directory, model, saturation=None, preload=True):
     """Write history, preload and summary as a run does; mu peaks at 3 ms with 0.5."""
     time = np.linspace(0.0, DURATION, 29)
     mu = np.interp(time, [0.0, 3e-3, DURATION], [0.2, 0.5, 0.25])
-    with Table(directory / "history.csv", HISTORY_COLUMNS, rank=0) as history:
+    with Table(directory / "history.csv", HistoryRow, rank=0) as history:
         for t, m in zip(time, mu, strict=True):
-            row = dict.fromkeys(HISTORY_COLUMNS, 0.0)
+            row = dict.fromkeys(HistoryRow._fields, 0.0)
             row |= {"time_s": t, "mu": m, "film_height_m": 5e-8, "contact_fraction": 0.9}
             row |= {"surface_temperature_C": min(0.0, -4.0 + t / 1e-3), "friction_work_J": t * m}
-            history.row(row)
+            history.row(HistoryRow(**row))
     if preload:
-        with Table(directory / "preload.csv", PRELOAD_COLUMNS, rank=0) as table:
+        with Table(directory / "preload.csv", PreloadRow, rank=0) as table:
             for load, speed in [(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 0.5), (1.0, 1.0)]:
-                row = dict.fromkeys(PRELOAD_COLUMNS, 0.0)
+                row = dict.fromkeys(PreloadRow._fields, 0.0)
                 row |= {"phase": "ramp" if speed else "press", "load_fraction": load}
                 row |= {"speed_fraction": speed, "normal_force_N": load * 0.1}
                 row |= {"friction_force_N": 0.1 * load * 0.2 * speed}
-                table.row(row)
+                table.row(PreloadRow(**row))
     summary = {"mu_peak": 0.5, "mu_peak_time_s": 3e-3, "mu_mean": float(mu.mean())}
     summary |= {"mu_end": 0.25, "melt_onset_s": 2e-3, "saturation_s": saturation}
     write_summary(directory / "summary.json", summary | {"scene": a_scene(model).as_dict()})

@@ -62,10 +62,10 @@ def test_scene_page_has_every_key_with_its_range_and_default():
 
 def test_outputs_page_has_every_column():
     pytest.importorskip("iceslide_fem.fenics.compat")
-    from iceslide_fem.output.table import HISTORY_COLUMNS, PRELOAD_COLUMNS
+    from iceslide_fem.output.table import HistoryRow, PreloadRow
 
-    assert names("outputs.md", "history.csv") == list(HISTORY_COLUMNS)
-    assert names("outputs.md", "preload.csv") == list(PRELOAD_COLUMNS)
+    assert names("outputs.md", "history.csv") == list(HistoryRow._fields)
+    assert names("outputs.md", "preload.csv") == list(PreloadRow._fields)
 
 
 @pytest.mark.fe

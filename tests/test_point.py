@@ -214,35 +214,35 @@ def scene(**changes):
 @pytest.mark.parametrize("heat", ["column", "half-space"])
 def test_history_of_a_scene(heat):
     rows, results = point_history(scene(ice={"heat": heat}))
-    time = np.array([row["time_s"] for row in rows])
+    time = np.array([row.time_s for row in rows])
     assert time[0] == 0.0 and time[-1] == pytest.approx(5e-3) and (np.diff(time) > 0.0).all()
-    np.testing.assert_allclose(np.diff(time), [row["step_s"] for row in rows[1:]], rtol=1e-6)
+    np.testing.assert_allclose(np.diff(time), [row.step_s for row in rows[1:]], rtol=1e-6)
     first, last = rows[0], rows[-1]
-    assert first["film_height_m"] == pytest.approx(70e-9)
-    assert first["surface_temperature_C"] == pytest.approx(-4.0)
-    assert first["friction_work_J"] == 0.0
-    assert last["normal_force_N"] == pytest.approx(5e5 * 6e-6)
-    assert last["friction_force_N"] == pytest.approx(last["mu"] * last["normal_force_N"])
-    assert last["slip_m"] == pytest.approx(0.02)
-    assert last["saturated_fraction"] == last["melted_fraction"] == last["contact_fraction"] == 1.0
-    parts = last["ice_heat_J"] + last["latent_heat_J"]
-    assert last["friction_work_J"] == pytest.approx(parts, rel=1e-12)
+    assert first.film_height_m == pytest.approx(70e-9)
+    assert first.surface_temperature_C == pytest.approx(-4.0)
+    assert first.friction_work_J == 0.0
+    assert last.normal_force_N == pytest.approx(5e5 * 6e-6)
+    assert last.friction_force_N == pytest.approx(last.mu * last.normal_force_N)
+    assert last.slip_m == pytest.approx(0.02)
+    assert last.saturated_fraction == last.melted_fraction == last.contact_fraction == 1.0
+    parts = last.ice_heat_J + last.latent_heat_J
+    assert last.friction_work_J == pytest.approx(parts, rel=1e-12)
     assert abs(results["energy_imbalance"]) < 1e-12
-    assert results["mu_end"] == pytest.approx(last["mu"])
-    assert results["mu_peak"] == pytest.approx(max(row["mu"] for row in rows))
+    assert results["mu_end"] == pytest.approx(last.mu)
+    assert results["mu_peak"] == pytest.approx(max(row.mu for row in rows))
     assert results["steps"] == len(rows) - 1
-    melted = next(row["time_s"] for row in rows if row["melted_fraction"])
-    filled = next(row["time_s"] for row in rows if row["saturated_fraction"])
+    melted = next(row.time_s for row in rows if row.melted_fraction)
+    filled = next(row.time_s for row in rows if row.saturated_fraction)
     assert results["melt_onset_s"] == pytest.approx(melted)
     assert results["saturation_s"] == pytest.approx(filled)
-    work = results["mu_mean"] * last["normal_force_N"] * last["slip_m"]
-    assert work == pytest.approx(last["friction_work_J"])
+    work = results["mu_mean"] * last.normal_force_N * last.slip_m
+    assert work == pytest.approx(last.friction_work_J)
 
 
 def test_history_says_none_where_nothing_melts():
     rows, results = point_history(scene(load={"speed": "0.1 m/s"}))
     assert results["melt_onset_s"] is None and results["saturation_s"] is None
-    assert max(row["surface_temperature_C"] for row in rows) < 0.0 < MELTING_TEMPERATURE
+    assert max(row.surface_temperature_C for row in rows) < 0.0 < MELTING_TEMPERATURE
 
 
 @pytest.mark.parametrize("integrator", ["implicit-euler", "explicit-euler"])
@@ -250,7 +250,7 @@ def test_history_without_error_control_has_equal_steps(integrator):
     rows, results = point_history(scene(numerics={"film_integrator": integrator}))
     assert 2000 <= results["steps"] <= 2010
     better, _ = point_history(scene())
-    assert rows[-1]["mu"] == pytest.approx(better[-1]["mu"], rel=5e-3)
+    assert rows[-1].mu == pytest.approx(better[-1].mu, rel=5e-3)
     numerics = {"film_integrator": integrator, "max_step": "10 us"}
     _, results = point_history(scene(numerics=numerics))
     assert 500 <= results["steps"] <= 510

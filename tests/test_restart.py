@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import psutil
@@ -194,25 +195,36 @@ def test_the_state_of_another_mesh_is_refused(tmp_path, monkeypatch):
         run(foreign.scene, tmp_path, resumed=foreign)
 
 
+class TwoColumns(NamedTuple):
+    a: int
+    b: float
+
+
+class OtherColumns(NamedTuple):
+    a: int
+    c: float
+
+
 def test_a_table_goes_on_after_the_rows_that_are_kept(tmp_path):
     path = tmp_path / "table.csv"
-    with Table(path, ("a", "b"), 0) as table:
+    with Table(path, TwoColumns, 0) as table:
         for number in range(4):
-            table.row({"a": number, "b": 0.5})
-    with Table(path, ("a", "b"), 0, keep=2) as table:
-        table.row({"a": 7, "b": 0.25})
+            table.row(TwoColumns(number, 0.5))
+    with Table(path, TwoColumns, 0, keep=2) as table:
+        table.row(TwoColumns(7, 0.25))
     assert path.read_text() == "a,b\n0,0.5\n1,0.5\n7,0.25\n"
     with pytest.raises(SceneError, match="has 3 rows, and its checkpoint comes after 5"):
-        Table(path, ("a", "b"), 0, keep=5)
+        Table(path, TwoColumns, 0, keep=5)
     with pytest.raises(SceneError, match="other columns"):
-        Table(path, ("a", "c"), 0, keep=1)
+        Table(path, OtherColumns, 0, keep=1)
     with pytest.raises(SceneError, match="cannot read"):
-        Table(tmp_path / "nothing.csv", ("a",), 0, keep=1)
+        Table(tmp_path / "nothing.csv", TwoColumns, 0, keep=1)
 
 
 def test_a_file_that_cannot_grow_keeps_whole_rows(tmp_path):
     code = (
         "import resource, sys\n"
+        "from collections import namedtuple\n"
         "from pathlib import Path\n"
         "from iceslide_fem.errors import OutputError\n"
         "from iceslide_fem.files import replace_file\n"
@@ -224,9 +236,10 @@ def test_a_file_that_cannot_grow_keeps_whole_rows(tmp_path):
         "    replace_file(folder / 'whole', 'new' * 100)\n"
         "except OutputError as error:\n"
         "    print(error)\n"
-        "with Table(folder / 'table.csv', ('a', 'b'), 0) as table:\n"
+        "Row = namedtuple('Row', 'a b')\n"
+        "with Table(folder / 'table.csv', Row, 0) as table:\n"
         "    for number in range(100):\n"
-        "        table.row({'a': number, 'b': 1e-9 * number})\n"
+        "        table.row(Row(number, 1e-9 * number))\n"
     )
     done = subprocess.run([sys.executable, "-c", code, tmp_path], capture_output=True, text=True)
     assert "cannot write" in done.stdout and "File too large" in done.stdout
@@ -249,7 +262,8 @@ def test_checkpoints_at_chosen_times(tmp_path, monkeypatch):
     def noted(folder, scene, state):
         times.append(state["sliding"]["time"] if state else None)
 
-    monkeypatch.setattr("iceslide_fem.run.block.write_checkpoint", noted)
+    for module in ("block", "observers"):
+        monkeypatch.setattr(f"iceslide_fem.run.{module}.write_checkpoint", noted)
     run(small_scene("load.duration=1ms"), tmp_path, (), Schedule(1e9, (0.3e-3, 0.6e-3)))
     assert times[:2] == [None, 0.0] and len(times) == 4
     assert 0.3e-3 <= times[2] < 0.4e-3 and 0.6e-3 <= times[3] < 0.7e-3
@@ -257,8 +271,7 @@ def test_checkpoints_at_chosen_times(tmp_path, monkeypatch):
 
 def test_results_go_on():
     results = Results()
-    row = {"time_s": 0.0, "mu": 0.5, "newton_iterations": 2, "energy_imbalance": 0.0}
-    results.note(row | {"melted_fraction": 1.0, "saturated_fraction": 0.0}, 1)
+    results.rows, results.iterations, results.melt_onset = [(0.0, 0.5), (1e-3, 0.25)], 2, 0.0
     others = Results()
     others.restore(results.state())
     assert others.entries() == results.entries() and others.rows == results.rows

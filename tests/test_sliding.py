@@ -13,12 +13,13 @@ import pytest
 
 pytest.importorskip("dolfinx")
 from iceslide_fem.coupling.energy import Ledger  # noqa: E402
-from iceslide_fem.coupling.history import slide_row  # noqa: E402
 from iceslide_fem.coupling.sliding import Refused, Sliding  # noqa: E402
 from iceslide_fem.coupling.step_error import StepError  # noqa: E402
 from iceslide_fem.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
+from iceslide_fem.output.history import slide_row  # noqa: E402
+from iceslide_fem.output.table import HistoryRow  # noqa: E402
 from iceslide_fem.rubber.block import Block, build_block, press, start_sliding  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
@@ -44,11 +45,10 @@ def slide(scene, comm=MPI.COMM_SELF):
     sliding = started(scene, comm)
     ledger = Ledger(sliding)
     rows = [slide_row(sliding, ledger, None)]
-    while sliding.current.time < scene.load.duration:
-        accepted = sliding.advance()
+    for accepted in sliding.steps():
         ledger.add(accepted)
         rows.append(slide_row(sliding, ledger, accepted))
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    return dict(zip(HistoryRow._fields, np.array(rows).T, strict=True))
 
 
 def uniform(heat):

@@ -107,7 +107,7 @@ def test_points_are_those_of_single_runs(tmp_path):
             assert float(found[name]) == pytest.approx(expected, rel=2e-3, nan_ok=True), name
         assert abs(float(found["energy_imbalance"])) < 1e-9
         time = found["time_share"].values * case.scene.load.duration
-        curve = np.interp(time, [row["time_s"] for row in rows], [row["mu"] for row in rows])
+        curve = np.interp(time, [row.time_s for row in rows], [row.mu for row in rows])
         np.testing.assert_allclose(found["mu"], curve, rtol=2e-2)
         height = np.interp(
             time, *([row[key] for row in rows] for key in ("time_s", "film_height_m"))
@@ -120,9 +120,9 @@ def test_table_has_a_row_per_case_with_inputs_and_results(tmp_path):
     with open(tmp_path / "sweep.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["load.pressure"] for row in rows] == ["100000", "100000", "200000", "200000"]
-    assert {row["status"] for row in rows} == {"done"}
-    assert all(float(row["mu_peak"]) > 0.2 and row["rubber.compound"] == "B" for row in rows)
-    assert all(row["steps"].isdigit() for row in rows)
+    assert {row.status for row in rows} == {"done"}
+    assert all(float(row.mu_peak) > 0.2 and row["rubber.compound"] == "B" for row in rows)
+    assert all(row.steps.isdigit() for row in rows)
     dataset = read_sweep(tmp_path)
     assert dataset["mu"].dims == ("load.pressure", "ice.heat", "time_share")
     assert dataset["load.pressure"].attrs["units"] == "Pa"
@@ -145,8 +145,8 @@ def test_again_computes_only_what_is_missing(tmp_path, monkeypatch):
     changed = point_plan("load.pressure=1bar,3bar", overrides=["film.initial_height=80nm"])
     run_sweep(changed, tmp_path, None)
     assert computed == [5, 0, 5, 0, 2]
-    np.testing.assert_array_equal(first["mu"], again["mu"])
-    np.testing.assert_array_equal(first["mu"], wider["mu"].sel({"load.speed": 3.0}))
+    np.testing.assert_array_equal(first.mu, again["mu"])
+    np.testing.assert_array_equal(first.mu, wider["mu"].sel({"load.speed": 3.0}))
     assert list(first.data_vars) == list(again.data_vars)
 
 

@@ -8,7 +8,7 @@ block and film are solved again. Nothing of the old state is touched before the 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +22,7 @@ from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.interface.build import carrier_of
 from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep
+from iceslide_fem.interface.ice_continuum import Continuum
 from iceslide_fem.mesh.structured import window_cell
 from iceslide_fem.rubber.block import Block, SpeedLaw
 from iceslide_fem.rubber.contact import ContactState
@@ -178,6 +179,17 @@ class Sliding:
         """Friction stress on the ice at the points, (n,), Pa. Collective."""
         height = self.carrier.film_height(interface, loads)
         return self.block.friction.shear(loads.pressure, loads.speed, height)[0]
+
+    @property
+    def n_dofs(self) -> int:
+        """Unknowns of rubber and meshed ice on all ranks."""
+        ice = self.carrier.ice
+        return self.block.rubber.n_dofs + (ice.n_dofs if isinstance(ice, Continuum) else 0)
+
+    def steps(self, between_trials: Callable[[], None] = lambda: None) -> Iterator[Accepted]:
+        """All steps to the end of the slide (see `advance`), each committed when it is yielded."""
+        while self.current.time < self._duration:
+            yield self.advance(between_trials)
 
     def advance(self, between_trials: Callable[[], None] = lambda: None) -> Accepted:
         """Make the next step, shortened until it is accepted, and commit it.

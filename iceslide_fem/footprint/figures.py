@@ -20,14 +20,13 @@ from iceslide_fem.footprint.empirical import stopping_distance
 from iceslide_fem.footprint.pressure_map import PressureMap
 from iceslide_fem.footprint.survey import HeatModel, Survey
 from iceslide_fem.materials import BAR, MELTING_TEMPERATURE
+from iceslide_fem.results.style import BLACK, BLUE, GREEN, NO_CONTACT, ORANGE, PURPLE, RED
 
 DPI = 130
 MM, NM, KMH = 1e3, 1e9, 3.6
-NO_CONTACT = "#E6E6E6"
-STATE_COLOURS = {State.DRY: "#E69F00", State.MIXED: "#CC79A7", State.WET: "#0072B2"}
+STATE_COLOURS = {State.DRY: ORANGE, State.MIXED: PURPLE, State.WET: BLUE}
 SLACK = 1e-9
 ROBUST = 99.0  # per cent of the pixels that the colours of mu and of a rise span
-BLUE, RED, GREEN, BLACK, ORANGE = "#0072B2", "#D55E00", "#009E73", "#222222", "#E69F00"
 
 
 class Map(NamedTuple):

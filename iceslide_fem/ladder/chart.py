@@ -9,7 +9,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from iceslide_fem.ladder.runs import RungResult, finest_of
-from iceslide_fem.results.report import BLACK, BLUE, GREEN, MS, ORANGE, RED
+from iceslide_fem.results.report import MS
+from iceslide_fem.results.style import BLACK, BLUE, GREEN, ORANGE, RED
 
 COLORS = {"point": ORANGE, "slice": BLUE, "block": GREEN}
 MARKS = {"half-space": "^", "column": "s", "continuum": "o"}

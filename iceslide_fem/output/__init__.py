@@ -1,4 +1,4 @@
 """What a run writes: tables, fields, summary. Whatever has been written stays readable.
 
-Imports `rubber`, `fenics`, `files` and what is below them; nothing of a step.
+Imports `coupling` and what is below it; `table` and `summary` import no FEniCS.
 """

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from pydantic_core import to_json
 
 from iceslide_fem.files import replace_file, writing
 
@@ -23,17 +21,5 @@ def begin_run(out: Path, rank: int) -> None:
 
 def write_summary(path: Path | str, summary: Mapping[str, Any]) -> None:
     """Write `summary` as JSON; NaN and infinity become null. Call it on one rank."""
-    replace_file(Path(path), json.dumps(_plain(summary), indent=2, ensure_ascii=False) + "\n")
-
-
-def _plain(value: Any) -> Any:
-    """`value` as JSON can hold it."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple | np.ndarray):
-        return [_plain(item) for item in value]
-    if isinstance(value, np.generic):
-        return _plain(value.item())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value if value is None or isinstance(value, bool | int) else str(value)
+    text = to_json(summary, indent=2, inf_nan_mode="null", fallback=lambda array: array.tolist())
+    replace_file(Path(path), text + b"\n")

@@ -1,75 +1,85 @@
-"""Histories as CSV: complete after every row, also where a run is killed."""
+"""The rows of a run's tables, and the tables as CSV: complete after every row, also when killed."""
 
 from __future__ import annotations
 
 import contextlib
 import csv
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, TextIO
+from typing import Any, NamedTuple, Self, TextIO
 
 import numpy as np
 
 from iceslide_fem.errors import OutputError, SceneError
 from iceslide_fem.files import writing
 
-HISTORY_COLUMNS = (
-    "time_s",
-    "step_s",
-    "slip_m",
-    "mu",
-    "film_height_m",
-    "squeezed_height_m",
-    "surface_temperature_C",
-    "contact_fraction",
-    "normal_force_N",
-    "friction_force_N",
-    "plate_displacement_m",
-    "melted_fraction",
-    "saturated_fraction",
-    "friction_work_J",
-    "load_work_J",
-    "ice_heat_J",
-    "rubber_heat_J",
-    "latent_heat_J",
-    "elastic_energy_J",
-    "kinetic_energy_J",
-    "energy_imbalance",
-    "newton_iterations",
-)
 
-PRELOAD_COLUMNS = (
-    "phase",  # press | ramp
-    "load_fraction",
-    "speed_fraction",
-    "normal_force_N",
-    "friction_force_N",
-    "plate_displacement_m",
-    "contact_fraction",
-    "largest_pressure_Pa",
-    "newton_iterations",
-)
+class HistoryRow(NamedTuple):
+    """A row of `history.csv`, the fields its columns: an accepted step, or t = 0 (docs/outputs.md).
+
+    Forces and energies are those of the whole block, heights, temperature and the melted and
+    saturated fractions means over the contact; the energies count from t = 0.
+    """
+
+    time_s: float
+    step_s: float
+    slip_m: float
+    mu: float
+    film_height_m: float
+    squeezed_height_m: float
+    surface_temperature_C: float
+    contact_fraction: float
+    normal_force_N: float
+    friction_force_N: float
+    plate_displacement_m: float
+    melted_fraction: float
+    saturated_fraction: float
+    friction_work_J: float
+    load_work_J: float
+    ice_heat_J: float
+    rubber_heat_J: float
+    latent_heat_J: float
+    elastic_energy_J: float
+    kinetic_energy_J: float
+    energy_imbalance: float
+    newton_iterations: int
+
+
+class PreloadRow(NamedTuple):
+    """A row of `preload.csv`: an equilibrium on the way to sliding; phase is press or ramp."""
+
+    phase: str
+    load_fraction: float
+    speed_fraction: float
+    normal_force_N: float
+    friction_force_N: float
+    plate_displacement_m: float
+    contact_fraction: float
+    largest_pressure_Pa: float
+    newton_iterations: int
 
 
 class Table:
     """CSV file that grows by a row at a time and is complete after each; on rank 0 only.
 
+    Its rows are named tuples of one type, whose fields are the columns.
+
     Use as a context manager. On other ranks nothing is opened or written.
     """
 
     def __init__(
-        self, path: Path | str, columns: Sequence[str], rank: int, keep: int | None = None
+        self, path: Path | str, row: type[NamedTuple], rank: int, keep: int | None = None
     ) -> None:
         """Create (overwrite) the file at `path` and write its header; or, with `keep`, go on.
 
         Then the file keeps so many of its rows and loses those behind them. Raises OutputError,
         and SceneError, on all ranks, where the file has other columns or fewer rows.
         """
-        self._columns, self._path = tuple(columns), path
+        columns, self._path = row._fields, path
         self._file: TextIO | None = None
-        size = 0 if keep is None else _size_of_rows(Path(path), self._columns, keep)
+        size = 0 if keep is None else _size_of_rows(Path(path), columns, keep)
         if rank > 0:
             return
         with writing(path):
@@ -77,15 +87,15 @@ class Table:
             self._file.truncate(size)
             self._file.seek(size)
         if keep is None:
-            self._write(self._columns)
+            self._write(columns)
 
-    def row(self, values: Mapping[str, Any]) -> None:
-        """Append one row; `values` has every column, and may have more.
+    def row(self, values: tuple[Any, ...]) -> None:
+        """Append one row.
 
         Raises OutputError if it can't be written; the file then ends with the row before.
         """
         if self._file is not None:
-            self._write([_text(values[name]) for name in self._columns])
+            self._write([_text(value) for value in values])
 
     def secure(self) -> None:
         """Return when all rows are on the disk, where they outlast a loss of power."""

@@ -25,10 +25,10 @@ from iceslide_fem.results.snapshots import (
     Snapshot,
     read_interface,
 )
+from iceslide_fem.results.style import BLUE, EDGES, ICE, NO_CONTACT, RED
 
 SIZE, DPI = (12.8, 9.6), 100  # inches; their pixels divide by 16, as video needs it
 MM, UM, NM, MS = 1e3, 1e6, 1e9, 1e3
-NO_CONTACT = "#D9D9D9"
 THERMAL_LENGTHS = 2.0  # of ice below the surface that are shown
 ROBUST = 98.0  # per cent of the facets whose pressure the colours span: it is singular at the edge
 
@@ -133,7 +133,7 @@ def _render(snapshot: Snapshot, scales: Scales) -> NDArray[np.uint8]:
     rubber = snapshot.rubber.copy()
     rubber.cell_data[PRESSURE] *= CONTACT.factor
     contact = np.isfinite(rubber.cell_data[PRESSURE])
-    edges = {"show_edges": True, "edge_color": "#595959"}
+    edges = {"show_edges": True, "edge_color": EDGES}
     plotter.add_mesh(rubber.extract_cells(~contact), color=NO_CONTACT, ambient=0.2, **edges)
     plotter.add_mesh(
         rubber.extract_cells(contact),
@@ -175,7 +175,7 @@ def _block_2d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
             linewidth=6,
         )
     )
-    panel.axhspan(-0.08 * z1, 0.0, color="#D6ECF8", zorder=0)
+    panel.axhspan(-0.08 * z1, 0.0, color=ICE, zorder=0)
     top, arrow = 1.08 * z1, {"arrowstyle": "-|>", "color": "black"}
     tail, head = (x0 + share * (x1 - x0) for share in (0.62, 0.88))
     panel.annotate("", (head, top), (tail, top), arrowprops=arrow)
@@ -212,7 +212,7 @@ def _curve(panel: Axes, interface: Interface, quantity: FieldQuantity, scales: S
     x = MM * interface.corners[..., 0].mean(axis=1)
     values = np.where(interface.touching, quantity.factor * interface.values[quantity.name], np.nan)
     order = np.argsort(x)
-    panel.plot(x[order], values[order], ".-", color="#0072B2")
+    panel.plot(x[order], values[order], ".-", color=BLUE)
     low, high = scales.ranges[quantity.name]
     margin = 0.1 * (high - low)
     panel.set(
@@ -265,8 +265,8 @@ def _say_stretch(figure: Figure, panel: Axes) -> None:
 
 
 def _friction(panel: Axes, run: Run, time: float) -> None:
-    panel.plot(MS * run.history["time_s"], run.history["mu"], color="#0072B2")
-    panel.plot(MS * time, run.at("mu", time), "o", color="#D55E00", markersize=8)
+    panel.plot(MS * run.history["time_s"], run.history["mu"], color=BLUE)
+    panel.plot(MS * time, run.at("mu", time), "o", color=RED, markersize=8)
     panel.set(xlabel="sliding time (ms)", ylabel=r"$\mu$ (1)")
     panel.set_ylim(0.0, 1.1 * run.history["mu"].max())
     panel.grid(alpha=0.25)

@@ -10,10 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from iceslide_fem.results import Run, read_run
+from iceslide_fem.results.style import BLACK, BLUE, GREEN, MELTING, ORANGE, RED, SATURATED
 
 MS, NM, UM, UJ = 1e3, 1e9, 1e6, 1e6
-BLUE, ORANGE, GREEN, RED, BLACK = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#222222"
-MELTING, SATURATED = "#E3EFF9", "#FCEBD3"  # shades of the phases
 
 
 def report(directory: Path | str) -> Path:

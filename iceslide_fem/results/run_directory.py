@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -89,15 +88,10 @@ def field_files(directory: Path, name: str) -> list[tuple[float, Path]]:
 
 
 def _columns(path: Path) -> dict[str, Array]:
-    with open(path, newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    if any(None in row or None in row.values() for row in rows):
+    import pandas as pd
+
+    table = pd.read_csv(path, float_precision="round_trip", index_col=False)
+    if table.iloc[:, -1].isna().any():
         raise ValueError(f"a row of {path.name} is not whole")
-    return {name: _numbers([row[name] for row in rows]) for name in (rows[0] if rows else ())}
-
-
-def _numbers(cells: list[str]) -> Array:
-    try:
-        return np.array([float(cell) for cell in cells])
-    except ValueError:
-        return np.array(cells)
+    integers = {name: float for name in table.select_dtypes("integer")}
+    return {str(name): column.to_numpy() for name, column in table.astype(integers).items()}

@@ -2,33 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from iceslide_fem.coupling.energy import Ledger
-from iceslide_fem.coupling.history import (
-    Row,
-    interface_fields,
-    outside_table,
-    preload_row,
-    slide_row,
-)
-from iceslide_fem.coupling.sliding import Accepted, Sliding, place_at_start
+from iceslide_fem.coupling.sliding import Sliding, place_at_start
 from iceslide_fem.errors import Interrupted, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.interface.ice_continuum import Continuum
-from iceslide_fem.output.fields import Fields
+from iceslide_fem.output.history import preload_row, slide_row
 from iceslide_fem.output.summary import begin_run
-from iceslide_fem.output.table import HISTORY_COLUMNS, PRELOAD_COLUMNS, Table
+from iceslide_fem.output.table import HistoryRow, PreloadRow, Table
 from iceslide_fem.rubber.block import Block, PathPoint, build_block, press, start_sliding
-from iceslide_fem.rubber.sipes import smallest_opening
 from iceslide_fem.run.checkpoint import Checkpoint, write_checkpoint
 from iceslide_fem.run.interruption import Interruption
+from iceslide_fem.run.observers import (
+    Checkpoints,
+    FieldSeries,
+    Observation,
+    Observer,
+    Stateful,
+    Stops,
+)
 from iceslide_fem.run.progress import Progress
-from iceslide_fem.run.schedule import FieldTimes, Saves, Schedule
+from iceslide_fem.run.schedule import Schedule
 from iceslide_fem.run.summary import Results
 from iceslide_fem.scene import Scene
+
+
+class Watch(NamedTuple):
+    """What accompanies a run from its first equilibrium to its last step, and its folder."""
+
+    out: Path
+    schedule: Schedule
+    results: Results
+    progress: Progress
+    interruption: Interruption
 
 
 def run_block(
@@ -41,125 +51,88 @@ def run_block(
 
     Returns the entries of its summary (none before sliding), and why it stopped early, if it did.
     """
-    comm = MPI.COMM_WORLD
-    results = Results()
+    comm, results = MPI.COMM_WORLD, Results()
     stopped: SimulationStopped | Interrupted | None = None
-    with ExitStack() as open_files:
-        interruption = open_files.enter_context(Interruption(comm))
-        progress = open_files.enter_context(Progress(comm.rank, scene.load.duration))
+    with Interruption(comm) as interruption, Progress(comm.rank, scene.load.duration) as progress:
+        watch = Watch(out, schedule, results, progress, interruption)
         try:
             block = build_block(scene, comm)
             begin_run(out, comm.rank)  # not before: a mesh that cannot be used leaves nothing
-            results.dofs = block.rubber.n_dofs
             state = resumed.state if resumed is not None else {}
             if state:
                 place_at_start(block, state["sliding"])
             else:
-                _bring_to_speed(block, out, results, progress, interruption)
-            _slide(block, out, state, schedule, results, progress, interruption, open_files)
+                _bring_to_speed(block, watch)
+            _slide(block, watch, state)
         except (SimulationStopped, Interrupted) as reason:
             stopped = reason
     return results.entries(), stopped
 
 
-def _bring_to_speed(
-    block: Block, out: Path, results: Results, progress: Progress, interruption: Interruption
-) -> None:
+def _bring_to_speed(block: Block, watch: Watch) -> None:
     """Press the block and bring it to its speed; rows of `preload.csv`."""
     rank = block.surface.comm.rank
     if rank == 0:
-        write_checkpoint(out, block.scene, {})  # to go on from means to begin, so far
+        write_checkpoint(watch.out, block.scene, {})  # to go on from means to begin, so far
 
-    with Table(out / "preload.csv", PRELOAD_COLUMNS, rank) as preload:
+    with Table(watch.out / "preload.csv", PreloadRow, rank) as preload:
 
         def observe(point: PathPoint) -> None:
             row = preload_row(block, point)
             preload.row(row)
-            results.iterations += point.solution.iterations
-            mu = row["friction_force_N"] / row["normal_force_N"]
-            progress.update(0.0, mu, 0.0, point.solution.iterations, point.phase)
-            if interruption.requested():
-                raise interruption.error("before sliding", out)
+            watch.results.iterations += row.newton_iterations
+            mu = row.friction_force_N / row.normal_force_N
+            watch.progress.update(0.0, mu, 0.0, row.newton_iterations, row.phase)
+            if watch.interruption.requested():
+                raise watch.interruption.error("before sliding", watch.out)
 
         press(block, observe)
         start_sliding(block, observe)
 
 
-def _slide(
-    block: Block,
-    out: Path,
-    state: dict[str, Any],
-    schedule: Schedule,
-    results: Results,
-    progress: Progress,
-    interruption: Interruption,
-    open_files: ExitStack,
-) -> None:
-    """Slide from t = 0, or from `state`, to the end; rows of `history.csv`, fields, checkpoints."""
-    comm, duration = block.surface.comm, block.scene.load.duration
+def _slide(block: Block, watch: Watch, state: dict[str, Any]) -> None:
+    """Slide from t = 0, or from `state`, to the end, under the eyes of the observers."""
     sliding = Sliding(block)
-    ledger = Ledger(sliding)
-    ice = sliding.carrier.ice
-    temperature = None
-    if isinstance(ice, Continuum):
-        temperature = ice.show(sliding.current.interface.ice)
-        results.dofs += ice.n_dofs
+    ledger, results, out = Ledger(sliding), watch.results, watch.out
+    results.dofs = sliding.n_dofs
     if state:
         sliding.restore(state["sliding"])
         ledger.restore(state["ledger"])
         results.restore(state["results"])
-        progress.go_on(sliding.current.time)
-    rows = len(results.rows) if state else None
-    history = Table(out / "history.csv", HISTORY_COLUMNS, comm.rank, keep=rows)
-    open_files.enter_context(history)
-    earlier = state["fields"] if state else ()
-    fields = Fields(out / "fields", block.rubber, block.surface, temperature, earlier)
-    open_files.enter_context(fields)
-    saves = Saves(schedule, sliding.current.time, comm)
-
-    def save() -> None:
-        history.secure()
-        present = {
-            "sliding": sliding.state(),
-            "ledger": ledger.state(),
-            "results": results.state(),
-            "fields": fields.written,
+        watch.progress.go_on(sliding.current.time)
+    with ExitStack() as open_files:
+        rows = len(results.rows) if state else None
+        history = Table(out / "history.csv", HistoryRow, block.surface.comm.rank, keep=rows)
+        open_files.enter_context(history)
+        fields = FieldSeries(out / "fields", sliding, state["fields"] if state else ())
+        open_files.enter_context(fields.files)
+        parts: dict[str, Stateful] = {
+            "sliding": sliding,
+            "ledger": ledger,
+            "results": results,
+            "fields": fields,
         }
-        if comm.rank == 0:
-            write_checkpoint(out, block.scene, present)
+        checkpoints = Checkpoints(out, sliding, parts, history, watch.schedule)
+        stops = Stops(sliding, watch.interruption, checkpoints, out)
+        observers: list[Observer] = [
+            lambda step: history.row(step.row),
+            results,
+            fields,
+            watch.progress,
+            checkpoints,
+            stops,
+        ]
+        for step in _steps(sliding, ledger, stops.heed, begins=not state):
+            for observe in observers:
+                observe(step)
 
-    def heed() -> None:
-        """Stop here, with a checkpoint of the last accepted step, if a signal asks for it."""
-        if interruption.requested():
-            save()
-            time = sliding.current.time
-            where = f"at t = {1e3 * time:.4g} ms of {1e3 * duration:.4g} ms"
-            raise interruption.error(where, out)
 
-    def note(accepted: Accepted | None) -> Row:
-        row = slide_row(sliding, ledger, accepted)
-        history.row(row)
-        results.note(row, accepted.rejected if accepted else 0)
-        if accepted is None or accepted.solved:  # else the block is as it was
-            results.outside_table_fraction = outside_table(block, sliding.current.contact)
-            results.sipe_opening = min(results.sipe_opening, smallest_opening(block))
-        return row
-
-    if not state:
-        fields.write(0.0, interface_fields(sliding, None))
-        note(None)
-        save()
-    due = FieldTimes(duration, sliding.current.time)
-    while sliding.current.time < duration:
-        accepted = sliding.advance(heed)
-        time = sliding.current.time
+def _steps(
+    sliding: Sliding, ledger: Ledger, between_trials: Callable[[], None], begins: bool
+) -> Iterator[Observation]:
+    """What there is to observe: t = 0, if the slide `begins`, and every accepted step."""
+    if begins:
+        yield Observation(sliding, None, slide_row(sliding, ledger, None))
+    for accepted in sliding.steps(between_trials):
         ledger.add(accepted)
-        row = note(accepted)
-        if due(time):
-            if isinstance(ice, Continuum):
-                ice.show(sliding.current.interface.ice)
-            fields.write(time, interface_fields(sliding, accepted))
-        progress.update(time, row["mu"], accepted.dt, accepted.iterations, "sliding")
-        if saves.due(time):
-            save()
-        heed()
+        yield Observation(sliding, accepted, slide_row(sliding, ledger, accepted))

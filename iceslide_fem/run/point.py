@@ -11,12 +11,11 @@ from iceslide_fem.film.conditions import rubber_columns, scene_conditions, simul
 from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.film.point import ICE_MODELS, Conditions, PointResult, Record, simulate
 from iceslide_fem.materials import MELTING_TEMPERATURE
+from iceslide_fem.output.table import HistoryRow
 from iceslide_fem.scene import Scene
 
-Row = dict[str, float | int]
 
-
-def point_history(scene: Scene) -> tuple[list[Row], dict[str, Any]]:
+def point_history(scene: Scene) -> tuple[list[HistoryRow], dict[str, Any]]:
     """Run `scene` at its nominal pressure; rows of `history.csv` from t = 0, and the results.
 
     The rubber's length and width only turn stresses (Pa) into forces (N) and works (J/m2) into
@@ -26,7 +25,7 @@ def point_history(scene: Scene) -> tuple[list[Row], dict[str, Any]]:
     history = _History(scene, conditions)
     settings = simulation_settings(scene)
     result = simulate(conditions, observe=history.add, rubber=rubber_columns(scene), **settings)
-    imbalance = {"energy_imbalance": history.rows[-1]["energy_imbalance"]}
+    imbalance = {"energy_imbalance": history.rows[-1].energy_imbalance}
     return history.rows, point_summary(result, 0) | imbalance
 
 
@@ -70,34 +69,34 @@ class _History:
         temperature: float,
         melting: bool = False,
         saturated: bool = False,
-    ) -> Row:
+    ) -> HistoryRow:
         load = self._scene.load
         shear = self._shear_height / height
         missing = self._work - self._ice_heat - self._rubber_heat - self._latent_heat
-        return {
-            "time_s": time,
-            "step_s": dt,
-            "slip_m": load.speed * time,
-            "mu": shear / load.pressure,
-            "film_height_m": height,
-            "squeezed_height_m": squeezed,
-            "surface_temperature_C": temperature - MELTING_TEMPERATURE,
-            "contact_fraction": 1.0,
-            "normal_force_N": load.pressure * self._area,
-            "friction_force_N": shear * self._area,
-            "plate_displacement_m": 0.0,
-            "melted_fraction": float(melting),
-            "saturated_fraction": float(saturated),
-            "friction_work_J": self._work,
-            "load_work_J": 0.0,
-            "ice_heat_J": self._ice_heat,
-            "rubber_heat_J": self._rubber_heat,
-            "latent_heat_J": self._latent_heat,
-            "elastic_energy_J": 0.0,
-            "kinetic_energy_J": 0.0,
-            "energy_imbalance": missing / self._work if self._work else 0.0,
-            "newton_iterations": 0,
-        }
+        return HistoryRow(
+            time_s=time,
+            step_s=dt,
+            slip_m=load.speed * time,
+            mu=shear / load.pressure,
+            film_height_m=height,
+            squeezed_height_m=squeezed,
+            surface_temperature_C=temperature - MELTING_TEMPERATURE,
+            contact_fraction=1.0,
+            normal_force_N=load.pressure * self._area,
+            friction_force_N=shear * self._area,
+            plate_displacement_m=0.0,
+            melted_fraction=float(melting),
+            saturated_fraction=float(saturated),
+            friction_work_J=self._work,
+            load_work_J=0.0,
+            ice_heat_J=self._ice_heat,
+            rubber_heat_J=self._rubber_heat,
+            latent_heat_J=self._latent_heat,
+            elastic_energy_J=0.0,
+            kinetic_energy_J=0.0,
+            energy_imbalance=missing / self._work if self._work else 0.0,
+            newton_iterations=0,
+        )
 
 
 def point_summary(result: PointResult, number: int) -> dict[str, Any]:

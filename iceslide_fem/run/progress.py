@@ -9,6 +9,8 @@ from typing import Any, Self
 
 from tqdm import tqdm
 
+from iceslide_fem.run.observers import Observation
+
 SECONDS_BETWEEN_LINES = 5.0
 
 
@@ -38,6 +40,11 @@ class Progress:
     def go_on(self, time: float) -> None:
         """Begin at `time` (s), which an earlier part of the run has reached."""
         self._first, self._start = time, monotonic()
+
+    def __call__(self, step: Observation) -> None:
+        """Show t = 0 or an accepted step of a slide."""
+        row = step.row
+        self.update(row.time_s, row.mu, row.step_s, row.newton_iterations, "sliding")
 
     def update(self, time: float, mu: float, step: float, newton: int, text: str = "") -> None:
         """Show an accepted step: its end `time` and length `step` (s), friction coefficient `mu`,

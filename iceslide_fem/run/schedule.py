@@ -25,7 +25,7 @@ class Saves:
         self._every, self._comm, self._last = schedule.every, comm, monotonic()
         self._times = sorted(at for at in schedule.times if at > time)
 
-    def due(self, time: float) -> bool:
+    def __call__(self, time: float) -> bool:
         """Whether one is due at `time` (s). Collective: rank 0's clock decides."""
         passed = [at for at in self._times if at <= time]
         self._times = self._times[len(passed) :]

@@ -8,9 +8,13 @@ from typing import Any
 import numpy as np
 from scipy.integrate import trapezoid
 
+from iceslide_fem.output.history import outside_table
+from iceslide_fem.rubber.sipes import smallest_opening
+from iceslide_fem.run.observers import Observation
+
 
 class Results:
-    """What the summary says of a history, collected row by row."""
+    """What the summary says of a history, collected row by row: an observer."""
 
     def __init__(self) -> None:
         self.rows: list[tuple[float, float]] = []
@@ -21,16 +25,20 @@ class Results:
         self.outside_table_fraction = 0.0
         self.sipe_opening = math.inf
 
-    def note(self, row: dict[str, Any], rejected: int) -> None:
-        """Enter a row of the history, and how many steps were rejected before it."""
-        self.rows.append((row["time_s"], row["mu"]))
-        self.rejected += rejected
-        self.iterations += row["newton_iterations"]
-        self.imbalance = row["energy_imbalance"]
-        if self.melt_onset is None and row["melted_fraction"] > 0.0:
-            self.melt_onset = row["time_s"]
-        if self.saturation is None and row["saturated_fraction"] > 0.0:
-            self.saturation = row["time_s"]
+    def __call__(self, step: Observation) -> None:
+        """Enter t = 0 or an accepted step. Collective."""
+        row, block = step.row, step.sliding.block
+        self.rows.append((row.time_s, row.mu))
+        self.rejected += step.accepted.rejected if step.accepted else 0
+        self.iterations += row.newton_iterations
+        self.imbalance = row.energy_imbalance
+        if self.melt_onset is None and row.melted_fraction > 0.0:
+            self.melt_onset = row.time_s
+        if self.saturation is None and row.saturated_fraction > 0.0:
+            self.saturation = row.time_s
+        if step.solved:
+            self.outside_table_fraction = outside_table(block, step.sliding.current.contact)
+            self.sipe_opening = min(self.sipe_opening, smallest_opening(block))
 
     def state(self) -> dict[str, Any]:
         """Everything collected so far."""

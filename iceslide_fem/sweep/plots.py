@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.materials import BAR, MELTING_TEMPERATURE
+from iceslide_fem.results.style import BLUE
 
 DPI = 130
 MOST_LINES, MOST_PANELS = 6, 3
@@ -116,7 +117,7 @@ def maps(dataset: xr.Dataset, first: str, second: str) -> Figure:
 def _lines(ax: Axes, values: xr.DataArray, key: str, colour: str | None) -> None:
     x = _quantity(key)(values[key].values)
     if colour is None:
-        ax.plot(x, values.to_numpy(), "o-", color="#0072B2")
+        ax.plot(x, values.to_numpy(), "o-", color=BLUE)
     else:
         chosen = _spread(values[colour].values, MOST_LINES)
         shades = matplotlib.colormaps["viridis"](np.linspace(0.0, 0.9, len(chosen)))

@@ -1,4 +1,4 @@
-"""Rows of the histories: what a block and its interface amount to at a current."""
+"""What a block and its interface amount to at one moment: a row of a table, values at points."""
 
 from __future__ import annotations
 
@@ -11,32 +11,31 @@ from iceslide_fem.coupling.energy import Ledger
 from iceslide_fem.coupling.sliding import Accepted, CoupledState, Sliding
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.materials import MELTING_TEMPERATURE
+from iceslide_fem.output.table import HistoryRow, PreloadRow
 from iceslide_fem.rubber.block import Block, PathPoint
 from iceslide_fem.rubber.contact import ContactState
 
-Row = dict[str, Any]
 
-
-def preload_row(block: Block, point: PathPoint) -> Row:
+def preload_row(block: Block, point: PathPoint) -> PreloadRow:
     """Row of `preload.csv` for an equilibrium on the way to sliding. Collective."""
     contact = block.contact
     displacement = block.surface.displacements(block.rubber.displacements)[..., :-1]
     traction = point.law(contact.pressure, displacement).value[..., 0]
     highest = float(contact.pressure.max(initial=0.0))
-    return {
-        "phase": point.phase,
-        "load_fraction": point.load,
-        "speed_fraction": point.speed,
-        "normal_force_N": block.normal_force(contact),
-        "friction_force_N": -block.scale * block.surface.total(traction, contact.area),
-        "plate_displacement_m": block.equilibrium.plate_displacement(),
-        "contact_fraction": _contact_area(block, contact) / block.area,
-        "largest_pressure_Pa": block.surface.comm.allreduce(highest, op=MPI.MAX),
-        "newton_iterations": point.solution.iterations,
-    }
+    return PreloadRow(
+        phase=point.phase,
+        load_fraction=point.load,
+        speed_fraction=point.speed,
+        normal_force_N=block.normal_force(contact),
+        friction_force_N=-block.scale * block.surface.total(traction, contact.area),
+        plate_displacement_m=block.equilibrium.plate_displacement(),
+        contact_fraction=_contact_area(block, contact) / block.area,
+        largest_pressure_Pa=block.surface.comm.allreduce(highest, op=MPI.MAX),
+        newton_iterations=point.solution.iterations,
+    )
 
 
-def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Row:
+def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> HistoryRow:
     """Row of `history.csv` at the present moment; `accepted` led to it, None at t = 0. Collective.
 
     Heights, temperature and the melted and saturated fractions are means over the contact area.
@@ -52,32 +51,30 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Ro
     carrier = sliding.carrier
     melted, saturated = _switches(sliding, accepted)
     normal, friction = block.normal_force(contact), ledger.friction_force()
-    return {
-        "time_s": current.time,
-        "step_s": accepted.dt if accepted else 0.0,
-        "slip_m": block.scene.load.speed * current.time,
-        "mu": friction / normal,
-        "film_height_m": mean(carrier.film_height(current.interface, current.loads)),
-        "squeezed_height_m": mean(
-            carrier.at_points(current.interface.squeezed_height, current.loads)
-        ),
-        "surface_temperature_C": mean(_surface(sliding, current)) - MELTING_TEMPERATURE,
-        "contact_fraction": touching / block.area,
-        "normal_force_N": normal,
-        "friction_force_N": friction,
-        "plate_displacement_m": block.equilibrium.plate_displacement(),
-        "melted_fraction": mean(melted),
-        "saturated_fraction": mean(saturated),
-        "friction_work_J": ledger.friction_work,
-        "load_work_J": ledger.load_work,
-        "ice_heat_J": ledger.ice_heat,
-        "rubber_heat_J": ledger.rubber_heat,
-        "latent_heat_J": ledger.latent_heat,
-        "elastic_energy_J": ledger.elastic_energy,
-        "kinetic_energy_J": ledger.kinetic_energy,
-        "energy_imbalance": ledger.imbalance,
-        "newton_iterations": accepted.iterations if accepted else 0,
-    }
+    return HistoryRow(
+        time_s=current.time,
+        step_s=accepted.dt if accepted else 0.0,
+        slip_m=block.scene.load.speed * current.time,
+        mu=friction / normal,
+        film_height_m=mean(carrier.film_height(current.interface, current.loads)),
+        squeezed_height_m=mean(carrier.at_points(current.interface.squeezed_height, current.loads)),
+        surface_temperature_C=mean(_surface(sliding, current)) - MELTING_TEMPERATURE,
+        contact_fraction=touching / block.area,
+        normal_force_N=normal,
+        friction_force_N=friction,
+        plate_displacement_m=block.equilibrium.plate_displacement(),
+        melted_fraction=mean(melted),
+        saturated_fraction=mean(saturated),
+        friction_work_J=ledger.friction_work,
+        load_work_J=ledger.load_work,
+        ice_heat_J=ledger.ice_heat,
+        rubber_heat_J=ledger.rubber_heat,
+        latent_heat_J=ledger.latent_heat,
+        elastic_energy_J=ledger.elastic_energy,
+        kinetic_energy_J=ledger.kinetic_energy,
+        energy_imbalance=ledger.imbalance,
+        newton_iterations=accepted.iterations if accepted else 0,
+    )
 
 
 def interface_fields(sliding: Sliding, accepted: Accepted | None) -> dict[str, Array]:
