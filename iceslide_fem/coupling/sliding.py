@@ -15,7 +15,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.restart import layouts_of, node_layout
-from iceslide_fem.coupling.step_error import StepError
+from iceslide_fem.coupling.step_error import COUPLING, CouplingControl, StepError
 from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
@@ -36,7 +36,6 @@ from iceslide_fem.rubber.time_discretisation import (
     rested,
 )
 
-MAX_PASSES = 4
 FIRST_STEP = 1e-5
 LONGEST_STEP = 0.025  # of the duration, so that curves are smooth
 SMALLEST_STEP = 1e-10  # of the duration
@@ -105,7 +104,7 @@ class Sliding:
     `current` is the last committed state; `motion_law` how the block moves.
     """
 
-    def __init__(self, block: Block) -> None:
+    def __init__(self, block: Block, control: CouplingControl = COUPLING) -> None:
         """Prepare film, ice heat and step control at the block's present displacements."""
         scene = block.scene
         self.block = block
@@ -113,7 +112,7 @@ class Sliding:
         self._duration = scene.load.duration
         n = block.surface.n_points
         self.carrier = carrier_of(block)
-        self._error = StepError(block, self.carrier)
+        self._error = StepError(block, self.carrier, control)
         state = self.carrier.start(scene.film.initial_height, n)
         loads = self._loads(np.full(n, scene.load.speed), 0.0)
         motion = at_rest(block.rubber.u.x.array)
@@ -123,6 +122,7 @@ class Sliding:
         self.motion_law = _motion_law(block)
         self._start, self._layouts = motion.displacements, layouts_of(block, self.carrier)
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
+        self._passes = control.passes
         self._drift = scene.load.speed if scene.ice.motion == "sliding" else 0.0
         if self._drift > 0.0:  # no ice passes from cell to cell unseen
             self._longest = min(self._longest, window_cell(scene) / self._drift)
@@ -257,7 +257,7 @@ class Sliding:
         interface_step = self._advance_interface(loads, dt)
         self._allowed(interface_step, 1.0)
         iterations, mismatches = 0, []
-        for _ in range(MAX_PASSES):
+        for _ in range(self._passes):
             height = self.carrier.film_height(interface_step.step.state, loads)
             iterations += self._balance(height.reshape(block.surface.weights.shape), speed)
             loads = self._loads_after(dt, speed)

@@ -6,6 +6,8 @@ of relative errors of the shear bounds that of mu.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from iceslide_fem.arrays import Array
@@ -18,20 +20,33 @@ from iceslide_fem.rubber.block import Block
 # Errors of single steps add up to one of mu(t) that falls as their power 2/3 to 3/4 (see
 # docs/accuracy.md): with this share of tolerance^1.6 per step it stays below the tolerance.
 LOCAL_SHARE, LOCAL_POWER = 2.4, 1.6
-# Shares of the tolerance: the change of the film that one more pass over block and film would make,
-# and the change of shear below which the block is not solved again.
-COUPLING_SHARE = 0.3
-QUIET_SHARE = 0.3
 # How much larger the temperature's local error may be where ice passes: it sits in the one or two
 # cells where melting begins, and leaves with them. mu(t) stays within the tolerance.
 PASSING_EASE = 10.0
 
 
+class CouplingControl(NamedTuple):
+    """How closely block and film are solved together.
+
+    agreement: change of the film that one more pass over block and film may make, and quiet: change
+    of the shear below which the block is not solved again, in shares of the tolerance; passes: so
+    many at most, then the step is shortened.
+    """
+
+    agreement: float = 0.3
+    quiet: float = 0.3
+    passes: int = 4
+
+
+COUPLING = CouplingControl()
+
+
 class StepError:
     """Errors of a step of `block` on its interface; 1 is what is allowed. All are collective."""
 
-    def __init__(self, block: Block, carrier: Carrier) -> None:
+    def __init__(self, block: Block, carrier: Carrier, control: CouplingControl = COUPLING) -> None:
         scene = block.scene
+        self._control = control
         self._block, self._carrier = block, carrier
         self._tolerance = scene.numerics.tolerance
         self._local_tolerance = LOCAL_SHARE * self._tolerance**LOCAL_POWER
@@ -62,12 +77,12 @@ class StepError:
     def of_coupling(self, before: InterfaceStep, after: InterfaceStep) -> float:
         """What one more pass over block and film has changed."""
         change = after.step.state.log_height - before.step.state.log_height
-        return self._mean(change, _friction(after)) / (COUPLING_SHARE * self._tolerance)
+        return self._mean(change, _friction(after)) / (self._control.agreement * self._tolerance)
 
     def is_quiet(self, shear: Array, solved: Array, area: Array) -> bool:
         """Whether the block may stay as it was solved for under the shear `solved` (Pa)."""
         change = self._mean(shear - solved, area)
-        return change <= QUIET_SHARE * self._tolerance * self._mean(solved, area)
+        return change <= self._control.quiet * self._tolerance * self._mean(solved, area)
 
     def _mean(self, values: Array, weights: Array) -> float:
         """Mean size of `values` over all ranks' points."""

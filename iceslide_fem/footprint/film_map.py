@@ -7,7 +7,7 @@ with steps of its own; film, squeezed-out water and warmth stay with the ice, al
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -80,11 +80,13 @@ def film_map(
     ride: Ride,
     contact_of: ContactTable | ConstantContact,
     tolerance: float = 1e-2,
+    ice: Callable[[float | Array, float], Column] = Column,
 ) -> FilmMap:
     """Film, temperature and friction at every pixel of the footprint.
 
     `contact_of` gives k, D and H_V of the local pressure; `tolerance` is the relative error of
-    mu aimed at. Raises SimulationStopped where a step cannot be made.
+    mu aimed at; `ice` makes the columns of a temperature (K) and a duration (s). Raises
+    SimulationStopped where a step cannot be made.
     """
     result = FilmMap.empty(footprint.pressure.shape)
     temperature = np.broadcast_to(ride.temperature, len(footprint.pressure))
@@ -92,7 +94,8 @@ def film_map(
         lines = slice(first, first + LINES)
         pressure, part = footprint.pressure[lines], ride._replace(temperature=temperature[lines])
         passing = footprint.dx / ride.speed
-        for column, values in _pass(pressure, passing, part, contact_of, tolerance):
+        below = ice(part.temperature, footprint.pressure.shape[1] * passing)
+        for column, values in _pass(pressure, passing, part, below, contact_of, tolerance):
             for field, value in zip(result, values, strict=True):
                 field[lines, column] = value
     return result
@@ -102,12 +105,12 @@ def _pass(
     pressure: Array,
     passing: float,
     ride: Ride,
+    ice: Column,
     contact_of: ContactTable | ConstantContact,
     tolerance: float,
 ) -> Iterator[tuple[int, FilmMap]]:
     """Columns of pixels from the leading to the trailing edge, with their part of the map."""
     lines, columns = pressure.shape
-    ice = Column(ride.temperature, columns * passing)
     height, sliding = np.full(lines, ride.initial_height), np.full(lines, ride.sliding_speed)
     state = InterfaceState(
         np.log(height), np.zeros(lines), ice.initial(lines), INSULATED.initial(lines)

@@ -180,11 +180,14 @@ class PathPoint(NamedTuple):
     solution: Solution
 
 
-def press(block: Block, observe: Callable[[PathPoint], None]) -> None:
-    """Press the block on the ice under static friction, up to the nominal force.
+def press(
+    block: Block, observe: Callable[[PathPoint], None], law: TractionLaw | None = None
+) -> None:
+    """Press the block on the ice under static friction or another `law`, up to the nominal force.
 
     Raises SimulationStopped where no equilibrium is found.
     """
+    law = law or block.static
     scene, u = block.scene, block.rubber.displacements
     strain = scene.load.pressure / scene.mooney_rivlin.youngs_modulus
     first = min(1.0, FIRST_STRAIN / strain)
@@ -192,8 +195,8 @@ def press(block: Block, observe: Callable[[PathPoint], None]) -> None:
     u[:, -1] -= first * scene.load.pressure / block.equilibrium.penalty
 
     def solve(load: float) -> Solution:
-        solution = block.balance(block.static, load)
-        observe(PathPoint("press", load, 0.0, block.static, solution))
+        solution = block.balance(law, load)
+        observe(PathPoint("press", load, 0.0, law, solution))
         return solution
 
     _follow(block, solve, first, lambda load: f"pressing it at {load * strain:.0%} of E")

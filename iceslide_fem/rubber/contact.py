@@ -113,7 +113,7 @@ def default_penalty(material: MooneyRivlin, height: float, tolerance: float) -> 
 
     A block of this height (m) yields by p H / E, the penalty by p / eps: eps = E / (share H). The
     share is a tenth of `tolerance`, but between 1e-3 and 1e-2. Where pressure concentrates at the
-    edges, penetration is 1.5 to 4 times larger (scripts/penalty_effect).
+    edges, penetration is 1.5 to 4 times larger (scripts.studies.penalty_effect).
     """
     share = min(max(PENETRATION_SHARE * tolerance, PENETRATION[0]), PENETRATION[1])
     return material.youngs_modulus / (share * height)

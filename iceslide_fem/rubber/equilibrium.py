@@ -21,8 +21,8 @@ from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 
 MAX_ITERATIONS = 60
-# A tangent is kept if so many iterations like the last one would reach the tolerance: a new one
-# costs as much as five in a slice, fifteen in a block.
+# So many iterations with a kept tangent are worth it: a new one costs as much as five in a slice,
+# fifteen in a block.
 PATIENCE = 12
 SMALLEST_DAMPING = 1.0 / 64.0
 # Where no damping shortens the next change, a point of the contact touches down or lifts off on
@@ -54,14 +54,20 @@ class Equilibrium:
         surface: ContactSurface,
         penalty: float,
         prefix: str = "rubber_",
+        patience: int = PATIENCE,
     ) -> None:
-        """`penalty` in Pa/m; `prefix` selects PETSc options of the linear solver."""
+        """`penalty` in Pa/m; `prefix` selects PETSc options of the linear solver.
+
+        A tangent is kept if `patience` iterations like the last one would reach the tolerance; 0 is
+        full Newton.
+        """
         self.rubber, self.surface, self.penalty = rubber, surface, penalty
         self._matrix = rubber.create_matrix()
         self._residual, self._newton = rubber.create_vector(), rubber.create_vector()
         self._plate_column, self._plate_row = rubber.create_vector(), rubber.create_vector()
         self._border = rubber.create_vector()
         self._plate_stiffness = 0.0
+        self._patience = patience
         self._has_tangent = False
         dim = rubber.mesh.geometry.dim
         index_map = rubber.space.dofmap.index_map
@@ -134,7 +140,7 @@ class Equilibrium:
                 size = self._imbalance(force, law)
                 change = None
                 continue
-            keep = damping == 1.0 and size * contraction**PATIENCE <= tolerance
+            keep = damping == 1.0 and size * contraction**self._patience <= tolerance
             change = following if keep else None
             self._has_tangent = keep
         raise NotConverged(f"residual of {size:.3g} N after {MAX_ITERATIONS} iterations")

@@ -1,26 +1,22 @@
-#!/usr/bin/env python3
 """Which element? The press of a 1 mm cube on several of them: error, work, and shear at 5 bar.
 
 The half of a cube of compound B is pressed without friction by 1 and 5 bar on meshes of
 growing refinement. The error is that of the plate's displacement, against the value that
 Richardson extrapolation gives from the mixed element. Then the cube is pressed by 5 bar under a
 shear proportional to the pressure, as far as equilibria are found. Prints tables in Markdown.
-Times are of the processor, on one process, without compilation. Run it in the environment:
-`. scripts/env.sh`.
+Times are of the processor, on one process, without compilation.
 """
 
 from __future__ import annotations
 
-import argparse
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from time import process_time
 from typing import Any, NamedTuple
 
-import matplotlib
 import numpy as np
+from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
 from iceslide_fem.arrays import Array
@@ -34,7 +30,7 @@ from iceslide_fem.mesh.gmsh_model import TaggedMesh
 from iceslide_fem.mesh.grid import tensor_grid
 from iceslide_fem.mesh.structured import CONTACT_HEIGHT, RubberMesh
 from iceslide_fem.rubber.block import FACET_DEGREE, FACET_PIECES, Block, PathPoint, press
-from iceslide_fem.rubber.contact import Traction, default_penalty, sliding_friction
+from iceslide_fem.rubber.contact import default_penalty
 from iceslide_fem.rubber.contact_surface import contact_surface
 from iceslide_fem.rubber.equilibrium import Equilibrium
 from iceslide_fem.rubber.hyperelasticity import (
@@ -44,6 +40,8 @@ from iceslide_fem.rubber.hyperelasticity import (
     volumetric_energy,
 )
 from iceslide_fem.scene import scene_from_dict
+from scripts.studies import common
+from scripts.studies.blocks import shear_of_pressure
 
 MATERIAL = COMPOUNDS["B"]
 SIZE = 1e-3  # m
@@ -172,12 +170,15 @@ class Element(NamedTuple):
     """An element: how its cubes are meshed and its forms made; cells along x that are tried."""
 
     in_tetrahedra: bool
-    forms: Callable[[RubberMesh], HyperelasticBody]
+    forms: Callable[[RubberMesh, MooneyRivlin], HyperelasticBody]
     numbers: tuple[int, ...]
 
 
-def displacement_element(degree: int, energy: Any) -> Callable[[RubberMesh], HyperelasticBody]:
-    return lambda mesh: HyperelasticBody(mesh, MATERIAL, degree, energy)
+def displacement_element(
+    degree: int, energy: Any
+) -> Callable[[RubberMesh, MooneyRivlin], HyperelasticBody]:
+    """Forms of displacements of a degree with that energy."""
+    return lambda mesh, material: HyperelasticBody(mesh, material, degree, energy)
 
 
 ELEMENTS = {
@@ -187,21 +188,10 @@ ELEMENTS = {
     "P2 tetrahedra": Element(True, displacement_element(2, fully_integrated(4)), NUMBERS),
     "Q2": Element(False, displacement_element(2, fully_integrated(FULL)), NUMBERS),
     "Q2, 2x2x2 volumetric": Element(False, displacement_element(2, under_integrated), NUMBERS),
-    "Q2/P1 mixed": Element(False, lambda mesh: MixedRubber(mesh, MATERIAL), NUMBERS),
+    "Q2/P1 mixed": Element(False, MixedRubber, NUMBERS),
 }
 
 # --- presses
-
-
-@dataclass(frozen=True)
-class SlidingBlock(Block):
-    """A block pressed under a shear of `mu` times the pressure instead of static friction."""
-
-    mu: float
-
-    def static(self, pressure: Array, displacement: Array) -> Traction:
-        slope = np.full_like(pressure, self.mu)
-        return sliding_friction(self.mu * pressure, slope, displacement.shape[-1])
 
 
 class Press(NamedTuple):
@@ -216,7 +206,9 @@ class Press(NamedTuple):
     seconds: float
 
 
-def pressed(element: Element, n: int, pressure: float, mu: float = 0.0) -> Press:
+def pressed(
+    element: Element, n: int, pressure: float, mu: float = 0.0, material: MooneyRivlin = MATERIAL
+) -> Press:
     """Press the half cube of `n` cells along x under a shear of `mu` times the pressure."""
     scene = scene_from_dict(
         {
@@ -228,18 +220,16 @@ def pressed(element: Element, n: int, pressure: float, mu: float = 0.0) -> Press
     )
     grid = half_cube(n)
     tagged = in_tetrahedra(grid) if element.in_tetrahedra else grid
-    rubber = element.forms(RubberMesh(*gmsh_model.distribute(tagged, MPI.COMM_SELF)))
+    rubber = element.forms(RubberMesh(*gmsh_model.distribute(tagged, MPI.COMM_SELF)), material)
     start = process_time()
     surface = contact_surface(rubber.space, rubber.facets("contact"), FACET_DEGREE, FACET_PIECES)
-    equilibrium = Equilibrium(rubber, surface, default_penalty(MATERIAL, SIZE, 0.1))
+    equilibrium = Equilibrium(rubber, surface, default_penalty(material, SIZE, 0.1))
     area = SIZE**2 / 2
     friction = FilmFriction(scene.contact_parameters, None, 0.05 * pressure)
-    block = SlidingBlock(
-        scene, rubber, surface, equilibrium, friction, area, pressure * area, 2.0, SIZE, mu
-    )
+    block = Block(scene, rubber, surface, equilibrium, friction, area, pressure * area, 2.0, SIZE)
     points: list[PathPoint] = []
     try:
-        press(block, points.append)
+        press(block, points.append, shear_of_pressure(mu))
     except SimulationStopped:
         pass
     return Press(
@@ -288,16 +278,16 @@ def print_presses(pressure: float, presses: Presses) -> None:
     """Table of the frictionless presses by one pressure (Pa)."""
     exact, _ = limit(presses, REFERENCE)
     print(f"\n### {pressure / BAR:g} bar, frictionless: plate displacement {1e6 * exact:.2f} um\n")
-    print("| element | cells along x | dofs | plate, um | error | Newton | tangents | s |")
-    print("|---|---|---|---|---|---|---|---|")
+    rows = []
     for name, meshes in presses.items():
         for n, found in meshes.items():
-            error = found.displacement / exact - 1.0
             failed = "" if found.reached == 1.0 else f" (failed at {found.reached:.0%})"
-            print(
-                f"| {name} | {n} | {found.dofs} | {1e6 * found.displacement:.2f}{failed} | "
-                f"{error:+.2%} | {found.iterations} | {found.tangents} | {found.seconds:.2f} |"
-            )
+            plate = f"{1e6 * found.displacement:.2f}{failed}"
+            error = f"{found.displacement / exact - 1.0:+.2%}"
+            work = (found.iterations, found.tangents, f"{found.seconds:.2f}")
+            rows.append((name, n, found.dofs, plate, error, *work))
+    head = ("element", "cells along x", "dofs", "plate, um", "error", "Newton", "tangents", "s")
+    common.table(head, rows)
     print("\nExtrapolated from the three finest meshes of each element (um, and order in 1/n):\n")
     for name in presses:
         value, order = limit(presses, name)
@@ -307,28 +297,29 @@ def print_presses(pressure: float, presses: Presses) -> None:
 def print_sheared(numbers: Sequence[int], shears: Sequence[float]) -> None:
     """Table of the presses by 5 bar under shear."""
     print("\n### 5 bar under shear: share of the load that was reached, plate, tangents, seconds\n")
-    print("| element | cells along x | " + " | ".join(f"tau = {mu:g} p" for mu in shears) + " |")
-    print("|---|---|" + len(shears) * "---|")
-    for name, element in ELEMENTS.items():
-        for n in numbers:
-            cells = []
-            for mu in shears:
-                press = pressed(element, n, 5 * BAR, mu)
-                cells.append(
-                    f"{press.reached:.0%}, {1e6 * press.displacement:.1f} um, "
-                    f"{press.tangents}, {press.seconds:.1f} s"
-                )
-            print(f"| {name} | {n} | " + " | ".join(cells) + " |", flush=True)
+    head = ("element", "cells along x", *(f"tau = {mu:g} p" for mu in shears))
+
+    def cell(element: Element, n: int, mu: float) -> str:
+        found = pressed(element, n, 5 * BAR, mu)
+        return (
+            f"{found.reached:.0%}, {1e6 * found.displacement:.1f} um, "
+            f"{found.tangents}, {found.seconds:.1f} s"
+        )
+
+    common.table(
+        head,
+        (
+            (name, n, *(cell(element, n, mu) for mu in shears))
+            for name, element in ELEMENTS.items()
+            for n in numbers
+        ),
+    )
 
 
 def draw(results: dict[float, Presses], path: Path) -> None:
     """Chart of the error against the seconds, one panel for each pressure."""
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, panels = plt.subplots(
-        1, len(results), figsize=(9.0, 4.0), sharey=True, layout="constrained"
-    )
+    figure = Figure(figsize=(9.0, 4.0), layout="constrained")
+    panels = figure.subplots(1, len(results), sharey=True)
     for panel, (pressure, presses) in zip(panels, results.items(), strict=True):
         exact, _ = limit(presses, REFERENCE)
         for (name, meshes), mark in zip(presses.items(), "v^so*", strict=True):
@@ -340,14 +331,14 @@ def draw(results: dict[float, Presses], path: Path) -> None:
         panel.grid(alpha=0.3)
     panels[0].set_ylabel("relative error of the plate's displacement")
     panels[0].legend(fontsize="small")
-    figure.savefig(path, dpi=130)
+    common.draw(figure, path, 130)
 
 
 def main() -> None:
-    """Print the tables, and draw the chart if asked."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    """Print the tables and draw the chart."""
+    parser = common.options(__doc__)
     parser.add_argument("--quick", action="store_true", help="coarse meshes only, a few seconds")
-    parser.add_argument("--chart", type=Path, help="PNG file to draw error against time in")
+    common.picture_options(parser, "docs")
     options = parser.parse_args()
     results: dict[float, Presses] = {}
     for pressure in (1 * BAR, 5 * BAR):
@@ -356,8 +347,7 @@ def main() -> None:
     print_sheared(
         (2,) if options.quick else SHEARED_NUMBERS, SHEARS[:1] if options.quick else SHEARS
     )
-    if options.chart:
-        draw(results, options.chart)
+    draw(results, options.pictures / "elements.png")
 
 
 if __name__ == "__main__":

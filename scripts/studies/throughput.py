@@ -1,34 +1,28 @@
-#!/usr/bin/env python3
 """Throughput of sweeps: cases per hour of slices on 1 and 2 processes, the share of compiling
 forms, and points per second.
 
 The slice sweep runs with an empty cache first, so that its forms are compiled, and then twice with
 what is in it.
-
-    .venv/bin/python scripts/throughput [--cases 8] [--tolerance 1e-2]
 """
 
 from __future__ import annotations
 
-import argparse
 import os
-import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 
 from iceslide_fem.sweep import read_sweep
+from scripts.studies.common import ROOT, iceslide_words, options, silently
 
-ROOT = Path(__file__).resolve().parent.parent
 SCENE = ROOT / "cases" / "thesis_1bar.toml"
 
 
-def sweep(out: Path, environment: dict[str, str], *options: str) -> float:
+def sweep(out: Path, environment: dict[str, str], *words: str) -> float:
     """Seconds that a sweep of the scene takes."""
-    command = [sys.executable, "-m", "iceslide_fem.cli", "sweep", str(SCENE), "--out", str(out)]
     started = time.perf_counter()
-    subprocess.run([*command, *options], env=environment, check=True, stdout=subprocess.DEVNULL)
+    silently(iceslide_words("sweep", str(SCENE), "--out", str(out), *words), env=environment)
     return time.perf_counter() - started
 
 
@@ -37,12 +31,12 @@ def compiling(out: Path, environment: dict[str, str]) -> float:
     scene = next(out.glob("cases/*/scene.toml"))
     words = [sys.executable, "-m", "iceslide_fem.sweep.compile_forms", str(scene)]
     started = time.perf_counter()
-    subprocess.run(words, env=environment, check=True)
+    silently(words, env=environment)
     return time.perf_counter() - started
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options(__doc__)
     parser.add_argument("--cases", type=int, default=8)
     parser.add_argument("--tolerance", default="1e-2")
     parser.add_argument("--duration", default="7ms")
@@ -60,9 +54,9 @@ def main() -> None:
         jit = cold - warm
         print(f"compiling the forms of a slice: {jit:.1f} s, once per sweep")
         rates = {}
-        for processes, options in ((1, one), (2, ["--cases-at-a-time", "2"])):
+        for processes, words in ((1, one), (2, ["--cases-at-a-time", "2"])):
             out = root / str(processes)
-            seconds = sweep(out, environment, *slices, *options)
+            seconds = sweep(out, environment, *slices, *words)
             inside = float(read_sweep(out)["wall_s"].sum())
             rates[processes] = 3600.0 * arguments.cases / seconds
             print(

@@ -1,16 +1,12 @@
-#!/usr/bin/env python3
 """Kill runs at random moments and go on with them; then compare with the run that was left alone.
 
 After every kill (SIGKILL, of the whole run or of one rank) what the history holds has to be
 readable and no shorter than before the last restart's checkpoint. With --full-disk the disk fills
 up instead, on a file system of its own (root only).
-
-    .venv/bin/python scripts/kill_and_restart [--kills 50] [--ranks 1 2] [--full-disk]
 """
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import csv
 import random
@@ -28,15 +24,15 @@ import psutil
 from iceslide_fem.errors import SceneError
 from iceslide_fem.results import differences, field_files, read_run
 from iceslide_fem.run.checkpoint import read_checkpoint
+from scripts.studies.common import ROOT, iceslide_words, on_ranks, options, silently
 
-ROOT = Path(__file__).resolve().parent.parent
 SCENE = ROOT / "cases" / "thesis_1bar.toml"
 CHANGES = ["model=slice", "numerics.refinement=0.5", "numerics.tolerance=1e-2"]
 
 
-def command(ranks: int, *options: str) -> list[str]:
-    words = [sys.executable, "-m", "iceslide_fem.cli", "run", "--checkpoint-every", "0.2", *options]
-    return (["mpirun", "-n", str(ranks)] if ranks > 1 else []) + words
+def command(ranks: int, *words: str) -> list[str]:
+    """Command line of a run that leaves a checkpoint often."""
+    return on_ranks(iceslide_words("run", "--checkpoint-every", "0.2", *words), ranks)
 
 
 def beginning(out: Path) -> list[str]:
@@ -100,7 +96,7 @@ def saved_rows(out: Path) -> int:
 def kills(count: int, ranks: int, folder: Path, dice: random.Random) -> None:
     alone = folder / "alone"
     started = time.perf_counter()
-    subprocess.run(command(ranks, *beginning(alone)), check=True, stdout=subprocess.DEVNULL)
+    silently(command(ranks, *beginning(alone)))
     usual = time.perf_counter() - started
     reference = read_run(alone)
     out, done, restarts, finished, worst = folder / "killed", 0, 0, 0, 0.0
@@ -138,7 +134,7 @@ def full_disk(folder: Path) -> None:
     """Fill a file system of 1.5 MB, look at what is left, make room, go on."""
     alone, disk = folder / "alone", folder / "disk"
     disk.mkdir()
-    subprocess.run(command(1, *beginning(alone)), check=True, stdout=subprocess.DEVNULL)
+    silently(command(1, *beginning(alone)))
     subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1500k", "tmpfs", disk], check=True)
     try:
         out = disk / "run"
@@ -149,7 +145,7 @@ def full_disk(folder: Path) -> None:
             f"checkpoint follows {saved_rows(out)} rows"
         )
         subprocess.run(["mount", "-o", "remount,size=100m", disk], check=True)
-        subprocess.run(command(1, "--restart", str(out)), check=True, stdout=subprocess.DEVNULL)
+        silently(command(1, "--restart", str(out)))
         worst = np.abs(differences(read_run(out), read_run(alone))).max()
         print(f"  after making room: largest difference of mu(t) {worst:.1e}")
     finally:
@@ -157,7 +153,7 @@ def full_disk(folder: Path) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options(__doc__)
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--seed", type=int, default=1)

@@ -1,17 +1,11 @@
-#!/usr/bin/env python3
-"""Figures of docs/footprint.md: round trips, the thesis's formulas with its data, and mu over d.
-
-.venv/bin/python scripts/footprint_findings [--picture docs/pictures/footprint_line.png]
-"""
+"""Figures of docs/footprint.md: round trips, the thesis's formulas with its data, and mu over d."""
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from rich.console import Console
 from rich.table import Table
@@ -34,6 +28,7 @@ from iceslide_fem.footprint.survey import HeatModel, read_footprint, survey
 from iceslide_fem.footprint.synthetic import Tread, coloured_picture, grey_picture, save
 from iceslide_fem.materials import BAR, CONTACT_TABLES
 from iceslide_fem.reference import band_source_rise
+from scripts.studies.common import draw, options, picture_options
 
 MU_ST, V, S, T_0, DEPTH = 0.1, 3.0, 1e-5, -4.0, 1e-4  # table 2
 LENGTH, WIDTH, HIGH, SHAPE = 0.18, 0.14, 4e5, (420, 540)
@@ -227,22 +222,22 @@ def draw_line(path: Path) -> None:
     for slip, style in ((0.5, "--"), (1.0, "-")):
         rise = moving_source_rise(flux * slip / S, dx, V, PRINTED.effusivity)
         right.plot(1e3 * x, rise, style, color="#0072B2", label=f"moving source, S = {slip:g}")
-    for rise, name, below in ((OWN, "thesis", False), (SOURCE, "its source", True)):
-        right.axhline(rise, color="0.5", linewidth=1, linestyle=":")
+    for printed, name, below in ((OWN, "thesis", False), (SOURCE, "its source", True)):
+        right.axhline(printed, color="0.5", linewidth=1, linestyle=":")
         place = {"va": "top" if below else "bottom", "ha": "right", "color": "0.4"}
-        right.text(1e3 * LENGTH, rise, f"{name}: {rise:g} K", **place)
+        right.text(1e3 * LENGTH, printed, f"{name}: {printed:g} K", **place)
     right.set(xlabel="x (mm), the tyre moves to the right", ylabel="temperature rise (K)")
     right.set_title("Rise of the ice's surface")
     right.legend(fontsize=8)
     for panel in (left, right):
         panel.grid(alpha=0.25)
-    FigureCanvasAgg(figure).print_figure(path, dpi=110)
+    draw(figure, path)
 
 
 def main() -> None:
-    """Print all tables; draw the centre line where asked."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--picture", type=Path)
+    """Print all tables and draw the centre line."""
+    parser = options(__doc__)
+    picture_options(parser)
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         round_trips(Path(folder))
@@ -251,8 +246,7 @@ def main() -> None:
     film_over_pixels()
     single_blocks()
     formulas()
-    if arguments.picture:
-        draw_line(arguments.picture)
+    draw_line(arguments.pictures / "footprint_line.png")
 
 
 if __name__ == "__main__":

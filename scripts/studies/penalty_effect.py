@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Effect of the contact penalty and of the shear ramp: each halved and doubled.
 
 The 1 mm cube of compound B is pressed under static friction, brought to 3 m/s under the film's
@@ -6,26 +5,26 @@ shear at its initial height, and last held under a shear of 0.3 p. Rows give the
 displacement (change against the default), the deepest penetration relative to it, the largest
 pressure, the spread of the pressure over the contact (standard deviation over mean), the share of
 static friction that is mobilised, and mu. With --slides whole slides are run as well, with --meshes
-nothing but slides of the slice at 1 bar, with stiffer penalties on three meshes. Prints tables in
-Markdown. Run it in the environment: `. scripts/env.sh`, also under mpirun.
+nothing but slides of the slice at 1 bar, with stiffer penalties on three meshes. Also under mpirun.
 """
 
 from __future__ import annotations
 
-import argparse
 import tempfile
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.materials import BAR, COMPOUNDS
 from iceslide_fem.rubber.block import RAMP_SHARE, Block, build_block, press, start_sliding
-from iceslide_fem.rubber.contact import Traction, default_penalty, sliding_friction
+from iceslide_fem.rubber.contact import Traction, default_penalty
 from iceslide_fem.scene import Scene, scene_from_dict
 from iceslide_fem.simulate import run
+from scripts.studies import common
+from scripts.studies.blocks import shear_of_pressure
 
 COMM = MPI.COMM_WORLD
 SIZE, SPEED = 1e-3, 3.0  # m, m/s
@@ -70,7 +69,7 @@ def held(block: Block, traction: Traction) -> Held:
     """Numbers of the present equilibrium under its `traction`."""
     contact, surface = block.contact, block.surface
     touching = np.where(contact.pressure > 0.0, contact.area, 0.0)
-    area = surface.total(1.0, touching)
+    area = surface.total(np.ones_like(touching), touching)
     mean = surface.total(contact.pressure, touching) / area
     variance = surface.total((contact.pressure - mean) ** 2, touching) / area
     size = surface.total(np.linalg.norm(traction.value, axis=-1), touching)
@@ -85,12 +84,6 @@ def held(block: Block, traction: Traction) -> Held:
         size / (area * mean),
         along / (area * mean),
     )
-
-
-def constant_friction(pressure: Array, displacement: Array) -> Traction:
-    """Shear of SHEAR times the pressure."""
-    slope = np.full_like(pressure, SHEAR)
-    return sliding_friction(SHEAR * pressure, slope, displacement.shape[-1])
 
 
 def phases(scene: Scene) -> dict[str, Held]:
@@ -108,8 +101,9 @@ def phases(scene: Scene) -> dict[str, Held]:
         laws: list[Any] = []
         start_sliding(block, lambda point: laws.append(point.law))
         found["sliding"] = present(laws[-1])
-        block.balance(constant_friction)
-        found["constant"] = present(constant_friction)
+        constant = shear_of_pressure(SHEAR)
+        block.balance(constant)
+        found["constant"] = present(constant)
     except (NotConverged, SimulationStopped):
         pass
     return found
@@ -118,42 +112,41 @@ def phases(scene: Scene) -> dict[str, Held]:
 def show(title: str, results: dict[str, dict[str, Held]]) -> None:
     """Print one table; the first case is what the others are compared with."""
     say(f"\n### {title}\n")
-    say(
-        "| phase | case | plate, um | change | penetration | largest p | spread of p | t / p | mu |"
-    )
-    say("|---|---|---|---|---|---|---|---|---|")
+    head = ("phase", "case", "plate, um", "change", "penetration", "largest p", "spread of p",
+            "t / p", "mu")  # fmt: skip
     standard = next(iter(results.values()))
     names = {"static": "pressed", "sliding": "film at h0", "constant": f"tau = {SHEAR:g} p"}
+    rows: list[tuple[object, ...]] = []
     for phase, name in names.items():
         for case, found in results.items():
             if phase not in found:
-                say(f"| {name} | {case} | not found in one solve | | | | | | |")
+                rows.append((name, case, "not found in one solve", *6 * ("",)))
                 continue
             row = found[phase]
             change = f"{row.plate / standard[phase].plate - 1:+.2%}" if phase in standard else ""
-            say(
-                f"| {name} | {case} | {1e6 * row.plate:.3f} | {change} | "
-                f"{row.penetration / row.plate:.2%} | {row.largest:.3f} | {row.spread:.3f} | "
-                f"{row.friction:.4f} | {row.mu:.5f} |"
-            )
+            lengths = (f"{1e6 * row.plate:.3f}", change, f"{row.penetration / row.plate:.2%}")
+            pressures = (f"{row.largest:.3f}", f"{row.spread:.3f}")
+            rows.append((name, case, *lengths, *pressures, f"{row.friction:.4f}", f"{row.mu:.5f}"))
+    show_table(head, rows)
 
 
 def show_slides(scenes: dict[str, Scene]) -> None:
     """Run whole slides and print what their summaries say of mu."""
     keys = ("mu_peak", "mu_mean", "mu_end")
-    say("\n| case | " + " | ".join(keys) + " | steps | rejected | Newton | s |")
-    say("|---|---|---|---|---|---|---|---|")
+    say("")
+    rows: list[tuple[object, ...]] = []
     for case, scene in scenes.items():
         with tempfile.TemporaryDirectory() as folder:
             try:
                 summary = run(scene, COMM.bcast(folder))
             except SimulationStopped as reason:
-                say(f"| {case} | {reason} | | | | | | |")
+                rows.append((case, reason, *6 * ("",)))
                 continue
             COMM.barrier()
-        values = " | ".join(f"{summary[key]:.5f}" for key in keys)
+        values = (f"{summary[key]:.5f}" for key in keys)
         work = (summary["steps"], summary["rejected_steps"], summary["newton_iterations"])
-        say(f"| {case} | {values} | {' | '.join(map(str, work))} | {summary['wall_s']:.1f} |")
+        rows.append((case, *values, *work, f"{summary['wall_s']:.1f}"))
+    show_table(("case", *keys, "steps", "rejected", "Newton", "s"), rows)
 
 
 def on_meshes() -> dict[str, Scene]:
@@ -173,6 +166,12 @@ def on_meshes() -> dict[str, Scene]:
     return scenes
 
 
+def show_table(head: Sequence[str], rows: list[tuple[object, ...]]) -> None:
+    """Print a table on rank 0."""
+    if COMM.rank == 0:
+        common.table(head, rows)
+
+
 def say(line: str) -> None:
     """Print on rank 0."""
     if COMM.rank == 0:
@@ -181,7 +180,7 @@ def say(line: str) -> None:
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = common.options(__doc__)
     parser.add_argument("--quick", action="store_true", help="the slice at 1 bar only")
     parser.add_argument("--slides", action="store_true", help="run whole slides as well")
     parser.add_argument("--meshes", action="store_true", help="slides on three meshes instead")

@@ -1,32 +1,25 @@
-#!/usr/bin/env python3
 """Where do the methods fail? Maps of converged, with cut-backs, refused with a message, failed.
 
-Each map varies two or three parameters and classifies every combination. Maps are drawn as PNG
-into --charts and their counts, and the sentence of every refusal, printed in Markdown. Run it in
-the environment: `. scripts/env.sh`. The full form takes about an hour, --quick a few minutes.
-
-    scripts/stability_atlas [--quick] [--charts docs/stability] [--maps film penalty ...]
+Each map varies two or three parameters and classifies every combination. Maps are drawn, their
+counts, and the sentence of every refusal, printed in Markdown. The full form takes about an hour,
+--quick a few minutes.
 """
 
 from __future__ import annotations
 
-import argparse
-import importlib.util
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from importlib.machinery import SourceFileLoader
+from functools import partial
 from pathlib import Path
 from time import monotonic
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, Rectangle
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column
@@ -34,10 +27,11 @@ from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
 from iceslide_fem.film.law import film_loads
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.materials import BAR, COMPOUNDS, MELTING_ENTHALPY, WATER_VISCOSITY, MooneyRivlin
-from iceslide_fem.rubber.block import Block, build_block, press, start_sliding
-from iceslide_fem.rubber.contact import Traction, default_penalty, sliding_friction
+from iceslide_fem.rubber.block import Block, build_block, press
+from iceslide_fem.rubber.contact import default_penalty
 from iceslide_fem.rubber.equilibrium import Solution, TractionLaw
-from iceslide_fem.scene import Scene, scene_from_dict
+from iceslide_fem.scene import Scene, put, scene_from_dict
+from scripts.studies import blocks, common, press_elements
 
 CONVERGED, CUT_BACK, REFUSED, FAILED = "converged", "with cut-backs", "refused", "failed"
 SMALL, MEDIUM, LARGE = "below 3 %", "below 10 %", "above 10 %"  # of a comparison
@@ -64,9 +58,9 @@ class Map(NamedTuple):
     name: str
     title: str
     x_label: str
-    x: Sequence[Any]
+    x: Sequence[Any] | Array
     y_label: str
-    y: Sequence[Any]
+    y: Sequence[Any] | Array
     cells: list[list[Cell]]
     curves: dict[str, Array] = {}
 
@@ -82,15 +76,15 @@ def classified(task: Callable[[], Cell]) -> Cell:
         return Cell(FAILED, message=f"{type(reason).__name__}: {reason}")
 
 
-def table(
+def classify(
     name: str,
     title: str,
-    x: tuple[str, Sequence[Any]],
-    y: tuple[str, Sequence[Any]],
-    task: Callable[[Any, Any], Cell],
+    x: tuple[str, Sequence[Any] | Array],
+    y: tuple[str, Sequence[Any] | Array],
+    task: Callable[..., Cell],
 ) -> Map:
     """Classify `task(x, y)` at all combinations."""
-    cells = [[classified(lambda a=a, b=b: task(a, b)) for a in x[1]] for b in y[1]]
+    cells = [[classified(partial(task, a, b)) for a in x[1]] for b in y[1]]
     return Map(name, title, x[0], x[1], y[0], y[1], cells)
 
 
@@ -148,7 +142,7 @@ def film_steps(quick: bool) -> Iterable[Map]:
     def mean(result: Any) -> str:
         return f"{result.mu_mean[0]:.3f}"
 
-    found = table(
+    found = classify(
         "film_integrators", "Fixed steps of the film law, 1 bar, 3 m/s, 7 ms: mean mu in the cells",
         ("step (s)", steps), ("integrator", methods),
         lambda dt, method: film_point(method, dt, shown=mean),
@@ -172,7 +166,7 @@ def film_steps(quick: bool) -> Iterable[Map]:
                 duration = min(7e-3, 2000 * dt)
                 return film_point(method, min(dt, duration), **{key: value, "duration": duration})
 
-            found = table(
+            found = classify(
                 f"film_{method}_{name}", f"{method}: step over explicit Euler's limit",
                 ("step / predicted limit", relative), (label, values), point,
             )  # fmt: skip
@@ -194,7 +188,7 @@ def film_weather(quick: bool) -> Iterable[Map]:
     for pressure in (1.0, 5.0):
         k, D, H_V = (0.266, 29e-6, 2.86e-6) if pressure == 1.0 else (0.405, 46.5e-6, 0.56e-6)
         for h0 in (70e-9,) if quick else (70e-9, 1e-9):
-            yield table(
+            yield classify(
                 f"film_weather_{pressure:g}bar_{1e9 * h0:g}nm",
                 f"Point, {pressure:g} bar, h0 = {1e9 * h0:g} nm, 7 ms: m(elts), s(aturates) at ms",
                 ("speed (m/s)", speeds), ("ice (degC)", celsius),
@@ -215,11 +209,9 @@ def _at(values: Array, where: float) -> Array:
 
 @dataclass(frozen=True)
 class Counting(Block):
-    """A block that counts equilibria not found, pressed under `mu` times the pressure or static
-    friction (mu < 0)."""
+    """A block that counts equilibria not found."""
 
     failures: list[str]
-    mu: float
 
     def balance(self, law: TractionLaw, load: float = 1.0) -> Solution:
         try:
@@ -227,12 +219,6 @@ class Counting(Block):
         except NotConverged as reason:
             self.failures.append(str(reason))
             raise
-
-    def static(self, pressure: Array, displacement: Array) -> Traction:
-        if self.mu < 0.0:
-            return super().static(pressure, displacement)
-        slope = np.full_like(pressure, self.mu)
-        return sliding_friction(self.mu * pressure, slope, displacement.shape[-1])
 
 
 def a_scene(**changes: Any) -> Scene:
@@ -245,24 +231,19 @@ def a_scene(**changes: Any) -> Scene:
         "numerics": {"tolerance": 1e-2},
     }
     for key, value in changes.items():
-        *tables, name = key.split("__")
-        target = data
-        for part in tables:
-            target = target.setdefault(part, {})
-        target[name] = value
+        put(data, key.replace("__", "."), value)
     return scene_from_dict(data)
 
 
-def counting(scene: Scene, mu: float = -1.0) -> Counting:
+def counting(scene: Scene) -> Counting:
     """The scene's block, counting."""
-    block = build_block(scene, MPI.COMM_SELF)
-    return Counting(**vars(block), failures=[], mu=mu)
+    return Counting(**vars(build_block(scene, MPI.COMM_SELF)), failures=[])
 
 
 def pressed(scene: Scene, mu: float) -> Cell:
     """Press under a shear of `mu` times the pressure; the cell shows the contact's share."""
-    block = counting(scene, mu)
-    press(block, lambda _: None)
+    block = counting(scene)
+    press(block, lambda _: None, blocks.shear_of_pressure(mu))
     contact = block.contact
     share = block.surface.total((contact.pressure > 0.0) * 1.0, contact.area) / block.area
     return Cell(CUT_BACK if block.failures else CONVERGED, f"{share:.2f}")
@@ -271,21 +252,13 @@ def pressed(scene: Scene, mu: float) -> Cell:
 def slid(scene: Scene) -> Cell:
     """Press, bring to speed and slide; the cell shows the mean friction."""
     block = counting(scene)
-    press(block, lambda _: None)
-    start_sliding(block, lambda _: None)
-    sliding = Sliding(block)
-    rejected, work, slip = 0, 0.0, 0.0
-    while sliding.current.time < scene.load.duration:
-        accepted = sliding.advance()
-        rejected += accepted.rejected
-        work += float(accepted.interface_step.area @ accepted.interface_step.step.friction_work)
-        slip += scene.load.speed * accepted.dt
-    mu = work / (slip * block.force)
+    mu = blocks.slid(scene, block).mean
     if not 0.0 < mu < MU_SANE:
         return Cell(FAILED, message=f"mu = {mu}")
     return Cell(CUT_BACK if block.failures else CONVERGED, f"{mu:.3f}")
 
 
+REFERENCE = press_elements.REFERENCE
 MESHES = {"slice x 0.5": ("slice", 0.5), "slice": ("slice", 1.0), "block x 0.5": ("block", 0.5)}
 
 
@@ -302,7 +275,7 @@ def penalties(quick: bool) -> Iterable[Map]:
             factors, ramps = [0.1, 0.25, 0.5, 1.0, 2.0, 10.0], [0.002, 0.05, 0.2]
             labels = [value(float(f"{factor * usual / 1e9:.2g}")) for factor in factors]
         for pressure in (1.0,) if quick or model == "block" else (1.0, 5.0):
-            table_ = table(
+            found = classify(
                 f"penalty_ramp_{mesh.replace(' ', '')}_{pressure:g}bar",
                 f"{mesh}, {pressure:g} bar, until {2 if model == 'block' else 4} ms: mean mu",
                 ("penalty (MPa/mm)", factors), ("shear ramp pressure / p", ramps),
@@ -313,9 +286,9 @@ def penalties(quick: bool) -> Iterable[Map]:
                             numerics__refinement=n, numerics__shear_ramp_pressure=r * p * BAR)
                 ),
             )  # fmt: skip
-            yield table_._replace(x=labels)
+            yield found._replace(x=labels)
     steps = [1e-3, 3e-4, 1e-4, 3e-5] if quick else [4e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5]
-    yield table(
+    yield classify(
         "penalty_step", "Slice x 0.5, implicit Euler at fixed steps, 4 ms: mean mu",
         ("penalty (MPa/mm)", factors), ("step (s)", steps),
         lambda f, dt: slid(
@@ -331,7 +304,7 @@ def friction(quick: bool) -> Iterable[Map]:
                                                               0.8, 1.0, 1.25, 1.5]  # fmt: skip
     bars = [0.2, 1.0, 5.0, 10.0] if quick else [0.2, 0.5, 1.0, 2.0, 3.5, 5.0, 7.0, 10.0]
     for mesh, (model, refinement) in list(MESHES.items())[: 1 if quick else 3]:
-        yield table(
+        yield classify(
             f"friction_pressure_{mesh.replace(' ', '')}",
             f"{mesh}: press under a shear of mu p; contact over nominal area",
             ("mu", levels), ("pressure (bar)", bars),
@@ -346,7 +319,7 @@ def aspects(quick: bool) -> Iterable[Map]:
     levels = [0.05, 0.3, 0.6, 1.0] if quick else [0.05, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0]
     heights = [0.3, 1.0, 3.0] if quick else [0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0]
     for pressure in (1.0,) if quick else (0.5, 1.0, 3.0):
-        yield table(
+        yield classify(
             f"aspect_friction_{pressure:g}bar",
             f"Slice x 0.5, {pressure:g} bar: press under a shear of mu p; contact over nominal",
             ("mu", levels), ("height / length", heights),
@@ -362,7 +335,7 @@ def weather(quick: bool) -> Iterable[Map]:
     speeds = [1e-3, 0.1, 3.0, 30.0] if quick else [1e-3, 1e-2, 0.1, 1.0, 3.0, 6.0, 10.0, 30.0]
     celsius = [-40.0, -4.0, -0.1] if quick else [-40.0, -20.0, -4.0, -1.0, -0.1]
     for motion in ("attached",) if quick else ("attached", "sliding"):
-        yield table(
+        yield classify(
             f"slice_weather_{motion}",
             f"Slice x 0.5, 1 bar, {motion} ice: mean mu",
             ("speed (m/s)", speeds), ("ice (degC)", celsius),
@@ -379,7 +352,7 @@ def inertia(quick: bool) -> Iterable[Map]:
     heights = [1.0, 10.0, 50.0] if quick else [1.0, 3.0, 5.0, 10.0, 20.0, 50.0]
     speeds = [1.0, 3.0, 10.0] if quick else [0.3, 1.0, 2.0, 3.0, 5.0, 10.0]
     for pressure in (1.0, 5.0):
-        yield table(
+        yield classify(
             f"inertia_{pressure:g}bar",
             f"Shear column, {pressure:g} bar, 7 ms: largest change of mu(t) by inertia",
             ("speed (m/s)", speeds), ("height (mm)", heights),
@@ -442,7 +415,6 @@ def sheared_column(height: float, speed: float, pressure: float) -> Cell:
 
 def compressibility(quick: bool) -> Iterable[Map]:
     """Poisson's ratio against element in the frictionless press and under shear."""
-    elements = _press_elements()
     ratios = [0.45, 0.49, 0.499, 0.4995] if quick else [0.45, 0.48, 0.49, 0.495, 0.498, 0.499,
                                                          0.4995, 0.4999]  # fmt: skip
     E = COMPOUNDS["B"].youngs_modulus
@@ -453,38 +425,26 @@ def compressibility(quick: bool) -> Iterable[Map]:
         def point(nu: float, name: str, p: float = pressure, mu: float = mu, n: int = n,
                   exact: dict[float, float] = exact) -> Cell:  # fmt: skip
             G = E / (2.0 * (1.0 + nu))
-            elements.MATERIAL = MooneyRivlin.from_nu(0.3 * G, 0.2 * G, nu)
-            found = elements.pressed(elements.ELEMENTS[name], n, p * BAR, mu)
+            material = MooneyRivlin.from_nu(0.3 * G, 0.2 * G, nu)
+            element = press_elements.ELEMENTS[name]
+            found = press_elements.pressed(element, n, p * BAR, mu, material)
             if found.reached < 1.0:
                 return Cell(
                     REFUSED, f"{found.reached:.0%}", f"stops at {found.reached:.0%} of the load"
                 )
-            if name == elements.REFERENCE:
+            if name == REFERENCE:
                 exact[nu] = found.displacement
             error = found.displacement / exact[nu] - 1.0 if nu in exact else np.nan
             return Cell(
                 CONVERGED, f"{error:+.1%}" if nu in exact else f"{1e6 * found.displacement:.0f} um"
             )
 
-        names = [elements.REFERENCE, *(x for x in elements.ELEMENTS if x != elements.REFERENCE)]
-        yield table(
+        names = [REFERENCE, *(x for x in press_elements.ELEMENTS if x != REFERENCE)]
+        yield classify(
             f"nu_element_{pressure:g}bar_{mu:g}",
             f"n = {n}, {pressure:g} bar, {mu:g} p: plate against mixed",
             ("Poisson's ratio", ratios), ("element", names), point,
         )  # fmt: skip
-
-
-def _press_elements() -> Any:
-    path = Path(__file__).parent / "press_elements"
-    loader = SourceFileLoader("press_elements", str(path))
-    spec = importlib.util.spec_from_loader("press_elements", loader)
-    assert spec is not None
-    module = importlib.util.module_from_spec(spec)
-    import sys
-
-    sys.modules["press_elements"] = module  # dataclasses look their module up
-    loader.exec_module(module)
-    return module
 
 
 # --- output
@@ -513,8 +473,9 @@ def draw(found: Map, path: Path) -> None:
     panel = figure.add_subplot()
     for j, line in enumerate(found.cells):
         for i, cell in enumerate(line):
-            box = {"facecolor": COLORS[cell.kind], "edgecolor": "white"}
-            panel.add_patch(matplotlib_rectangle((i - 0.5, j - 0.5), **box))
+            color = COLORS[cell.kind]
+            square = Rectangle((i - 0.5, j - 0.5), 1.0, 1.0, facecolor=color, edgecolor="white")
+            panel.add_patch(square)
             panel.text(
                 i, j, cell.text or MARKS.get(cell.kind, ""), ha="center", va="center", fontsize=7
             )
@@ -533,14 +494,7 @@ def draw(found: Map, path: Path) -> None:
     ]
     figure.legend(handles=[*handles, *panel.get_legend_handles_labels()[0]],
                   loc="outside lower center", ncols=3, fontsize=7, frameon=False)  # fmt: skip
-    FigureCanvasAgg(figure).print_figure(path, dpi=120)
-
-
-def matplotlib_rectangle(corner: tuple[float, float], **style: Any) -> Any:
-    """A unit square."""
-    from matplotlib.patches import Rectangle
-
-    return Rectangle(corner, 1.0, 1.0, **style)
+    common.draw(figure, path, 120)
 
 
 def report(found: Map, seconds: float) -> None:
@@ -549,14 +503,14 @@ def report(found: Map, seconds: float) -> None:
     counts = Counter(cell.kind for cell in cells)
     print(f"\n### {found.title}\n\n({found.name}, {seconds:.0f} s)\n")
     print(", ".join(f"{kind}: {counts[kind]}" for kind in COLORS if counts[kind]) + "\n")
-    print(f"| {found.y_label} \\ {found.x_label} | " + " | ".join(value(x) for x in found.x) + " |")
-    print("|---|" + len(found.x) * "---|")
+    rows = []
     for y, line in zip(found.y, found.cells, strict=True):
         words = [
             " ".join(filter(None, [cell.text.replace("\n", " "), MARKS.get(cell.kind)]))
             for cell in line
         ]
-        print(f"| {value(y)} | " + " | ".join(word or "." for word in words) + " |")
+        rows.append((value(y), *(word or "." for word in words)))
+    common.table((f"{found.y_label} \\ {found.x_label}", *map(value, found.x)), rows)
     messages = Counter(cell.message for cell in cells if cell.message)
     if messages:
         print()
@@ -567,19 +521,16 @@ def report(found: Map, seconds: float) -> None:
 
 def main() -> None:
     """Draw and print the maps."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = common.options(__doc__)
     parser.add_argument("--quick", action="store_true", help="coarse maps, a few minutes")
-    parser.add_argument("--charts", type=Path, help="folder to draw the maps in")
+    common.picture_options(parser, "docs/stability")
     parser.add_argument("--maps", nargs="+", choices=list(MAPS), default=list(MAPS))
     options = parser.parse_args()
-    if options.charts:
-        options.charts.mkdir(parents=True, exist_ok=True)
     for name in options.maps:
         started = monotonic()
         for found in MAPS[name](options.quick):
             report(found, monotonic() - started)
-            if options.charts:
-                draw(found, options.charts / f"{found.name}.png")
+            draw(found, options.pictures / f"{found.name}.png")
             started = monotonic()
 
 

@@ -1,22 +1,16 @@
-#!/usr/bin/env python3
 """Which inputs of the film law matter: Sobol indices of mu on the point rung, as one picture.
 
 Inputs vary evenly by 20 % around their values, the conductance of the film by a factor of two
 each way. The first-order index is the share of mu's variance that goes when the input is known;
 the total index what is left when all the others are known.
-
-    .venv/bin/python scripts/sensitivity [--samples 1024] [--picture FILE]
 """
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
 from time import perf_counter
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from SALib.analyze import sobol as sobol_analysis
 from SALib.sample import sobol as sobol_sample
@@ -24,10 +18,10 @@ from SALib.sample import sobol as sobol_sample
 from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.ice_heat import Column, FilmLaw
 from iceslide_fem.film.law import FilmStage, IceSurface
-from iceslide_fem.film.point import Conditions, simulate
-from iceslide_fem.materials import BAR, CONTACT_TABLES, MELTING_TEMPERATURE, WATER_CONDUCTIVITY
+from iceslide_fem.film.point import simulate
+from iceslide_fem.materials import MELTING_TEMPERATURE, WATER_CONDUCTIVITY
+from scripts.studies.common import conditions, draw, options, picture_options
 
-PICTURE = Path(__file__).resolve().parent.parent / "docs" / "pictures" / "sensitivity.png"
 NAMES = ["k", "D", "H_V", "eta", "lambda", "h0", "G"]
 SYMBOLS = ["$k$", "$D$", "$H_V$", r"$\eta$", r"$\lambda$", "$h_0$", "$G$"]
 # Factors on the inputs; G as the base-2 logarithm of its factor.
@@ -79,27 +73,18 @@ def friction(factors: Array, bar: float) -> dict[str, Array]:
     the undercooling: so they vary exactly by varying those.
     """
     k, D, H_V, eta, conductivity, h0, conductance = factors.T
-    k0, D0, H_V0, _ = (float(part) for part in CONTACT_TABLES["B"](bar * BAR))
-    temperature = MELTING_TEMPERATURE - UNDERCOOLING * np.sqrt(conductivity)
-    conditions = Conditions.of(
-        pressure=bar * BAR,
-        speed=SPEED,
-        temperature=temperature,
-        k=k0 * k * eta,
-        D=D0 * D * np.sqrt(eta),
-        H_V=H_V0 * H_V,
-        initial_height=INITIAL_HEIGHT * h0,
-        duration=DURATION,
-    )
+    celsius = -UNDERCOOLING * np.sqrt(conductivity)
+    usual = conditions(bar, SPEED, DURATION, celsius, INITIAL_HEIGHT * h0)
+    here = usual._replace(k=usual.k * k * eta, D=usual.D * D * np.sqrt(eta), H_V=usual.H_V * H_V)
     # where conductivity stands in the temperature, G is per conductivity's square root
     resistance = np.sqrt(conductivity) / (FILM_CONDUCTANCE * 2.0**conductance)
-    flux = conditions.loads().viscous * SPEED / conditions.initial_height
-    ice = ColumnBelowFilm(temperature, DURATION, resistance, flux)
-    result = simulate(conditions, ice=ice)
+    flux = here.loads().viscous * SPEED / here.initial_height
+    ice = ColumnBelowFilm(here.temperature, DURATION, resistance, flux)
+    result = simulate(here, ice=ice)
     return {"peak": result.mu_peak, "mean": result.mu_mean, "end": result.mu_end}
 
 
-def draw(ax: Axes, indices: dict[str, Array], title: str) -> None:
+def bars(ax: Axes, indices: dict[str, Array], title: str) -> None:
     places = np.arange(len(NAMES))
     for shift, order, label, colour in (
         (-0.2, "S1", "first order", "#56B4E9"),
@@ -114,9 +99,9 @@ def draw(ax: Axes, indices: dict[str, Array], title: str) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options(__doc__)
     parser.add_argument("--samples", type=int, default=1024, help="a power of 2")
-    parser.add_argument("--picture", type=Path, default=PICTURE)
+    picture_options(parser)
     arguments = parser.parse_args()
     factors = sobol_sample.sample(PROBLEM, arguments.samples, calc_second_order=False, seed=1)
     figure = Figure(figsize=(11.5, 6.4), layout="constrained")
@@ -134,15 +119,13 @@ def main() -> None:
             cells = "".join(f"{first:7.3f}/{total:6.3f}" for first, total in shown)
             print(f"{name:6}{mu.mean():8.4f}{mu.std():8.4f}{cells}")
             title = rf"$\mu$ {names[name]}, {bar:g} bar: {mu.mean():.3f} ± {mu.std():.3f}"
-            draw(ax, indices, title)
+            bars(ax, indices, title)
         row[0].set_ylabel("share of the variance")
     axes[0, 0].legend(frameon=False)
     figure.suptitle(
         "Sobol indices of friction: point at 3 m/s and -4 °C, inputs ± 20 % (G: × ½ to 2)"
     )
-    arguments.picture.parent.mkdir(parents=True, exist_ok=True)
-    FigureCanvasAgg(figure).print_figure(arguments.picture, dpi=120)
-    print(f"\n{arguments.picture}")
+    draw(figure, arguments.pictures / "sensitivity.png", 120)
 
 
 if __name__ == "__main__":

@@ -1,26 +1,22 @@
-#!/usr/bin/env python3
 """Transit time: a long block in steady sliding is the attached sample at t = x / v.
 
 A stiff, thin block without transverse strain (20 mm x 0.1 mm, 2 bar, 5 m/s, k 0.32, D 36 um,
 H_V 0.5 um) on ice that comes in fresh, against the point rung, through melting (0.68 ms) and
 saturation (3.85 ms): mean friction, and largest and mean difference of the film's profile h(x).
-
-    .venv/bin/python scripts/transit_time [--quick]
 """
 
 from __future__ import annotations
 
-import argparse
 from time import perf_counter
 
 import numpy as np
 
-from iceslide_fem.coupling.sliding import Sliding
-from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.film.point import Conditions, simulate
+from iceslide_fem.film.conditions import scene_conditions
+from iceslide_fem.film.point import simulate
 from iceslide_fem.materials import WATER_VISCOSITY
-from iceslide_fem.rubber.block import build_block, press, start_sliding
 from iceslide_fem.scene import Scene, scene_from_dict
+from scripts.studies.blocks import slid
+from scripts.studies.common import options
 
 LENGTH, LIMIT = 20e-3, 0.01
 TRANSIT = LENGTH / 5.0
@@ -45,38 +41,24 @@ def transit_scene(heat: str, cell: float, tolerance: float) -> Scene:
 
 def compare(scene: Scene) -> tuple[float, float, float, float]:
     """Friction of block and of point over the transit; largest and mean difference of h(x)."""
-    block = build_block(scene, MPI.COMM_SELF)
-    press(block, lambda point: None)
-    start_sliding(block, lambda point: None)
-    sliding = Sliding(block)
-    while sliding.current.time < scene.load.duration:
-        sliding.advance()
-    side, film = sliding.current.loads, scene.film
+    run = slid(scene)
+    sliding, film = run.last, scene.film
+    loads = sliding.current.loads
     times = np.linspace(0.0, TRANSIT, 1601)
-    conditions = Conditions.of(
-        pressure=scene.load.pressure,
-        speed=scene.load.speed,
-        temperature=scene.ice.temperature,
-        k=film.k,
-        D=film.D,
-        H_V=film.H_V,
-        initial_height=film.initial_height,
-        duration=TRANSIT,
-    )
-    point = simulate(conditions, "column", tolerance=1e-5, times=times)
-    age = (side.positions[:, 0].max() - side.positions[:, 0]) / scene.load.speed
+    here = scene_conditions(scene)._replace(duration=np.array([TRANSIT]))
+    point = simulate(here, "column", tolerance=1e-5, times=times)
+    age = (loads.positions[:, 0].max() - loads.positions[:, 0]) / scene.load.speed
+    assert film.k is not None  # the scene above gives it
     factor = film.k * WATER_VISCOSITY * scene.load.speed / scene.load.pressure
     height = np.interp(age, times, factor / point.samples[:, 0])
-    inside = (age > 0.02 * TRANSIT) & (age < 0.98 * TRANSIT) & (side.pressure > 0.0)
-    found = sliding.carrier.film_height(sliding.current.interface, side)
+    inside = (age > 0.02 * TRANSIT) & (age < 0.98 * TRANSIT) & (loads.pressure > 0.0)
+    found = sliding.carrier.film_height(sliding.current.interface, loads)
     difference = np.abs(found / height - 1.0)[inside]
-    shear = sliding.shear(sliding.current.interface, side)
-    mu = shear @ side.area / (side.pressure @ side.area)
-    return float(mu), float(point.mu_mean[0]), difference.max(), difference.mean()
+    return float(run.mu[-1]), float(point.mu_mean[0]), difference.max(), difference.mean()
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options(__doc__)
     parser.add_argument("--quick", action="store_true", help="coarse ice only")
     quick = parser.parse_args().quick
     print(f"{'ice':10} {'cells':>6} {'tol':>6} {'mu':>8} {'point':>8} {'diff':>8} "

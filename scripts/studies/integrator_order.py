@@ -1,8 +1,7 @@
-#!/usr/bin/env python3
 """Step halving for every integrator through all phases: squeezing, melting, saturated.
 
 5 bar and 4 m/s for 5 ms: melting begins at 0.775 ms, saturation at 4.441 ms. Errors are relative
-to a much finer run. Run it in the environment: `. scripts/env.sh`.
+to a much finer run.
 """
 
 import numpy as np
@@ -10,8 +9,8 @@ from rich.console import Console
 from rich.table import Table
 
 from iceslide_fem.film.integrators import INTEGRATORS
-from iceslide_fem.film.point import Conditions, PointResult, simulate
-from iceslide_fem.materials import CONTACT_TABLES
+from iceslide_fem.film.point import PointResult, simulate
+from scripts.studies.common import conditions, options
 
 DURATION = 5e-3  # s
 TIMES = (0.7e-3, 4.3e-3, 5e-3)  # s: before melting, while melting, saturated
@@ -21,19 +20,8 @@ STEPS = (100, 200, 400, 800, 1600)
 
 def run(integrator: str, steps: int) -> PointResult:
     """The case with `steps` equal steps, cut only where they end on an event."""
-    k, D, H_V, _ = CONTACT_TABLES["B"](5e5)
-    conditions = Conditions.of(
-        pressure=5e5,
-        speed=4.0,
-        temperature=269.15,
-        k=k,
-        D=D,
-        H_V=H_V,
-        initial_height=70e-9,
-        duration=DURATION,
-    )
     return simulate(
-        conditions,
+        conditions(5.0, 4.0, DURATION),
         integrator=integrator,
         fixed_step=DURATION / steps,
         tolerance=1e-9,  # here only: how closely steps end on events
@@ -48,6 +36,7 @@ def quantities(result: PointResult) -> np.ndarray:
 
 def main() -> None:
     """Print errors and observed orders."""
+    options(__doc__).parse_args()
     exact = quantities(run("sdirk3", 16 * STEPS[-1]))
     for integrator, method in INTEGRATORS.items():
         table = Table("steps", *COLUMNS, title=f"{integrator}, order {method.order}")

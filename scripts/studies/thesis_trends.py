@@ -1,31 +1,23 @@
-#!/usr/bin/env python3
 """Trends of mean friction with pressure, speed and temperature, on the point rung, as one picture.
 
 Means are (5.35) over the time that ice is under a block of length L: [0, L / v]. The thesis shows
 these trends in its figures 33 to 35 (compound B; after Klapproth et al., 2016). Beside them the
 bands of Lahayne et al. (Tribol. Lett. 2016; read in a secondary source) at 0.65 m/s and 1.5 to
 4.5 bar.
-
-    .venv/bin/python scripts/thesis_trends [--picture FILE]
 """
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
-
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.film.point import Conditions, simulate
-from iceslide_fem.materials import BAR, CONTACT_TABLES, MELTING_TEMPERATURE
+from iceslide_fem.film.point import simulate
+from scripts.studies.common import conditions, draw, options, picture_options
 
-PICTURE = Path(__file__).resolve().parent.parent / "docs" / "pictures" / "trends.png"
 LENGTH = 20e-3  # m, of a tread block
 LENGTHS = (20e-3, 50e-3, 100e-3)
 # Lowest and highest measured mu from 1.5 to 4.5 bar at 0.65 m/s, by temperature (degC).
@@ -37,18 +29,7 @@ def mean_friction(bar: ArrayLike, speed: ArrayLike, celsius: ArrayLike, length: 
     """Mean of mu over [0, length / speed]; arguments broadcast."""
     parts = np.broadcast_arrays(bar, speed, celsius)
     p, v, T = (np.asarray(part, dtype=float).ravel() for part in parts)
-    k, D, H_V, _ = CONTACT_TABLES["B"](p * BAR)
-    conditions = Conditions.of(
-        pressure=p * BAR,
-        speed=v,
-        temperature=T + MELTING_TEMPERATURE,
-        k=k,
-        D=D,
-        H_V=H_V,
-        initial_height=70e-9,
-        duration=length / v,
-    )
-    return simulate(conditions, tolerance=1e-3).mu_mean.reshape(parts[0].shape)
+    return simulate(conditions(p, v, length / v, T), tolerance=1e-3).mu_mean.reshape(parts[0].shape)
 
 
 def family(ax: Axes, x: Array, lines: dict[str, Array], xlabel: str, title: str) -> None:
@@ -90,8 +71,8 @@ def bands(ax: Axes) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--picture", type=Path, default=PICTURE)
+    parser = options(__doc__)
+    picture_options(parser)
     arguments = parser.parse_args()
     figure = Figure(figsize=(11.5, 8.4), layout="constrained")
     (by_pressure, by_speed), (by_temperature, measured) = figure.subplots(2, 2)
@@ -110,21 +91,19 @@ def main() -> None:
     some = {label: line[at] for label, line in lines.items()}
     printed("-4 degC, by speed", [f"{v:g} m/s" for v in speed[at]], some)
 
-    celsius = np.linspace(-20.0, -0.5, 79)
-    lines = {f"{p} bar": mean_friction(p, 3.0, celsius, LENGTH) for p in (1, 2, 3, 5)}
+    warmer = np.linspace(-20.0, -0.5, 79)
+    lines = {f"{p} bar": mean_friction(p, 3.0, warmer, LENGTH) for p in (1, 2, 3, 5)}
     title = f"Temperature (fig. 35): 3 m/s, {fixed}"
-    family(by_temperature, celsius, lines, "ice temperature (°C)", title)
+    family(by_temperature, warmer, lines, "ice temperature (°C)", title)
     at = [20, 40, 52, 64, 72, 76]
     some = {label: line[at] for label, line in lines.items()}
-    printed("3 m/s, by temperature", [f"{T:g} °C" for T in celsius[at]], some)
+    printed("3 m/s, by temperature", [f"{T:g} °C" for T in warmer[at]], some)
 
     bands(measured)
     for ax in figure.axes:
         ax.grid(alpha=0.25)
         ax.spines[["top", "right"]].set_visible(False)
-    arguments.picture.parent.mkdir(parents=True, exist_ok=True)
-    FigureCanvasAgg(figure).print_figure(arguments.picture, dpi=120)
-    print(f"\n{arguments.picture}")
+    draw(figure, arguments.pictures / "trends.png", 120)
 
 
 if __name__ == "__main__":

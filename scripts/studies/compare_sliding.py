@@ -1,22 +1,16 @@
-#!/usr/bin/env python3
 """mu(t) of the thesis's own scene, a 1 mm block on fresh ice, against the LS-DYNA points.
 
 Film on the rubber or on the ice, without and with heat in the rubber, and for several conductances
-between film and bodies, as slices. Draws docs/pictures/sliding.png and prints the tables that
-docs/comparison.md quotes. Runs are kept in a folder and made only once; a scene that has changed is
-run again.
-
-    .venv/bin/python scripts/compare_sliding [--quick] [--out PICTURE] [--runs FOLDER]
+between film and bodies, as slices. Prints the tables that docs/comparison.md quotes and draws its
+second picture. Runs are kept in a folder and made only once; a scene that has changed is run again.
 """
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
@@ -24,10 +18,10 @@ from iceslide_fem.film.conditions import scene_conditions
 from iceslide_fem.materials import ICE_EFFUSIVITY, MELTING_TEMPERATURE, rubber_solid
 from iceslide_fem.reference import squeezing_rise
 from iceslide_fem.results import Run
-from iceslide_fem.scene import Scene, load_scene
+from iceslide_fem.scene import Scene
 from iceslide_fem.simulate import kept_run
+from scripts.studies.common import ROOT, case, draw, options, picture_options
 
-ROOT = Path(__file__).resolve().parent.parent
 # The thesis's LS-DYNA runs: s, mu (docs/comparison.md).
 PUBLISHED = {
     "thesis_sliding_1bar": [(2.5e-3, 0.51)],
@@ -55,15 +49,14 @@ CONDUCTANCES = [  # conductance, further changes, label, colour and line
 TIMES = np.array([0.8e-3, 2.5e-3, 7e-3])
 
 
-def finished(case: str, changes: list[str], folder: Path) -> Run:
+def finished(name: str, changes: list[str], folder: Path) -> Run:
     """The run of a case as a slice with some changes, from the folder or made now."""
-    scene = load_scene(ROOT / "cases" / f"{case}.toml", ["model=slice", *changes])
-    return kept_run(scene, folder / "_".join([case, *changes]))
+    return kept_run(case(name, "model=slice", *changes), folder / "_".join([name, *changes]))
 
 
-def short(case: str) -> str:
+def short(name: str) -> str:
     """The case without what all of them have in common."""
-    return case.removeprefix("thesis_sliding_")
+    return name.removeprefix("thesis_sliding_")
 
 
 def figures(made: Run) -> str:
@@ -103,9 +96,9 @@ def onset_by_rubber(scene: Scene, share: float) -> tuple[float, float]:
     return time, float(mu)
 
 
-def decorate(axis: Axes, case: str, scene: Scene, title: str) -> None:
+def decorate(axis: Axes, name: str, scene: Scene, title: str) -> None:
     """Published points, title and axes of one panel."""
-    for number, (time, mu) in enumerate(PUBLISHED[case]):
+    for number, (time, mu) in enumerate(PUBLISHED[name]):
         axis.plot(1e3 * time, mu, "o", color="C2", clip_on=False, zorder=3,
                   label=None if number else "LS-DYNA, published")  # fmt: skip
     load = scene.load
@@ -118,11 +111,11 @@ def decorate(axis: Axes, case: str, scene: Scene, title: str) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options(__doc__)
     parser.add_argument(
         "--quick", action="store_true", help="1 bar, 0.3 ms, only carriers and heat"
     )
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "pictures" / "sliding.png")
+    picture_options(parser)
     parser.add_argument("--runs", type=Path, default=ROOT / "results" / "sliding")
     arguments = parser.parse_args()
     cases = list(PUBLISHED)[: 1 if arguments.quick else None]
@@ -140,29 +133,27 @@ def main() -> None:
           + " ".join(f"{1e3 * time:>4g} ms" for time in TIMES)
           + f" {'mean':>7} {'melts':>6} {'ice':>6} {'rubber':>7} {'latent':>6} "
           f"{'missing':>8} {'steps':>5} {'s':>5}")  # fmt: skip
-    for row, case in zip(axes, cases, strict=True):
-        scene = load_scene(ROOT / "cases" / f"{case}.toml")
+    for row, name in zip(axes, cases, strict=True):
+        scene = case(name)
         for axis, (title, variants) in zip(row, sets, strict=True):
             for label, changes, colour, line in variants:
                 if arguments.quick:
                     changes = [*changes, "load.duration=0.3ms"]
-                made = finished(case, changes, arguments.runs)
+                made = finished(name, changes, arguments.runs)
                 axis.plot(1e3 * made.history["time_s"], made.history["mu"],
                           color=colour, linestyle=line, linewidth=1.8, label=label)  # fmt: skip
-                print(f"{short(case):5} {label:61} {figures(made)}", flush=True)
-            decorate(axis, case, scene, title)
+                print(f"{short(name):5} {label:61} {figures(made)}", flush=True)
+            decorate(axis, name, scene, title)
     for axis in axes[0]:
         axis.legend(loc="upper center", bbox_to_anchor=(0.5, 1.52), fontsize="small")
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    FigureCanvasAgg(figure).print_figure(arguments.out, dpi=100)
-    print(f"drawn: {arguments.out.name}")
+    draw(figure, arguments.pictures / "sliding.png", 100)
 
     print("\nrubber alone decides, nominal pressure: share of the heat, onset, mu then")
-    for case in cases:
-        scene = load_scene(ROOT / "cases" / f"{case}.toml")
+    for name in cases:
+        scene = case(name)
         for share in (0.2, 0.3, 0.4, 0.5):
             time, mu = onset_by_rubber(scene, share)
-            print(f"{short(case):5} {share:4.0%} {1e3 * time:6.2f} ms {mu:6.3f}")
+            print(f"{short(name):5} {share:4.0%} {1e3 * time:6.2f} ms {mu:6.3f}")
 
 
 if __name__ == "__main__":

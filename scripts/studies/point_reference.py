@@ -1,16 +1,15 @@
-#!/usr/bin/env python3
 """The point rung at its default tolerance against the reference values, with deviations.
 
 The values come from two independent solvers of the same model and are rounded to the digits
-shown. Run it in the environment: `. scripts/env.sh`.
+shown.
 """
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from iceslide_fem.film.point import Conditions, simulate
-from iceslide_fem.materials import BAR, CONTACT_TABLES
+from iceslide_fem.film.point import simulate
+from scripts.studies.common import conditions, options
 
 TIMES = (0.8e-3, 5e-3, 7e-3)  # s
 QUANTITIES = ("onset, ms", "peak mu", "mu(0.8 ms)", "mu(5 ms)", "mu(7 ms)", "saturation, ms")
@@ -28,24 +27,14 @@ REFERENCE = {
 
 def values(ice: str, pressure: float, speed: float) -> np.ndarray:
     """The quantities by the point rung."""
-    k, D, H_V, _ = CONTACT_TABLES["B"](pressure * BAR)
-    conditions = Conditions.of(
-        pressure=pressure * BAR,
-        speed=speed,
-        temperature=269.15,
-        k=k,
-        D=D,
-        H_V=H_V,
-        initial_height=70e-9,
-        duration=7e-3,
-    )
-    result = simulate(conditions, ice=ice, times=TIMES)
+    result = simulate(conditions(pressure, speed), ice=ice, times=TIMES)
     onset, saturation = 1e3 * result.melt_onset[0], 1e3 * result.saturation[0]
     return np.array([onset, result.mu_peak[0], *result.samples[:, 0], saturation])
 
 
 def main() -> None:
     """Print results and deviations."""
+    options(__doc__).parse_args()
     table = Table("ice", "bar", "m/s", *QUANTITIES)
     largest = beyond = 0.0
     for (ice, pressure, speed), printed in REFERENCE.items():

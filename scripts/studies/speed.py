@@ -1,46 +1,33 @@
-#!/usr/bin/env python3
 """Seconds and error of the thesis_1bar case in 3-D and 2-D, with continuum ice.
 
 The error is that of mu(t) over all 7 ms against a run with a mesh twice as fine and steps at
 least four times as fine; references are kept in a folder and computed once. Each timed run is a
 process of its own, started after its forms were compiled. A reference once made serves for any
 `--refinement`: its own is printed.
-
-    .venv/bin/python scripts/speed [--model slice|block] [--ranks 1 2] [--refinement 1]
-        [--references FOLDER]
 """
 
 from __future__ import annotations
 
-import argparse
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
 from iceslide_fem.results import differences, read_run
+from scripts.studies.common import ROOT, options, run_words, silently
 
-ROOT = Path(__file__).resolve().parent.parent
 LIMITS = {"slice": 5.0, "block": 180.0}
 SCENE = ROOT / "cases" / "thesis_1bar.toml"
 
 
-def command(model: str, out: Path, ranks: int, changes: list[str]) -> list[str]:
-    """Command line of a run; mpirun is the environment's (scripts/env.sh sets it up)."""
-    words = [sys.executable, "-m", "iceslide_fem.cli", "run", str(SCENE), "--out", str(out)]
-    for change in [f"model={model}", "ice.heat=continuum", *changes]:
-        words += ["--set", change]
-    return (["mpirun", "-n", str(ranks)] if ranks > 1 else []) + words
-
-
-def make(words: list[str]) -> None:
-    subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
+def make(model: str, out: Path, ranks: int, changes: list[str]) -> None:
+    """Run the case."""
+    common = (f"model={model}", "ice.heat=continuum")
+    silently(run_words(SCENE, out, *common, *changes, ranks=ranks))
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options(__doc__)
     parser.add_argument("--model", choices=("slice", "block"), default="slice")
     parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--tolerances", nargs="+", default=["1e-2", "1e-3"])
@@ -57,9 +44,9 @@ def main() -> None:
                     f"numerics.tolerance={tolerance}",
                     f"numerics.refinement={arguments.refinement}",
                 ]
-                make(command(model, Path(folder) / "warm", ranks, [*change, "load.duration=20us"]))
+                make(model, Path(folder) / "warm", ranks, [*change, "load.duration=20us"])
                 out = Path(folder) / f"{tolerance}_{ranks}"
-                make(command(model, out, ranks, change))
+                make(model, out, ranks, change)
                 rows.append((tolerance, ranks, read_run(out)))
         if not (reference / "summary.json").is_file():
             # Steps are as tolerance^0.8 (docs/accuracy.md): four times as many at a sixth.
@@ -72,7 +59,7 @@ def main() -> None:
                 f"numerics.tolerance={loose / 6.0}",
                 f"numerics.refinement={2.0 * arguments.refinement}",
             ]
-            make(command(model, reference, 2, fine))
+            make(model, reference, 2, fine)
         fine_run = read_run(reference)
         print(
             f"reference: {fine_run.summary['steps']} steps, {fine_run.summary['dofs']} unknowns, "

@@ -1,11 +1,9 @@
-#!/usr/bin/env python3
 """What a step of the sliding tread block costs, part by part, and how that grows.
 
 Prints seconds per step of mechanics, ice heat, transfer between rubber and ice, film and output on
 1 and 2 ranks with the parallel efficiency, and the cost and memory of 100 mm of sliding against
-those of 10 mm.
-
-    .venv/bin/python scripts/sliding_cost [--model slice|block] [--skip-distance]
+those of 10 mm. What a step spends where is sampled every millisecond: time belongs to the part of
+the innermost module that has one.
 """
 
 from __future__ import annotations
@@ -13,76 +11,76 @@ from __future__ import annotations
 import argparse
 import json
 import resource
+import signal
 import subprocess
 import sys
 import tempfile
 from collections import defaultdict
-from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
-from types import SimpleNamespace
+from types import FrameType
 from typing import Any
 
-ROOT = Path(__file__).resolve().parent.parent
+from scripts.studies.common import ROOT, case, on_ranks, options
+
 PARTS = ("mechanics", "ice heat", "transfer", "film", "output", "rest")
 SPEED = 4.0  # m/s, of the case
+INTERVAL = 1e-3  # s
+MODULES = {  # of the package, and the part that the time in them and below belongs to
+    "rubber.block": "mechanics",
+    "rubber.equilibrium": "mechanics",
+    "interface.ice_continuum": "ice heat",
+    "interface.ice_columns": "ice heat",
+    "film.ice_heat": "ice heat",
+    "interface.surface_grid": "transfer",
+    "film.integrators": "film",
+    "film.law": "film",
+    "output.fields": "output",
+    "output.table": "output",
+    "coupling.sliding": "rest",
+}
 
 
-class Stopwatch:
-    """Seconds spent in wrapped functions, each without the wrapped ones that it calls."""
+class Sampler:
+    """Seconds of each part while a step is made, from where the program is at every tick.
+
+    A tick that comes while compiled code runs is seen when that returns: it takes what has passed.
+    """
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = defaultdict(float)
-        self._inner = [0.0]
+        self._before = perf_counter()
 
-    def wrap(self, owner: Any, name: str, part: str) -> None:
-        """Replace a function of a module or class by one that is timed."""
-        original: Callable[..., Any] = getattr(owner, name)
+    def __enter__(self) -> Sampler:
+        self._before = perf_counter()
+        signal.signal(signal.SIGALRM, self._tick)
+        signal.siginterrupt(signal.SIGALRM, False)  # no system call fails for it
+        signal.setitimer(signal.ITIMER_REAL, INTERVAL, INTERVAL)
+        return self
 
-        def timed(*args: Any, **kwargs: Any) -> Any:
-            self._inner.append(0.0)
-            start = perf_counter()
-            try:
-                return original(*args, **kwargs)
-            finally:
-                took = perf_counter() - start
-                self.seconds[part] += took - self._inner.pop()
-                self._inner[-1] += took
+    def __exit__(self, *_: object) -> None:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
 
-        setattr(owner, name, timed)
+    def _tick(self, _: int, frame: FrameType | None) -> None:
+        now = perf_counter()
+        part = None
+        while frame is not None and part is None:
+            module = frame.f_globals.get("__name__", "")
+            part = MODULES.get(module.removeprefix("iceslide_fem."))
+            frame = frame.f_back
+        if part is not None:
+            self.seconds[part] += now - self._before
+        self._before = now
 
 
 def child(arguments: argparse.Namespace) -> None:
     """One run in this process (or several under mpirun), timed by part; rank 0 writes it."""
     from iceslide_fem import simulate
-    from iceslide_fem.coupling.sliding import Sliding
     from iceslide_fem.fenics.compat import MPI
-    from iceslide_fem.film.law import ice_heat as heat
-    from iceslide_fem.film.law import integrators
-    from iceslide_fem.interface.build import carriers, surface_grid
-    from iceslide_fem.interface.build import ice_columns as strips
-    from iceslide_fem.interface.build import ice_continuum as ice
-    from iceslide_fem.output import fields as outputs
-    from iceslide_fem.rubber.block import Block
-    from iceslide_fem.scene import load_scene
 
-    watch = Stopwatch()
-    watch.wrap(Sliding, "advance", "rest")
-    watch.wrap(Block, "balance", "mechanics")
-    watch.wrap(outputs.Fields, "write", "output")
-    watch.wrap(outputs.Table, "row", "output")
-    for name in ("place", "give", "read", "everywhere", "coupling"):
-        watch.wrap(surface_grid.SurfaceGrid, name, "transfer")
-    for model in (ice.Continuum, strips.GridColumns, strips.GridColumnsUnderPoints, heat.Column):
-        watch.wrap(model, "stage", "ice heat")
-    watch.wrap(carriers, "advance", "film")
-    for name, integrator in integrators.INTEGRATORS.items():
-        stage = SimpleNamespace(law=integrator.stage)
-        watch.wrap(stage, "law", "film")
-        integrators.INTEGRATORS[name] = integrator._replace(stage=stage.law)
-
-    scene = load_scene(ROOT / "cases" / "tread_block.toml", arguments.set)
-    summary = simulate.run(scene, Path(arguments.child).with_suffix(".run"))
+    scene = case("tread_block", *arguments.set)
+    with Sampler() as watch:
+        summary = simulate.run(scene, Path(arguments.child).with_suffix(".run"))
     if MPI.COMM_WORLD.rank == 0:
         result = {
             "parts": dict(watch.seconds),
@@ -97,19 +95,20 @@ def child(arguments: argparse.Namespace) -> None:
 def measure(folder: str, ranks: int, changes: list[str]) -> dict[str, Any]:
     """Result of `child` in processes of its own, after its forms were compiled."""
     path = Path(folder) / f"{ranks}.json"
-    words = [sys.executable, __file__, "--child", str(path)]
-    for change in changes:
-        words += ["--set", change]
-    words = (["mpirun", "-n", str(ranks)] if ranks > 1 else []) + words
+    words = [sys.executable, "-m", "scripts.studies.sliding_cost", "--child", str(path)]
+    words += [word for change in changes for word in ("--set", change)]
+    words = on_ranks(words, ranks)
     warm = [*words, "--set", "load.duration=50us"]
     for command in (warm, words):
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+        if done.returncode:
+            raise SystemExit(done.stderr)
     result: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return result
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options(__doc__)
     parser.add_argument("--model", choices=("slice", "block"), default="slice")
     parser.add_argument("--skip-distance", action="store_true")
     parser.add_argument("--set", action="append", default=[], help="change of the scene")

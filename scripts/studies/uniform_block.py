@@ -1,24 +1,22 @@
-#!/usr/bin/env python3
 """Uniform pressure: a thin, stiff block without transverse strain against the point rung.
 
 Prints the largest and the mean relative difference of mu(t) between `slice` or `block` and
 `point`, before and after melting and through saturation, for every ice model and refinement.
-
-    .venv/bin/python scripts/uniform_block [--quick]
 """
 
 from __future__ import annotations
 
-import argparse
-import csv
 import tempfile
-from pathlib import Path
 
 import numpy as np
 
-from iceslide_fem.film.point import Conditions, simulate
+from iceslide_fem.arrays import Array
+from iceslide_fem.film.conditions import scene_conditions
+from iceslide_fem.film.point import simulate
+from iceslide_fem.results import read_run
 from iceslide_fem.scene import Scene, scene_from_dict
 from iceslide_fem.simulate import run
+from scripts.studies.common import options
 
 LIMIT = 0.005
 # Pa/m. Softer than the block, so that the pressure is even up to the edges; with the default one
@@ -46,31 +44,19 @@ def uniform_scene(model: str, heat: str, refinement: float, tolerance: float) ->
     )
 
 
-def compare(scene: Scene) -> tuple[np.ndarray, dict[str, float]]:
+def compare(scene: Scene) -> tuple[Array, dict[str, float]]:
     """Relative differences of mu at the run's own times, and its summary."""
     with tempfile.TemporaryDirectory() as folder:
         summary = run(scene, folder)
-        with open(Path(folder) / "history.csv", newline="", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
-    time = np.array([float(row["time_s"]) for row in rows])
-    mu = np.array([float(row["mu"]) for row in rows])
-    conditions = Conditions.of(
-        pressure=scene.load.pressure,
-        speed=scene.load.speed,
-        temperature=scene.ice.temperature,
-        k=scene.film.k,
-        D=scene.film.D,
-        H_V=scene.film.H_V,
-        initial_height=scene.film.initial_height,
-        duration=scene.load.duration,
-    )
+        history = read_run(folder).history
+    time, mu = history["time_s"], history["mu"]
     heat = "half-space" if scene.ice.heat == "half-space" else "column"
-    point = simulate(conditions, heat, tolerance=1e-5, times=time).samples[:, 0]
+    point = simulate(scene_conditions(scene), heat, tolerance=1e-5, times=time).samples[:, 0]
     return mu / point - 1.0, summary
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options(__doc__)
     parser.add_argument("--quick", action="store_true", help="slice only, coarse")
     quick = parser.parse_args().quick
     print(f"{'model':6} {'ice':11} {'refine':>6} {'tol':>7} {'largest':>9} {'mean':>9} {'s':>6}")

@@ -1,11 +1,10 @@
-#!/usr/bin/env python3
 """10,000 conditions on the point rung in one call, against SciPy's Radau one by one on a sample.
 
 Both integrate the same equations with the same column, and both are compared with a run of the
 point rung at a tolerance of 1e-6: mu at 70 times of each condition. Radau runs as SciPy has it,
 with a Jacobian by differences, and once more with the exact one; it is restarted at melt onset
 and saturation, and its rtol is the loosest listed that keeps its error below the target. Times
-are of the processor. Run it in the environment: `. scripts/env.sh`.
+are of the processor.
 """
 
 from time import process_time
@@ -17,7 +16,8 @@ from scipy.integrate import solve_ivp
 
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.point import Conditions, simulate
-from iceslide_fem.materials import BAR, CONTACT_TABLES, MELTING_ENTHALPY, MELTING_TEMPERATURE
+from iceslide_fem.materials import MELTING_ENTHALPY, MELTING_TEMPERATURE
+from scripts.studies.common import conditions, options, timed
 
 DURATION = 7e-3  # s
 TIMES = np.linspace(0.0, DURATION, 71)
@@ -32,23 +32,13 @@ REPEATS = 3
 def all_conditions() -> Conditions:
     """25 pressures, 20 speeds and 20 ice temperatures."""
     grid = np.meshgrid(
-        np.geomspace(1.0, 5.0, 25) * BAR,
+        np.geomspace(1.0, 5.0, 25),
         np.linspace(0.5, 8.0, 20),
-        np.linspace(253.15, 272.15, 20),
+        np.linspace(-20.0, -1.0, 20),
         indexing="ij",
     )
-    pressure, speed, temperature = (axis.ravel() for axis in grid)
-    k, D, H_V, _ = CONTACT_TABLES["B"](pressure)
-    return Conditions.of(
-        pressure=pressure,
-        speed=speed,
-        temperature=temperature,
-        k=k,
-        D=D,
-        H_V=H_V,
-        initial_height=70e-9,
-        duration=DURATION,
-    )
+    bar, speed, celsius = (axis.ravel() for axis in grid)
+    return conditions(bar, speed, DURATION, celsius)
 
 
 class Reference:
@@ -139,18 +129,15 @@ class Reference:
 
 def main() -> None:
     """Print the table and the ratio."""
-    conditions = all_conditions()
-    n = conditions.pressure.size
+    options(__doc__).parse_args()
+    everything = all_conditions()
+    n = everything.pressure.size
     sample = np.random.default_rng(1).choice(n, SAMPLE, replace=False)
-    some = conditions.take(sample)
+    some = everything.take(sample)
     exact = simulate(some, tolerance=1e-6, times=TIMES).samples
 
-    times = []
-    for _ in range(REPEATS):
-        start = process_time()
-        result = simulate(conditions, tolerance=TOLERANCE, times=TIMES)
-        times.append(process_time() - start)
-    seconds = np.median(times) / n
+    result, seconds = timed(lambda: simulate(everything, tolerance=TOLERANCE, times=TIMES), REPEATS)
+    seconds /= n
     error = np.abs(result.samples[:, sample] / exact - 1.0).max()
     table = Table("method", "largest error of mu", "ms per condition", "s for 10,000")
     table.add_row(

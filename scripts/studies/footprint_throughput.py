@@ -1,16 +1,12 @@
-#!/usr/bin/env python3
 """A megapixel footprint: seconds of every part, and the error at which they were reached.
 
 The picture is a synthetic footprint of 1120 x 900 pixels, read through its legend. The film's
 error is that of the mean shear of every pixel in contact against a run with a tolerance of 1e-5
 on ice with layers a quarter as thick, on every 18th line (lines do not depend on each other).
-Run it in the environment: `. scripts/env.sh`.
 """
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import replace
@@ -23,12 +19,13 @@ from typing import Any
 import numpy as np
 
 from iceslide_fem.film.ice_heat import FIRST_LAYER, Column
-from iceslide_fem.footprint import film_map as module
 from iceslide_fem.footprint.case import FootprintCase
+from iceslide_fem.footprint.film_map import film_map
 from iceslide_fem.footprint.jaeger import friction_flux, moving_source_rise
 from iceslide_fem.footprint.survey import read_footprint
 from iceslide_fem.footprint.synthetic import Tread, coloured_picture, save
 from iceslide_fem.materials import BAR, CONTACT_TABLES
+from scripts.studies.common import iceslide_words, options, silently
 
 SHAPE = (900, 1120)
 EVERY = 18
@@ -40,7 +37,7 @@ def processor_seconds() -> float:
     return sum(times()[:4])
 
 
-def timed(name: str, work: Callable[[], Any]) -> Any:
+def clocked(name: str, work: Callable[[], Any]) -> Any:
     """Result of `work`; its times are printed."""
     wall, processor = perf_counter(), processor_seconds()
     result = work()
@@ -51,6 +48,7 @@ def timed(name: str, work: Callable[[], Any]) -> Any:
 
 def main() -> None:
     """Print times and errors."""
+    options(__doc__).parse_args()
     picture, legend = coloured_picture(Tread().footprint(SHAPE), 4.0 * BAR, "jet")
     with tempfile.TemporaryDirectory() as folder:
         path = save(picture, Path(folder) / "footprint.jpg")
@@ -61,37 +59,36 @@ def main() -> None:
             "legend": ",".join(map(str, legend)),
             "crop": f"0,0,{SHAPE[1]},{SHAPE[0]}",
         }
-        words = [sys.executable, "-m", "iceslide_fem.cli", "footprint", str(path)]
+        words = iceslide_words("footprint", str(path))
         for key, amount in given.items():
             words += [f"--{key.replace('_', '-')}", str(amount)]
         words += ["--out", str(Path(folder) / "out")]
-        timed(
+        clocked(
             "the whole command, with pictures and files",
-            lambda: subprocess.run(words, check=True, capture_output=True),
+            lambda: silently(words),
         )
         case = FootprintCase.of({"image": path, **given})
-        read = timed("reading the colours", lambda: read_footprint(case))
+        read = clocked("reading the colours", lambda: read_footprint(case))
     footprint = read.pressure_map
     print(
         f"{footprint.pressure.size:,} pixels, {footprint.contact.sum():,} of them in contact, "
         f"{1e3 * footprint.dx:.3f} mm; {case.speed:g} m/s, slip {case.slip:g}"
     )
     flux = friction_flux(case.static_friction, footprint.pressure, case.speed, case.slip)
-    timed("moving source", lambda: moving_source_rise(flux, footprint.dx, case.speed))
+    clocked("moving source", lambda: moving_source_rise(flux, footprint.dx, case.speed))
     maps = {
-        tolerance: timed(
+        tolerance: clocked(
             f"film under every pixel, tolerance {tolerance:g}",
-            lambda tolerance=tolerance: module.film_map(footprint, case.ride, B, tolerance),
+            partial(film_map, footprint, case.ride, B, tolerance),
         )
         for tolerance in (1e-2, 1e-3)
     }
 
     part = replace(footprint, pressure=footprint.pressure[::EVERY])
     fine_ice = partial(Column, first_layer=FIRST_LAYER / 4.0, ratio=1.3, depth=6.0)
-    module.Column = fine_ice  # type: ignore[assignment, misc]
-    exact = timed(
+    exact = clocked(
         f"reference, {len(part.pressure)} lines",
-        lambda: module.film_map(part, case.ride, B, 1e-5),
+        lambda: film_map(part, case.ride, B, 1e-5, fine_ice),
     )
     contact = part.contact
     print(f"mean mu of the reference's lines: {exact.mean_friction(part):.5f}")

@@ -1,32 +1,26 @@
-#!/usr/bin/env python3
 """mu(t) of point, slice and block, local and nominal film pressure, against published points.
 
-Draws docs/pictures/published.png and prints the tables that docs/comparison.md quotes. Runs are
-kept in a folder and made only once; a scene that has changed is run again.
-
-    .venv/bin/python scripts/compare_published [--quick] [--out PICTURE] [--runs FOLDER]
+Prints the tables that docs/comparison.md quotes and draws its first picture. Runs are kept in a
+folder and made only once; a scene that has changed is run again.
 """
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
 import meshio
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from iceslide_fem.results import Run, field_files
-from iceslide_fem.scene import load_scene
 from iceslide_fem.simulate import kept_run
+from scripts.studies.common import ROOT, case, draw, options, picture_options
 
-ROOT = Path(__file__).resolve().parent.parent
 TOLERANCE = "numerics.tolerance=3e-3"
 # The thesis: its LS-DYNA runs, and Klapproth et al. 2016 as printed there. Label, s, mu, and where
 # the label goes (points from there); a peak whose time is not printed is a line.
-PUBLISHED = {
+PUBLISHED: dict[str, list[tuple[str, float | None, float, tuple[int, int]]]] = {
     "thesis_1bar": [("LS-DYNA, peak", 2.5e-3, 0.51, (-8, 8))],
     "thesis_5bar": [("LS-DYNA", 0.8e-3, 0.12, (6, -70)), ("LS-DYNA", 7e-3, 0.04, (-8, 8))],
     "paper_1bar": [("Klapproth et al., peak", None, 0.55, (6, 4))],
@@ -57,10 +51,10 @@ HEADING = (
 )  # fmt: skip
 
 
-def finished(case: str, changes: list[str], folder: Path) -> Run:
+def finished(name: str, changes: list[str], folder: Path) -> Run:
     """The run of a case with some changes, from the folder or made now."""
-    scene = load_scene(ROOT / "cases" / f"{case}.toml", [*changes, TOLERANCE])
-    return kept_run(scene, folder / "_".join([case, *changes]).replace("/", ""))
+    scene = case(name, *changes, TOLERANCE)
+    return kept_run(scene, folder / "_".join([name, *changes]).replace("/", ""))
 
 
 def figures(made: Run) -> str:
@@ -109,9 +103,9 @@ def fifths(made: Run) -> str:
     return " ".join(f"{mean:5.2f}" for mean in means)
 
 
-def decorate(axis: Axes, case: str, made: Run) -> None:
+def decorate(axis: Axes, name: str, made: Run) -> None:
     """Published points, title and axes of one panel."""
-    for label, time, value, offset in PUBLISHED[case]:
+    for label, time, value, offset in PUBLISHED[name]:
         if time is None:
             axis.axhline(value, color="C2", linewidth=1)
         else:
@@ -121,7 +115,7 @@ def decorate(axis: Axes, case: str, made: Run) -> None:
                       ha="right" if offset[0] < 0 else "left",
                       arrowprops={"arrowstyle": "-", "color": "C2", "lw": 0.7})  # fmt: skip
     load = made.scene["load"]
-    axis.set_title(f"{case}: {load['pressure'] / 1e5:g} bar, {load['speed']:g} m/s, −4 °C")
+    axis.set_title(f"{name}: {load['pressure'] / 1e5:g} bar, {load['speed']:g} m/s, −4 °C")
     axis.set_xlabel("sliding time (ms)")
     axis.set_ylabel("friction coefficient μ (1)")
     axis.set_xlim(0, 1e3 * load["duration"])
@@ -130,9 +124,9 @@ def decorate(axis: Axes, case: str, made: Run) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options(__doc__)
     parser.add_argument("--quick", action="store_true", help="1 bar, without the blocks")
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "pictures" / "published.png")
+    picture_options(parser)
     parser.add_argument("--runs", type=Path, default=ROOT / "results" / "published")
     arguments = parser.parse_args()
     cases = list(PUBLISHED)[: 1 if arguments.quick else None]
@@ -140,18 +134,16 @@ def main() -> None:
     figure = Figure(figsize=(12, 4.4 * ((len(cases) + 1) // 2) + 0.6), layout="constrained")
     axes = np.atleast_1d(figure.subplots((len(cases) + 1) // 2, min(2, len(cases)))).ravel()
     print(f"{'case':12} {'variant':24} {HEADING} {'steps':>5}")
-    for axis, case in zip(axes, cases, strict=True):
+    for axis, name in zip(axes, cases, strict=True):
         for label, changes, colour, line in variants:
-            made = finished(case, changes, arguments.runs)
+            made = finished(name, changes, arguments.runs)
             axis.plot(1e3 * made.history["time_s"], made.history["mu"],
                       color=colour, linestyle=line, label=label)  # fmt: skip
-            print(f"{case:12} {label:24} {figures(made)} {made.summary['steps']:5d}", flush=True)
-        decorate(axis, case, made)
+            print(f"{name:12} {label:24} {figures(made)} {made.summary['steps']:5d}", flush=True)
+        decorate(axis, name, made)
     lines, labels = axes[0].get_legend_handles_labels()
     figure.legend(lines, labels, loc="outside upper center", ncols=3)
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    FigureCanvasAgg(figure).print_figure(arguments.out, dpi=100)
-    print(f"drawn: {arguments.out.name}")
+    draw(figure, arguments.pictures / "published.png", 100)
 
     print(f"\n{'thesis_1bar, slice':24} {HEADING}")
     for label, changes in EFFECTS:

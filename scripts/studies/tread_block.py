@@ -1,34 +1,28 @@
-#!/usr/bin/env python3
 """The tread block on fresh ice: mu(x) from leading to trailing edge, against the point's average.
 
 Runs cases/tread_block and cases/siped_block as slices until they are steady, prints where the ice
 melts and fills, the pressure at the leading edge and the mean of mu against that of a point that is
 under the block for as long; with --fine also against a run twice as fine. Draws a picture.
-
-    .venv/bin/python scripts/tread_block [--fine] [--picture docs/pictures/tread_block_profile.png]
 """
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
-import matplotlib
 import numpy as np
+from matplotlib.figure import Figure
 from scipy.integrate import trapezoid
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.film.point import Conditions, simulate
+from iceslide_fem.film.conditions import scene_conditions
+from iceslide_fem.film.point import simulate
 from iceslide_fem.results.snapshots import PRESSURE, read_interface, times
-from iceslide_fem.scene import Scene, load_scene
+from iceslide_fem.scene import Scene
 from iceslide_fem.simulate import run
+from scripts.studies.common import case, draw, options, picture_options
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-
-ROOT = Path(__file__).resolve().parent.parent
 MM, BAR = 1e3, 1e-5
 
 
@@ -67,18 +61,8 @@ def profile(directory: Path) -> Profile:
 
 def point_of(scene: Scene, times_s: Array) -> Array:
     """mu(t) of a point under the nominal pressure."""
-    k, D, H_V, _ = scene.contact_parameters(scene.load.pressure)
-    conditions = Conditions.of(
-        pressure=scene.load.pressure,
-        speed=scene.load.speed,
-        temperature=scene.ice.temperature,
-        k=k,
-        D=D,
-        H_V=H_V,
-        initial_height=scene.film.initial_height,
-        duration=float(times_s[-1]),
-    )
-    return simulate(conditions, "column", tolerance=1e-5, times=times_s).samples[:, 0]
+    here = scene_conditions(scene)._replace(duration=times_s[-1:])
+    return simulate(here, "column", tolerance=1e-5, times=times_s).samples[:, 0]
 
 
 def first(distance: Array, flag: Array) -> str:
@@ -87,15 +71,16 @@ def first(distance: Array, flag: Array) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options(__doc__)
     parser.add_argument("--fine", action="store_true", help="run twice as fine, too")
     parser.add_argument("--model", choices=("slice", "block"), default="slice")
-    parser.add_argument("--picture", type=Path)
+    picture_options(parser)
     arguments = parser.parse_args()
-    figure, panels = plt.subplots(4, 1, figsize=(7.5, 9.0), sharex=True, layout="constrained")
+    figure = Figure(figsize=(7.5, 9.0), layout="constrained")
+    panels = figure.subplots(4, 1, sharex=True)
     with tempfile.TemporaryDirectory() as folder:
         for name, colour in (("tread_block", "#0072b2"), ("siped_block", "#d55e00")):
-            scene = load_scene(ROOT / "cases" / f"{name}.toml", [f"model={arguments.model}"])
+            scene = case(name, f"model={arguments.model}")
             out = Path(folder) / name
             summary = run(scene, out)
             found = profile(out)
@@ -109,8 +94,7 @@ def main() -> None:
                   f"saturates: {first(found.distance, found.saturated)}")  # fmt: skip
             if arguments.fine:
                 fine = ["numerics.refinement=2", "numerics.tolerance=2e-3"]
-                changes = [f"model={arguments.model}", *fine]
-                finer = run(load_scene(ROOT / "cases" / f"{name}.toml", changes), out)
+                finer = run(case(name, f"model={arguments.model}", *fine), out)
                 print(f"  against {finer['mu_end']:.4f} with {finer['dofs']} unknowns and "
                       f"{finer['steps']} steps ({finer['wall_s']:.0f} s): "
                       f"{summary['mu_end'] / finer['mu_end'] - 1:+.2%} at the end, "
@@ -143,8 +127,7 @@ def main() -> None:
     panels[1].legend(frameon=False)
     panels[-1].set_xlabel("distance behind the leading edge (mm)")
     panels[0].set_title("A 20 mm tread block on ice at -4 °C, 2 bar, 4 m/s, when steady")
-    if arguments.picture:
-        figure.savefig(arguments.picture, dpi=110)
+    draw(figure, arguments.pictures / "tread_block_profile.png")
 
 
 if __name__ == "__main__":

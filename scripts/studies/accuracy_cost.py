@@ -1,56 +1,43 @@
-#!/usr/bin/env python3
 """Work-precision diagrams: error against seconds, one chart and one table for each question.
 
-Seconds are of the processor, on one process unless ranks are named, forms compiled before. Prints
-tables in Markdown and draws PNG into --charts. Run it in the environment: `. scripts/env.sh`.
-The full form takes about an hour, --quick a few minutes.
-
-    scripts/accuracy_cost [--quick] [--charts docs/accuracy] [--questions film ice ...]
+Seconds are of the processor, on one process unless ranks are named, forms compiled before. The full
+form takes about an hour, --quick a few minutes.
 """
 
 from __future__ import annotations
 
-import argparse
-import importlib.util
 import json
 import os
 import subprocess
-import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import partial
-from importlib.machinery import SourceFileLoader
 from pathlib import Path
-from statistics import median
 from time import process_time
-from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.coupling import sliding, step_error
-from iceslide_fem.coupling.sliding import Sliding
+from iceslide_fem.coupling.step_error import COUPLING
 from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.film import ice_heat as heat
-from iceslide_fem.film.ice_heat import Column
+from iceslide_fem.film.ice_heat import FIRST_LAYER, LAYER_RATIO, Column
 from iceslide_fem.film.integrators import INTEGRATORS
-from iceslide_fem.film.point import ICE_MODELS, Conditions, simulate
-from iceslide_fem.materials import BAR, COMPOUNDS, CONTACT_TABLES
-from iceslide_fem.rubber import block as block_module
-from iceslide_fem.rubber import equilibrium
-from iceslide_fem.rubber.block import build_block, press, start_sliding
+from iceslide_fem.film.point import Conditions, simulate
+from iceslide_fem.materials import BAR, COMPOUNDS, HEATED_LAYERS
+from iceslide_fem.rubber.block import build_block, press
 from iceslide_fem.rubber.contact import default_penalty
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.equilibrium import Equilibrium
-from iceslide_fem.scene import Scene, load_scene, scene_from_dict
+from iceslide_fem.scene import Scene, scene_from_dict
+from scripts.studies import common, press_elements
+from scripts.studies.blocks import Slide, slid
+from scripts.studies.common import largest, timed
 
-ROOT = Path(__file__).resolve().parent.parent
+SCENE = common.ROOT / "cases" / "thesis_1bar.toml"
 TIMES = 500
 MARKS = "os^vD*Px<>ph"
 
@@ -74,51 +61,12 @@ class Chart(NamedTuple):
     default: str = ""
 
 
-def timed(task: Callable[[], Any], repeats: int = 3) -> tuple[Any, float]:
-    """The result of `task` and the median of its processor seconds."""
-    seconds = []
-    for _ in range(repeats):
-        started = process_time()
-        result = task()
-        seconds.append(process_time() - started)
-    return result, median(seconds)
-
-
-def largest(values: Array, exact: Array) -> float:
-    """Largest relative difference."""
-    return float(np.max(np.abs(values / exact - 1.0)))
-
-
-@contextmanager
-def setting(module: Any, **values: Any) -> Iterator[None]:
-    """Module constants changed for a while."""
-    before = {name: getattr(module, name) for name in values}
-    for name, value in values.items():
-        setattr(module, name, value)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            setattr(module, name, value)
-
-
 # --- the film law alone
 
 
-@contextmanager
-def iterated() -> Iterator[None]:
-    """Block and film solved until a pass changes the film by 1 % of the tolerance."""
-    with setting(step_error, COUPLING_SHARE=0.01), setting(sliding, MAX_PASSES=12):
-        yield
-
-
-def conditions(pressure: float, speed: float, duration: float) -> Conditions:
+def fifty(bar: float, speed: float, duration: float) -> Conditions:
     """50 equal points, so that overhead counts as it does in a block."""
-    k, D, H_V, _ = CONTACT_TABLES["B"](pressure)
-    return Conditions.of(
-        pressure=np.full(50, pressure), speed=speed, temperature=269.15, k=k, D=D, H_V=H_V,
-        initial_height=70e-9, duration=duration,
-    )  # fmt: skip
+    return common.conditions(np.full(50, bar), speed, duration)
 
 
 def samples(here: Conditions, **options: Any) -> Array:
@@ -130,8 +78,8 @@ def samples(here: Conditions, **options: Any) -> Array:
 def film(quick: bool) -> Iterable[Chart]:
     """Integrators at fixed and at adaptive steps."""
     for name, here in (
-        ("1 bar, 3 m/s, 7 ms", conditions(1e5, 3.0, 7e-3)),
-        ("5 bar, 4 m/s, 5 ms: melts and saturates", conditions(5e5, 4.0, 5e-3)),
+        ("1 bar, 3 m/s, 7 ms", fifty(1.0, 3.0, 7e-3)),
+        ("5 bar, 4 m/s, 5 ms: melts and saturates", fifty(5.0, 4.0, 5e-3)),
     ):
         exact = samples(here, integrator="sdirk2", tolerance=1e-6)
         duration = float(here.duration[0])
@@ -161,16 +109,17 @@ def film(quick: bool) -> Iterable[Chart]:
 
 def ice(quick: bool) -> Iterable[Chart]:
     """Ice heat on the point: closed form, first layer, ratio and depth of the columns."""
-    here = conditions(1e5, 3.0, 7e-3)
+    here = fifty(1.0, 3.0, 7e-3)
     tolerance = 1e-4
-    with setting(heat, FIRST_LAYER=0.005):
-        fine = lambda T, t: Column(T, t, first_layer=0.004, ratio=1.15, depth=8.0)  # noqa: E731
-        exact = _with_ice(here, fine, 1e-5)
-    usual = {
-        "first_layer": heat.FIRST_LAYER,
-        "ratio": heat.LAYER_RATIO,
-        "depth": heat.HEATED_LAYERS,
-    }
+
+    def below(first_layer: float, ratio: float, depth: float) -> Column:
+        return Column(here.temperature, here.duration, first_layer, ratio, depth)
+
+    def on_column(tolerance: float, layers: dict[str, float]) -> Array:
+        return samples(here, ice=below(**layers), tolerance=tolerance)
+
+    exact = on_column(1e-5, {"first_layer": 0.004, "ratio": 1.15, "depth": 8.0})
+    usual = {"first_layer": FIRST_LAYER, "ratio": LAYER_RATIO, "depth": HEATED_LAYERS}
     tries = {
         "first_layer": (0.4, 0.2, 0.1, 0.05, 0.025, 0.0125),
         "ratio": (4.0, 2.5, 2.0, 1.7, 1.4, 1.2),
@@ -179,13 +128,11 @@ def ice(quick: bool) -> Iterable[Chart]:
     curves: dict[str, list[Dot]] = {}
     for key, values in tries.items():
         for value in values[1::2] if quick else values:
-            options = usual | {key: value}
-            layers = Column(269.15, 7e-3, **options).rates.size
-            mu, seconds = timed(
-                lambda o=options: _with_ice(here, lambda T, t, o=o: Column(T, t, **o), tolerance)
-            )
+            layers = usual | {key: value}
+            unknowns = str(below(**layers).rates.size)
+            mu, seconds = timed(partial(on_column, tolerance, layers))
             default = " (default)" if value == usual[key] else ""
-            dot = Dot(seconds, largest(mu, exact), f"{value:g}{default}", (str(layers),))
+            dot = Dot(seconds, largest(mu, exact), f"{value:g}{default}", (unknowns,))
             curves.setdefault(f"column: {key.replace('_', ' ')}", []).append(dot)
     mu, seconds = timed(lambda: samples(here, ice="half-space", tolerance=tolerance))
     curves["closed form"] = [Dot(seconds, largest(mu, exact), "half-space", ("",))]
@@ -199,7 +146,7 @@ def ice(quick: bool) -> Iterable[Chart]:
         "numerics": {"penalty": 1e12},
     }  # fmt: skip
     curves = {}
-    one = conditions(5e5, 4.0, 5e-3)
+    one = fifty(5.0, 4.0, 5e-3)
     for kind in ("column", "continuum"):
         for refinement in (0.5,) if quick else (0.5, 1.0, 2.0):
             for tolerance in (1e-2, 1e-3):
@@ -224,53 +171,7 @@ def ice(quick: bool) -> Iterable[Chart]:
     )
 
 
-def _with_ice(here: Conditions, model: Any, tolerance: float) -> Array:
-    before = ICE_MODELS["column"]
-    ICE_MODELS["column"] = model
-    try:
-        return samples(here, tolerance=tolerance)
-    finally:
-        ICE_MODELS["column"] = before
-
-
 # --- whole slides
-
-
-class Slide(NamedTuple):
-    """mu(t) of a slide, its steps (accepted, rejected), Newton iterations and seconds."""
-
-    time: Array
-    mu: Array
-    steps: int
-    rejected: int
-    iterations: int
-    seconds: float
-
-
-def slid(scene: Scene) -> Slide:
-    """Press, bring to speed and slide, without outputs."""
-    started = process_time()
-    block = build_block(scene, MPI.COMM_SELF)
-    press(block, lambda _: None)
-    start_sliding(block, lambda _: None)
-    run = Sliding(block)
-
-    def mu() -> float:
-        side = run.current.loads
-        shear = run.shear(run.current.interface, side)
-        return float(side.area @ shear) / float(side.area @ side.pressure)
-
-    time, values, rejected, iterations = [0.0], [mu()], 0, 0
-    while run.current.time < scene.load.duration:
-        accepted = run.advance()
-        time.append(run.current.time)
-        values.append(mu())
-        rejected += accepted.rejected
-        iterations += accepted.iterations
-    return Slide(
-        np.array(time), np.array(values), len(time) - 1, rejected, iterations,
-        process_time() - started,
-    )  # fmt: skip
 
 
 def compared(run: Slide, exact: Slide) -> tuple[float, float]:
@@ -278,11 +179,6 @@ def compared(run: Slide, exact: Slide) -> tuple[float, float]:
     reference = np.interp(run.time[1:], exact.time, exact.mu)
     change = run.mu[1:] / reference - 1.0
     return float(np.abs(change).max()), float(np.sqrt(np.mean(change**2)))
-
-
-def a_case(name: str, *changes: str) -> Scene:
-    """A case of the folder `cases` as a slice."""
-    return load_scene(ROOT / "cases" / f"{name}.toml", ["model=slice", *changes])
 
 
 def scenes(quick: bool) -> Iterable[Chart]:
@@ -298,12 +194,12 @@ def scenes(quick: bool) -> Iterable[Chart]:
         mesh = "numerics.refinement=0.5"
         changes = [*changes, mesh, *short]
         finest = "2e-4" if quick else "3e-5"
-        exact = slid(a_case(case, *changes, f"numerics.tolerance={finest}"))
+        exact = slid(common.case(case, "model=slice", *changes, f"numerics.tolerance={finest}"))
         curves: dict[str, list[Dot]] = {}
         for method in ("sdirk2", "sdirk3"):
             for tolerance in tolerances:
                 run = slid(
-                    a_case(case, *changes, f"numerics.tolerance={tolerance}",
+                    common.case(case, "model=slice", *changes, f"numerics.tolerance={tolerance}",
                            f"numerics.film_integrator={method}")
                 )  # fmt: skip
                 error, rms = compared(run, exact)
@@ -323,26 +219,40 @@ def scenes(quick: bool) -> Iterable[Chart]:
 INTEGRATOR = Scene.model_fields["numerics"].default.film_integrator
 
 
+def controlled(**changes: Any) -> Callable[[Scene], Slide]:
+    """Slides whose block and film are coupled in another way."""
+    return partial(slid, control=COUPLING._replace(**changes))
+
+
+def full_newton(scene: Scene) -> Slide:
+    """A slide with a new tangent in every iteration."""
+    block = build_block(scene, MPI.COMM_SELF)
+    solver = Equilibrium(block.rubber, block.surface, block.equilibrium.penalty, patience=0)
+    return slid(scene, replace(block, equilibrium=solver))
+
+
 def coupling(quick: bool) -> Iterable[Chart]:
     """How block and film are coupled, and how the block is solved."""
     changes = ["ice.heat=column", "numerics.refinement=0.5"] + (
         ["load.duration=2ms"] if quick else []
     )
     finest = "2e-4" if quick else "2e-5"
-    exact = slid(a_case("thesis_1bar", *changes, f"numerics.tolerance={finest}"))
-    ways: dict[str, Callable[[], Any]] = {
-        "default": nullcontext,
-        "one pass per step": lambda: setting(step_error, COUPLING_SHARE=np.inf),
-        "iterated to 1 % of the tolerance": iterated,
-        "block in every step": lambda: setting(step_error, QUIET_SHARE=0.0),
-        "block when shear moved by the tolerance": lambda: setting(step_error, QUIET_SHARE=1.0),
-        "full Newton": lambda: setting(equilibrium, PATIENCE=0),
+    exact = slid(
+        common.case("thesis_1bar", "model=slice", *changes, f"numerics.tolerance={finest}")
+    )
+    ways: dict[str, Callable[[Scene], Slide]] = {
+        "default": slid,
+        "one pass per step": controlled(agreement=np.inf),
+        "iterated to 1 % of the tolerance": controlled(agreement=0.01, passes=12),
+        "block in every step": controlled(quiet=0.0),
+        "block when shear moved by the tolerance": controlled(quiet=1.0),
+        "full Newton": full_newton,
     }
     curves: dict[str, list[Dot]] = {}
-    for name, changed in ways.items():
+    for name, way in ways.items():
         for tolerance in ("1e-2",) if quick else ("3e-2", "1e-2", "1e-3", "1e-4"):
-            with changed():
-                run = slid(a_case("thesis_1bar", *changes, f"numerics.tolerance={tolerance}"))
+            asked = f"numerics.tolerance={tolerance}"
+            run = way(common.case("thesis_1bar", "model=slice", *changes, asked))
             error, rms = compared(run, exact)
             more = (f"{rms:.1e}", str(run.steps), str(run.rejected), str(run.iterations))
             curves.setdefault(name, []).append(
@@ -372,20 +282,17 @@ def solvers(quick: bool) -> Iterable[Chart]:
         exact = None
         for name, options in SOLVERS.items():
             for ranks in (1, 2):
-                words = [sys.executable, "-m", "iceslide_fem.cli", "run",
-                         str(ROOT / "cases" / "thesis_1bar.toml")]  # fmt: skip
-                for change in (
+                changes = (
                     f"model={model}",
                     "ice.heat=column",
                     "numerics.tolerance=1e-2",
                     f"numerics.refinement={refinement}",
                     f"load.duration={duration}",
-                ):
-                    words += ["--set", change]
-                launch = ["mpirun", "-n", str(ranks)] if ranks > 1 else []
+                )
+                given = ["--", *(options or ["-no_option"])]
                 with tempfile.TemporaryDirectory() as folder:
                     ended = subprocess.run(
-                        [*launch, *words, "--out", folder, "--", *(options or ["-no_option"])],
+                        common.run_words(SCENE, folder, *changes, ranks=ranks, more=given),
                         # as Python found it: MPI, started here, has put more into it
                         env=dict(os.environ),
                         capture_output=True, text=True,
@@ -464,8 +371,7 @@ class Enforced(NamedTuple):
 
 def _enforced(scene: Scene, penalty: float, updates: int) -> Enforced:
     started = process_time()
-    with setting(block_module, default_penalty=lambda *_: penalty):
-        block = build_block(scene, MPI.COMM_SELF)
+    block = build_block(scene, MPI.COMM_SELF)
     surface = block.surface
     augmented = Augmented(**vars(surface), shift=np.zeros(surface.weights.shape))
     solver = Equilibrium(block.rubber, augmented, penalty)
@@ -487,11 +393,10 @@ def _enforced(scene: Scene, penalty: float, updates: int) -> Enforced:
 
 
 def elements(quick: bool) -> Iterable[Chart]:
-    """Elements and mesh size in the frictionless press (scripts/press_elements)."""
-    module = _script("press_elements")
+    """Elements and mesh size in the frictionless press."""
     for bars in (1.0,) if quick else (1.0, 5.0):
-        presses = module.frictionless(bars * BAR, 3 if quick else 5)
-        exact, _ = module.limit(presses, module.REFERENCE)
+        presses = press_elements.frictionless(bars * BAR, 3 if quick else 5)
+        exact, _ = press_elements.limit(presses, press_elements.REFERENCE)
         curves = {
             name: [
                 Dot(p.seconds, abs(p.displacement / exact - 1.0), f"n = {n}",
@@ -502,16 +407,6 @@ def elements(quick: bool) -> Iterable[Chart]:
         }  # fmt: skip
         yield Chart(f"elements_{bars:g}bar", f"Elements: press by {bars:g} bar, plate displacement",
                     curves, ("dofs", "Newton", "tangents"), "Q2")  # fmt: skip
-
-
-def _script(name: str) -> ModuleType:
-    loader = SourceFileLoader(name, str(Path(__file__).parent / name))
-    spec = importlib.util.spec_from_loader(name, loader)
-    assert spec is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses look their module up
-    loader.exec_module(module)
-    return module
 
 
 # --- output
@@ -530,14 +425,13 @@ QUESTIONS: dict[str, Callable[[bool], Iterable[Chart]]] = {
 def report(chart: Chart) -> None:
     """Print the chart's table."""
     print(f"\n### {chart.title}\n")
-    print("| | | error | s | " + "".join(f"{heading} | " for heading in chart.headings))
-    print("|---|---|---|---|" + len(chart.headings) * "---|")
+    rows = []
     for name, dots in chart.curves.items():
         for dot in dots:
-            values = f"{dot.error:.1e} | {dot.seconds:.3g}" if np.isfinite(dot.seconds) else " | "
-            more = "".join(f"{one} | " for one in dot.more)
-            print(f"| {titled(name, chart)} | {dot.label} | {values} | {more}")
-    print(end="", flush=True)
+            ended = np.isfinite(dot.seconds)
+            values = (f"{dot.error:.1e}", f"{dot.seconds:.3g}") if ended else ("", "")
+            rows.append((titled(name, chart), dot.label, *values, *dot.more))
+    common.table(("", "", "error", "s", *chart.headings), rows)
 
 
 def titled(name: str, chart: Chart) -> str:
@@ -565,23 +459,20 @@ def draw(chart: Chart, path: Path) -> None:
     panel.set_xlim(low / wide, high * wide)
     panel.grid(alpha=0.3, which="both")
     panel.legend(fontsize=8)
-    FigureCanvasAgg(figure).print_figure(path, dpi=110)
+    common.draw(figure, path)
 
 
 def main() -> None:
     """Draw and print the charts."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = common.options(__doc__)
     parser.add_argument("--quick", action="store_true", help="coarse charts, a few minutes")
-    parser.add_argument("--charts", type=Path, help="folder to draw the charts in")
+    common.picture_options(parser, "docs/accuracy")
     parser.add_argument("--questions", nargs="+", choices=list(QUESTIONS), default=list(QUESTIONS))
     options = parser.parse_args()
-    if options.charts:
-        options.charts.mkdir(parents=True, exist_ok=True)
     for name in options.questions:
         for chart in QUESTIONS[name](options.quick):
             report(chart)
-            if options.charts:
-                draw(chart, options.charts / f"{chart.name}.png")
+            draw(chart, options.pictures / f"{chart.name}.png")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,5 @@
+"""Studies: programs that print the tables and draw the pictures of docs/, one module each.
+
+Listed in docs/studies.md. They import the package, `common` and at most each other, and are
+imported by nothing but tests.
+"""
