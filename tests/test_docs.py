@@ -1,17 +1,20 @@
 """README and docs say what the program does: keys, columns, examples, links."""
 
 import re
+import shlex
 from pathlib import Path
 from typing import Literal, get_args, get_origin
 
 import numpy as np
 import pytest
+import typer
 
+from iceslide_fem.cli import app
 from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.scene.units import Quantity, to_si
 
 ROOT = Path(__file__).parent.parent
-PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
 
 
 def rows(page, heading):
@@ -105,5 +108,45 @@ def test_links_lead_somewhere(page):
     for target in re.findall(r"\]\(([^)#\s]+)", text):
         if not target.startswith(("http:", "https:")):
             assert (page.parent / target).exists(), target
-    for script in re.findall(r"`(scripts/[\w-]+)", text):
-        assert (ROOT / script).is_file(), script
+    for script in re.findall(r"`(scripts/[\w./-]+)", text):
+        assert (ROOT / script).exists(), script
+    for study in re.findall(r"scripts\.studies\.(\w+)", text):
+        assert (ROOT / "scripts" / "studies" / f"{study}.py").is_file(), study
+
+
+def commands(page):
+    """Words of every command line of `iceslide` on a page, in blocks and in code marks."""
+    text = page.read_text(encoding="utf-8")
+    blocks = re.findall(r"^ *```(?:sh|text)?\n(.*?)^ *```", text, re.DOTALL | re.MULTILINE)
+    lines = [line for block in blocks for line in block.replace("\\\n", " ").splitlines()]
+    lines += re.findall("`([^`]*)`", re.sub("```.*?```", "", text, flags=re.DOTALL))
+    for line in lines:
+        found = re.search(r"(?:^|[;&|] *|mpirun -n \d+ )iceslide ([a-z].*)", line.strip())
+        if found:
+            yield shlex.split(found.group(1).replace("\n", " "), comments=True)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_commands_exist_with_their_options(page):
+    known = typer.main.get_command(app).commands
+    for name, *words in commands(page):
+        assert name in known, name
+        options = {option for parameter in known[name].params for option in parameter.opts}
+        own = words[: words.index("--")] if "--" in words else words
+        given = {word.partition("=")[0] for word in own if word.startswith("--")}
+        assert given <= options | {"--help"}, (name, given - options)
+        for word in own:
+            if word.startswith(("cases/", "docs/", "meshes/")):
+                assert (ROOT / word).is_file(), word
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_python_programs_exist(page):
+    text = page.read_text(encoding="utf-8")
+    for path in re.findall(r"python (cases/[\w/]+\.py|meshes/[\w/]+\.py)", text):
+        assert (ROOT / path).is_file(), path
+    for study, options in re.findall(r"scripts\.studies\.(\w+)([^`\n]*)`", text):
+        source = (ROOT / "scripts" / "studies" / f"{study}.py").read_text(encoding="utf-8")
+        for option in re.findall(r"--[a-z-]+", options):
+            shared = "picture_options(" in source and option in ("--pictures", "--update-docs")
+            assert shared or f'"{option}"' in source, (study, option)

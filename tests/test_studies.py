@@ -1,40 +1,78 @@
-"""The study scripts run in their quick forms and print their tables."""
+"""The studies run in their quick forms and print their tables; all explain themselves."""
 
+import importlib
+import json
+import pkgutil
+import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")
 
+import scripts.studies
+from scripts.studies.common import ROOT
+
 pytestmark = pytest.mark.fe
 
-SCRIPTS = Path(__file__).parent.parent / "scripts"
+SHARED = {"common", "blocks"}
+NAMES = sorted({module.name for module in pkgutil.iter_modules(scripts.studies.__path__)} - SHARED)
 
 
-def printed(script, *options):
+def output(study, *options, timeout=300):
+    """What a study prints on a process of its own, as one runs it."""
     done = subprocess.run(
-        [sys.executable, SCRIPTS / script, "--quick", *options],
+        [sys.executable, "-m", f"scripts.studies.{study}", *options],
+        cwd=ROOT,
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=timeout,
     )
     assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def printed(study, *options):
+    """Cells of the Markdown tables that the quick form prints."""
     return [
         [cell.strip() for cell in line.strip("|").split("|")]
-        for line in done.stdout.splitlines()
+        for line in output(study, "--quick", *options).splitlines()
         if line.startswith("|")
     ]
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_help_explains_and_does_nothing_else(name, capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", [name, "--help"])
+    study = importlib.import_module(f"scripts.studies.{name}")
+    with pytest.raises(SystemExit) as ended:
+        study.main()
+    assert ended.value.code == 0
+    assert study.__doc__.splitlines()[0] in capsys.readouterr().out
+    assert not list(tmp_path.iterdir())
+
+
+def test_page_lists_every_study():
+    text = (ROOT / "docs" / "studies.md").read_text(encoding="utf-8")
+    assert re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE) == NAMES
+
+
+def test_pictures_of_the_pages_change_only_when_asked(tmp_path):
+    before = {path: path.stat().st_mtime_ns for path in (ROOT / "docs").rglob("*.png")}
+    output("thesis_trends", "--pictures", str(tmp_path))
+    assert (tmp_path / "trends.png").stat().st_size > 10_000
+    assert before == {path: path.stat().st_mtime_ns for path in (ROOT / "docs").rglob("*.png")}
+
+
 def test_press_of_the_elements(tmp_path):
-    rows = printed("press_elements", "--chart", str(tmp_path / "chart.png"))
+    rows = printed("press_elements", "--pictures", str(tmp_path))
     errors = {(row[0], row[1]): row[4] for row in rows if row[4:] and row[4].endswith("%")}
     assert all(error.startswith("-") for error in errors.values())  # too stiff, all of them
     error = {key: abs(float(text.strip("%"))) for key, text in errors.items()}
     assert error["P1 tetrahedra", "4"] > 10 > error["Q2", "4"] > error["Q2/P1 mixed", "4"]
-    assert (tmp_path / "chart.png").stat().st_size > 10_000
+    assert (tmp_path / "elements.png").stat().st_size > 10_000
 
 
 def test_penalty_moves_the_plate_little():
@@ -46,22 +84,17 @@ def test_penalty_moves_the_plate_little():
 
 
 def test_sliding_variants(tmp_path):
-    picture = tmp_path / "sliding.png"
-    options = ["--quick", "--out", str(picture), "--runs", str(tmp_path / "runs")]
-    script = SCRIPTS / "compare_sliding"
-    done = subprocess.run(
-        [sys.executable, script, *options], capture_output=True, text=True, timeout=600
-    )
-    assert done.returncode == 0, done.stderr
-    rows = [line for line in done.stdout.splitlines() if line.startswith("1bar  ")]
+    options = ["--quick", "--pictures", str(tmp_path), "--runs", str(tmp_path / "runs")]
+    lines = output("compare_sliding", *options, timeout=600).splitlines()
+    rows = [line for line in lines if line.startswith("1bar  ")]
     assert len(rows) == 6 + 4
     shares = [float(row.split()[-5].strip("%")) for row in rows[:6]]
     assert [share > 2.0 for share in shares] == [False, True] * 3
-    assert picture.stat().st_size > 10_000
+    assert (tmp_path / "sliding.png").stat().st_size > 10_000
 
 
 def test_maps_of_the_film_law_have_no_failure(tmp_path):
-    rows = printed("stability_atlas", "--maps", "film-weather", "--charts", str(tmp_path))
+    rows = printed("stability_atlas", "--maps", "film-weather", "--pictures", str(tmp_path))
     cells = {(row[0], number): cell for row in rows for number, cell in enumerate(row)}
     assert not any(cell.split()[-1:] in (["F"], ["r"]) for cell in cells.values())
     assert cells["-40", 1] == "dry" and cells["-0.1", 8].startswith("m ")
@@ -69,9 +102,20 @@ def test_maps_of_the_film_law_have_no_failure(tmp_path):
 
 
 def test_stiffer_penalty_is_more_accurate_and_takes_as_many_iterations(tmp_path):
-    rows = printed("accuracy_cost", "--questions", "contact", "--charts", str(tmp_path))
+    rows = printed("accuracy_cost", "--questions", "contact", "--pictures", str(tmp_path))
     found = {(row[0], row[1]): row for row in rows if row[0].startswith(("penalty", "augmented"))}
     soft, stiff = (found["penalty (default)", f"{x} x default"] for x in ("1", "10"))
     assert float(stiff[2]) < 0.2 * float(soft[2])
     assert int(stiff[6]) <= 1.5 * int(soft[6])
     assert (tmp_path / "contact_1bar.png").stat().st_size > 10_000
+
+
+def test_cost_of_a_step_is_shared_out_among_its_parts(tmp_path):
+    path = tmp_path / "1.json"
+    output("sliding_cost", "--child", str(path), "--set", "model=slice",
+           "--set", "numerics.refinement=0.25", "--set", "load.duration=0.5ms")  # fmt: skip
+    found = json.loads(path.read_text(encoding="utf-8"))
+    parts = found["parts"]
+    assert set(parts) >= {"mechanics", "ice heat", "transfer", "film"}
+    assert parts["mechanics"] > parts["ice heat"] > 0.0
+    assert sum(parts.values()) <= found["seconds"]

@@ -16,8 +16,8 @@ from SALib.analyze import sobol as sobol_analysis
 from SALib.sample import sobol as sobol_sample
 
 from iceslide_fem.arrays import Array, Index
-from iceslide_fem.film.ice_heat import Column, FilmLaw
-from iceslide_fem.film.law import FilmStage, IceSurface
+from iceslide_fem.film.ice_heat import Column
+from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.film.point import simulate
 from iceslide_fem.materials import MELTING_TEMPERATURE, WATER_CONDUCTIVITY
 from scripts.studies.common import conditions, draw, options, picture_options
@@ -53,13 +53,12 @@ class ColumnBelowFilm(Column):
     def initial(self, n_points: int) -> Array:
         return np.vstack([super().initial(n_points), self.first_flux])
 
-    def stage(self, start: Array, dt: Array | float, film: FilmLaw) -> tuple[Array, FilmStage]:
-        def through(ice: IceSurface) -> FilmStage:
-            resistance = ice.resistance + self.film_resistance
-            flux = (MELTING_TEMPERATURE - ice.offset) / resistance
-            return film(IceSurface(ice.offset, resistance, flux))
+    def response(self, start: Array, decay: Array, dt: Array | float) -> Surface:
+        below = super().response(start, decay, dt)
+        return Surface.of(below.offset, below.resistance + self.film_resistance)
 
-        content, result = super().stage(start[:-1], dt, through)
+    def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
+        content, result = super().stage(start[:-1], dt, film)
         return np.vstack([content, result.ice_flux]), result
 
     def surface_temperature(self, content: Array) -> Array:

@@ -39,6 +39,8 @@ MODULES = {  # of the package, and the part that the time in them and below belo
     "output.table": "output",
     "coupling.sliding": "rest",
 }
+# What a step consists of: the rest of a run is no part of it.
+STEP = {("coupling.sliding", "advance"), ("output.fields", "write"), ("output.table", "row")}
 
 
 class Sampler:
@@ -63,12 +65,13 @@ class Sampler:
 
     def _tick(self, _: int, frame: FrameType | None) -> None:
         now = perf_counter()
-        part = None
-        while frame is not None and part is None:
-            module = frame.f_globals.get("__name__", "")
-            part = MODULES.get(module.removeprefix("iceslide_fem."))
+        part, within = None, False
+        while frame is not None and not within:
+            module = frame.f_globals.get("__name__", "").removeprefix("iceslide_fem.")
+            part = part or MODULES.get(module)
+            within = (module, frame.f_code.co_name) in STEP
             frame = frame.f_back
-        if part is not None:
+        if part is not None and within:
             self.seconds[part] += now - self._before
         self._before = now
 
