@@ -209,7 +209,7 @@ def formulas() -> None:
 def draw_line(path: Path) -> None:
     """The 1-D model: pressure, (4.1) and the moving source along the centre line."""
     line, dx = GaussianLine(2.0 * BAR, LENGTH / 2.0, LENGTH / 6.0), LENGTH / 540
-    x = (np.arange(540) + 0.5) * dx
+    x = np.asarray((np.arange(540) + 0.5) * dx, dtype=float)
     flux = friction_flux(MU_ST, line(x), V, S)
     figure = Figure(figsize=(11.0, 4.4), layout="constrained")
     left, right = figure.subplots(1, 2)

@@ -19,7 +19,7 @@ from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.film.point import simulate
-from iceslide_fem.materials import MELTING_TEMPERATURE, WATER_CONDUCTIVITY
+from iceslide_fem.materials import WATER_CONDUCTIVITY
 from scripts.studies.common import conditions, draw, options, picture_options
 
 NAMES = ["k", "D", "H_V", "eta", "lambda", "h0", "G"]

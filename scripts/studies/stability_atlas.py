@@ -201,7 +201,7 @@ def film_weather(quick: bool) -> Iterable[Map]:
 
 def _at(values: Array, where: float) -> Array:
     """Fractional index of `where` on the logarithmic axis `values`."""
-    return np.interp(np.log(where), np.log(values), np.arange(len(values)))
+    return np.asarray(np.interp(np.log(where), np.log(values), np.arange(len(values))))
 
 
 # --- blocks
@@ -245,7 +245,8 @@ def pressed(scene: Scene, mu: float) -> Cell:
     block = counting(scene)
     press(block, lambda _: None, blocks.shear_of_pressure(mu))
     contact = block.contact
-    share = block.surface.total((contact.pressure > 0.0) * 1.0, contact.area) / block.area
+    touching = np.where(contact.pressure > 0.0, contact.area, 0.0)
+    share = block.surface.total(np.ones_like(touching), touching) / block.area
     return Cell(CUT_BACK if block.failures else CONVERGED, f"{share:.2f}")
 
 
