@@ -48,6 +48,7 @@ def a_scene(model, length=1e-3, width=1e-3, height=1e-3, refinement=1.0, mesh=No
             width=width,
             height=height,
             mesh=mesh,
+            mesh_unit="m",
             sipes=0,
             sipe_width=0,
             sipe_depth=0,
@@ -284,6 +285,11 @@ def raised(by=0.0, scaled=1.0, **changed):
     return block._replace(points=scaled * block.points + [0.0, by])
 
 
+def round_below(block):
+    x, z = block.points.T
+    return block._replace(points=np.stack([x, z + 0.2 * abs(x) * (1.0 - z / 1e-3)], axis=1))
+
+
 def twice(block):
     return block._replace(facets={**block.facets, "symmetry": block.facets["plate"][:1]})
 
@@ -298,15 +304,18 @@ BAD = {
     '"plate" are at 0 m; they must lie on the top at 0.001 m': a_block(
         contact=lambda centre: centre[:, -1] > 0.3e-3, plate=lambda centre: centre[:, -1] == 0.0
     ),
-    '"contact" begin at 0.0005 m; they must include the lowest points': a_block(
+    '4 facets lie on the ice and are not tagged "contact", the first at x = -0.00075 m': a_block(
         contact=lambda centre: (centre[:, -1] > 0.5e-3) & (centre[:, -1] < 0.9e-3)
+    ),
+    '"contact" begin at 0.0006 m; they must include the lowest points': round_below(
+        a_block(contact=lambda centre: (centre[:, -1] > 0.5e-3) & (centre[:, -1] < 0.9e-3))
     ),
     '"contact" lie on the top': a_block(
         contact=lambda centre: (centre[:, -1] == 0.0) | (centre[:, 0] > 0.5e-3),
         plate=lambda centre: (centre[:, -1] == 1e-3) & (centre[:, 0] < 0.5e-3),
     ),
     "lowest point is at 0.002 m; move the mesh by -0.002 m": raised(by=2e-3),
-    "is 2 m large; its coordinates must be in metres": raised(scaled=1e3),
+    'is 2 m large; allowed: 1e-05 to 0.3 m; rubber.mesh_unit = "m" says': raised(scaled=1e3),
     'a facet is tagged "plate" and "symmetry"': twice(a_block()),
     "has no height; a slice lies in the plane of x and y": a_block()._replace(
         points=a_block().points * [1.0, 0.0]

@@ -7,7 +7,9 @@ DOLFINx meshes.
 from __future__ import annotations
 
 import itertools
+import shutil
 import signal
+import tempfile
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -28,7 +30,11 @@ _Result = TypeVar("_Result")
 _CELLS = {"triangle": 2, "quadrilateral": 3, "tetrahedron": 4, "hexahedron": 5}
 _FACETS = {"triangle": 1, "quadrilateral": 1, "tetrahedron": 2, "hexahedron": 3}
 _NAMES = {number: name for name, number in _CELLS.items()} | {1: "line"}
+_NUMBERS = {name: number for number, name in _NAMES.items()}
 _CORNERS = {"line": 2, "triangle": 3, "quadrilateral": 4, "tetrahedron": 4, "hexahedron": 8}
+
+
+MESH_HEADER = b"$MeshFormat"
 
 
 class TaggedMesh(NamedTuple):
@@ -95,14 +101,11 @@ def save(tagged: TaggedMesh, path: Path) -> None:
 def load(path: Path, dim: int, body: str) -> TaggedMesh:
     """Read the cells of the physical group `body` and all named sets of facets from a file.
 
-    Raises SceneError where gmsh can't read the file, or the cells of `body` are missing, of
+    Raises SceneError where the file is no .msh file of gmsh, or the cells of `body` are missing, of
     another dimension, of several types or of higher order.
     """
     with _model() as model:
-        try:
-            gmsh.merge(str(path))
-        except Exception as error:  # gmsh raises nothing more specific
-            raise SceneError(f"mesh {path} can't be read by gmsh: {str(error).strip()}") from None
+        _merge(path)
         blocks = []
         for group_dim, group in model.getPhysicalGroups():
             name = model.getPhysicalName(group_dim, group)
@@ -114,6 +117,32 @@ def load(path: Path, dim: int, body: str) -> TaggedMesh:
                     blocks.append((name, group_dim, kind, tags.reshape(-1, corners)))
         numbers, coordinates, _ = model.mesh.getNodes()
     return from_blocks(path, dim, body, numbers, coordinates.reshape(-1, 3), blocks)
+
+
+def _merge(path: Path) -> None:
+    """Read a .msh file into the current model.
+
+    gmsh takes anything else for a script and runs it, with the shell commands in it; beside a mesh
+    it also looks for a file of options. So it is given a copy, alone, of what begins as a mesh.
+    """
+    with tempfile.TemporaryDirectory() as alone:
+        copy = Path(alone) / "mesh.msh"
+        try:
+            shutil.copyfile(path, copy)
+        except OSError as error:
+            raise SceneError(f"mesh {path} can't be read: {error.strerror or error}") from None
+        with open(copy, "rb") as file:
+            first = file.readline(100).rstrip()
+        if first != MESH_HEADER:
+            raise SceneError(
+                f"mesh {path} is no mesh file of gmsh: its first line is not "
+                f'"{MESH_HEADER.decode()}" (scripts of gmsh are not run)'
+            )
+        try:
+            gmsh.merge(str(copy))
+        except Exception as error:  # gmsh raises nothing more specific
+            reason = str(error).strip().replace(str(copy), path.name)
+            raise SceneError(f"mesh {path} can't be read by gmsh: {reason}") from None
 
 
 def from_blocks(
@@ -149,10 +178,18 @@ def from_blocks(
         raise SceneError(f'mesh {path}: "{body}" holds the same cells twice')
     used, cells = np.unique(cells, return_inverse=True)
     sorter = np.argsort(numbers)
-    points = coordinates[sorter[np.searchsorted(numbers, used, sorter=sorter)], :dim]
+    place = sorter[np.minimum(np.searchsorted(numbers, used, sorter=sorter), len(numbers) - 1)]
+    if not np.array_equal(numbers[place], used):
+        raise SceneError(f'mesh {path}: cells of "{body}" have nodes that are not in the file')
+    points = coordinates[place, :dim]
     facets: dict[str, IntArray] = {}
-    for name, block_dim, _, nodes in blocks:
+    for name, block_dim, facet, nodes in blocks:
         if name and block_dim == dim - 1:
+            if _NUMBERS.get(facet) != _FACETS[kind]:
+                raise SceneError(
+                    f'mesh {path}: facets tagged "{name}" are of type {facet}, which is no facet '
+                    f"of a first-order {kind}"
+                )
             local = np.minimum(np.searchsorted(used, nodes), len(used) - 1)
             if not np.array_equal(used[local], nodes):
                 raise SceneError(f'mesh {path}: facets tagged "{name}" are not part of "{body}"')

@@ -234,7 +234,8 @@ def _block(scene: Scene) -> BlockShape:
 
 def _rubber(scene: Scene) -> TaggedMesh:
     if scene.rubber.mesh is not None:
-        return load_user_mesh(scene.rubber.mesh, 2 if scene.model == "slice" else 3)
+        dim = 2 if scene.model == "slice" else 3
+        return load_user_mesh(scene.rubber.mesh, dim, scene.rubber.mesh_unit)
     block = _block(scene)
     lines = _rubber_lines(block, scene.numerics.refinement)
 

@@ -1,9 +1,10 @@
 """A user's own mesh of a tread block: read, checked, and refused with a reason.
 
-What a mesh must be: coordinates in metres, vertical last (a slice lies in the file's x-y plane,
-y up), the ice plane at 0. Cells of one type (triangles, quadrilaterals, tetrahedra or
-hexahedra, first order) named `rubber`; outer facets named `contact` (all that may touch the ice,
-with the lowest points), `plate` (on the flat top) and, for half a block, `symmetry` (at y = 0).
+What a mesh must be: coordinates in `rubber.mesh_unit`, vertical last (a slice lies in the file's
+x-y plane, y up), the ice plane at 0. Cells of one type (triangles, quadrilaterals, tetrahedra or
+hexahedra, first order) named `rubber`, which fill the body once (`soundness`); outer facets named
+`contact` (all that may touch the ice, with all that lie on it), `plate` (on the flat top) and, for
+half a block, `symmetry` (at y = 0).
 
 gmsh files name parts by physical groups. In other files, read by meshio, a name is a cell set, a
 MED family, or cell data of that name that are not zero; facets must be cells of their own.
@@ -12,9 +13,9 @@ MED family, or cell data of that name that are not zero; facets must be cells of
 from __future__ import annotations
 
 import io
-from collections import Counter
 from collections.abc import Iterator
 from contextlib import redirect_stderr
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -24,34 +25,38 @@ from numpy.typing import NDArray
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.mesh import gmsh_model
-from iceslide_fem.mesh.gmsh_model import TaggedMesh
+from iceslide_fem.mesh.gmsh_model import IntArray, TaggedMesh
+from iceslide_fem.mesh.soundness import Soundness, facets_of
 
 PARTS = ("contact", "plate", "symmetry")
-LARGEST = 1.0  # m; what is larger was drawn in other units
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}  # of coordinates, in m
+SMALLEST, LARGEST = 1e-5, 0.3  # m; what is smaller or larger was drawn in another unit
+LARGEST_FILE = 1_000_000_000  # bytes
 TOLERANCE = 1e-6  # of the height, for what must lie in a plane
 
 _MESHIO_KINDS = {"quad": "quadrilateral", "tetra": "tetrahedron"}
-_FACETS = {
-    "triangle": [(0, 1), (1, 2), (2, 0)],
-    "quadrilateral": [(0, 1), (1, 2), (2, 3), (3, 0)],
-    "tetrahedron": [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)],
-    "hexahedron": [
-        (0, 1, 2, 3),
-        (4, 5, 6, 7),
-        (0, 1, 5, 4),
-        (1, 2, 6, 5),
-        (2, 3, 7, 6),
-        (3, 0, 4, 7),
-    ],
-}
 
 
-def load_user_mesh(path: Path | str, dim: int) -> TaggedMesh:
+def load_user_mesh(path: Path | str, dim: int, unit: str = "m") -> TaggedMesh:
     """Read and check a user's mesh of dimension `dim` (2 for a slice, 3 for a block).
 
-    Raises SceneError with a sentence that names the file and what is wrong with it.
+    `unit` (`UNITS`) is that of its coordinates; those of the result are in m. Raises SceneError
+    with a sentence that names the file, what is wrong with it and where.
     """
     path = Path(path)
+    try:
+        status = path.stat()
+    except OSError as error:
+        raise SceneError(f"mesh {path} can't be read: {error.strerror}") from None
+    return _checked(path, dim, unit, status.st_mtime_ns, status.st_size)
+
+
+@lru_cache(maxsize=2)  # a scene asks for its mesh several times
+def _checked(path: Path, dim: int, unit: str, changed: int, size: int) -> TaggedMesh:
+    if size > LARGEST_FILE:
+        raise SceneError(
+            f"mesh {path} has {size / 1e6:.0f} MB; allowed: up to {LARGEST_FILE / 1e6:.0f} MB"
+        )
     read = gmsh_model.load if path.suffix == ".msh" else _load_by_meshio
     tagged = read(path, dim, "rubber")
     for name in ("contact", "plate"):
@@ -59,19 +64,40 @@ def load_user_mesh(path: Path | str, dim: int) -> TaggedMesh:
             found = ", ".join(tagged.facets) or "none"
             raise SceneError(f'mesh {path} has no facets tagged "{name}"; tags found: {found}')
     known = {name: tagged.facets[name] for name in PARTS if name in tagged.facets}
-    tagged = tagged._replace(facets=known)
-    _check_placement(path, tagged)
+    tagged = tagged._replace(points=UNITS[unit] * tagged.points, facets=known)
+    _check_size(path, tagged, unit)
+    soundness = Soundness(tagged)
+    _check_placement(path, tagged, soundness.outer)
+    fault = soundness.fault(tagged.facets["plate"])
+    if fault is not None:
+        what, where = fault
+        place = ", ".join(f"{value / UNITS[unit]:.6g}" for value in where)
+        raise SceneError(f"mesh {path}, near ({place}) {unit}: {what}")
     return tagged
 
 
-def _check_placement(path: Path, tagged: TaggedMesh) -> None:
+def _check_size(path: Path, tagged: TaggedMesh, unit: str) -> None:
+    """Raise SceneError if coordinates are no numbers or were drawn in another unit."""
+    wrong = np.flatnonzero(~np.isfinite(tagged.points).all(axis=1))
+    if wrong.size:
+        raise SceneError(
+            f"mesh {path}: the coordinates of {wrong.size} of {len(tagged.points)} nodes are not "
+            "finite numbers"
+        )
+    size = np.ptp(tagged.points, axis=0).max()
+    if not SMALLEST <= size <= LARGEST:
+        raise SceneError(
+            f"mesh {path} is {size:g} m large; allowed: {SMALLEST:g} to {LARGEST:g} m; "
+            f'rubber.mesh_unit = "{unit}" says in which unit it was drawn, allowed: '
+            f"{', '.join(UNITS)}"
+        )
+
+
+def _check_placement(path: Path, tagged: TaggedMesh, outer: IntArray) -> None:
     """Raise SceneError if the parts of a mesh are not where the module's docstring says."""
     points, height = tagged.points, tagged.points[:, -1].max()
     near = TOLERANCE * np.ptp(points[:, -1])
-    size = np.ptp(points, axis=0).max()
-    if size > LARGEST:
-        raise SceneError(f"mesh {path} is {size:g} m large; its coordinates must be in metres")
-    if near <= TOLERANCE**2 * size:
+    if near <= TOLERANCE**2 * np.ptp(points, axis=0).max():
         raise SceneError(
             f"mesh {path} has no height; a slice lies in the plane of x and y, with y upwards"
         )
@@ -81,7 +107,7 @@ def _check_placement(path: Path, tagged: TaggedMesh) -> None:
             f"mesh {path}: the lowest point is at {lowest:g} m; move the mesh by {-lowest:g} m so "
             "that it is at 0, the ice"
         )
-    _check_facets(path, tagged)
+    _check_facets(path, tagged, outer)
     plate = points[tagged.facets["plate"], -1]
     if np.ptp(plate) > near:
         raise SceneError(
@@ -113,7 +139,7 @@ def _check_placement(path: Path, tagged: TaggedMesh) -> None:
 
 def mesh_size(tagged: TaggedMesh) -> dict[str, float]:
     """Cells, nodes of the quadratic elements, smallest and largest cell edge in m."""
-    facets = _facets(tagged)
+    facets = facets_of(tagged)
     pairs = np.concatenate([facets, np.roll(facets, 1, axis=1)]).reshape(2, -1).T
     edges = np.unique(np.sort(pairs, axis=1), axis=0)
     lengths = np.linalg.norm(np.diff(tagged.points[edges], axis=1), axis=-1)
@@ -130,25 +156,31 @@ def mesh_size(tagged: TaggedMesh) -> dict[str, float]:
     }
 
 
-def _facets(tagged: TaggedMesh) -> NDArray[np.int64]:
-    """Facets of all cells, inner ones twice: (cells * facets of a cell, corners of a facet)."""
-    facets = tagged.cells[:, np.array(_FACETS[tagged.cell_type])]
-    return facets.reshape(-1, facets.shape[-1])
-
-
-def _check_facets(path: Path, tagged: TaggedMesh) -> None:
-    """Raise SceneError if a tagged facet is empty, inside the body or tagged twice."""
-    occurrences = Counter(map(tuple, np.sort(_facets(tagged), axis=1).tolist()))
-    owner: dict[tuple[int, ...], str] = {}
-    for name, nodes in tagged.facets.items():
-        for facet in map(tuple, np.sort(nodes, axis=1).tolist()):
-            if occurrences[facet] != 1:
-                raise SceneError(
-                    f'mesh {path}: facets tagged "{name}" are not on the outside of "rubber"'
-                )
+def _check_facets(path: Path, tagged: TaggedMesh, outer: IntArray) -> None:
+    """Raise SceneError if a tagged facet is none of the `outer` ones, or tagged twice, or if one
+    that lies on the ice has no tag.
+    """
+    sets = [outer, *tagged.facets.values()]
+    _, numbers = np.unique(np.sort(np.concatenate(sets), axis=1), axis=0, return_inverse=True)
+    outside, *named = np.split(numbers.ravel(), np.cumsum([len(part) for part in sets])[:-1])
+    owner: dict[int, str] = {}
+    for name, members in zip(tagged.facets, named, strict=True):
+        if not np.isin(members, outside).all():
+            raise SceneError(
+                f'mesh {path}: facets tagged "{name}" are not on the outside of "rubber"'
+            )
+        for facet in members.tolist():
             if facet in owner:
                 raise SceneError(f'mesh {path}: a facet is tagged "{owner[facet]}" and "{name}"')
             owner[facet] = name
+    near = TOLERANCE * np.ptp(tagged.points[:, -1])
+    on_ice = outer[(tagged.points[outer, -1] <= near).all(axis=1) & ~np.isin(outside, [*owner])]
+    if len(on_ice):
+        x = tagged.points[on_ice[0], 0].mean()
+        raise SceneError(
+            f'mesh {path}: {len(on_ice)} facets lie on the ice and are not tagged "contact", the '
+            f"first at x = {x:g} m"
+        )
 
 
 def _load_by_meshio(path: Path, dim: int, body: str) -> TaggedMesh:
@@ -159,6 +191,8 @@ def _load_by_meshio(path: Path, dim: int, body: str) -> TaggedMesh:
     except (Exception, SystemExit) as error:  # on a bad file meshio prints and exits
         reason = " ".join((said.getvalue() or str(error)).split())
         raise SceneError(f"mesh {path} can't be read by meshio: {reason}") from None
+    if mesh.points.ndim != 2 or mesh.points.shape[1] not in (2, 3):
+        raise SceneError(f"mesh {path}: its points have neither two nor three coordinates")
     coordinates = np.zeros((len(mesh.points), 3))
     coordinates[:, : mesh.points.shape[1]] = mesh.points
     blocks = []

@@ -49,7 +49,8 @@ class Rubber(_Table):
 
     C10, C01 in Pa; compressibility by D1 (1/Pa) or by Poisson's ratio nu. `heat` resolves heat
     conduction in the rubber, `inertia` its motion. `sipes` evenly spaced slots across the sliding
-    direction are cut into the box from below. `mesh` replaces the box by a mesh file.
+    direction are cut into the box from below. `mesh` replaces the box by a mesh file, whose
+    coordinates are in `mesh_unit`.
     """
 
     compound: str | None = None
@@ -67,6 +68,7 @@ class Rubber(_Table):
     heat: StrictBool = False
     inertia: StrictBool = False
     mesh: InputFile | None = None
+    mesh_unit: Literal["m", "cm", "mm", "um", "inch"] = "m"
 
     @field_validator("compound")
     @classmethod
