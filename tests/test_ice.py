@@ -10,6 +10,7 @@ from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance  # noqa: E402
 from iceslide_fem.film.law import FilmLoads, FilmStage, Surface  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
+from iceslide_fem.interface.surface_grid import Contacts  # noqa: E402
 from iceslide_fem.materials import (  # noqa: E402
     ICE_DENSITY,
     ICE_DIFFUSIVITY,
@@ -57,8 +58,7 @@ def some_ice(model, refinement=1.0):
     mine = slice(EVERYWHERE.rank, None, EVERYWHERE.size)
     points, area = points[mine], area[mine]
     ice = Continuum(mesh, T_0)
-    ice.at, ice.area = ice.grid.place(points), area
-    return ice, points, area
+    return ice.under(Contacts(ice.grid.place(points), area)), points, area
 
 
 def given_flux(flux):

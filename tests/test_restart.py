@@ -20,6 +20,7 @@ from iceslide_fem.coupling.sliding import Refused, Sliding  # noqa: E402
 from iceslide_fem.errors import Interrupted, OutputError, SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.files import replace_file  # noqa: E402
+from iceslide_fem.interface.surface_grid import OwnNodes  # noqa: E402
 from iceslide_fem.output.table import Table  # noqa: E402
 from iceslide_fem.results import field_files, read_run  # noqa: E402
 from iceslide_fem.run.checkpoint import (  # noqa: E402
@@ -138,11 +139,11 @@ def test_places_know_nothing_of_ranks():
     np.testing.assert_array_equal(other.own(gathered)["value"][0], np.arange(12)[::-1])
     with pytest.raises(SceneError, match="does not fit the mesh"):
         PointLayout(everywhere + 1e-3, 12, comm).own(gathered)
-    grid = GridLayout(mine, 12, comm)
+    grid = GridLayout(OwnNodes(mine, 12), comm)
     gathered = comm.bcast(grid.gather({"value": 2.0 * mine}))
     np.testing.assert_array_equal(gathered["value"], 2.0 * np.arange(12))
     with pytest.raises(SceneError, match="does not fit the ice"):
-        GridLayout(mine, 13, comm).own(gathered)
+        GridLayout(OwnNodes(mine, 13), comm).own(gathered)
 
 
 def test_a_checkpoint_gives_back_what_it_was_given(tmp_path):

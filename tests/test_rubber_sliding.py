@@ -11,7 +11,7 @@ from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.film.rubber_heat import RubberColumns  # noqa: E402
 from iceslide_fem.interface.rubber_columns import RubberOverGrid  # noqa: E402
-from iceslide_fem.interface.surface_grid import SurfaceGrid  # noqa: E402
+from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
 
 pytestmark = pytest.mark.fe
 
@@ -27,13 +27,14 @@ def test_points_over_nodes_take_the_heat_that_the_nodes_give():
     rng = np.random.default_rng(4)
     grid = SurfaceGrid([np.linspace(0.0, 1e-3, 21)], np.arange(21), MPI.COMM_SELF)
     rubber = RubberOverGrid(grid, T_0, 1e-3, 1100.0)
-    rubber.at = grid.place(rng.uniform(0.2e-3, 0.8e-3, (100, 1)))
-    rubber.area = rng.uniform(0.0, 1e-5, 100) * (rng.uniform(size=100) > 0.3)
-    flux = rng.uniform(1e4, 9e4, 21) * (grid.scatter(rubber.area, rubber.at) > 0.0)
+    at = grid.place(rng.uniform(0.2e-3, 0.8e-3, (100, 1)))
+    area = rng.uniform(0.0, 1e-5, 100) * (rng.uniform(size=100) > 0.3)
+    rubber = rubber.above(Contacts(at, area))
+    flux = rng.uniform(1e4, 9e4, 21) * (grid.scatter(area, at) > 0.0)
     content = rubber.heated(rubber.initial(100), 1e-5, flux)
-    kept = float(rubber.column.heat(content) @ rubber.area)
+    kept = float(rubber.column.heat(content) @ area)
     assert kept == pytest.approx(1e-5 * float(flux @ grid.cell_area), rel=1e-12)
-    assert (rubber.column.heat(content)[rubber.area == 0.0] == 0.0).all()
+    assert (rubber.column.heat(content)[area == 0.0] == 0.0).all()
 
 
 @pytest.mark.parametrize("heat", ["column", "continuum"])

@@ -160,7 +160,7 @@ def test_a_rejected_step_leaves_no_trace():
     for part, copy in zip((before.motion.displacements, *before.interface), copies, strict=True):
         np.testing.assert_array_equal(part, copy)
 
-    sliding._error = StepError(sliding.block, sliding.carrier)
+    sliding._error = StepError(sliding.block)
     sliding._dt = 0.9e-3
     after_rejections = sliding.advance()
     assert after_rejections.rejected > 0

@@ -7,18 +7,16 @@ and picks this rank's own from such arrays, on any number of ranks.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.interface.carriers import Carrier, OnIce
-from iceslide_fem.interface.ice_columns import GridColumns
-from iceslide_fem.interface.ice_continuum import Continuum
+from iceslide_fem.interface.carriers import Carrier
+from iceslide_fem.interface.surface_grid import OwnNodes
 from iceslide_fem.rubber.block import Block
 
 Arrays = dict[str, Array]
@@ -70,17 +68,17 @@ class PointLayout:
 
 
 class GridLayout:
-    """This rank's nodes of a grid that every rank knows, by `numbers` among its `n_nodes`."""
+    """This rank's `nodes` of a grid that every rank knows."""
 
-    def __init__(self, numbers: NDArray[np.integer[Any]], n_nodes: int, comm: MPI.Comm) -> None:
-        self._numbers, self._n_nodes, self._comm = numbers, n_nodes, comm
+    def __init__(self, nodes: OwnNodes, comm: MPI.Comm) -> None:
+        self._nodes, self._comm = nodes, comm
 
     def gather(self, values: Mapping[str, Array]) -> Arrays:
         """Values at all nodes, in the grid's order. Collective."""
         gathered: Arrays = {}
         for name, value in values.items():
-            full = np.zeros((*value.shape[:-1], self._n_nodes))
-            full[..., self._numbers] = value
+            full = np.zeros((*value.shape[:-1], self._nodes.total))
+            full[..., self._nodes.numbers] = value
             total = self._comm.reduce(full, op=MPI.SUM, root=0)
             if total is not None:
                 gathered[name] = total
@@ -88,9 +86,9 @@ class GridLayout:
 
     def own(self, gathered: Mapping[str, Array]) -> Arrays:
         """Values at this rank's nodes. Raises SceneError if the grid is another one."""
-        if any(values.shape[-1] != self._n_nodes for values in gathered.values()):
+        if any(values.shape[-1] != self._nodes.total for values in gathered.values()):
             raise SceneError("the checkpoint does not fit the ice of this run")
-        return {name: values[..., self._numbers] for name, values in gathered.items()}
+        return {name: values[..., self._nodes.numbers] for name, values in gathered.items()}
 
 
 class Layouts(NamedTuple):
@@ -119,14 +117,10 @@ def layouts_of(block: Block, carrier: Carrier) -> Layouts:
     undeformed = surface.positions(np.zeros_like(block.rubber.displacements))
     undeformed = undeformed.reshape(surface.n_points, undeformed.shape[-1])
     points = PointLayout(undeformed, surface.n_points, comm)
-    ice = carrier.ice
-    if isinstance(ice, Continuum):
-        content: Layout = GridLayout(ice.node, int(np.prod(ice.node_shape)), comm)
-    elif isinstance(ice, GridColumns):
-        content = GridLayout(ice.grid.own, ice.grid.n_nodes, comm)
-    else:
-        content = points
-    films: Layout = points
-    if isinstance(carrier, OnIce):
-        films = GridLayout(carrier.ice.grid.own, carrier.ice.grid.n_nodes, comm)
-    return Layouts(node_layout(block), points, films, content, points)
+
+    def layout(nodes: OwnNodes | None) -> Layout:
+        return points if nodes is None else GridLayout(nodes, comm)
+
+    return Layouts(
+        node_layout(block), points, layout(carrier.nodes), layout(carrier.ice.nodes), points
+    )

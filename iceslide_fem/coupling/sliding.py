@@ -22,7 +22,6 @@ from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.interface.build import carrier_of
 from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep
-from iceslide_fem.interface.ice_continuum import Continuum
 from iceslide_fem.mesh.structured import window_cell
 from iceslide_fem.rubber.block import Block, SpeedLaw
 from iceslide_fem.rubber.contact import ContactState
@@ -112,7 +111,7 @@ class Sliding:
         self._duration = scene.load.duration
         n = block.surface.n_points
         self.carrier = carrier_of(block)
-        self._error = StepError(block, self.carrier, control)
+        self._error = StepError(block, control)
         state = self.carrier.start(scene.film.initial_height, n)
         loads = self._loads(np.full(n, scene.load.speed), 0.0)
         motion = at_rest(block.rubber.u.x.array)
@@ -183,8 +182,7 @@ class Sliding:
     @property
     def n_dofs(self) -> int:
         """Unknowns of rubber and meshed ice on all ranks."""
-        ice = self.carrier.ice
-        return self.block.rubber.n_dofs + (ice.n_dofs if isinstance(ice, Continuum) else 0)
+        return self.block.rubber.n_dofs + self.carrier.ice.n_dofs
 
     def steps(self, between_trials: Callable[[], None] = lambda: None) -> Iterator[Accepted]:
         """All steps to the end of the slide (see `advance`), each committed when it is yielded."""

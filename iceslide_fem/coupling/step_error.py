@@ -13,7 +13,7 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import InterfaceState, error_norms
-from iceslide_fem.interface.carriers import Carrier, InterfaceStep
+from iceslide_fem.interface.carriers import InterfaceStep
 from iceslide_fem.materials import MELTING_TEMPERATURE
 from iceslide_fem.rubber.block import Block
 
@@ -44,10 +44,9 @@ COUPLING = CouplingControl()
 class StepError:
     """Errors of a step of `block` on its interface; 1 is what is allowed. All are collective."""
 
-    def __init__(self, block: Block, carrier: Carrier, control: CouplingControl = COUPLING) -> None:
+    def __init__(self, block: Block, control: CouplingControl = COUPLING) -> None:
         scene = block.scene
-        self._control = control
-        self._block, self._carrier = block, carrier
+        self._block, self._control = block, control
         self._tolerance = scene.numerics.tolerance
         self._local_tolerance = LOCAL_SHARE * self._tolerance**LOCAL_POWER
         self._temperature_scale = MELTING_TEMPERATURE - scene.ice.temperature
@@ -57,9 +56,13 @@ class StepError:
     def of_film(self, interface_step: InterfaceStep, before: InterfaceState) -> float:
         """Local error of film and heat over a step from `before`; infinite if one has failed."""
         scale = np.full(interface_step.area.shape, self._temperature_scale)
-        ice, rubber = self._carrier.ice, self._carrier.rubber
         error = error_norms(
-            interface_step.step, ice, before, interface_step.loads.free_height, scale, rubber
+            interface_step.step,
+            interface_step.ice,
+            before,
+            interface_step.loads.free_height,
+            scale,
+            interface_step.rubber,
         )
         if not self._block.surface.comm.allreduce(bool(np.isfinite(error).all()), op=MPI.LAND):
             return np.inf

@@ -89,6 +89,10 @@ class Insulated:
         """The same."""
         return self
 
+    def covered(self, cover: Array) -> Insulated:
+        """The same."""
+        return self
+
 
 INSULATED = Insulated()
 
@@ -109,8 +113,8 @@ class RubberSurface(NamedTuple):
 class RubberColumns:
     """Columns of rubber above the points that carry the films.
 
-    `cover` (n,) is 1 where a point is in contact and 0 where it is not. Content: amplitudes
-    (n_modes, n_points) as for `Column`.
+    All are in contact, but for what `covered` says. Content: amplitudes (n_modes, n_points) as for
+    `Column`.
     """
 
     def __init__(
@@ -125,7 +129,7 @@ class RubberColumns:
         `conductance` is G (W/(m2 K)) from the film to either body, 2 k_w / h if it is None.
         """
         self.column = Column(temperature, duration, solid=rubber_solid(density))
-        self.cover: Array = np.ones(1)
+        self._cover: Array = np.ones(1)
         self.conductance = conductance
 
     def initial(self, n_points: int) -> Array:
@@ -139,7 +143,7 @@ class RubberColumns:
     def response(self, start: Array, dt: Array | float) -> RubberSurface:
         """The rubber's surface at the films at the end of a stage of `dt` (s)."""
         answer = self.column.response(start, self.column.decay(dt), dt)
-        return RubberSurface(answer.offset, answer.resistance, self.cover, self.conductance)
+        return RubberSurface(answer.offset, answer.resistance, self._cover, self.conductance)
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
         """Content after a stage with `flux` (W/m2) at the points."""
@@ -161,6 +165,12 @@ class RubberColumns:
         """The columns above the points at `index` only."""
         part = copy(self)
         part.column = self.column.take(index)
+        return part
+
+    def covered(self, cover: Array) -> RubberColumns:
+        """The same columns where points have contact (`cover` 1) or none (0), shape (n,)."""
+        part = copy(self)
+        part._cover = cover
         return part
 
 

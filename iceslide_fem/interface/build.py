@@ -8,11 +8,12 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.conditions import rubber_columns
 from iceslide_fem.film.ice_heat import Column, HalfSpace
-from iceslide_fem.interface.carriers import Attached, OnIce, OnRubber
-from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints
+from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints, OwnColumns
 from iceslide_fem.interface.ice_continuum import Continuum
+from iceslide_fem.interface.on_ice import OnIce
+from iceslide_fem.interface.on_rubber import Attached, OnRubber
 from iceslide_fem.interface.rubber_columns import RubberOverGrid
-from iceslide_fem.interface.surface_grid import SurfaceGrid
+from iceslide_fem.interface.surface_grid import SurfaceGrid, own_points
 from iceslide_fem.mesh.structured import ice_mesh, patch_lines, window_lines
 from iceslide_fem.rubber.block import Block
 
@@ -27,15 +28,16 @@ def _attached(block: Block) -> Attached:
     temperature, duration = scene.ice.temperature, scene.load.duration
     rubber = rubber_columns(scene)
     if scene.ice.heat == "column":
-        return Attached(block.friction, Column(temperature, duration), rubber)
+        columns = OwnColumns(Column(temperature, duration))
+        return Attached(block.friction, columns, own_points(block.surface.n_points), rubber)
     if scene.ice.heat == "half-space":
-        return Attached(block.friction, HalfSpace(temperature, duration))
+        half_spaces = OwnColumns(HalfSpace(temperature, duration))
+        return Attached(block.friction, half_spaces, own_points(block.surface.n_points))
     points, footprint = _footprint(block)
     mesh = ice_mesh(scene, block.surface.comm, patch_lines(scene, footprint))
     ice = Continuum(mesh, temperature)
     # The ice stays under the point of the rubber that it lies under at t = 0.
-    ice.at = ice.grid.place(points)
-    return Attached(block.friction, ice, rubber)
+    return Attached(block.friction, ice, ice.grid.place(points), rubber)
 
 
 def _sliding(block: Block) -> OnRubber | OnIce:

@@ -6,21 +6,44 @@ node of the surface has its own column, which is carried along with the ice.
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 from scipy.linalg import solveh_banded
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.film.ice_heat import Column
+from iceslide_fem.film.ice_heat import Column, HalfSpace, IceHeat
 from iceslide_fem.film.law import Film, FilmStage, Surface
-from iceslide_fem.interface.surface_grid import SurfaceGrid
+from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, SurfaceGrid
 
 # Where points of the rubber carry the film, each is joined to the strips through this share of
 # a strip's resistance: its flux is then a function of its temperature, and unique.
 RESISTANCE_SHARE = 1e-3
 MAX_ITERATIONS = 25
 TEMPERATURE_TOLERANCE = 1e-7  # K
+
+
+class OwnColumns:
+    """Every point of the rubber has ice of its own: `model` below each; content: the model's."""
+
+    nodes: OwnNodes | None = None
+    n_dofs = 0
+
+    def __init__(self, model: Column | HalfSpace) -> None:
+        self._model = model
+
+    def initial(self, n_points: int) -> Array:
+        """Cold ice below each point."""
+        return self._model.initial(n_points)
+
+    def under(self, contacts: Contacts) -> IceHeat:
+        """The ice below the points, wherever they lie."""
+        return self._model
+
+    def show(self, content: Array) -> None:
+        """There is no mesh to show it on."""
 
 
 class GridColumns(Column):
@@ -33,6 +56,16 @@ class GridColumns(Column):
         """Ice at `temperature` (K); `duration` (s) that any of it is heated or watched."""
         super().__init__(temperature, duration)
         self.grid = grid
+        self.nodes = OwnNodes(grid.own, grid.n_nodes)
+
+    n_dofs = 0
+
+    def under(self, contacts: Contacts) -> GridColumns:
+        """The same: the films lie on the nodes."""
+        return self
+
+    def show(self, content: Array) -> None:
+        """There is no mesh to show it on."""
 
     def initial(self, n_points: int) -> Array:
         """Cold ice below this rank's nodes, whatever the number of points."""
@@ -54,45 +87,50 @@ class GridColumns(Column):
 class GridColumnsUnderPoints(GridColumns):
     """Columns below a surface grid, heated by films on points that move over it.
 
-    `at` places the points, `area` (n,) is what each stands for, m2 (m in a slice). Points share
-    strips, so their fluxes are found together.
+    Points share the columns around them, so their fluxes are found together.
     """
 
     def __init__(self, grid: SurfaceGrid, temperature: float, duration: float) -> None:
         """As `GridColumns`, without points yet."""
         super().__init__(grid, temperature, duration)
-        self.at, self.area = grid.own_nodes(), np.zeros(grid.own.size)
+        self._contacts = Contacts(grid.own_nodes(), np.zeros(grid.own.size))
+
+    def under(self, contacts: Contacts) -> GridColumnsUnderPoints:
+        """The same ice as it answers below `contacts`."""
+        below = copy(self)
+        below._contacts = contacts
+        return below
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature at the points (K), shape (n,). Collective."""
         own = super().surface_temperature(content)
-        return self.grid.interpolate(self.grid.allgather(own), self.at)
+        return self.grid.interpolate(self.grid.allgather(own), self._contacts.at)
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """One implicit stage by Newton's method on the strips' temperatures. Collective.
 
         Raises NotConverged if the set of melting points does not settle.
         """
-        grid = self.grid
+        grid, (at, area) = self.grid, self._contacts
         decay = self.decay(dt)
         offset = grid.allgather(self.response(start, decay, dt).offset)
         resistance = self.resistance(decay, dt)  # one for all
         per_heat = resistance / grid.cell_area
-        link = np.full(self.area.shape, RESISTANCE_SHARE * float(resistance[0]))
+        link = np.full(area.shape, RESISTANCE_SHARE * float(resistance[0]))
         temperature = grid.allgather(GridColumns.surface_temperature(self, start))
         matrix = np.zeros((grid.diagonals[-1] + 1, grid.n_nodes))  # diagonals, lower half
         near = None
         for _ in range(MAX_ITERATIONS):
-            result = film.solve(Surface.of(grid.interpolate(temperature, self.at), link), near)
+            result = film.solve(Surface.of(grid.interpolate(temperature, at), link), near)
             near = result.log_height
-            heat = grid.scatter(self.area * result.ice_flux, self.at)
+            heat = grid.scatter(area * result.ice_flux, at)
             residual = temperature - offset - per_heat * heat
             if not np.isfinite(residual).all():
                 break
             if np.abs(residual).max() <= TEMPERATURE_TOLERANCE:
                 flux = heat[grid.own] / grid.cell_area[grid.own]
                 return self.heated(start, decay, dt * flux), result
-            matrix[grid.diagonals] = grid.coupling(self.area * result.ice_slope / link, self.at)
+            matrix[grid.diagonals] = grid.coupling(area * result.ice_slope / link, at)
             matrix[0] += 1.0 / per_heat
             temperature -= solveh_banded(matrix, residual / per_heat, lower=True)
         raise NotConverged("the melting part of the ice's surface does not settle")

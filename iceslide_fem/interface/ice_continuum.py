@@ -7,6 +7,7 @@ with the same weights, so that the heat that leaves the interface is the heat th
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.fenics.direct_solver import factorise, solve
 from iceslide_fem.film.law import Film, FilmStage, Surface
-from iceslide_fem.interface.surface_grid import SurfaceGrid
+from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, SurfaceGrid
 from iceslide_fem.materials import (
     ICE_CONDUCTIVITY,
     ICE_DENSITY,
@@ -37,9 +38,7 @@ PATIENCE = 10
 class Continuum:
     """Heat equation on the ice mesh, linear elements; content: T - T_0 at this rank's nodes.
 
-    node: numbers of this rank's nodes on the ice's whole grid of shape `node_shape`.
-    `at` places the points that give heat on the surface's `grid`, and `area` (n,) is what each
-    stands for, m2 (m in a slice); both may change between steps. T_0 in K.
+    nodes: this rank's on the ice's whole grid; grid: that of its surface. T_0 in K.
     """
 
     def __init__(self, mesh: IceMesh, temperature: float) -> None:
@@ -53,15 +52,13 @@ class Continuum:
         conduction = compat.form(flux * ufl.dx)
         self._capacity = compat.assemble_matrix(compat.create_matrix(capacity), capacity)
         self._conduction = compat.assemble_matrix(compat.create_matrix(conduction), conduction)
-        self._matrix = self._conduction.duplicate(copy=True)
-        self._x, self._b = self._matrix.createVecs()
+        self._x, self._b = self._conduction.createVecs()
         self._comm = mesh.mesh.comm
         self.resistance = RESISTANCE_SHARE * float(mesh.z[-1] - mesh.z[-2]) / ICE_CONDUCTIVITY
         self._number_nodes(mesh)
         self._lump_across()
-        self.at, self.area = self.grid.own_nodes(), np.zeros(self.grid.own.size)
-        self._ksp = self._solver()
-        self._iterations = 2 * PATIENCE
+        self._contacts = Contacts(self.grid.own_nodes(), np.zeros(self.grid.own.size))
+        self._solver = LaggedSolver(self._conduction, len(self._shape))
 
     @property
     def n_dofs(self) -> int:
@@ -72,19 +69,25 @@ class Continuum:
         """Content of ice at its initial temperature (whatever the number of points)."""
         return np.zeros(self._x.getLocalSize())
 
+    def under(self, contacts: Contacts) -> Continuum:
+        """The same ice as it answers below `contacts`."""
+        below = copy(self)
+        below._contacts = contacts
+        return below
+
     def surface_temperature(self, content: Array) -> Array:
         """Temperature at the points (K), shape (n,). Collective."""
         grid = self.grid.allgather(content[self._own_dof])
-        return self._initial + self.grid.interpolate(grid, self.at)
+        return self._initial + self.grid.interpolate(grid, self._contacts.at)
 
     def shifted(self, content: Array, cells: int) -> Array:
         """Content after the window has moved `cells` cells in +x: fresh ice enters. Collective."""
-        nodes = np.zeros(self.node_shape)
-        nodes.flat[self.node] = content
+        nodes = np.zeros(self._shape)
+        nodes.flat[self.nodes.numbers] = content
         self._comm.Allreduce(MPI.IN_PLACE, nodes, op=MPI.SUM)
         moved = np.zeros_like(nodes)
         moved[: nodes.shape[0] - cells] = nodes[cells:]
-        return np.array(moved.flat[self.node])
+        return np.array(moved.flat[self.nodes.numbers])
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """Solve C (x - start) / dt + K x = heat from the film, with the film law. Collective.
@@ -94,7 +97,7 @@ class Continuum:
         not settle.
         """
         content = start.copy()
-        resistance = np.full(self.area.shape, self.resistance)
+        resistance = np.full(self._contacts.area.shape, self.resistance)
         scale, near = 0.0, None
         for _ in range(MAX_ITERATIONS):
             result = film.solve(Surface.of(self.surface_temperature(content), resistance), near)
@@ -109,7 +112,7 @@ class Continuum:
             scale = max(scale, residual)
             if residual <= RELATIVE_RESIDUAL * scale:
                 return content, result
-            self._correct(float(dt), self.area * result.ice_slope / resistance)
+            self._correct(float(dt), self._contacts.area * result.ice_slope / resistance)
             content = content - self._x.array
         raise NotConverged("the melting part of the ice's surface does not settle")
 
@@ -134,10 +137,11 @@ class Continuum:
             np.searchsorted(0.5 * (line[1:] + line[:-1]), positions[:, axis])
             for axis, line in enumerate(lines)
         ]
-        self.node_shape = tuple(line.size for line in lines)
-        self.node = np.ravel_multi_index(places, self.node_shape)
+        self._shape = tuple(line.size for line in lines)
+        numbers = np.ravel_multi_index(places, self._shape)
+        self.nodes = OwnNodes(numbers, int(np.prod(self._shape)))
         self._own_dof = np.flatnonzero(places[-1] == lines[-1].size - 1)
-        own = self.node[self._own_dof] // lines[-1].size
+        own = numbers[self._own_dof] // lines[-1].size
         self.grid = SurfaceGrid(lines[:-1], own, self._comm)
         dofs = (self._own_dof + index_map.local_range[0]).astype(float)
         self._global_dof = self.grid.allgather(dofs).astype(PETSc.IntType)
@@ -149,9 +153,9 @@ class Continuum:
         beside a sudden flux, as ahead of a leading edge, are not cooled by it.
         """
         first, last = self._capacity.getOwnershipRange()
-        levels = self.node_shape[-1]
-        dof_of_node = np.zeros(int(np.prod(self.node_shape)), dtype=np.int64)
-        dof_of_node[self.node] = np.arange(first, last)
+        levels = self._shape[-1]
+        dof_of_node = np.zeros(self.nodes.total, dtype=np.int64)
+        dof_of_node[self.nodes.numbers] = np.arange(first, last)
         self._comm.Allreduce(MPI.IN_PLACE, dof_of_node, op=MPI.SUM)
         node_of_dof = np.argsort(dof_of_node)
         rows = [self._capacity.getRow(row) for row in range(first, last)]
@@ -162,37 +166,25 @@ class Continuum:
             self._capacity.setValues([row], below, values, addv=PETSc.InsertMode.ADD_VALUES)
         self._capacity.assemble()
 
-    def _solver(self) -> PETSc.KSP:
-        ksp = PETSc.KSP().create(self._comm)
-        ksp.setType("cg")
-        ksp.setTolerances(rtol=1e-10, max_it=500)
-        ksp.setOptionsPrefix("ice_")
-        ksp.setOperators(self._matrix)
-        factorise(ksp, len(self.node_shape), "rcm")  # a slice's matrix is banded
-        ksp.setFromOptions()
-        return ksp
-
     def _load(self, flux: Array) -> Array:
         """Heat (W) that the points give to this rank's surface nodes. Collective."""
-        return self.grid.scatter(self.area * flux, self.at)[self.grid.own]
+        at, area = self._contacts
+        return self.grid.scatter(area * flux, at)[self.grid.own]
 
     def _correct(self, dt: float, conductance: Array) -> None:
         """Solve (C / dt + K + conductance (W/K) of the points) x = b into `_x`."""
-        self._conduction.copy(self._matrix, structure=PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
-        self._matrix.axpy(1.0 / dt, self._capacity, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
-        self._add_coupling(conductance)
-        self._matrix.assemble()
-        pc = self._ksp.getPC()
-        pc.setReusePreconditioner(self._iterations <= PATIENCE)
-        self._ksp.setOperators(self._matrix)
-        if not solve(self._ksp, self._b, self._x):
-            raise NotConverged("the linear solver of the ice's temperature fails")
-        self._iterations = self._ksp.getIterationNumber()
+        matrix, same = self._solver.matrix, PETSc.Mat.Structure.SAME_NONZERO_PATTERN
+        self._conduction.copy(matrix, structure=same)
+        matrix.axpy(1.0 / dt, self._capacity, same)
+        self._add_coupling(matrix, conductance)
+        matrix.assemble()
+        self._solver.solve(self._b, self._x)
 
-    def _add_coupling(self, conductance: Array) -> None:
-        """Add the conductance (W/K) of the points to the matrix of this rank's surface nodes."""
+    def _add_coupling(self, matrix: PETSc.Mat, conductance: Array) -> None:
+        """Add the conductance (W/K) of the points to the rows of this rank's surface nodes."""
         grid, entries = self.grid, []
-        for distance, band in zip(grid.diagonals, grid.coupling(conductance, self.at), strict=True):
+        bands = grid.coupling(conductance, self._contacts.at)
+        for distance, band in zip(grid.diagonals, bands, strict=True):
             lower = np.flatnonzero(band)
             entries.append((lower + distance, lower, band[lower]))
             if distance > 0:
@@ -203,10 +195,38 @@ class Continuum:
         mine = np.flatnonzero(place[rows] >= 0)
         mine = mine[np.argsort(place[rows[mine]], kind="stable")]
         count = np.bincount(place[rows[mine]], minlength=grid.own.size)
-        self._matrix.setValuesIJV(
+        matrix.setValuesIJV(
             np.append(0, np.cumsum(count)).astype(PETSc.IntType),
             self._global_dof[columns[mine]],
             values[mine],
             addv=PETSc.InsertMode.ADD_VALUES,
             rowmap=self._global_dof[grid.own],
         )
+
+
+class LaggedSolver:
+    """Conjugate gradients for a `matrix` that changes, preconditioned by factors of an older one.
+
+    They are kept as long as they serve: on the solves before it depends how long a solve takes.
+    """
+
+    def __init__(self, pattern: PETSc.Mat, dimension: int) -> None:
+        """A matrix with the nonzeros of `pattern`."""
+        self.matrix = pattern.duplicate(copy=True)
+        self._iterations = 2 * PATIENCE
+        self._ksp = ksp = PETSc.KSP().create(pattern.comm)
+        ksp.setType("cg")
+        ksp.setTolerances(rtol=1e-10, max_it=500)
+        ksp.setOptionsPrefix("ice_")
+        ksp.setOperators(self.matrix)
+        factorise(ksp, dimension, "rcm")  # a slice's matrix is banded
+        ksp.setFromOptions()
+
+    def solve(self, right: PETSc.Vec, solution: PETSc.Vec) -> None:
+        """Solve with the present matrix. Collective. Raises NotConverged."""
+        self._ksp.getPC().setReusePreconditioner(self._iterations <= PATIENCE)
+        self._ksp.setOperators(self.matrix)
+        self._iterations = 2 * PATIENCE  # what fails leaves no factors worth keeping
+        if not solve(self._ksp, right, solution):
+            raise NotConverged("the linear solver of the ice's temperature fails")
+        self._iterations = self._ksp.getIterationNumber()

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.film.rubber_heat import RubberColumns, RubberSurface
-from iceslide_fem.interface.surface_grid import SurfaceGrid
+from iceslide_fem.film.rubber_heat import Insulated, RubberColumns, RubberSurface
+from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid
+
+
+class InsulatedOverGrid(Insulated):
+    """Rubber that takes no heat, wherever its points lie."""
+
+    def above(self, contacts: Contacts) -> InsulatedOverGrid:
+        """The same."""
+        return self
 
 
 class RubberOverGrid(RubberColumns):
     """Columns of rubber at contact points that move over films on the nodes of the ice.
 
-    `at` places the points on the `grid`, `area` (n,) is what each covers, m2 (m in a slice), 0
-    where it has no contact. A node sees the mean temperature of the points around it, and they
-    take its heat with the same weights, so that none is lost or made on the way.
+    A node sees the mean temperature of the points around it, and they take its heat with the same
+    weights, so that none is lost or made on the way.
     """
 
     def __init__(
@@ -28,7 +37,13 @@ class RubberOverGrid(RubberColumns):
         """As `RubberColumns`, without points yet."""
         super().__init__(temperature, duration, density, conductance)
         self.grid = grid
-        self.at, self.area = grid.own_nodes(), np.zeros(grid.own.size)
+        self._contacts = Contacts(grid.own_nodes(), np.zeros(grid.own.size))
+
+    def above(self, contacts: Contacts) -> RubberOverGrid:
+        """The same rubber as it answers where its points are `contacts`: of area 0 without."""
+        over = copy(self)
+        over._contacts = contacts
+        return over
 
     def response(self, start: Array, dt: Array | float) -> RubberSurface:
         """The rubber's surface over this rank's nodes at the end of a stage. Collective.
@@ -39,14 +54,14 @@ class RubberOverGrid(RubberColumns):
         decay = self.column.decay(dt)
         mean = self._mean(self.column.response(start, decay, dt).offset)
         resistance = self.column.resistance(decay, dt)  # one for all
-        return RubberSurface(mean, resistance, self._cover(), self.conductance)
+        return RubberSurface(mean, resistance, self._node_cover(), self.conductance)
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
         """Content after a stage with `flux` (W/m2) at this rank's nodes. Collective."""
-        cover = self._cover()
+        cover, (at, area) = self._node_cover(), self._contacts
         at_contact = np.divide(flux, cover, out=np.zeros_like(flux), where=cover > 0.0)
-        at_points = self.grid.interpolate(self.grid.allgather(at_contact), self.at)
-        return super().heated(start, dt, np.where(self.area > 0.0, at_points, 0.0))
+        at_points = self.grid.interpolate(self.grid.allgather(at_contact), at)
+        return super().heated(start, dt, np.where(area > 0.0, at_points, 0.0))
 
     def surface_temperature(self, content: Array) -> Array:
         """Mean temperature over this rank's nodes (K). Collective."""
@@ -54,12 +69,14 @@ class RubberOverGrid(RubberColumns):
 
     def _mean(self, values: Array) -> Array:
         """Mean over the points around each of this rank's nodes; T_0 where there are none."""
-        area, amount = self.grid.scatter(np.stack([self.area, self.area * values]), self.at)
+        at, own = self._contacts
+        area, amount = self.grid.scatter(np.stack([own, own * values]), at)
         mean = np.full_like(area, float(self.column.temperature))
         np.divide(amount, area, out=mean, where=area > 0.0)
         return np.asarray(mean[self.grid.own])
 
-    def _cover(self) -> Array:
+    def _node_cover(self) -> Array:
         """Share of the cells of this rank's nodes that is in contact."""
-        area = self.grid.scatter(self.area, self.at) / self.grid.cell_area
-        return np.asarray(area[self.grid.own])
+        at, area = self._contacts
+        cover = self.grid.scatter(area, at) / self.grid.cell_area
+        return np.asarray(cover[self.grid.own])

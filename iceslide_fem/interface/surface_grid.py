@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,27 @@ class Placement(NamedTuple):
 
     node: NDArray[np.int64]
     share: Array
+
+
+def own_points(n: int) -> Placement:
+    """Placement of `n` points each of which is a node of its own."""
+    return Placement(np.arange(n)[:, None], np.ones((n, 1)))
+
+
+class Contacts(NamedTuple):
+    """Points that touch the ice within a step: where they lie on its surface's grid, and what
+    each stands for, area (n,), m2 (m in a slice).
+    """
+
+    at: Placement
+    area: Array
+
+
+class OwnNodes(NamedTuple):
+    """The nodes of this rank among all `total` of a grid that every rank knows."""
+
+    numbers: NDArray[np.integer[Any]]
+    total: int
 
 
 class SurfaceGrid:

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 from iceslide_fem.coupling.sliding import Accepted, Sliding
-from iceslide_fem.interface.ice_continuum import Continuum
 from iceslide_fem.output.fields import Fields
 from iceslide_fem.output.history import interface_fields
 from iceslide_fem.output.table import HistoryRow, Table
@@ -58,9 +57,8 @@ class FieldSeries:
         self, folder: Path, sliding: Sliding, earlier: Sequence[Mapping[str, Any]]
     ) -> None:
         """`earlier` is the `state` of the run that goes on."""
-        block, ice = sliding.block, sliding.carrier.ice
-        self._ice = ice if isinstance(ice, Continuum) else None
-        temperature = self._ice.show(sliding.current.interface.ice) if self._ice else None
+        block, self._ice = sliding.block, sliding.carrier.ice
+        temperature = self._ice.show(sliding.current.interface.ice)
         self.files = Fields(folder, block.rubber, block.surface, temperature, earlier)
         self._due = FieldTimes(block.scene.load.duration, sliding.current.time)
 
@@ -71,8 +69,7 @@ class FieldSeries:
     def __call__(self, step: Observation) -> None:
         """Write the fields if they are due."""
         if step.accepted is None or self._due(step.time):
-            if self._ice is not None:
-                self._ice.show(step.sliding.current.interface.ice)
+            self._ice.show(step.sliding.current.interface.ice)
             self.files.write(step.time, interface_fields(step.sliding, step.accepted))
 
 

@@ -1,0 +1,138 @@
+"""Films on the ice's nodes, over which the rubber's points move."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.film.friction import FilmFriction
+from iceslide_fem.film.integrators import Integrator, InterfaceState, advance
+from iceslide_fem.film.law import FilmLoads
+from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep, fresh
+from iceslide_fem.interface.rubber_columns import InsulatedOverGrid, RubberOverGrid
+from iceslide_fem.interface.surface_grid import Contacts, OwnNodes
+from iceslide_fem.interface.window import PassingIce, passed_over, place, reaches, whole_cells
+
+
+class OnIce:
+    """Films on the ice's nodes: they enter under the leading edge with h0 and are left behind.
+
+    Loads are averaged over the points of the rubber with the same weights with which the points
+    read 1/h from the nodes, so that the friction power on both sides is the same to rounding.
+    """
+
+    def __init__(
+        self,
+        friction: FilmFriction,
+        ice: PassingIce,
+        film_height: float,
+        rubber: RubberOverGrid | InsulatedOverGrid | None = None,
+    ) -> None:
+        """`film_height` (m) is that of fresh ice; no `rubber` takes no heat."""
+        self.ice = ice
+        self._friction, self._rubber = friction, rubber or InsulatedOverGrid()
+        self._fresh_height = film_height
+
+    @property
+    def nodes(self) -> OwnNodes:
+        """This rank's nodes of the window."""
+        return OwnNodes(self.ice.grid.own, self.ice.grid.n_nodes)
+
+    def start(self, film_height: float, n_points: int) -> InterfaceState:
+        """Films of the initial height (m) on cold ice; `n_points` of rubber, as cold."""
+        n = self.ice.grid.own.size
+        return fresh(film_height, n, self.ice.initial(n), self._rubber.initial(n_points))
+
+    def pass_over(
+        self,
+        state: InterfaceState,
+        start: ContactLoads,
+        end: ContactLoads,
+        dt: float,
+        integrator: Integrator,
+    ) -> InterfaceStep:
+        """Advance the films of this rank's nodes. Collective."""
+        (covered, first), (covers, last) = (self._on_nodes(contact) for contact in (start, end))
+        # A node that is covered at one end only has the speed and the free height of that end.
+        first, last = (
+            loads._replace(
+                speed=np.where(here, loads.speed, other.speed),
+                free_height=np.where(here, loads.free_height, other.free_height),
+            )
+            for here, loads, other in ((covered, first, last), (covers, last, first))
+        )
+        grid = self.ice.grid
+        area = np.where(covered | covers, grid.cell_area[grid.own], 0.0)
+        ice = self.ice.under(Contacts(grid.own_nodes(), area))
+        rubber = self._rubber.above(passed_over(grid, start, end))
+        step = advance(state, first, last, dt, ice, integrator, rubber)
+        return InterfaceStep(step, area, last, ice, rubber)
+
+    def film_height(self, state: InterfaceState, contact: ContactLoads) -> Array:
+        """Harmonic mean of the films around each point. Collective."""
+        return np.asarray(1.0 / self.at_points(np.exp(-state.log_height), contact))
+
+    def at_points(self, values: Array, contact: ContactLoads) -> Array:
+        """Node values read at the points. Collective."""
+        grid = self.ice.grid
+        return grid.interpolate(grid.allgather(values), place(grid, contact))
+
+    def ice_temperature(self, state: InterfaceState, contact: ContactLoads) -> Array:
+        """Temperature of the nodes, read at the points. Collective."""
+        grid = self.ice.grid
+        own = self.ice.under(Contacts(grid.own_nodes(), grid.cell_area[grid.own]))
+        return self.at_points(own.surface_temperature(state.ice), contact)
+
+    def reaches(self, contact: ContactLoads) -> bool:
+        """Whether the window is below all points that touch."""
+        return reaches(self.ice.grid, contact)
+
+    def window_shifted(self, state: InterfaceState, offset: float) -> tuple[InterfaceState, float]:
+        """Shift ice and films together. Collective."""
+        grid = self.ice.grid
+        cells, rest = whole_cells(grid, offset)
+        if cells == 0:
+            return state, offset
+
+        def moved(own: Array, fresh: float) -> Array:
+            nodes = grid.allgather(own).reshape(grid.shape)
+            full = np.full_like(nodes, fresh)
+            full[: grid.shape[0] - cells] = nodes[cells:]
+            return np.asarray(full.ravel()[grid.own])
+
+        fresh = float(np.log(self._fresh_height))
+        return (
+            InterfaceState(
+                moved(state.log_height, fresh),
+                moved(state.squeezed_height, 0.0),
+                self.ice.shifted(state.ice, cells),
+                state.rubber,
+            ),
+            rest,
+        )
+
+    def _on_nodes(self, contact: ContactLoads) -> tuple[Mask, FilmLoads]:
+        """Which of this rank's nodes are covered, and their loads per area of the node's cell.
+
+        A cell that is covered in part has that part of the loads, so that a film is as old as it
+        should be when the leading edge has passed its cell. Collective.
+        """
+        grid = self.ice.grid
+        loads = self._friction.loads(contact.pressure, contact.speed)
+        touching = contact.touching
+        viscous = touching * loads.viscous
+        amounts = np.stack(
+            [
+                touching,
+                viscous,
+                viscous * loads.speed,
+                touching * loads.squeeze_rate,
+                touching * loads.free_height,
+            ]
+        )
+        given = grid.scatter(amounts, place(grid, contact))
+        area, viscous, power, squeeze, free = given[:, grid.own]
+        covered, cell = area > 0.0, grid.cell_area[grid.own]
+        speed = np.divide(power, viscous, out=np.zeros_like(power), where=viscous > 0.0)
+        free = np.divide(free, area, out=np.ones_like(free), where=covered)
+        return covered, FilmLoads(viscous / cell, speed, squeeze / cell, free)

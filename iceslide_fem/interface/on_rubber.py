@@ -1,0 +1,107 @@
+"""Films on the rubber's points: over ice that stays below each, or over ice that passes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.film.friction import FilmFriction
+from iceslide_fem.film.integrators import Integrator, InterfaceState, advance
+from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
+from iceslide_fem.interface.carriers import ContactLoads, Ice, InterfaceStep, fresh
+from iceslide_fem.interface.surface_grid import Contacts, Placement
+from iceslide_fem.interface.window import PassingIce, passed_over, reaches, whole_cells
+
+
+class Attached:
+    """Films on the rubber's points, each with its own piece of ice that stays below it."""
+
+    nodes = None  # no grid carries the films
+
+    def __init__(
+        self,
+        friction: FilmFriction,
+        ice: Ice,
+        at: Placement,
+        rubber: RubberColumns | Insulated = INSULATED,
+    ) -> None:
+        """`at` is where the points lie on the ice."""
+        self.ice = ice
+        self._friction, self._at, self._rubber = friction, at, rubber
+
+    def start(self, film_height: float, n_points: int) -> InterfaceState:
+        """Films of the initial height (m) on cold ice, under rubber as cold."""
+        contents = self.ice.initial(n_points), self._rubber.initial(n_points)
+        return fresh(film_height, n_points, *contents)
+
+    def pass_over(
+        self,
+        state: InterfaceState,
+        start: ContactLoads,
+        end: ContactLoads,
+        dt: float,
+        integrator: Integrator,
+    ) -> InterfaceStep:
+        """Advance every point under its own pressure and speed. Collective.
+
+        Heat reaches the rubber where there is contact.
+        """
+        contacts = self._contacts(start, end)
+        cover = ((start.pressure > 0.0) | (end.pressure > 0.0)).astype(float)
+        ice, rubber = self.ice.under(contacts), self._rubber.covered(cover)
+        first, last = (self._friction.loads(one.pressure, one.speed) for one in (start, end))
+        step = advance(state, first, last, dt, ice, integrator, rubber)
+        return InterfaceStep(step, contacts.area, last, ice, rubber)
+
+    def film_height(self, state: InterfaceState, contact: ContactLoads) -> Array:
+        """The points' own films."""
+        return np.exp(state.log_height)
+
+    def at_points(self, values: Array, contact: ContactLoads) -> Array:
+        """The points' own values."""
+        return values
+
+    def ice_temperature(self, state: InterfaceState, contact: ContactLoads) -> Array:
+        """Temperature of the ice that is below the points now. Collective."""
+        ice = self.ice.under(self._contacts(contact, contact))
+        return ice.surface_temperature(state.ice)
+
+    def reaches(self, contact: ContactLoads) -> bool:
+        """Attached ice is below every point."""
+        return True
+
+    def window_shifted(self, state: InterfaceState, offset: float) -> tuple[InterfaceState, float]:
+        """Attached ice has no window to move."""
+        return state, 0.0
+
+    def _contacts(self, start: ContactLoads, end: ContactLoads) -> Contacts:
+        """The points in the middle of a step."""
+        return Contacts(self._at, 0.5 * (start.area + end.area))
+
+
+class OnRubber(Attached):
+    """Films on the rubber's points, which slide over fresh ice: the thesis's subroutine."""
+
+    ice: PassingIce
+
+    def __init__(
+        self,
+        friction: FilmFriction,
+        ice: PassingIce,
+        rubber: RubberColumns | Insulated = INSULATED,
+    ) -> None:
+        super().__init__(friction, ice, ice.grid.own_nodes(), rubber)
+
+    def reaches(self, contact: ContactLoads) -> bool:
+        """Whether the window is below all points that touch."""
+        return reaches(self.ice.grid, contact)
+
+    def window_shifted(self, state: InterfaceState, offset: float) -> tuple[InterfaceState, float]:
+        """Shift the ice; the films stay with the rubber. Collective."""
+        cells, rest = whole_cells(self.ice.grid, offset)
+        if cells == 0:
+            return state, offset
+        return state._replace(ice=self.ice.shifted(state.ice, cells)), rest
+
+    def _contacts(self, start: ContactLoads, end: ContactLoads) -> Contacts:
+        return passed_over(self.ice.grid, start, end)

@@ -1,0 +1,54 @@
+"""The window of ice that follows a sliding block, and where the rubber's points lie on it.
+
+Between two shifts the block moves over the window's grid by the `offset`; when that reaches a
+cell, all content moves by one cell, exactly.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.interface.carriers import ContactLoads, Ice
+from iceslide_fem.interface.surface_grid import Contacts, Placement, SurfaceGrid
+
+
+class PassingIce(Ice, Protocol):
+    """Ice that passes under the block, below the nodes of `grid`."""
+
+    grid: SurfaceGrid
+
+    def shifted(self, content: Array, cells: int) -> Array:
+        """Content after the window has moved `cells` cells in +x: fresh ice enters. Collective."""
+
+
+def place(grid: SurfaceGrid, contact: ContactLoads) -> Placement:
+    """Where the rubber's points lie on the window's grid."""
+    positions = contact.positions.copy()
+    positions[:, 0] += contact.offset
+    return grid.place(positions)
+
+
+def passed_over(grid: SurfaceGrid, start: ContactLoads, end: ContactLoads) -> Contacts:
+    """Where the points lie in the middle of a step, and the mean area that each touches."""
+    middle = end._replace(
+        positions=0.5 * (start.positions + end.positions),
+        offset=0.5 * (start.offset + end.offset),
+    )
+    return Contacts(place(grid, middle), 0.5 * (start.touching + end.touching))
+
+
+def reaches(grid: SurfaceGrid, contact: ContactLoads) -> bool:
+    """Whether the points that touch lie between the window's ends."""
+    line, x = grid.lines[0], contact.positions[contact.pressure > 0.0, 0] + contact.offset
+    return bool(((line[0] <= x) & (x <= line[-1])).all())
+
+
+def whole_cells(grid: SurfaceGrid, offset: float) -> tuple[int, float]:
+    """Whole cells of the window's grid in `offset` (m), and what is left."""
+    line = grid.lines[0]
+    cell = float(line[1] - line[0])
+    cells = int(np.floor(offset / cell + 1e-9))
+    return cells, offset - cells * cell
