@@ -4,7 +4,7 @@ import numpy as np
 from dolfinx import mesh as dolfinx_mesh
 
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.mesh.structured import RubberMesh
+from iceslide_fem.mesh.rubber import RubberMesh
 
 CELLS = ["triangle", "quadrilateral", "tetrahedron", "hexahedron"]
 SIZE = 1e-3  # m, of every edge

@@ -6,13 +6,8 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.mesh.structured import (  # noqa: E402
-    block_size,
-    ice_mesh,
-    ice_nodes,
-    rubber_mesh,
-    window_lines,
-)
+from iceslide_fem.mesh.ice import ice_mesh, ice_nodes, window_lines
+from iceslide_fem.mesh.rubber import block_size, rubber_mesh
 from iceslide_fem.planning import cost  # noqa: E402
 from iceslide_fem.planning.cost import estimate, expected_steps, step_cost  # noqa: E402
 from iceslide_fem.run.point import point_history  # noqa: E402

@@ -17,7 +17,7 @@ from iceslide_fem.materials import (  # noqa: E402
     ICE_HEAT_CAPACITY,
     MELTING_TEMPERATURE,
 )
-from iceslide_fem.mesh.structured import ice_mesh  # noqa: E402
+from iceslide_fem.mesh.ice import ice_mesh  # noqa: E402
 from iceslide_fem.reference import constant_flux_rise, flux_after_onset  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.mpi]

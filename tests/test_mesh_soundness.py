@@ -275,7 +275,7 @@ def test_the_unit_of_a_mesh_is_asked_for(tmp_path):
         ROOT / "cases" / "thesis_1bar.toml",
         ["model=slice", f"rubber.mesh={path}", "rubber.mesh_unit=mm"],
     )
-    from iceslide_fem.mesh.structured import block_size
+    from iceslide_fem.mesh.rubber import block_size
 
     assert block_size(scene) == pytest.approx((2e-3, 1e-3))
 

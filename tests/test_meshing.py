@@ -15,9 +15,10 @@ from mpi4py import MPI  # noqa: E402
 
 from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
+from iceslide_fem.mesh import box, files, gmsh_model  # noqa: E402
 from iceslide_fem.mesh import cache as mesh_cache
-from iceslide_fem.mesh import gmsh_model  # noqa: E402
-from iceslide_fem.mesh import structured as meshing
+from iceslide_fem.mesh import ice as ice_meshing
+from iceslide_fem.mesh import rubber as rubber_meshing
 from iceslide_fem.mesh.grid import graded, tensor_grid  # noqa: E402
 from iceslide_fem.mesh.user_mesh import _names, load_user_mesh, mesh_size  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
@@ -103,19 +104,19 @@ def test_one_cell_where_there_is_no_room():
     ],
 )
 def test_divisions_of_a_cube(scene, counts):
-    found = meshing.divisions(scene)
+    found = rubber_meshing.divisions(scene)
     assert {name: found[name] for name in counts} == counts
 
 
 def test_divisions_of_thin_and_long_blocks():
-    thin = meshing.divisions(a_scene("slice", height=0.05e-3))
+    thin = rubber_meshing.divisions(a_scene("slice", height=0.05e-3))
     assert 2 <= thin["nz"] <= 6 and 20 <= thin["nx"] <= 40
-    long = meshing.divisions(a_scene("slice", length=20e-3, height=6e-3))
+    long = rubber_meshing.divisions(a_scene("slice", length=20e-3, height=6e-3))
     assert long["largest_m"] <= 4.2 * 6e-3 / long["nz"]
 
 
 def test_cells_are_smallest_at_the_contact_edges():
-    x, y, z = meshing._rubber_lines(meshing._block(a_scene("block")), 1.0)
+    x, y, z = box.box_lines(rubber_meshing.block_shape(a_scene("block")), 1.0)
     assert np.allclose(x, -x[::-1])
     assert np.diff(x)[0] == pytest.approx(np.diff(x).max() / 2.5, rel=0.25)
     assert np.argmin(np.diff(y)) == len(y) - 2
@@ -128,7 +129,7 @@ def test_cells_are_smallest_at_the_contact_edges():
 @pytest.mark.mpi
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_rubber_has_its_volume_and_parts(model):
-    meshed = meshing.rubber_mesh(a_scene(model, 2e-3, 1.5e-3, 1e-3), WORLD)
+    meshed = rubber_meshing.rubber_mesh(a_scene(model, 2e-3, 1.5e-3, 1e-3), WORLD)
     volume, areas = measures(meshed)
     sides = areas["contact"]
     if model == "slice":
@@ -146,7 +147,7 @@ def test_rubber_has_its_volume_and_parts(model):
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_ice_covers_the_footprint_and_its_margin(model):
     scene = a_scene(model)
-    ice = meshing.ice_mesh(scene, WORLD)
+    ice = ice_meshing.ice_mesh(scene, WORLD)
     thermal = (1.105e-6 * 7e-3) ** 0.5
     length, depth = 1.6e-3, 5 * thermal
     width = 1.0 if model == "slice" else 0.8e-3
@@ -155,13 +156,13 @@ def test_ice_covers_the_footprint_and_its_margin(model):
     assert areas["surface"] == pytest.approx(length * width, rel=2e-3)
     assert ("symmetry" in areas) == (model == "block")
     below = ice.x[(ice.x >= -0.5e-3) & (ice.x <= 0.5e-3)]
-    np.testing.assert_allclose(below[::2], meshing._rubber_lines(meshing._block(scene), 1.0)[0])
+    np.testing.assert_allclose(below[::2], box.box_lines(rubber_meshing.block_shape(scene), 1.0)[0])
 
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_ice_lines_locate_the_nodes(model):
-    ice = meshing.ice_mesh(a_scene(model), WORLD)
+    ice = ice_meshing.ice_mesh(a_scene(model), WORLD)
     nodes = ice.mesh.geometry.x
     lines = [ice.x, ice.z] if model == "slice" else [ice.x, ice.y, ice.z]
     for axis, line in enumerate(lines):
@@ -170,16 +171,17 @@ def test_ice_lines_locate_the_nodes(model):
 
 def test_ice_layers_start_thin_and_stay_within_the_ratio():
     for refinement in (1.0, 2.0):
-        ice = meshing.ice_mesh(a_scene("slice", refinement=refinement), MPI.COMM_SELF)
+        ice = ice_meshing.ice_mesh(a_scene("slice", refinement=refinement), MPI.COMM_SELF)
         layers = np.diff(ice.z)[::-1]
-        assert layers[0] == pytest.approx(meshing.SURFACE_LAYER / refinement, rel=0.1)
-        assert (layers[1:] / layers[:-1]).max() <= (1.02 * meshing.LAYER_RATIO) ** (1 / refinement)
+        assert layers[0] == pytest.approx(ice_meshing.SURFACE_LAYER / refinement, rel=0.1)
+        ratio = (1.02 * ice_meshing.LAYER_RATIO) ** (1 / refinement)
+        assert (layers[1:] / layers[:-1]).max() <= ratio
 
 
 def test_ice_footprint_and_depth_can_be_given():
     scene = a_scene("block", margin=0.0)
-    lines = meshing.patch_lines(scene, [(-1e-3, 0.5e-3), (0, 0.7e-3)])
-    ice = meshing.ice_mesh(scene, MPI.COMM_SELF, lines, depth=1e-4)
+    lines = ice_meshing.patch_lines(scene, [(-1e-3, 0.5e-3), (0, 0.7e-3)])
+    ice = ice_meshing.ice_mesh(scene, MPI.COMM_SELF, lines, depth=1e-4)
     ends = [(line[0], line[-1]) for line in (ice.x, ice.y, ice.z)]
     np.testing.assert_allclose(ends, [(-1e-3, 0.5e-3), (0, 0.7e-3), (-1e-4, 0)])
 
@@ -189,36 +191,36 @@ def test_ice_footprint_and_depth_can_be_given():
 
 def test_the_cache_is_read_and_rebuilt(cache, monkeypatch):
     scene = a_scene("block")
-    first = meshing._rubber(scene)
+    first = rubber_meshing.tagged_rubber(scene)
     (file,) = cache.glob("*.msh")
-    monkeypatch.setattr(meshing, "tensor_grid", None)  # a second call must not build
-    second = meshing._rubber(scene)
+    monkeypatch.setattr(rubber_meshing, "tensor_grid", None)  # a second call must not build
+    second = rubber_meshing.tagged_rubber(scene)
     np.testing.assert_array_equal(first.points[first.cells], second.points[second.cells])
     for name, facets in first.facets.items():
         np.testing.assert_array_equal(first.points[facets], second.points[second.facets[name]])
     monkeypatch.undo()
     monkeypatch.setenv("ICESLIDE_CACHE", str(cache))
-    meshing._rubber(a_scene("block", height=2e-3))
+    rubber_meshing.tagged_rubber(a_scene("block", height=2e-3))
     assert len(list(cache.glob("*.msh"))) == 2
     file.unlink()
-    meshing._rubber(scene)
+    rubber_meshing.tagged_rubber(scene)
     assert file.exists()
     assert sorted(cache.iterdir()) == sorted(cache.glob("*.msh"))  # nothing unfinished stays
 
 
 def test_another_builder_version_rebuilds(cache, monkeypatch):
-    meshing._rubber(a_scene("slice"))
+    rubber_meshing.tagged_rubber(a_scene("slice"))
     monkeypatch.setattr(mesh_cache, "_BUILDER", 99)
-    meshing._rubber(a_scene("slice"))
+    rubber_meshing.tagged_rubber(a_scene("slice"))
     assert len(list(cache.glob("*.msh"))) == 2
 
 
 def test_a_damaged_mesh_in_the_cache_is_built_anew(cache):
-    whole = meshing._rubber(a_scene("slice"))
+    whole = rubber_meshing.tagged_rubber(a_scene("slice"))
     (file,) = cache.glob("*.msh")
     complete = file.read_bytes()
     file.write_bytes(complete[: len(complete) // 2])
-    assert len(meshing._rubber(a_scene("slice")).cells) == len(whole.cells)
+    assert len(rubber_meshing.tagged_rubber(a_scene("slice")).cells) == len(whole.cells)
     assert file.read_bytes() == complete
 
 
@@ -230,18 +232,18 @@ def test_a_disk_that_fills_leaves_no_half_mesh(cache, monkeypatch):
         path.write_bytes(path.read_bytes()[:8192])
 
     monkeypatch.setattr(gmsh_model, "save", half)
-    meshing._rubber(a_scene("slice"))
+    rubber_meshing.tagged_rubber(a_scene("slice"))
     assert list(cache.iterdir()) == []
 
 
 def test_an_unusable_cache_is_not_used(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("ICESLIDE_CACHE", str(tmp_path / "file" / "cache"))
-    assert len(meshing._rubber(a_scene("slice")).cells) == 20 * 20
+    assert len(rubber_meshing.tagged_rubber(a_scene("slice")).cells) == 20 * 20
 
 
 def test_meshes_are_written_on_request(tmp_path):
-    paths = meshing.write_mesh(a_scene("block"), tmp_path / "meshes")
+    paths = files.write_mesh(a_scene("block"), tmp_path / "meshes")
     assert [path.name for path in paths] == ["a-scene_rubber.msh", "a-scene_ice.msh"]
     written = gmsh_model.load(paths[0], 3, "rubber")
     assert len(written.cells) == 8 * 4 * 8
@@ -419,26 +421,26 @@ def test_an_unreadable_file_is_refused(name, tmp_path):
 def test_a_bad_mesh_is_refused_on_every_rank(tmp_path):
     (tmp_path / "bad.msh").write_text("this is no mesh")
     with pytest.raises(SceneError, match="bad.msh"):
-        meshing.rubber_mesh(a_scene("slice", mesh=tmp_path / "bad.msh"), WORLD)
+        rubber_meshing.rubber_mesh(a_scene("slice", mesh=tmp_path / "bad.msh"), WORLD)
 
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("model, name", [("slice", "siped_block"), ("block", "siped_block_half")])
 def test_the_example_mesh(model, name):
     scene = a_scene(model, mesh=ROOT / "meshes" / f"{name}.msh")
-    volume, areas = measures(meshing.rubber_mesh(scene, WORLD))
+    volume, areas = measures(rubber_meshing.rubber_mesh(scene, WORLD))
     width = 1.0 if model == "slice" else 3e-3
     corners, sipe = 2 * (1 - np.pi / 4) * 0.4e-3**2, 0.4e-3 * 2.6e-3 + np.pi / 2 * 0.2e-3**2
     assert volume == pytest.approx(width * (24e-6 - corners - sipe), rel=2e-3)
     assert areas["plate"] == pytest.approx(6e-3 * width)
-    ice = meshing.ice_mesh(scene, WORLD)
+    ice = ice_meshing.ice_mesh(scene, WORLD)
     assert ice.x[0] <= -3e-3 < 3e-3 <= ice.x[-1]
     assert model == "slice" or ice.y[0] == 0.0
 
 
 def test_the_case_of_the_example_mesh():
     scene = load_scene(ROOT / "cases" / "user_mesh.toml")
-    assert meshing.divisions(scene)["cells"] > 100
+    assert rubber_meshing.divisions(scene)["cells"] > 100
 
 
 def test_med_families_and_gmsh_groups_are_names():
@@ -463,7 +465,7 @@ def test_sipes_are_cut_out_of_the_box(model):
     sizes = "length=20mm width=10mm height=6mm sipes=2 sipe_width=0.6mm sipe_depth=4mm".split()
     changes = [f"model={model}", "numerics.refinement=0.5", *(f"rubber.{size}" for size in sizes)]
     scene = load_scene(ROOT / "cases" / "tread_block.toml", changes)
-    rubber = meshing.rubber_mesh(scene, WORLD)
+    rubber = rubber_meshing.rubber_mesh(scene, WORLD)
     half_width = 1.0 if model == "slice" else 5e-3
 
     def integral(measure):

@@ -7,7 +7,8 @@ pytest.importorskip("dolfinx")
 from iceslide_fem.coupling.energy import Ledger  # noqa: E402
 from iceslide_fem.coupling.sliding import Sliding  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.rubber.block import build_block, press, start_sliding  # noqa: E402
+from iceslide_fem.rubber.block import build_block  # noqa: E402
+from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
 from iceslide_fem.rubber.time_discretisation import Dynamic, at_rest  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 

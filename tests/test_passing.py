@@ -19,7 +19,7 @@ from iceslide_fem.interface.ice_continuum import Continuum, LaggedSolver  # noqa
 from iceslide_fem.interface.on_ice import OnIce  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
 from iceslide_fem.materials import CONTACT_TABLES  # noqa: E402
-from iceslide_fem.mesh.structured import ice_mesh, window_lines  # noqa: E402
+from iceslide_fem.mesh.ice import ice_mesh, window_lines  # noqa: E402
 from iceslide_fem.reference import band_source_rise  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 
@@ -219,7 +219,7 @@ def test_ice_is_below_all_that_touches_when_the_block_springs_forward(carrier, t
 
 
 def test_a_block_that_leaves_its_window_of_ice_is_stopped(monkeypatch):
-    monkeypatch.setattr("iceslide_fem.mesh.structured.WINDOW_SHEAR", -0.3)
+    monkeypatch.setattr("iceslide_fem.mesh.ice.WINDOW_SHEAR", -0.3)
     with pytest.raises(SimulationStopped, match="leaves its window of ice"):
         slide(springing("rubber", "-0.2 degC"))
 

@@ -20,7 +20,8 @@ from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
 from iceslide_fem.output.table import HistoryRow  # noqa: E402
-from iceslide_fem.rubber.block import Block, build_block, press, start_sliding  # noqa: E402
+from iceslide_fem.rubber.block import Block, build_block  # noqa: E402
+from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 

@@ -22,7 +22,7 @@ from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.interface.build import carrier_of
 from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep
-from iceslide_fem.mesh.structured import window_cell
+from iceslide_fem.mesh.ice import window_cell
 from iceslide_fem.rubber.block import Block, SpeedLaw
 from iceslide_fem.rubber.contact import ContactState
 from iceslide_fem.rubber.time_discretisation import (

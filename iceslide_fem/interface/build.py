@@ -14,7 +14,7 @@ from iceslide_fem.interface.on_ice import OnIce
 from iceslide_fem.interface.on_rubber import Attached, OnRubber
 from iceslide_fem.interface.rubber_columns import RubberOverGrid
 from iceslide_fem.interface.surface_grid import SurfaceGrid, own_points
-from iceslide_fem.mesh.structured import ice_mesh, patch_lines, window_lines
+from iceslide_fem.mesh.ice import ice_mesh, patch_lines, window_lines
 from iceslide_fem.rubber.block import Block
 
 

@@ -24,7 +24,7 @@ from iceslide_fem.materials import (
     ICE_DENSITY,
     ICE_HEAT_CAPACITY,
 )
-from iceslide_fem.mesh.structured import IceMesh
+from iceslide_fem.mesh.ice import IceMesh
 
 # Where it melts, the surface is held at T_m through a resistance of this share of the first
 # layer's: the flux is then a function of the point's temperature, and unique.

@@ -12,8 +12,9 @@ from iceslide_fem.coupling.sliding import Accepted, CoupledState, Sliding
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.materials import MELTING_TEMPERATURE
 from iceslide_fem.output.table import HistoryRow, PreloadRow
-from iceslide_fem.rubber.block import Block, PathPoint
+from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import ContactState
+from iceslide_fem.rubber.press import PathPoint
 
 
 def preload_row(block: Block, point: PathPoint) -> PreloadRow:

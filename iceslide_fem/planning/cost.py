@@ -52,7 +52,8 @@ def estimate(scene: Scene) -> Cost:
     if scene.model == "point":
         return Cost(steps, 0, 0, BASE_MEMORY, START_SECONDS)
 
-    from iceslide_fem.mesh.structured import divisions, ice_nodes  # loads gmsh
+    from iceslide_fem.mesh.ice import ice_nodes  # loads gmsh
+    from iceslide_fem.mesh.rubber import divisions  # loads gmsh
 
     dimensions = 2 if scene.model == "slice" else 3
     rubber = dimensions * int(divisions(scene)["quadratic_nodes"])
@@ -93,7 +94,7 @@ def expected_steps(scene: Scene) -> int:
     if numerics.max_step:
         fewest = max(fewest, duration / numerics.max_step)
     if scene.ice.motion == "sliding":  # a step is at most the passage of a cell
-        from iceslide_fem.mesh.structured import window_cell
+        from iceslide_fem.mesh.ice import window_cell
 
         fewest = max(fewest, duration * scene.load.speed / window_cell(scene))
     return ceil(fewest - 1e-6)  # not one more for rounding

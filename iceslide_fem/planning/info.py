@@ -43,7 +43,7 @@ def describe(scene: Scene) -> list[Row]:
         size: tuple[float, ...] = (scene.rubber.length, scene.rubber.height)
         return _heat(scene, size) + _film(scene) + _cost(estimate(scene))
 
-    from iceslide_fem.mesh.structured import block_size  # loads gmsh, which a point does not need
+    from iceslide_fem.mesh.rubber import block_size  # loads gmsh, which a point does not need
 
     size, cost = block_size(scene), estimate(scene)
     return _heat(scene, size) + _film(scene) + _rubber(scene, size) + _mesh(scene) + _cost(cost)
@@ -142,7 +142,7 @@ def _rubber(scene: Scene, size: tuple[float, ...]) -> list[Row]:
 
 def _mesh(scene: Scene) -> list[Row]:
     """Cells of the rubber's mesh and their size."""
-    from iceslide_fem.mesh.structured import divisions
+    from iceslide_fem.mesh.rubber import divisions
 
     size = divisions(scene)
     counts = " x ".join(f"{size[name]:.0f}" for name in ("nx", "ny", "nz") if name in size)

@@ -1,29 +1,21 @@
-"""The rubber block on the ice: press it, bring it to speed, and hold it in equilibrium.
-
-In `press` the plate's force grows from nothing under static friction; in `start_sliding` static
-friction gives way to the film's shear at its initial height while the speed grows. Both are
-continuations along a path parameter from 0 to 1 with a secant predictor, whose steps are halved
-where Newton fails.
-"""
+"""The rubber block on the ice, and its equilibrium under friction."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.film.friction import FilmFriction
-from iceslide_fem.mesh.structured import rubber_mesh, window_cell
+from iceslide_fem.mesh.ice import window_cell
+from iceslide_fem.mesh.rubber import rubber_mesh
 from iceslide_fem.rubber.contact import (
     ContactState,
     Traction,
-    blend,
     contact_state,
     default_penalty,
     sliding_friction,
@@ -41,10 +33,6 @@ EQUILIBRIUM_SHARE = 1e-3
 RAMP_SHARE = 0.05
 # Static friction is fully mobilised after a slip of about this share of the height.
 STICK_SHARE = 1e-3
-FIRST_STRAIN = 0.02
-FIRST_RAMP = 0.25
-SMALLEST_PATH_STEP = 1e-3
-EASY_ITERATIONS = 6
 # Points of the contact: Gauss points in the halves of each facet, where the ice's cells end.
 FACET_DEGREE, FACET_PIECES = 7, 2
 # Where the ice slides, so many points of the rubber lie on each cell of the ice, and on a facet.
@@ -168,96 +156,3 @@ def _slipping(
     traction = sliding_friction(unit * slip, unit_by_pressure * slip, displacement.shape[-1])
     traction.by_displacement[..., 0, 0] = -unit * slope
     return traction
-
-
-class PathPoint(NamedTuple):
-    """An equilibrium on the way to sliding: phase, share of the load and of the speed."""
-
-    phase: str
-    load: float
-    speed: float
-    law: TractionLaw
-    solution: Solution
-
-
-def press(
-    block: Block, observe: Callable[[PathPoint], None], law: TractionLaw | None = None
-) -> None:
-    """Press the block on the ice under static friction or another `law`, up to the nominal force.
-
-    Raises SimulationStopped where no equilibrium is found.
-    """
-    law = law or block.static
-    scene, u = block.scene, block.rubber.displacements
-    strain = scene.load.pressure / scene.mooney_rivlin.youngs_modulus
-    first = min(1.0, FIRST_STRAIN / strain)
-    # Contact must carry the first load, or the plate is free to move.
-    u[:, -1] -= first * scene.load.pressure / block.equilibrium.penalty
-
-    def solve(load: float) -> Solution:
-        solution = block.balance(law, load)
-        observe(PathPoint("press", load, 0.0, law, solution))
-        return solution
-
-    _follow(block, solve, first, lambda load: f"pressing it at {load * strain:.0%} of E")
-
-
-def start_sliding(block: Block, observe: Callable[[PathPoint], None]) -> None:
-    """Bring the pressed block to its speed: static friction gives way to the film at h0.
-
-    Raises SimulationStopped where no equilibrium is found.
-    """
-    scene = block.scene
-    height = np.full(block.surface.weights.shape, scene.film.initial_height)
-
-    def solve(path: float) -> Solution:
-        share = path**2 * (3.0 - 2.0 * path)
-        speed = np.full_like(height, share * scene.load.speed)
-        film = block.film_shear(height, lambda _: (speed, 0.0))
-
-        def law(pressure: Array, displacement: Array) -> Traction:
-            slipping = film(pressure, displacement)
-            return blend(block.static(pressure, displacement), slipping, share)
-
-        solution = block.balance(law)
-        observe(PathPoint("ramp", 1.0, share, law, solution))
-        return solution
-
-    def where(path: float) -> str:
-        return f"bringing it to {path**2 * (3.0 - 2.0 * path):.0%} of the sliding speed"
-
-    _follow(block, solve, FIRST_RAMP, where)
-
-
-def _follow(
-    block: Block,
-    solve: Callable[[float], Solution],
-    first: float,
-    where: Callable[[float], str],
-) -> None:
-    """Solve at path parameters from `first` to 1."""
-    values = block.rubber.u.x.array
-    done, step = 0.0, first
-    before: tuple[float, Array] | None = None
-    while done < 1.0:
-        path = min(1.0, done + step)
-        start = values.copy()
-        if before is not None:
-            values[:] += (start - before[1]) * (path - done) / (done - before[0])
-        try:
-            solution = solve(path)
-        except NotConverged as reason:
-            values[:] = start
-            block.equilibrium.forget()
-            step *= 0.5
-            if step < SMALLEST_PATH_STEP * first:
-                raise SimulationStopped(
-                    f"the block finds no equilibrium when {where(path)} ({reason}); "
-                    f"{block.limit_met()}"
-                ) from reason
-            continue
-        # A first point is far from the start, which was a guess: no secant through it.
-        before = (done, start) if done > 0.0 else None
-        done = path
-        if solution.iterations <= EASY_ITERATIONS:
-            step *= 1.5

@@ -11,7 +11,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.materials import MooneyRivlin
-from iceslide_fem.mesh.structured import RubberMesh
+from iceslide_fem.mesh.rubber import RubberMesh
 
 # The displacement is quadratic and the volumetric term fully integrated: linear tetrahedra lock,
 # and the under-integrated term fails at 17 % compression (see docs/elements.md).

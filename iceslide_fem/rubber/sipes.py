@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from iceslide_fem.mesh.structured import sipe_ranges
+from iceslide_fem.mesh.box import sipe_ranges
 from iceslide_fem.rubber.block import Block
 
 

@@ -14,7 +14,8 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.output.history import preload_row, slide_row
 from iceslide_fem.output.summary import begin_run
 from iceslide_fem.output.table import HistoryRow, PreloadRow, Table
-from iceslide_fem.rubber.block import Block, PathPoint, build_block, press, start_sliding
+from iceslide_fem.rubber.block import Block, build_block
+from iceslide_fem.rubber.press import PathPoint, press, start_sliding
 from iceslide_fem.run.checkpoint import Checkpoint, write_checkpoint
 from iceslide_fem.run.interruption import Interruption
 from iceslide_fem.run.observers import (

@@ -11,9 +11,10 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.step_error import COUPLING, CouplingControl
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.rubber.block import Block, build_block, press, start_sliding
+from iceslide_fem.rubber.block import Block, build_block
 from iceslide_fem.rubber.contact import Traction, sliding_friction
 from iceslide_fem.rubber.equilibrium import TractionLaw
+from iceslide_fem.rubber.press import press, start_sliding
 from iceslide_fem.scene import Scene
 
 

@@ -28,8 +28,8 @@ from iceslide_fem.materials import BAR, COMPOUNDS, MooneyRivlin
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.gmsh_model import TaggedMesh
 from iceslide_fem.mesh.grid import tensor_grid
-from iceslide_fem.mesh.structured import CONTACT_HEIGHT, RubberMesh
-from iceslide_fem.rubber.block import FACET_DEGREE, FACET_PIECES, Block, PathPoint, press
+from iceslide_fem.mesh.rubber import CONTACT_HEIGHT, RubberMesh
+from iceslide_fem.rubber.block import FACET_DEGREE, FACET_PIECES, Block
 from iceslide_fem.rubber.contact import default_penalty
 from iceslide_fem.rubber.contact_surface import contact_surface
 from iceslide_fem.rubber.equilibrium import Equilibrium
@@ -39,6 +39,7 @@ from iceslide_fem.rubber.hyperelasticity import (
     isochoric_energy,
     volumetric_energy,
 )
+from iceslide_fem.rubber.press import PathPoint, press
 from iceslide_fem.scene import scene_from_dict
 from scripts.studies import common
 from scripts.studies.blocks import shear_of_pressure

@@ -27,9 +27,10 @@ from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
 from iceslide_fem.film.law import film_loads
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.materials import BAR, COMPOUNDS, MELTING_ENTHALPY, WATER_VISCOSITY, MooneyRivlin
-from iceslide_fem.rubber.block import Block, build_block, press
+from iceslide_fem.rubber.block import Block, build_block
 from iceslide_fem.rubber.contact import default_penalty
 from iceslide_fem.rubber.equilibrium import Solution, TractionLaw
+from iceslide_fem.rubber.press import press
 from iceslide_fem.scene import Scene, put, scene_from_dict
 from scripts.studies import blocks, common, press_elements
 

@@ -1,0 +1,141 @@
+"""Mesh of the ice below the block: a patch that stays below it, or a window that follows it.
+
+Its surface is the plane z = 0; layers get thicker with the depth.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.materials import ICE_DIFFUSIVITY
+from iceslide_fem.mesh import gmsh_model
+from iceslide_fem.mesh.box import box_lines, from_edge, reference_cell
+from iceslide_fem.mesh.cache import cached
+from iceslide_fem.mesh.gmsh_model import TaggedMesh
+from iceslide_fem.mesh.grid import Lines, graded, tensor_grid
+from iceslide_fem.mesh.rubber import block_shape
+from iceslide_fem.scene import Scene
+
+SURFACE_LAYER = 4e-6  # m, thickness of the first layer
+LAYER_RATIO = 1.12  # of neighbouring layers
+WINDOW_CELLS = 100  # along the block, where the ice slides
+WINDOW_GUARD = 3  # cells before and behind what the block may touch, and
+WINDOW_SHEAR = 0.15  # of its height, by which a change of friction may move it
+DEPTH = 5.0  # in thermal lengths sqrt(alpha t): 4e-4 of the surface's temperature rise is left
+
+
+class IceMesh(NamedTuple):
+    """DOLFINx mesh and facet tags of the ice; tags: surface, symmetry -> number.
+
+    x, y, z are the sorted coordinates of the grid lines (y is empty in a slice), so a point's
+    cell is found by `np.searchsorted`.
+    """
+
+    mesh: Any
+    facet_tags: Any
+    tags: dict[str, int]
+    x: Lines
+    y: Lines
+    z: Lines
+
+
+def ice_mesh(
+    scene: Any,
+    comm: MPI.Comm,
+    surface: Sequence[Lines] | None = None,
+    depth: float | None = None,
+) -> IceMesh:
+    """Mesh of the ice that a run of the scene warms.
+
+    surface: grid lines of x (and y) on it, m, by default `patch_lines` of the undeformed block;
+    no heat passes the sides. depth (m) is 5 thermal lengths sqrt(alpha t) by default. Collective.
+    Raises SceneError if the user's mesh can't be used.
+    """
+
+    def build() -> tuple[list[Lines], TaggedMesh]:
+        lines = ice_lines(scene, surface, depth)
+        return lines, tagged_ice(lines)
+
+    lines, tagged = gmsh_model.from_root(build, comm)
+    y = lines[1] if len(lines) == 3 else np.empty(0)
+    return IceMesh(*gmsh_model.distribute(tagged, comm), lines[0], y, lines[-1])
+
+
+def patch_lines(scene: Any, footprint: Sequence[tuple[float, float]] | None = None) -> list[Lines]:
+    """Surface lines (x, and y in a block) of attached ice: the rubber's, stretched to the contact.
+
+    footprint: ranges of x (and y) in contact, m, by default those of the undeformed block; the
+    ice exceeds it by `ice.margin` on each side. y begins at 0 below a symmetric block.
+    """
+    block, refinement = block_shape(scene), scene.numerics.refinement
+    cell, size = reference_cell(block, refinement)
+    margin = scene.ice.margin
+    beyond = from_edge(margin, cell, size)[1:] if margin > 0.0 else np.empty(0)
+    lines = []
+    *below, _ = box_lines(block, refinement)
+    for rubber, (low, high) in zip(below, footprint or block.ranges, strict=True):
+        # The rubber's elements are quadratic, the ice's linear: a line through their middles, too.
+        inner = np.interp(np.arange(0.0, len(rubber) - 0.5, 0.5), np.arange(len(rubber)), rubber)
+        inner = low + (inner - inner[0]) * (high - low) / (inner[-1] - inner[0])
+        lines.append(np.concatenate([low - beyond[::-1], inner, high + beyond]))
+    if block.symmetric:
+        lines[1] = lines[1][lines[1] >= 0.0]
+    return lines
+
+
+def window_cell(scene: Any) -> float:
+    """Width (m) of the cells of sliding ice: `ice.cell`, or a share of the block's length."""
+    (low, high), *_ = block_shape(scene).ranges
+    return scene.ice.cell or (high - low) / (WINDOW_CELLS * scene.numerics.refinement)
+
+
+def window_lines(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[Lines]:
+    """Surface lines (x, and y in a block) of the window of sliding ice that follows the block.
+
+    Equal cells in x, so that the content can be shifted by whole cells: below the contact and
+    below the undeformed block, to which it returns where friction falls, and some more for what
+    moves it further; behind it also over `ice.trail`. y as in `patch_lines`.
+    """
+    block, cell = block_shape(scene), window_cell(scene)
+    low, high = footprint[0]
+    guard = WINDOW_GUARD + math.ceil(WINDOW_SHEAR * block.height / cell)
+    before = guard + max(0, math.ceil((block.ranges[0][1] - high) / cell))
+    behind = guard + max(0, math.ceil((low - block.ranges[0][0]) / cell))
+    behind += math.ceil(scene.ice.trail / cell)
+    count = math.ceil((high - low) / cell) + behind + before
+    x = low - behind * cell + cell * np.arange(count + 1)
+    return [x, *patch_lines(scene, footprint)[1:]]
+
+
+def ice_nodes(scene: Scene) -> int:
+    """Number of nodes, and so of temperature unknowns, of the scene's ice mesh.
+
+    Of a window of sliding ice as long as the undeformed block; the contact's length decides.
+    """
+    sliding = scene.ice.motion == "sliding"
+    surface = window_lines(scene, block_shape(scene).ranges) if sliding else None
+    return math.prod(len(line) for line in ice_lines(scene, surface))
+
+
+def ice_lines(
+    scene: Any, surface: Sequence[Lines] | None = None, depth: float | None = None
+) -> list[Lines]:
+    """Grid lines of the ice in x, (y,) z."""
+    thermal = math.sqrt(ICE_DIFFUSIVITY * scene.load.duration)
+    slope = math.log(LAYER_RATIO) / scene.numerics.refinement
+    # so that graded starts with the surface's layer
+    first = SURFACE_LAYER / scene.numerics.refinement * slope / math.expm1(slope)
+    layers = graded(DEPTH * thermal if depth is None else depth, first, slope)
+    return [*(surface or patch_lines(scene)), -layers[::-1]]
+
+
+def tagged_ice(lines: list[Lines]) -> TaggedMesh:
+    """The ice on grid `lines`, on this rank alone."""
+    parts = {"surface": lambda centre: centre[:, -1] == 0.0}
+    parameters = [line.tolist() for line in lines]
+    return cached("ice", len(lines), parameters, lambda: tensor_grid(lines, "ice", parts))
