@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 from scipy.special import erf
 
 from iceslide_fem.arrays import Array
+from iceslide_fem.film.law import squeeze_rate
 from iceslide_fem.materials import (
     ICE_CONDUCTIVITY,
     ICE_DENSITY,
@@ -37,8 +38,7 @@ def melt_coefficient(k: ArrayLike, v: ArrayLike) -> Array:
 
 def squeeze_coefficient(p: ArrayLike, D: ArrayLike) -> Array:
     """K3 = 8 p / (3 eta D^2), 1/(m2 s): squeeze-out rate dh/dt = -K3 h^3, (6.5)."""
-    p, D = _arrays(p, D)
-    return 8.0 * p / (3.0 * WATER_VISCOSITY * D**2)
+    return squeeze_rate(*_arrays(p, D))
 
 
 def squeezed_film(h0: ArrayLike, K3: ArrayLike, t: ArrayLike) -> Array:

@@ -11,9 +11,9 @@ PACKAGE = Path(__file__).parent.parent / "iceslide_fem"
 FLOORS = [
     {"arrays", "errors", "launch"},
     {"files", "materials"},
-    {"scene", "reference", "fenics"},
+    {"scene", "fenics"},
     {"film", "results", "mesh"},
-    {"rubber", "footprint", "roughness"},
+    {"rubber", "footprint", "roughness", "reference"},
     {"interface"},
     {"coupling"},
     {"output"},

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from iceslide_fem import reference
+from iceslide_fem.film import law
 from iceslide_fem.film.ice_heat import HalfSpace
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
 from iceslide_fem.film.law import (
@@ -112,6 +113,10 @@ def random_stages(seed: int = 0, n: int = 20_000) -> tuple[FilmStage, tuple]:
 
 def test_a_stage_of_any_length_is_finite_positive_and_conserves_energy_and_water():
     stage, (h, squeezed, dt, load, ice) = random_stages()
+    found = np.isfinite(stage.log_height)  # where two roots are about to merge there may be none
+    assert np.count_nonzero(~found) <= 1
+    stage, load, ice = (type(part)(*(x[found] for x in part)) for part in (stage, load, ice))
+    h, squeezed, dt = h[found], squeezed[found], dt[found]
     assert all(np.isfinite(part).all() for part in stage)
     assert (np.exp(stage.log_height) > 0.0).all()
     np.testing.assert_allclose(stage.friction_power, stage.ice_flux + stage.melt_power, rtol=1e-12)
@@ -124,7 +129,7 @@ def test_a_stage_of_any_length_is_finite_positive_and_conserves_energy_and_water
     gain = dt * stage.friction_power / MELTING_ENTHALPY / new_h
     residual = np.abs(y - np.log(h) - melting + squeezing) / (size + gain)
     assert np.quantile(residual, 0.999) <= 1e-11
-    assert residual.max() <= 1e-4  # where two roots are about to merge
+    assert residual.max() <= 1e-7
 
 
 def test_melting_is_complementary_to_being_colder_than_the_melting_temperature():
@@ -166,3 +171,14 @@ def test_falling_free_height_does_not_return_squeezed_water():
     assert step.state.squeezed_height == 2e-6
     assert step.last.saturated.all()
     assert step.state.log_height == pytest.approx(state.log_height)
+
+
+def test_a_height_that_is_not_found_is_no_height(monkeypatch):
+    """Newton's method that is cut off leaves NaN at the points that have not settled."""
+    settled, arguments = random_stages(n=500)
+    monkeypatch.setattr(law, "_NEWTON_ITERATIONS", 3)
+    h, *others = arguments
+    cut_off = implicit_stage(np.log(h), *others)
+    found = np.isfinite(cut_off.log_height)
+    assert 0.02 < found.mean() < 0.98
+    np.testing.assert_allclose(cut_off.log_height[found], settled.log_height[found], atol=1e-7)

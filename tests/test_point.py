@@ -5,6 +5,7 @@ import pytest
 
 from iceslide_fem import reference
 from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.film import step_control
 from iceslide_fem.film.point import Conditions, Record, simulate
 from iceslide_fem.materials import CONTACT_TABLES, MELTING_ENTHALPY, MELTING_TEMPERATURE
 from iceslide_fem.run.point import point_history
@@ -186,6 +187,48 @@ def test_explicit_euler_needs_short_steps():
         result = simulate(here, integrator="explicit-euler", fixed_step=share * limit)
         errors.append(abs(result.mu_end[0] / exact.mu_end[0] - 1.0))
     assert errors[1] < 0.6 * errors[0] and errors[0] < 0.02
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("temperature", -4.0),
+        ("temperature", 273.15),
+        ("pressure", -1e5),
+        ("pressure", 4.0),
+        ("k", 2.0),
+        ("D", 0.0),
+        ("H_V", np.nan),
+        ("speed", np.inf),
+        ("duration", [7e-3, -1.0]),
+    ],
+)
+def test_impossible_conditions_are_refused(name, value):
+    with pytest.raises(ValueError, match=f"{name} = .* is not possible; allowed: .* to "):
+        conditions(**{name: value})
+
+
+def test_misspelt_and_missing_conditions_are_refused():
+    with pytest.raises(ValueError, match="h0 is unknown"):
+        conditions(h0=70e-9)
+    with pytest.raises(ValueError, match="is missing"):
+        Conditions.of(pressure=1e5)
+
+
+@pytest.mark.parametrize("name", ["tolerance", "fixed_step", "max_step"])
+def test_impossible_steps_are_refused(name):
+    with pytest.raises(ValueError, match=f"{name} = 0 is not possible"):
+        simulate(conditions(), **{name: 0.0})
+
+
+@pytest.mark.parametrize("error", [np.nan, np.inf, 2.0])
+def test_a_step_that_no_shortening_mends_ends_the_run(monkeypatch, error):
+    """Also where the error stays finite: it was shortened for ever."""
+    monkeypatch.setattr(
+        step_control, "error_norms", lambda step, *others: np.full(step.last.melting.shape, error)
+    )
+    with pytest.raises(SimulationStopped, match="cannot be advanced beyond t = 0 s"):
+        simulate(conditions())
 
 
 def test_an_integrator_without_estimate_wants_a_fixed_step():

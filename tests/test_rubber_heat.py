@@ -190,3 +190,12 @@ def test_conditions_of_several_durations_are_independent():
     together = simulate(conditions, rubber=rubber)
     alone = simulate(thesis_conditions(np.array([5e-3])), rubber=rubber)
     assert together.mu_end[1] == pytest.approx(alone.mu_end[0], rel=2e-3)
+
+
+def test_a_height_that_does_not_agree_with_its_conductance_is_no_height(monkeypatch):
+    ice, film, y = some_bodies()
+    monkeypatch.setattr(rubber_heat, "MAX_PASSES", 1)
+    found = np.isfinite(film.solve(ice).log_height)
+    monkeypatch.setattr(rubber_heat, "MAX_PASSES", 20)
+    change = np.abs(film.solve(ice).log_height - y)
+    assert not found[change > 1e-5].any() and np.isfinite(film.solve(ice).log_height).all()

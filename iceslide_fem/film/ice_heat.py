@@ -23,6 +23,8 @@ from iceslide_fem.materials import HEATED_LAYERS, ICE, MELTING_TEMPERATURE, Soli
 # is then within 4e-5 from a hundredth of the run on, within 8e-5 from a thousandth on.
 FIRST_LAYER = 0.025
 LAYER_RATIO = 1.4
+# A surface that is held at T_m has it to rounding; so far below (K) is held.
+ROUNDING = 1e-10
 
 
 class IceHeat(Protocol):
@@ -125,7 +127,8 @@ class HalfSpace:
     Up to melting the surface temperature is that of resolved conduction; from then on it is
     T_m for good. (5.6) assumes that the surface jumped to T_m at t = 0; right after the onset it
     is about half the true flux. t is the time in contact (the thesis's subroutine takes the run
-    time). Content: that of `Column` and two more rows, 1 where melting has begun, and t (s).
+    time). Content: that of `Column` and a last row, t (s). From the onset on the column is held at
+    T_m and remembers so that melting has begun: a quantity that stages can be formed of.
     """
 
     def __init__(self, temperature: float | Array, duration: float | Array) -> None:
@@ -139,28 +142,30 @@ class HalfSpace:
         return part
 
     def initial(self, n_points: int) -> Array:
-        """Ice at its initial temperature, not melting, contact time zero."""
-        return np.vstack([self._column.initial(n_points), np.zeros((2, n_points))])
+        """Ice at its initial temperature, contact time zero."""
+        return np.vstack([self._column.initial(n_points), np.zeros((1, n_points))])
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """One implicit stage: conduction decides when melting begins, (5.6) what it loses."""
-        begun, time = start[-2] > 0.5, start[-1] + dt
+        amplitudes, time = start[:-1], start[-1] + dt
+        melting = self.surface_temperature(start) >= MELTING_TEMPERATURE - ROUNDING
         decay = self._column.decay(dt)
-        resolved = self._column.response(start[:-2], decay, dt)
+        resolved = self._column.response(amplitudes, decay, dt)
         undercooling = MELTING_TEMPERATURE - self._column.temperature
         flux = ICE.conductivity * undercooling / np.sqrt(np.pi * ICE.diffusivity * time)
         closed_form = Surface(np.full_like(flux, MELTING_TEMPERATURE), resolved.resistance, flux)
-        result = film.solve(_chosen(begun, closed_form, resolved))
-        begins = result.melting & ~begun
+        result = film.solve(_chosen(melting, closed_form, resolved))
+        begins = result.melting & ~melting
         if begins.any():
-            result = film.solve(_chosen(begun | begins, closed_form, resolved))
-        content = self._column.heated(start[:-2], decay, dt * result.ice_flux)
-        return np.vstack([content, begun | result.melting, time]), result
+            melting = melting | begins
+            result = film.solve(_chosen(melting, closed_form, resolved))
+        conducted = np.where(melting, resolved.melted_flux, result.ice_flux)
+        amplitudes = self._column.heated(amplitudes, decay, dt * conducted)
+        return np.vstack([amplitudes, time]), result
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature of the surface (K), shape (n_points,)."""
-        temperature = self._column.surface_temperature(content[:-2])
-        return np.where(content[-2] > 0.5, MELTING_TEMPERATURE, temperature)
+        return self._column.surface_temperature(content[:-1])
 
 
 def _chosen(first: Mask, one: Surface, other: Surface) -> Surface:

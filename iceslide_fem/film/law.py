@@ -21,12 +21,14 @@ relative error of the shear stress.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
 from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.materials import MELTING_ENTHALPY, MELTING_TEMPERATURE, WATER_VISCOSITY
+
+T = TypeVar("T", float, Array)
 
 # Newton's last change of ln h; what is left is of the order of its square.
 _NEWTON_TOLERANCE = 1e-8
@@ -50,13 +52,18 @@ class FilmLoads(NamedTuple):
     free_height: Array
 
 
+def squeeze_rate(pressure: T, D: T) -> T:
+    """K3 = 8 p / (3 eta D^2), 1/(m2 s): squeeze-out alone is dh/dt = -K3 h^3, (6.5)."""
+    return 8.0 * pressure / (3.0 * WATER_VISCOSITY * D**2)
+
+
 def film_loads(pressure: Array, speed: Array, k: Array, D: Array, H_V: Array) -> FilmLoads:
     """Loads at `pressure` (Pa) and `speed` (m/s) for contact parameters k, D (m), H_V (m).
 
-    c = k eta v of (5.29), K3 = 8 p / (3 eta D^2) of (6.5); no squeeze-out where p <= 0.
+    c = k eta v of (5.29); no squeeze-out where p <= 0.
     """
-    squeeze_rate = 8.0 * np.maximum(pressure, 0.0) / (3.0 * WATER_VISCOSITY * D**2)
-    return FilmLoads(k * WATER_VISCOSITY * speed, speed, squeeze_rate, H_V)
+    K3 = squeeze_rate(np.maximum(pressure, 0.0), D)
+    return FilmLoads(k * WATER_VISCOSITY * speed, speed, K3, H_V)
 
 
 def interpolate(start: FilmLoads, end: FilmLoads, fraction: float) -> FilmLoads:
@@ -141,7 +148,8 @@ def implicit_stage(
     `log_height` and `squeezed` (ln m, m) are the values that the stage starts from; the result
     fulfils value = start + dt * rate(value). The ice takes what the friction gives, and at most
     what holds its surface at T_m; squeeze-out takes what the pressure drives, and at most the
-    volume still free (below zero where earlier stages of the step overshot).
+    volume still free (below zero where earlier stages of the step overshot). All is NaN where no
+    height is found.
     """
     power = loads.viscous * loads.speed
     room = loads.free_height - squeezed
@@ -209,7 +217,8 @@ def _log_height(
 
     melted = max(heating / h - cooling, 0) / (rho L). The residual falls to minus infinity with y
     and rises to infinity with it. Newton's method, kept inside the bracket that the residual's
-    signs give where it is far from the root or not settled after a few iterations.
+    signs give where it is far from the root or not settled after a few iterations. NaN where it has
+    not settled at all.
     """
     heating, cooling = heating / MELTING_ENTHALPY, cooling / MELTING_ENTHALPY
     y = y_start.copy()
@@ -238,5 +247,5 @@ def _log_height(
         else:
             y += change
         if largest <= _NEWTON_TOLERANCE:
-            break
-    return y
+            return y
+    return np.where(np.abs(change) <= _NEWTON_TOLERANCE, y, np.nan)

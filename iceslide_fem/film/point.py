@@ -20,13 +20,11 @@ from iceslide_fem.film.integrators import (
     INTEGRATORS,
     InterfaceState,
     Step,
-    advance,
-    error_norms,
     surface_excess,
 )
 from iceslide_fem.film.law import FilmLoads, film_loads
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
-from iceslide_fem.film.step_control import step_factor
+from iceslide_fem.film.step_control import StepControl
 from iceslide_fem.materials import MELTING_TEMPERATURE
 
 ICE_MODELS: dict[str, type[Column] | type[HalfSpace]] = {
@@ -38,6 +36,18 @@ EVENT_SHARE = 0.005
 FIRST_STEP = 3e-4
 # The step after an event, relative to the one that ended on it.
 RESTART = 0.03
+SHORTEST_STEP = 1e-13  # of the duration
+# What conditions may be: the ranges of a scene, SI.
+RANGES = {
+    "pressure": (1e3, 1e7, "Pa"),
+    "speed": (1e-6, 100.0, "m/s"),
+    "temperature": (193.15, MELTING_TEMPERATURE - 1e-3, "K (degrees Celsius and 273.15)"),
+    "k": (1e-6, 1.0, "of the nominal area"),
+    "D": (1e-8, 1e-2, "m"),
+    "H_V": (1e-9, 1e-2, "m"),
+    "initial_height": (1e-9, 1e-5, "m"),
+    "duration": (1e-6, 100.0, "s"),
+}
 
 
 class Conditions(NamedTuple):
@@ -58,7 +68,18 @@ class Conditions(NamedTuple):
 
     @classmethod
     def of(cls, **values: ArrayLike) -> Conditions:
-        """Conditions from anything that broadcasts to one dimension."""
+        """Conditions from anything that broadcasts to one dimension.
+
+        Raises ValueError, with a sentence, where a value is missing, unknown, or outside `RANGES`.
+        """
+        for name in sorted({*cls._fields} ^ {*values}):
+            raise ValueError(f"{name} is {'unknown' if name in values else 'missing'}")
+        for name, (low, high, unit) in RANGES.items():
+            given = np.asarray(values[name], dtype=float)
+            wrong = given[~((given >= low * (1 - 1e-12)) & (given <= high * (1 + 1e-12)))]
+            if wrong.size:
+                allowed = f"{low:g} to {high:g} {unit}"
+                raise ValueError(f"{name} = {wrong.flat[0]:g} is not possible; allowed: {allowed}")
         arrays = np.broadcast_arrays(*(np.atleast_1d(values[name]) for name in cls._fields))
         return cls(*(np.array(a, dtype=float).ravel() for a in arrays))
 
@@ -154,11 +175,16 @@ def simulate(
     `ice` is `column`, `half-space` or a model made for the conditions; `tolerance` the relative
     error of mu(t) aimed at; `times` (s, ascending) where mu is sampled; `fixed_step` (s) replaces
     error control, `max_step` (s) bounds it; `observe` is called with every accepted step; `rubber`
-    takes heat, too, if it is made of columns. Raises SimulationStopped where a step cannot be made.
+    takes heat, too, if it is made of columns. Raises SimulationStopped where a step cannot be made,
+    ValueError where an argument is not possible.
     """
     method = INTEGRATORS[integrator]
     if fixed_step is None and not method.estimate:
         raise ValueError(f"{integrator} has no error estimate: give fixed_step")
+    positive = {"tolerance": tolerance, "fixed_step": fixed_step, "max_step": max_step}
+    for name, value in positive.items():
+        if value is not None and not value > 0.0:
+            raise ValueError(f"{name} = {value:g} is not possible; allowed: more than 0")
     n = conditions.pressure.size
     sample_times = np.asarray(times, dtype=float)
     if (np.diff(sample_times) < 0.0).any():
@@ -176,24 +202,30 @@ def simulate(
     time = np.zeros(n)
     dt = FIRST_STEP * here.duration if fixed_step is None else np.full(n, fixed_step)
     loads = here.loads()
+    control = StepControl(method, tolerance if fixed_step is None else None)
 
     while active.size:
         left = here.duration - time
         dt_try = np.minimum(np.minimum(dt, max_step), left)
-        step = advance(state, loads, loads, dt_try, heat, method, rubber)
         undercooling = MELTING_TEMPERATURE - here.temperature
-        if fixed_step is None:
-            error = error_norms(step, heat, state, here.H_V, undercooling, rubber)
-            error = error / (method.share * tolerance)
-        else:
-            error = np.where(np.isfinite(step.state.log_height), 0.0, np.inf)
+        step, good, wanted = control.trial(state, loads, dt_try, heat, undercooling, rubber)
         power = loads.viscous * loads.speed * np.exp(-state.log_height)
         on_ice = heat.surface_temperature(state.ice)
         warmth = rubber.film_temperature(on_ice, state.rubber, power, state.log_height)
         event = _events(step, state, warmth, here, EVENT_SHARE * tolerance)
         fraction = event.fraction
-        good = (error <= 1.0) & (fraction >= 1.0)
-        _refuse_hopeless(error, dt_try, here, time, fixed_step is not None)
+        if fixed_step is None:
+            # Across an event the error estimate means nothing; behind it the solution has a kink
+            # that an estimate can overlook unless the steps grow from short ones again.
+            begun = event.melting | event.full
+            wanted = np.where(begun, np.minimum(wanted, RESTART * dt_try), wanted)
+            dt = np.where(fraction < 1.0, fraction * dt_try, wanted)
+            hopeless = dt < SHORTEST_STEP * here.duration
+        else:
+            dt = np.where(fraction < 1.0, fraction * dt_try, fixed_step)
+            hopeless = fraction >= 1.0
+        _refuse(~good & hopeless, dt_try, here, time)
+        good &= fraction >= 1.0
 
         accepted = np.flatnonzero(good)
         if accepted.size:
@@ -208,17 +240,6 @@ def simulate(
         state = InterfaceState(
             *(np.where(good, b, a) for a, b in zip(state, step.state, strict=True))
         )
-        if fixed_step is None:
-            # Across an event the error estimate means nothing; behind it the solution has a kink
-            # that an estimate can overlook unless the steps grow from short ones again.
-            wanted = dt_try * step_factor(error, method.estimate_order)
-            wanted = np.where(
-                event.melting | event.full, np.minimum(wanted, RESTART * dt_try), wanted
-            )
-            dt = np.where(fraction < 1.0, fraction * dt_try, wanted)
-        else:
-            dt = np.where(fraction < 1.0, fraction * dt_try, fixed_step)
-
         running = time < here.duration * (1.0 - 1e-12)
         if not running.all():
             keep = np.flatnonzero(running)
@@ -255,11 +276,10 @@ def _crossing(before: Array, beyond: Array, slack: Array) -> tuple[Array, Mask]:
     return np.where(ahead & (beyond > slack), fraction, 1.0), ahead & (np.abs(beyond) <= slack)
 
 
-def _refuse_hopeless(error: Array, dt: Array, here: Conditions, time: Array, fixed: bool) -> None:
-    """Raise SimulationStopped where a step fails that cannot be cut (any further)."""
-    stuck = np.flatnonzero(~np.isfinite(error) & (fixed | (dt < 1e-13 * here.duration)))
-    if stuck.size:
-        i = stuck[0]
+def _refuse(stuck: Mask, dt: Array, here: Conditions, time: Array) -> None:
+    """Raise SimulationStopped if a step has failed that cannot be cut (any further)."""
+    if stuck.any():
+        i = int(np.argmax(stuck))
         raise SimulationStopped(
             f"the film at {here.pressure[i]:.4g} Pa and {here.speed[i]:.4g} m/s cannot be advanced "
             f"beyond t = {time[i]:.4g} s: a step of {dt[i]:.2g} s is too long for this integrator; "

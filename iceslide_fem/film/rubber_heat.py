@@ -207,20 +207,24 @@ class FilmBetween(NamedTuple):
     rubber: RubberSurface
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
-        """Film and conductance in turn, from the stage's own height or `near` another ln h."""
+        """Film and conductance in turn, from the stage's own height or `near` another ln h.
+
+        The height is NaN where they do not settle.
+        """
         log_height = self.film.log_height if near is None else near
         for _ in range(MAX_PASSES):
             bodies = parallel(ice, self.rubber, log_height)
             result = self.film.solve(bodies.surface)
-            change = np.abs(result.log_height - log_height).max(initial=0.0)
+            change = np.abs(result.log_height - log_height)
             log_height = result.log_height
-            if not change > HEIGHT_TOLERANCE:
+            if not change.max(initial=0.0) > HEIGHT_TOLERANCE:
                 break
         to_ice, to_rubber, (offset, resistance, _) = bodies
         temperature = offset + resistance * result.ice_flux
         # Where the film does not melt, what the ice does not take the rubber does.
         split = np.where(result.melting, 1.0, to_rubber * resistance)
         return result._replace(
+            log_height=np.where(change <= HEIGHT_TOLERANCE, log_height, np.nan),
             ice_flux=to_ice * (temperature - ice.offset),
             rubber_flux=to_rubber * (temperature - self.rubber.offset),
             ice_slope=ice.resistance * to_ice * split,

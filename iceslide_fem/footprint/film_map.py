@@ -15,10 +15,10 @@ import numpy as np
 from iceslide_fem.arrays import Array, Index, Mask
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance, error_norms
+from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.law import FilmLoads, film_loads
 from iceslide_fem.film.rubber_heat import INSULATED
-from iceslide_fem.film.step_control import step_factor
+from iceslide_fem.film.step_control import StepControl
 from iceslide_fem.footprint.pressure_map import PressureMap
 from iceslide_fem.materials import MELTING_TEMPERATURE, ConstantContact, ContactTable
 
@@ -141,20 +141,18 @@ def _cross(
     left = np.full_like(dt, passing)
     result = FilmMap.empty(dt.shape)
     here = np.arange(dt.size)
+    control = StepControl(METHOD, tolerance)
     while here.size:
         start, load = _at(state, here), FilmLoads(*(part[here] for part in loads))
         trial = left[here] / np.ceil(left[here] / dt[here] - SLACK)
         below = ice.take(here)
-        step = advance(start, load, load, trial, below, METHOD)
         undercooling = MELTING_TEMPERATURE - below.temperature
-        error = error_norms(step, below, start, load.free_height, undercooling)
-        error /= METHOD.share * tolerance
-        dt[here] = trial * step_factor(error, METHOD.estimate_order)
-        good = error <= 1.0
-        if not good.all() and dt[here].min() < SHORTEST * passing:
+        step, good, wanted = control.trial(start, load, trial, below, undercooling)
+        dt[here] = wanted
+        if (wanted[~good] < SHORTEST * passing).any():
             raise SimulationStopped(
                 "the film below the footprint cannot be advanced: even steps of "
-                f"{dt[here].min():.1g} s miss the tolerance"
+                f"{wanted.min():.1g} s miss the tolerance"
             )
         done = here[good]
         for whole, new in zip(state, step.state, strict=True):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
+from iceslide_fem.film.law import squeeze_rate
 from iceslide_fem.materials import (
     BAR,
     ICE_DIFFUSIVITY,
@@ -85,7 +86,7 @@ def _heat(scene: Scene, size: tuple[float, ...]) -> list[Row]:
 def _film(scene: Scene) -> list[Row]:
     """Contact parameters, friction at t = 0 (5.29, 5.30) and the film law's two time scales.
 
-    Squeeze-out alone: h0^2/h^2 = 1 + 2 K3 h0^2 t with K3 = 8 p / (3 eta D^2) (6.5); melting
+    Squeeze-out alone: h0^2/h^2 = 1 + 2 K3 h0^2 t with K3 of (6.5); melting
     alone: h^2/h0^2 = 1 + 2 K1 t / h0^2 with K1 = k eta v^2 / (rho L).
     """
     p, v, h0, eta = (
@@ -97,7 +98,7 @@ def _film(scene: Scene) -> list[Row]:
     contact = scene.contact_parameters(p)
     k, D, H_V = float(contact.k), float(contact.D), float(contact.H_V)
     tau = k * eta * v / h0
-    squeeze_time = 1.0 / (2.0 * 8.0 * p / (3.0 * eta * D**2) * h0**2)
+    squeeze_time = 1.0 / (2.0 * squeeze_rate(p, D) * h0**2)
     melt_time = h0**2 / (2.0 * k * eta * v**2 / MELTING_ENTHALPY)
     return [
         _table(scene),
