@@ -123,9 +123,7 @@ def run(
         scene, resumed = _load(scene_file, overrides), None
         out = out or Path("results") / scene.name
     check_writable(out)
-    warning = scene.outside_table()
-    if warning:
-        typer.echo(f"Note: {warning}.")
+    _print_notes(scene)
 
     from iceslide_fem.simulate import run as simulate
 
@@ -227,9 +225,7 @@ def info(scene_file: SceneFile, overrides: Overrides = None) -> None:
         table.add_row(row.group if row.group != group else "", row.quantity, row.value, row.meaning)
         group = row.group
     Console().print(table)
-    warning = scene.outside_table()
-    if warning:
-        typer.echo(f"Note: {warning}.")
+    _print_notes(scene)
 
 
 @app.command()
@@ -351,6 +347,14 @@ def _load(scene_file: Path, overrides: Sequence[str] | None) -> Scene:
     return scene
 
 
+def _print_notes(scene: Scene) -> None:
+    """What the scene says in vain, and where it leaves what is known to work."""
+    from iceslide_fem.scene.notes import notes
+
+    for note in notes(scene):
+        typer.echo(f"Note: {note}.")
+
+
 def _resumed(folder: Path, scene_file: Path | None) -> tuple[Scene, Checkpoint]:
     """Scene and checkpoint of the run in `folder`; a scene file must be of that scene."""
     from iceslide_fem.run.checkpoint import read_checkpoint, same_scene
@@ -377,8 +381,8 @@ def _print_summary(summary: dict[str, Any], out: Path) -> None:
 
     table = Table(show_header=False)
     for key, value in summary.items():
-        if isinstance(value, dict):
-            continue  # versions and the scene: in summary.json
+        if isinstance(value, dict | list):
+            continue  # versions, the scene, warnings: in summary.json
         if value is None:
             table.add_row(key, "did not happen")
         else:

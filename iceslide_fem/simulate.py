@@ -21,6 +21,7 @@ from iceslide_fem.results.report import report
 from iceslide_fem.run.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.run.checkpoint import Checkpoint
 from iceslide_fem.scene import Scene
+from iceslide_fem.scene.notes import notes
 
 if TYPE_CHECKING:
     from iceslide_fem.run.block import Schedule
@@ -104,7 +105,9 @@ def _summary(scene: Scene, results: dict[str, Any], started: float) -> dict[str,
         "python": platform.python_version(),
     }
     wall = {"wall_s": monotonic() - started}
-    return {**results, **wall, "versions": versions, "scene": scene.as_dict()}
+    warnings = [*notes(scene), *results.pop("warnings", [])]
+    described = {"warnings": warnings, "versions": versions, "scene": scene.as_dict()}
+    return {**results, **wall, **described}
 
 
 def _finish(out: Path, summary: dict[str, Any], rank: int) -> None:

@@ -92,7 +92,11 @@ def to_dataset(
     for name in table:
         if name in _TEXT:
             data[name] = (keys, table[name].fillna("").to_numpy(dtype=str).reshape(plan.shape))
-        elif name not in inputs[0] and name.split(".")[0] not in ("versions", "stopped"):
+        elif name not in inputs[0] and name.split(".")[0] not in (
+            "versions",
+            "stopped",
+            "warnings",
+        ):
             numbers = pd.to_numeric(table[name]).to_numpy(dtype=float)
             data[name] = (keys, numbers.reshape(plan.shape))
     missing = np.full(SAMPLES, np.nan)

@@ -1,0 +1,162 @@
+"""What a scene says in vain, and where it leaves what the methods are known to hold for.
+
+A note refuses nothing: it is printed before a run and kept in its summary.
+"""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+
+from iceslide_fem.materials import BAR, MELTING_TEMPERATURE, WATER_VISCOSITY
+from iceslide_fem.scene.model import Scene
+from iceslide_fem.scene.units import readable
+
+# docs/stability.md, operating envelope; both ends belong to it
+ENVELOPE = {
+    ("film", "initial_height"): (1e-9, 1e-6, "m"),
+    ("load", "speed"): (1e-3, 30.0, "m/s"),
+    ("load", "pressure"): (0.2 * BAR, 5.0 * BAR, "Pa"),
+}
+COLDEST, WARMEST = -40.0, -0.1  # degC, of the ice
+LARGEST_STRAIN = 0.31  # p / E at 5 bar on compound B
+PENALTIES = (10.0, 1000.0)  # in E / H
+SHEAR_RAMPS = (0.002, 0.2)  # of the pressure
+LARGEST_FRICTION = 2.0  # at t = 0
+
+NOT_OF_A_POINT = (
+    "rubber.sipes rubber.mesh rubber.inertia ice.margin ice.cell ice.trail film.carrier "
+    "film.pressure load.static_friction numerics.refinement numerics.penalty "
+    "numerics.shear_ramp_pressure"
+).split()
+
+
+def notes(scene: Scene) -> list[str]:
+    """A sentence each, without its full stop; none for a scene that is all in use and usual."""
+    table = scene.outside_table()
+    return _unused(scene) + ([table] if table else []) + _outside_envelope(scene)
+
+
+def _unused(scene: Scene) -> list[str]:
+    """Keys that are given and have no effect, by the reason why."""
+    ice, sliding = scene.ice, scene.ice.motion == "sliding"
+    reasons: dict[str, list[str]] = {}
+    if scene.model == "point":
+        reasons['with model = "point"'] = NOT_OF_A_POINT
+    else:
+        if not sliding:
+            of_sliding = ["ice.cell", "ice.trail", "film.carrier"]
+            reasons['with ice.motion = "attached"'] = of_sliding
+        if ice.heat != "continuum" and not (sliding and scene.model == "block"):
+            reasons[f'with ice.heat = "{ice.heat}"'] = ["ice.margin"]
+        elif sliding and scene.model == "slice":
+            reasons["below a slice that slides: ice.trail is what lies behind it"] = ["ice.margin"]
+    if scene.rubber.mesh is not None:
+        shape = ["rubber.length", "rubber.width", "rubber.height"]
+        reasons["on the shape of the block, which is that of rubber.mesh"] = shape
+    else:
+        reasons["without rubber.mesh"] = ["rubber.mesh_unit"]
+    if scene.rubber.sipes == 0:
+        reasons["without rubber.sipes"] = ["rubber.sipe_width", "rubber.sipe_depth"]
+    if not scene.rubber.heat and not scene.rubber.inertia:
+        reasons["without rubber.heat or rubber.inertia"] = ["rubber.density"]
+    found = []
+    for reason, keys in reasons.items():
+        given = [key for key in keys if _is_given(scene, key)]
+        if given:
+            found.append(f"{' and '.join(given)} {_have(given)} no effect {reason}")
+    return found
+
+
+def _is_given(scene: Scene, key: str) -> bool:
+    """Whether the dotted `key` has another value than its default."""
+    table, name = key.split(".")
+    values = getattr(scene, table)
+    return bool(getattr(values, name) != type(values).model_fields[name].default)
+
+
+def _have(keys: list[str]) -> str:
+    return "has" if len(keys) == 1 else "have"
+
+
+def _outside_envelope(scene: Scene) -> list[str]:
+    """Where the scene leaves what default settings are known to converge for."""
+    found = []
+    for (table, key), (low, high, unit) in ENVELOPE.items():
+        value = getattr(getattr(scene, table), key)
+        if key == "pressure" and (scene.model == "point" or scene.rubber.compound != "B"):
+            continue
+        if not low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
+            found.append(
+                f"{table}.{key} = {_text(value, unit)} is outside the range that is known to work, "
+                f"{_text(low, unit)} to {_text(high, unit)}"
+            )
+    celsius = scene.ice.temperature - MELTING_TEMPERATURE
+    if not COLDEST - 1e-9 <= celsius <= WARMEST + 1e-9:
+        found.append(
+            f"ice.temperature = {celsius:g} degC is outside the range that is known to work, "
+            f"{COLDEST:g} to {WARMEST:g} degC"
+        )
+    return found + _friction(scene) + ([] if scene.model == "point" else _rubber(scene))
+
+
+def _friction(scene: Scene) -> list[str]:
+    """Friction at t = 0, mu = k eta v / (h0 p) (5.29, 5.30), of a film that has not grown yet."""
+    p, h0 = scene.load.pressure, scene.film.initial_height
+    friction = float(scene.contact_parameters(p).k) * WATER_VISCOSITY * scene.load.speed / (h0 * p)
+    if friction <= LARGEST_FRICTION:
+        return []
+    return [
+        f"friction at t = 0 is {friction:.3g} (k η v / (h₀ p)), above {LARGEST_FRICTION:g}: "
+        "the first steps are short, and a block may not hold it"
+    ]
+
+
+def _rubber(scene: Scene) -> list[str]:
+    """Compression, buckling, and settings of the contact."""
+    rubber, load, numerics = scene.rubber, scene.load, scene.numerics
+    E, G = scene.mooney_rivlin.youngs_modulus, scene.mooney_rivlin.shear_modulus
+    found = []
+    if load.pressure > LARGEST_STRAIN * E * (1 + 1e-2) and rubber.compound != "B":
+        found.append(
+            f"load.pressure is {load.pressure / E:.0%} of Young's modulus ({_text(E, 'Pa')}); "
+            f"up to {LARGEST_STRAIN:.0%} are known to work"
+        )
+    if rubber.mesh is None:
+        length = rubber.length if scene.model == "slice" else min(rubber.length, rubber.width)
+        limit = buckling_pressure(E, G, length, rubber.height)
+        if load.pressure > limit:
+            found.append(
+                f"the block is slender: {rubber.height / length:.2g} times as tall as thick, it "
+                f"buckles at about {_text(limit, 'Pa')}"
+            )
+    for key, value, unit, (low, high), scale, name in (
+        ("penalty", numerics.penalty, "Pa/m", PENALTIES, E / rubber.height, "E / H"),
+        (
+            "shear_ramp_pressure",
+            numerics.shear_ramp_pressure,
+            "Pa",
+            SHEAR_RAMPS,
+            load.pressure,
+            "p",
+        ),
+    ):
+        if value is not None and not low * (1 - 1e-9) <= value / scale <= high * (1 + 1e-9):
+            found.append(
+                f"numerics.{key} = {value:.3g} {unit} is {value / scale:.2g} {name}; "
+                f"{low:g} to {high:g} {name} are known to work"
+            )
+    return found
+
+
+def buckling_pressure(E: float, G: float, length: float, height: float) -> float:
+    """Pressure (Pa) at which a block buckles sideways between plates that stay parallel.
+
+    Euler's load of a column whose ends do not turn, p_E = pi^2 E (L / H)^2 / 12, with shear as
+    Haringx has it: p = (kappa G / 2) (sqrt(1 + 4 p_E / (kappa G)) - 1), kappa = 5/6.
+    """
+    euler, shear = pi**2 * E * (length / height) ** 2 / 12.0, 5.0 / 6.0 * G
+    return 0.5 * shear * (sqrt(1.0 + 4.0 * euler / shear) - 1.0)
+
+
+def _text(value: float, unit: str) -> str:
+    return f"{value / BAR:.3g} bar" if unit == "Pa" else readable(value, unit)
