@@ -1,89 +1,128 @@
-"""The energy ledger: what the plate gives against what film, ice and rubber take."""
+"""The energy ledger: what the plate gives against what film, ice and rubber take.
+
+A step's entries are found before it is accepted: one whose energy does not close is refused
+(`coupling.sliding`). The ledger adds up those that were.
+"""
 
 from __future__ import annotations
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.coupling.sliding import Accepted, Sliding
+from typing import TYPE_CHECKING, NamedTuple
 
-ENERGIES = (
-    "friction_work",
-    "load_work",
-    "ice_heat",
-    "rubber_heat",
-    "latent_heat",
-    "elastic_energy",
-    "kinetic_energy",
-)
+from iceslide_fem.arrays import Array
+from iceslide_fem.interface.carriers import InterfaceStep
+from iceslide_fem.rubber.block import Block
+
+if TYPE_CHECKING:
+    from iceslide_fem.coupling.sliding import Accepted, Sliding
+
+
+class Mechanics(NamedTuple):
+    """What the whole block does and stores at a moment.
+
+    friction_force, N; plate_displacement, m; elastic_energy (of rubber and penalty) and
+    kinetic_energy (relative to the plate), J.
+    """
+
+    friction_force: float
+    plate_displacement: float
+    elastic_energy: float
+    kinetic_energy: float
+
+
+class Energies(NamedTuple):
+    """Energies of the whole block over a step or a run, J.
+
+    friction_work: of the plate against friction, F v; load_work: of the plate's weight; ice_heat,
+    rubber_heat, latent_heat: what the interface gave; elastic_energy, kinetic_energy: changes of
+    what is stored. The plate's work should equal the sum of the others.
+    """
+
+    friction_work: float = 0.0
+    load_work: float = 0.0
+    ice_heat: float = 0.0
+    rubber_heat: float = 0.0
+    latent_heat: float = 0.0
+    elastic_energy: float = 0.0
+    kinetic_energy: float = 0.0
+
+    @property
+    def missing(self) -> float:
+        """What the plate gave and nothing took, J; negative where more was taken."""
+        taken = self.ice_heat + self.rubber_heat + self.latent_heat
+        kept = self.elastic_energy + self.kinetic_energy
+        return self.friction_work + self.load_work - taken - kept
+
+
+def mechanics_of(block: Block, shear: Array, area: Array, kinetic_energy: float) -> Mechanics:
+    """What `block` stores at its present displacements under `shear` (Pa) on `area` (m2), (n,).
+
+    `kinetic_energy` is that of the mesh, J (J/m in a slice). Collective.
+    """
+    contact, scale = block.contact, block.scale
+    penalty = 0.5 * contact.pressure**2 / block.equilibrium.penalty
+    sunk = block.surface.total(penalty, contact.area)
+    return Mechanics(
+        scale * block.surface.total(shear, area),
+        block.equilibrium.plate_displacement(),
+        scale * (block.rubber.elastic_energy() + sunk),
+        scale * kinetic_energy,
+    )
+
+
+def step_energies(
+    block: Block, interface_step: InterfaceStep, dt: float, before: Mechanics, after: Mechanics
+) -> Energies:
+    """Entries of a step of `dt` (s) that leads from `before` to `after`. Collective."""
+    step, area = interface_step.step, interface_step.area
+    force = 0.5 * (before.friction_force + after.friction_force)
+
+    def total(density: Array) -> float:
+        return block.scale * block.surface.total(density, area)
+
+    return Energies(
+        friction_work=force * block.scene.load.speed * dt,
+        load_work=block.scale
+        * block.force
+        * (after.plate_displacement - before.plate_displacement),
+        ice_heat=total(step.ice_heat),
+        rubber_heat=total(step.rubber_heat),
+        latent_heat=total(step.latent_heat),
+        elastic_energy=after.elastic_energy - before.elastic_energy,
+        kinetic_energy=after.kinetic_energy - before.kinetic_energy,
+    )
 
 
 class Ledger:
-    """Energies of the whole block since t = 0, J.
-
-    friction_work: of the plate against friction, F v; load_work: of the plate's weight; ice_heat,
-    rubber_heat, latent_heat: what the interface gave; elastic_energy: change of what block and
-    penalty store; kinetic_energy: of the block relative to the plate. The
-    plate's work should equal the sum of the others.
-    """
+    """Energies of the whole block since t = 0, J: attributes named as those of `Energies`."""
 
     def __init__(self, sliding: Sliding) -> None:
-        """Start at the present moment of `sliding`. Collective."""
-        self._sliding, self._block = sliding, sliding.block
+        """Start at the present moment of `sliding`."""
+        self._sliding = sliding
         self.friction_work = self.load_work = 0.0
         self.ice_heat = self.rubber_heat = self.latent_heat = 0.0
         self.elastic_energy = self.kinetic_energy = 0.0
-        self._force = self.friction_force()
-        self._plate = self._block.equilibrium.plate_displacement()
-        self._stored = self._elastic()
 
     def add(self, accepted: Accepted) -> None:
-        """Enter an accepted step (the block's displacements are its). Collective."""
-        block, step, area = self._block, accepted.interface_step.step, accepted.interface_step.area
-        force, plate = self.friction_force(), block.equilibrium.plate_displacement()
-        distance = block.scene.load.speed * accepted.dt
-        self.friction_work += 0.5 * (force + self._force) * distance
-        self.load_work += block.scale * block.force * (plate - self._plate)
-        self.ice_heat += self._integral(step.ice_heat, area)
-        self.rubber_heat += self._integral(step.rubber_heat, area)
-        self.latent_heat += self._integral(step.latent_heat, area)
-        if accepted.solved:
-            self.elastic_energy = self._elastic() - self._stored
-            motion, law = self._sliding.current.motion, self._sliding.motion_law
-            self.kinetic_energy = block.scale * law.kinetic_energy(motion)
-        self._force, self._plate = force, plate
+        """Enter an accepted step."""
+        for name, energy in accepted.energies._asdict().items():
+            setattr(self, name, getattr(self, name) + energy)
 
     def state(self) -> dict[str, float]:
         """The energies, J."""
-        return {name: getattr(self, name) for name in ENERGIES}
+        return {name: getattr(self, name) for name in Energies._fields}
 
     def restore(self, state: dict[str, float]) -> None:
-        """Go on from `state`, at the moment to which `sliding` was restored. Collective."""
-        for name in ENERGIES:
+        """Go on from `state`, at the moment to which `sliding` was restored."""
+        for name in Energies._fields:
             setattr(self, name, state[name])
-        self._force = self.friction_force()
-        self._plate = self._block.equilibrium.plate_displacement()
 
     @property
     def imbalance(self) -> float:
         """What is missing or too much, relative to the friction work."""
         if self.friction_work == 0.0:
             return 0.0
-        given = self.friction_work + self.load_work
-        taken = self.ice_heat + self.rubber_heat + self.latent_heat
-        kept = self.elastic_energy + self.kinetic_energy
-        return (given - taken - kept) / self.friction_work
+        return Energies(**self.state()).missing / self.friction_work
 
     def friction_force(self) -> float:
-        """Friction force of the whole block at the present current, N. Collective."""
-        current = self._sliding.current
-        return self._integral(
-            self._sliding.shear(current.interface, current.loads), current.loads.area
-        )
-
-    def _integral(self, density: Array, area: Array) -> float:
-        return self._block.scale * self._block.surface.total(density, area)
-
-    def _elastic(self) -> float:
-        block, contact = self._block, self._block.contact
-        penalty = 0.5 * contact.pressure**2 / block.equilibrium.penalty
-        sunk = block.surface.total(penalty, contact.area)
-        return block.scale * (block.rubber.elastic_energy() + sunk)
+        """Friction force of the whole block at the present moment, N."""
+        return self._sliding.current.mechanics.friction_force

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from iceslide_fem.arrays import Array
+from iceslide_fem.coupling.energy import Energies, Mechanics, mechanics_of, step_energies
 from iceslide_fem.coupling.restart import layouts_of, node_layout
 from iceslide_fem.coupling.step_error import COUPLING, CouplingControl, StepError
 from iceslide_fem.errors import NotConverged, SimulationStopped
@@ -46,8 +47,9 @@ class CoupledState(NamedTuple):
     """Everything that a step starts from: committed as a whole, or not at all.
 
     time (s); motion: of the block when it was last solved for; contact and solved_shear (of the
-    points, Pa): of then; loads: the rubber's points, (n,); interface: film and ice; steady: whether
-    the last step changed the shear so little that the block may rest.
+    points, Pa): of then; loads: the rubber's points, (n,); interface: film and ice; mechanics: what
+    the block does and stores; steady: whether the last step changed the shear so little that the
+    block may rest.
     """
 
     time: float
@@ -55,6 +57,7 @@ class CoupledState(NamedTuple):
     contact: ContactState
     loads: ContactLoads
     interface: InterfaceState
+    mechanics: Mechanics
     solved_shear: Array
     steady: bool
 
@@ -62,13 +65,15 @@ class CoupledState(NamedTuple):
 class Accepted(NamedTuple):
     """An accepted step: the state it leads to, and what happened on the way.
 
-    interface_step: film and heat; loads: the rubber's points at its end, before the window moved;
-    iterations: Newton's; solved: whether the block was solved; rejected: steps refused before.
+    interface_step: film and heat; energies: its entries in the ledger; loads: the rubber's points
+    at its end, before the window moved; iterations: Newton's; solved: whether the block was solved;
+    rejected: steps refused before.
     """
 
     state: CoupledState
     dt: float
     interface_step: InterfaceStep
+    energies: Energies
     loads: ContactLoads
     iterations: int
     solved: bool
@@ -115,10 +120,12 @@ class Sliding:
         state = self.carrier.start(scene.film.initial_height, n)
         loads = self._loads(np.full(n, scene.load.speed), 0.0)
         motion = at_rest(block.rubber.u.x.array)
-        self.current = CoupledState(
-            0.0, motion, block.contact, loads, state, self.shear(state, loads), False
-        )
         self.motion_law = _motion_law(block)
+        shear = self.shear(state, loads)
+        mechanics = mechanics_of(block, shear, loads.area, 0.0)
+        self.current = CoupledState(
+            0.0, motion, block.contact, loads, state, mechanics, shear, False
+        )
         self._start, self._layouts = motion.displacements, layouts_of(block, self.carrier)
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
         self._passes = control.passes
@@ -163,12 +170,15 @@ class Sliding:
         points, films = layouts.points.own(state["points"]), layouts.films.own(state["films"])
         content = layouts.ice.own(state["ice"])["content"]
         rubber = layouts.rubber.own(state["rubber"])["content"]
+        interface = self.current.interface._replace(**films, ice=content, rubber=rubber)
+        loads = self._loads(points["speed"], state["offset"])
         self.current = CoupledState(
             time=state["time"],
             motion=motion,
             contact=self.block.contact,
-            loads=self._loads(points["speed"], state["offset"]),
-            interface=self.current.interface._replace(**films, ice=content, rubber=rubber),
+            loads=loads,
+            interface=interface,
+            mechanics=self._mechanics(self.shear(interface, loads), loads, motion),
             solved_shear=points["shear"],
             steady=state["steady"],
         )
@@ -212,7 +222,7 @@ class Sliding:
                     self.block.equilibrium.forget()
                 self._dt = dt * (reason.factor if isinstance(reason, Refused) else 0.25)
                 rejected += 1
-                if self._dt < SMALLEST_STEP * self._duration or not self._adaptive:
+                if not self._dt >= SMALLEST_STEP * self._duration or not self._adaptive:
                     raise SimulationStopped(self._farewell(reason)) from reason
                 between_trials()
                 continue
@@ -235,15 +245,18 @@ class Sliding:
         interface_step = self._advance_interface(loads, dt, before)
         control = self._allowed(interface_step, 1.0)
         state = interface_step.step.state
-        if not self._error.is_quiet(self.shear(state, loads), start.solved_shear, start.loads.area):
+        shear = self.shear(state, loads)
+        if not self._error.is_quiet(shear, start.solved_shear, start.loads.area):
             return None
+        force = self.block.scale * self.block.surface.total(shear, loads.area)
         after = start._replace(
-            time=start.time + dt, motion=rested(start.motion), loads=loads, interface=state
+            time=start.time + dt,
+            motion=rested(start.motion),
+            loads=loads,
+            interface=state,
+            mechanics=start.mechanics._replace(friction_force=force),
         )
-        factor = float(self._factor(control))
-        return Accepted(
-            self._window_shifted(after), dt, interface_step, loads, 0, False, 0
-        ), dt * factor
+        return self._accepted(after, dt, interface_step, 0, False, float(self._factor(control)))
 
     def _solved(self, dt: float) -> tuple[Accepted, float]:
         """A trial step with the block in equilibrium under the shear at its end."""
@@ -279,14 +292,45 @@ class Sliding:
         shear, at_rest = self.shear(state, loads), self.shear(state, self._resting(loads))
         before, area = self.current.solved_shear, self.current.loads.area
         steady = self.motion_law.may_rest and self._error.is_quiet(at_rest, before, area)
-        after = self._window_shifted(
-            CoupledState(time, motion, block.contact, loads, state, shear, steady)
-        )
+        mechanics = self._mechanics(shear, loads, motion)
+        after = CoupledState(time, motion, block.contact, loads, state, mechanics, shear, steady)
         factor = min(float(self._factor(control)), float(step_factor(mismatches[0], 2)))
         factor = min(factor, float(step_factor(drift, 2)))
         if iterations > MANY_ITERATIONS:
             factor = min(factor, 0.8)
-        return Accepted(after, dt, interface_step, loads, iterations, True, 0), dt * factor
+        return self._accepted(after, dt, interface_step, iterations, True, factor)
+
+    def _accepted(
+        self,
+        after: CoupledState,
+        dt: float,
+        interface_step: InterfaceStep,
+        iterations: int,
+        solved: bool,
+        factor: float,
+    ) -> tuple[Accepted, float]:
+        """The trial step with its energies; `factor` is that on the next one's length.
+
+        Raises Refused where its energies are not those of friction.
+        """
+        if not after.mechanics.friction_force > 0.0:
+            raise Refused("rubber that springs back would push the block forward", 0.25)
+        before = self.current.mechanics
+        energies = step_energies(self.block, interface_step, dt, before, after.mechanics)
+        unclosed = self._error.of_energy(energies)
+        shorter = float(step_factor(unclosed, 2))
+        if unclosed > 1.0 and self._adaptive:  # else nobody could choose a better step
+            raise Refused("the step's energy does not close: the block snaps", shorter)
+        shifted = self._window_shifted(after)
+        accepted = Accepted(
+            shifted, dt, interface_step, energies, after.loads, iterations, solved, 0
+        )
+        return accepted, dt * min(factor, shorter)
+
+    def _mechanics(self, shear: Array, loads: ContactLoads, motion: Motion) -> Mechanics:
+        """What the block does and stores at its present displacements. Collective."""
+        kinetic_energy = self.motion_law.kinetic_energy(motion)
+        return mechanics_of(self.block, shear, loads.area, kinetic_energy)
 
     def _balance(self, height: Array, speed: SpeedLaw) -> int:
         """Equilibrium under the film's shear; how many iterations it took.
@@ -297,12 +341,14 @@ class Sliding:
         """
         block, values = self.block, self.block.rubber.u.x.array
         before, held = values.copy(), block.contact.pressure
+        friction = block.film_friction(height)
         try:
-            return block.balance(block.film_shear(height, speed)).iterations
+            return block.balance(block.film_shear(height, speed), friction=friction).iterations
         except NotConverged:
             values[:] = before
             block.equilibrium.forget()
-            iterations = block.balance(block.held_shear(height, speed, held)).iterations
+            law = block.held_shear(height, speed, held)
+            iterations = block.balance(law, friction=friction).iterations
             ones, now = np.ones_like(height), block.contact
             taken, due = (block.friction.shear(p, ones, height)[0] for p in (held, now.pressure))
             if not self._error.is_quiet(taken.ravel(), due.ravel(), now.area.ravel()):

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.arrays import Array
+from iceslide_fem.coupling.energy import Energies
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import InterfaceState, error_norms
 from iceslide_fem.interface.carriers import InterfaceStep
@@ -23,6 +24,10 @@ LOCAL_SHARE, LOCAL_POWER = 2.4, 1.6
 # How much larger the temperature's local error may be where ice passes: it sits in the one or two
 # cells where melting begins, and leaves with them. mu(t) stays within the tolerance.
 PASSING_EASE = 10.0
+# Share of the energy that a step turns over which may be missing or too much: that of a whole run
+# is then no larger. Steps of a smooth motion stay below a tenth of it; one across which the block
+# snaps loses what it had stored, because there is no inertia that takes it.
+ENERGY_SHARE = 0.01
 
 
 class CouplingControl(NamedTuple):
@@ -82,6 +87,12 @@ class StepError:
         change = after.step.state.log_height - before.step.state.log_height
         return self._mean(change, _friction(after)) / (self._control.agreement * self._tolerance)
 
+    def of_energy(self, energies: Energies) -> float:
+        """What is missing in a step's energies, or too much. (They are those of all ranks.)"""
+        taken = energies.ice_heat + energies.rubber_heat + energies.latent_heat
+        turnover = max(abs(energies.friction_work), taken)
+        return abs(energies.missing) / (ENERGY_SHARE * turnover) if turnover else np.inf
+
     def is_quiet(self, shear: Array, solved: Array, area: Array) -> bool:
         """Whether the block may stay as it was solved for under the shear `solved` (Pa)."""
         change = self._mean(shear - solved, area)
@@ -95,9 +106,9 @@ class StepError:
 
 
 def _friction(interface_step: InterfaceStep) -> Array:
-    """Friction force (N) under each film at the end of the step."""
-    return (
-        interface_step.area
-        * interface_step.loads.viscous
-        * np.exp(-interface_step.step.state.log_height)
-    )
+    """Size of the friction force (N) under each film at the end of the step.
+
+    Rubber that springs back faster than the block slides is sheared the other way.
+    """
+    viscous = np.abs(interface_step.loads.viscous)
+    return interface_step.area * viscous * np.exp(-interface_step.step.state.log_height)

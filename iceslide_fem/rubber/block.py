@@ -27,8 +27,9 @@ from iceslide_fem.rubber.failure import limit_met
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.scene import Scene
 
-# Newton stops at this residual, relative to the plate's force and the scene's tolerance.
-EQUILIBRIUM_SHARE = 1e-3
+# Newton stops at a residual of these shares of the plate's force and of the friction force, times
+# the scene's tolerance. The second is the smaller one where mu is below 0.1.
+EQUILIBRIUM_SHARE, FRICTION_SHARE = 1e-3, 1e-2
 # Shear is faded in up to this share of the nominal pressure.
 RAMP_SHARE = 0.05
 # Static friction is fully mobilised after a slip of about this share of the height.
@@ -65,10 +66,22 @@ class Block:
         """Contact at the present displacements."""
         return contact_state(self.surface, self.rubber.displacements, self.equilibrium.penalty)
 
-    def balance(self, law: TractionLaw, load: float = 1.0) -> Solution:
-        """Find equilibrium under `load` times the plate's force. Raises NotConverged."""
-        tolerance = EQUILIBRIUM_SHARE * self.scene.numerics.tolerance * self.force * load
-        return self.equilibrium.solve(self.force * load, law, tolerance)
+    def balance(self, law: TractionLaw, load: float = 1.0, friction: float = np.inf) -> Solution:
+        """Find equilibrium under `load` times the plate's force. Raises NotConverged.
+
+        `friction` (N, of the mesh) is what the law's shear amounts to: where that is small, the
+        residual must be small against it, too.
+        """
+        force = self.force * load
+        scale = min(EQUILIBRIUM_SHARE * force, FRICTION_SHARE * friction)
+        return self.equilibrium.solve(force, law, self.scene.numerics.tolerance * scale)
+
+    def film_friction(self, film_height: Array) -> float:
+        """Friction force (N, of the mesh) at the plate's speed over films (f, q), m. Collective."""
+        contact = self.contact
+        speed = np.full_like(film_height, self.scene.load.speed)
+        shear, _ = self.friction.shear(contact.pressure, speed, film_height)
+        return self.surface.total(shear, contact.area)
 
     def static(self, pressure: Array, displacement: Array) -> Traction:
         """Static friction of the press phase."""

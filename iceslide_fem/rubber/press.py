@@ -74,7 +74,7 @@ def start_sliding(block: Block, observe: Callable[[PathPoint], None]) -> None:
             slipping = film(pressure, displacement)
             return blend(block.static(pressure, displacement), slipping, share)
 
-        solution = block.balance(law)
+        solution = block.balance(law, friction=block.film_friction(height))
         observe(PathPoint("ramp", 1.0, share, law, solution))
         return solution
 

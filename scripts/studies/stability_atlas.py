@@ -214,9 +214,9 @@ class Counting(Block):
 
     failures: list[str]
 
-    def balance(self, law: TractionLaw, load: float = 1.0) -> Solution:
+    def balance(self, law: TractionLaw, load: float = 1.0, friction: float = np.inf) -> Solution:
         try:
-            return super().balance(law, load)
+            return super().balance(law, load, friction)
         except NotConverged as reason:
             self.failures.append(str(reason))
             raise
