@@ -140,6 +140,71 @@ def test_where_shear_that_fades_in_has_no_equilibrium_its_fading_is_held(monkeyp
     assert sliding.block.normal_force(contact) == pytest.approx(0.1, rel=1e-4)
 
 
+def snapping():
+    """Rubber of nu = 0 whose edge folds under the block at once, faster than it slides."""
+    return scene_from_dict(
+        {
+            "name": "snapping",
+            "model": "slice",
+            "rubber": {"C10": "0.1662 MPa", "C01": "0.1068 MPa", "nu": 0},
+            "load": {"pressure": "5 bar", "speed": "3 m/s", "duration": "7 ms"},
+            "ice": {"motion": "sliding"},
+            "film": {"k": 0.405, "D": "46.5 um", "H_V": "0.56 um", "carrier": "rubber"},
+            "numerics": {"tolerance": 3e-2, "refinement": 0.25},
+        }
+    )
+
+
+def test_no_step_is_accepted_whose_energy_does_not_close(tmp_path):
+    with pytest.raises(SimulationStopped, match="snaps.*an edge folds"):
+        run(snapping(), tmp_path)
+    rows = list(csv.DictReader(open(tmp_path / "history.csv")))
+    assert len(rows) > 20 and min(float(row["mu"]) for row in rows) > 0.0
+    assert max(abs(float(row["energy_imbalance"])) for row in rows) < 1e-2
+
+
+def test_no_step_is_accepted_whose_friction_pushes(monkeypatch):
+    sliding = started(thesis("load.duration=1ms", "numerics.refinement=0.25"))
+    shear, pushes = Sliding.shear, []
+
+    def turned(self, interface, loads):
+        pushes.append(len(pushes) > 3)
+        return -shear(self, interface, loads) if pushes[-1] else shear(self, interface, loads)
+
+    monkeypatch.setattr(Sliding, "shear", turned)
+    with pytest.raises(SimulationStopped, match="rubber that springs back would push the block"):
+        for _ in range(10):
+            sliding.advance()
+    assert any(pushes) and sliding.current.mechanics.friction_force > 0.0
+
+
+def test_a_step_that_is_no_number_ends_the_trials(monkeypatch):
+    sliding = started(thesis("load.duration=1ms", "numerics.refinement=0.25"))
+    monkeypatch.setattr(StepError, "of_film", lambda *_: np.inf)
+    sliding._dt = np.nan
+    with pytest.raises(SimulationStopped, match="no step is accepted"):
+        sliding.advance()
+
+
+def test_friction_that_springs_back_has_no_negative_error():
+    sliding = started(thesis("load.duration=1ms", "numerics.refinement=0.25"))
+    accepted = sliding.advance()
+    step = accepted.interface_step
+    forwards = sliding._error.of_film(step, sliding.current.interface)
+    turned = step._replace(loads=step.loads._replace(viscous=-step.loads.viscous))
+    assert sliding._error.of_film(turned, sliding.current.interface) == forwards > 0.0
+
+
+def test_small_friction_is_as_accurate_as_large():
+    changes = ["load.pressure=10bar", "load.speed=1mm/s", "load.duration=1ms"]
+    runs = [
+        slide(thesis(*changes, "numerics.refinement=0.25", f"numerics.tolerance={tolerance}"))
+        for tolerance in (1e-2, 1e-3)
+    ]
+    curves = [np.interp(runs[0]["time_s"], rows["time_s"], rows["mu"]) for rows in runs]
+    np.testing.assert_allclose(*curves, rtol=5e-3)
+
+
 def test_a_coarse_window_does_not_thin_out_the_contact_points():
     scene = thesis("ice.motion=sliding", "ice.cell=0.5mm", "numerics.refinement=0.5")
     assert build_block(scene, MPI.COMM_SELF).surface.weights.shape[1] >= 4
