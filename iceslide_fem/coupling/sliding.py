@@ -317,7 +317,7 @@ class Sliding:
             raise Refused("rubber that springs back would push the block forward", 0.25)
         before = self.current.mechanics
         energies = step_energies(self.block, interface_step, dt, before, after.mechanics)
-        unclosed = self._error.of_energy(energies)
+        unclosed = self._error.of_energy(energies, dt)
         shorter = float(step_factor(unclosed, 2))
         if unclosed > 1.0 and self._adaptive:  # else nobody could choose a better step
             raise Refused("the step's energy does not close: the block snaps", shorter)

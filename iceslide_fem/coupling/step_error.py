@@ -25,9 +25,12 @@ LOCAL_SHARE, LOCAL_POWER = 2.4, 1.6
 # cells where melting begins, and leaves with them. mu(t) stays within the tolerance.
 PASSING_EASE = 10.0
 # Share of the energy that a step turns over which may be missing or too much: that of a whole run
-# is then no larger. Steps of a smooth motion stay below a tenth of it; one across which the block
-# snaps loses what it had stored, because there is no inertia that takes it.
+# is then no larger. Steps of a smooth motion stay below half of it.
 ENERGY_SHARE = 0.01
+# A point that folds over snaps from one equilibrium to the next, however short the step, because no
+# inertia delays it. Steps of up to this share of the duration may jump so, if what is missing then
+# is at most this share of the energy that the whole run turns over at the present friction.
+SNAP_STEP, SNAP_SHARE = 1e-5, 1e-3
 
 
 class CouplingControl(NamedTuple):
@@ -87,11 +90,14 @@ class StepError:
         change = after.step.state.log_height - before.step.state.log_height
         return self._mean(change, _friction(after)) / (self._control.agreement * self._tolerance)
 
-    def of_energy(self, energies: Energies) -> float:
-        """What is missing in a step's energies, or too much. (They are those of all ranks.)"""
+    def of_energy(self, energies: Energies, dt: float) -> float:
+        """What is missing in the energies of a step of `dt` (s), or too much."""
         taken = energies.ice_heat + energies.rubber_heat + energies.latent_heat
         turnover = max(abs(energies.friction_work), taken)
-        return abs(energies.missing) / (ENERGY_SHARE * turnover) if turnover else np.inf
+        share, duration = ENERGY_SHARE, self._block.scene.load.duration
+        if dt <= SNAP_STEP * duration:
+            share = max(share, SNAP_SHARE * duration / dt)
+        return abs(energies.missing) / (share * turnover) if turnover else np.inf
 
     def is_quiet(self, shear: Array, solved: Array, area: Array) -> bool:
         """Whether the block may stay as it was solved for under the shear `solved` (Pa)."""
