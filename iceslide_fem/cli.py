@@ -214,6 +214,7 @@ def info(scene_file: SceneFile, overrides: Overrides = None) -> None:
     from rich.table import Table
 
     from iceslide_fem.planning.info import describe
+    from iceslide_fem.planning.warnings import warnings
 
     table = Table(title=f"{scene.name} ({scene.model})", title_justify="left")
     for heading in ("", "quantity", "value", "meaning"):
@@ -226,6 +227,8 @@ def info(scene_file: SceneFile, overrides: Overrides = None) -> None:
         group = row.group
     Console().print(table)
     _print_notes(scene)
+    for warning in warnings(scene):
+        typer.echo(f"Note: {warning}.")
 
 
 @app.command()

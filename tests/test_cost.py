@@ -5,13 +5,27 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")
+from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.mesh.ice import ice_mesh, ice_nodes, window_lines
-from iceslide_fem.mesh.rubber import block_size, rubber_mesh
+from iceslide_fem.mesh.rubber import (  # noqa: E402
+    block_size,
+    divisions,
+    rubber_mesh,
+    tagged_rubber,
+)
+from iceslide_fem.mesh.size import (  # noqa: E402
+    Unknowns,
+    memory_needed,
+    memory_of_machine,
+)
+from iceslide_fem.mesh.user_mesh import mesh_size  # noqa: E402
 from iceslide_fem.planning import cost  # noqa: E402
-from iceslide_fem.planning.cost import estimate, expected_steps, step_cost  # noqa: E402
+from iceslide_fem.planning.cost import estimate, expected_steps, step_seconds  # noqa: E402
+from iceslide_fem.planning.warnings import warnings  # noqa: E402
 from iceslide_fem.run.point import point_history  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
+from iceslide_fem.simulate import run  # noqa: E402
 
 pytestmark = pytest.mark.fe
 ROOT = Path(__file__).parent.parent
@@ -34,8 +48,9 @@ def test_estimates_are_within_a_factor_of_two_of_the_runs_in_the_docstring(row):
         thesis(f"model={model}", f"ice.heat={heat}", f"numerics.tolerance={tolerance}")
     )
     assert 0.5 < expected / steps < 2.0
-    memory, step_seconds = step_cost(2 if model == "slice" else 3, int(rubber), int(ice))
-    time = cost.START_SECONDS + (expected + cost.START_STEPS) * step_seconds
+    size = Unknowns(2 if model == "slice" else 3, int(rubber), int(ice), 0)
+    memory = memory_needed(size)
+    time = cost.START_SECONDS + (expected + cost.START_STEPS) * step_seconds(*size[:3])
     assert 0.5 < time / seconds < 2.0
     assert 0.8 < memory / (1e6 * megabytes) < 1.25
 
@@ -43,9 +58,10 @@ def test_estimates_are_within_a_factor_of_two_of_the_runs_in_the_docstring(row):
 def test_time_and_memory_of_a_run_follow_from_its_steps_and_unknowns():
     scene = thesis("numerics.tolerance=1e-2")
     found = estimate(scene)
-    memory, step_seconds = step_cost(3, found.rubber_unknowns, found.ice_unknowns)
-    assert found.memory == memory
-    assert found.steps * step_seconds < found.time < 1.3 * found.steps * step_seconds + 2.0
+    size = Unknowns(3, found.rubber_unknowns, found.ice_unknowns, 0)
+    assert found.memory == memory_needed(size)
+    seconds = found.steps * step_seconds(*size[:3])
+    assert seconds < found.time < 1.3 * seconds + 2.0
 
 
 def test_there_are_enough_measured_runs():
@@ -89,3 +105,57 @@ def test_given_steps_are_counted():
     euler = "numerics.film_integrator=implicit-euler"
     assert expected_steps(thesis(euler, "numerics.max_step=0.1ms")) == 70
     assert expected_steps(thesis(euler)) == 40
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        ["model=slice", "rubber.length=1m", "rubber.height=10um", "numerics.refinement=8"],
+        ["rubber.length=1m", "rubber.height=10um"],
+        ["numerics.refinement=8", "ice.margin=1m"],
+        ["model=slice", "ice.motion=sliding", "ice.cell=0.1um", "rubber.length=1m"],
+        ["rubber.sipes=8", "rubber.sipe_width=10um", "rubber.sipe_depth=10um", "rubber.length=1m"],
+    ],
+)
+def test_what_cannot_fit_the_machine_is_refused_before_it_is_meshed(changes, tmp_path):
+    scene = thesis(*changes)
+    assert estimate(scene).memory > memory_of_machine()
+    with pytest.raises(SceneError, match="GB of memory .* and there are"):
+        run(scene, tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+def test_usual_scenes_fit():
+    for changes in ([], ["numerics.refinement=2"], ["model=slice", "numerics.refinement=8"]):
+        assert estimate(thesis(*changes)).memory < 8e9
+
+
+def test_nodes_of_sipes_are_counted_without_a_mesh():
+    for model in ("slice", "block"):
+        scene = load_scene(ROOT / "cases" / "siped_block.toml", [f"model={model}"])
+        found, built = divisions(scene), mesh_size(tagged_rubber(scene))
+        assert {name: found[name] for name in built} == pytest.approx(built)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (["rubber.length=1m", "rubber.height=10um"], "and is refused"),
+        (
+            ["load.pressure=0.2bar", "load.speed=30", "film.initial_height=1nm"],
+            "friction of a point",
+        ),
+        (["ice.motion=sliding", "load.duration=0.1ms"], "before an ice point has passed the block"),
+        (["ice.motion=sliding", "load.speed=30"], "columns resolve it"),
+        (["film.initial_height=2um"], "films of a point get"),
+    ],
+)
+def test_info_warns_of_what_it_knows(changes, words):
+    assert any(words in warning for warning in warnings(thesis(*changes))), warnings(
+        thesis(*changes)
+    )
+
+
+def test_info_does_not_warn_of_the_cases():
+    for case in sorted((ROOT / "cases").glob("*.toml")):
+        assert warnings(load_scene(case)) == []

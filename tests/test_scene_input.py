@@ -147,3 +147,22 @@ def test_text_that_is_no_toml_is_a_string():
     assert parsed("[" * 10_000) == "[" * 10_000
     assert parsed("1" * 5000) == "1" * 5000
     assert read_scene(CASE, ["load.pressure=3bar"])["load"]["pressure"] == "3bar"
+
+
+@pytest.mark.parametrize(
+    ("varied", "words"),
+    [
+        (["load.pressure=1bar:5bar:100000000"], "a count of 2 to 100000"),
+        (["load.pressure=1bar:5bar:" + "9" * 5000], "with a whole count"),
+        (["load.pressure=1bar:5bar:1000", "load.speed=1:5:1000"], "the sweep has 1000000 cases"),
+        (["film.k=true:false:3"], 'film.k = "true" is not a number'),
+        ([f"load.pressure=1{'0' * 400}:2:3"], "is not a number"),
+        (["load.pressure=nan:2:3"], "is not a number"),
+    ],
+)
+def test_sweeps_are_counted_before_they_are_built(varied, words):
+    from iceslide_fem.sweep.plan import make_plan
+
+    with pytest.raises(SceneError) as caught:
+        make_plan(CASE, [], varied)
+    assert words in str(caught.value)

@@ -55,15 +55,23 @@ def divisions(scene: Scene) -> dict[str, float]:
     """Size of the rubber's mesh: cells nx, ny (block only), nz of the built-in grid; cells;
     nodes of the quadratic elements; smallest and largest cell edge in m.
     """
-    if scene.rubber.mesh is not None or scene.rubber.sipes:
+    if scene.rubber.mesh is not None:
         return mesh_size(tagged_rubber(scene))
-    lines = box_lines(block_shape(scene), scene.numerics.refinement)
+    block = block_shape(scene)
+    lines = box_lines(block, scene.numerics.refinement)
     counts = [len(line) - 1 for line in lines]
+    across = math.prod(counts[1:-1])  # cells along a sipe
+    cells, nodes = math.prod(counts), math.prod(2 * n + 1 for n in counts)
+    for low, high in block.sipes:
+        wide = int(np.sum((lines[0] > low) & (lines[0] < high))) + 1
+        tall = int(np.sum(lines[-1] < block.sipe_depth * (1.0 - 1e-9)))
+        cells -= wide * tall * across
+        nodes -= (2 * wide - 1) * 2 * tall * math.prod(2 * n + 1 for n in counts[1:-1])
     names = ["nx", "nz"] if len(lines) == 2 else ["nx", "ny", "nz"]
     edges = np.concatenate([np.diff(line) for line in lines])
     return dict(zip(names, counts, strict=True)) | {
-        "cells": math.prod(counts),
-        "quadratic_nodes": math.prod(2 * n + 1 for n in counts),
+        "cells": cells,
+        "quadratic_nodes": nodes,
         "smallest_m": float(edges.min()),
         "largest_m": float(edges.max()),
     }

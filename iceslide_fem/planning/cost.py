@@ -20,10 +20,12 @@ because the block has hardly changed.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import ceil
 from typing import NamedTuple
 
 from iceslide_fem.film.integrators import INTEGRATORS
+from iceslide_fem.output.table import HistoryRow
 from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import Scene
 
@@ -33,7 +35,7 @@ FIXED_STEPS = 40  # of a block whose integrator has no error estimate
 START_SECONDS = 1.5
 START_STEPS = 15  # press and speed ramp, in steps
 PASSING_SHARE = 1 / 3  # of a step's time, where steps follow the passage of ice cells
-BASE_MEMORY = 0.21e9  # bytes, of which nearly all is programs
+POINT_MEMORY = 0.21e9  # bytes, of which nearly all is programs
 
 
 class Cost(NamedTuple):
@@ -50,30 +52,37 @@ def estimate(scene: Scene) -> Cost:
     """Expected cost of a run. Raises SceneError if the user's mesh can't be used."""
     steps = expected_steps(scene)
     if scene.model == "point":
-        return Cost(steps, 0, 0, BASE_MEMORY, START_SECONDS)
+        return Cost(steps, 0, 0, POINT_MEMORY, START_SECONDS)
 
-    from iceslide_fem.mesh.ice import ice_nodes  # loads gmsh
-    from iceslide_fem.mesh.rubber import divisions  # loads gmsh
+    from iceslide_fem.mesh.size import memory_needed, unknowns  # loads gmsh
 
-    dimensions = 2 if scene.model == "slice" else 3
-    rubber = dimensions * int(divisions(scene)["quadratic_nodes"])
-    ice = ice_nodes(scene) if scene.ice.heat == "continuum" else 0
-    memory, step_seconds = step_cost(dimensions, rubber, ice)
+    size = unknowns(scene)
     share = PASSING_SHARE if scene.ice.motion == "sliding" else 1.0
-    time = START_SECONDS + (share * steps + START_STEPS) * step_seconds
-    return Cost(steps, rubber, ice, memory, time)
+    seconds = step_seconds(size.dimensions, size.rubber, size.ice)
+    time = START_SECONDS + (share * steps + START_STEPS) * seconds
+    return Cost(steps, size.rubber, size.ice, memory_needed(size), time)
 
 
-def step_cost(dimensions: int, rubber: int, ice: int) -> tuple[float, float]:
-    """Memory (bytes) of a run and time (s) per step with these unknowns of rubber and ice.
+def step_seconds(dimensions: int, rubber: int, ice: int) -> float:
+    """Time (s) per step with these unknowns of rubber and ice.
 
-    In 3-D the factors of the direct solver grow as n^(4/3).
+    The direct solver's work grows as n^(3/2) in a plane; in space it was n^(4/3) so far.
     """
     ice_seconds = 1e-3 + 5e-6 * ice if ice else 0.0
     if dimensions == 2:
-        return BASE_MEMORY + 2e3 * (rubber + ice), 3e-3 + 2.4e-6 * rubber + ice_seconds
-    factors = 0.14e9 * ((rubber + ice) / 13e3) ** (4 / 3)
-    return BASE_MEMORY + factors, 0.03 + 0.45 * (rubber / 12e3) ** (4 / 3) + ice_seconds
+        return 3e-3 + 3e-8 * rubber**1.5 + ice_seconds
+    return 0.03 + 0.45 * (rubber / 12e3) ** (4 / 3) + ice_seconds
+
+
+@lru_cache(maxsize=1)
+def point_rows(scene: Scene) -> list[HistoryRow]:
+    """History of the scene's point rung, at the nominal pressure."""
+    heat = "column" if scene.ice.heat == "continuum" else scene.ice.heat
+    ice = scene.ice.model_copy(update={"heat": heat})
+    update: dict[str, object] = {"model": "point", "ice": ice}
+    if scene.model != "point":
+        update["numerics"] = scene.numerics.model_copy(update={"max_step": None})
+    return point_history(scene.model_copy(update=update))[0]
 
 
 def expected_steps(scene: Scene) -> int:
@@ -81,13 +90,7 @@ def expected_steps(scene: Scene) -> int:
     numerics, duration = scene.numerics, scene.load.duration
     if scene.model != "point" and not INTEGRATORS[numerics.film_integrator].estimate:
         return ceil(duration / numerics.max_step) if numerics.max_step else FIXED_STEPS
-    heat = "column" if scene.ice.heat == "continuum" else scene.ice.heat
-    ice = scene.ice.model_copy(update={"heat": heat})
-    update: dict[str, object] = {"model": "point", "ice": ice}
-    if scene.model != "point":
-        update["numerics"] = numerics.model_copy(update={"max_step": None})
-    rows, _ = point_history(scene.model_copy(update=update))
-    steps = len(rows) - 1
+    steps = len(point_rows(scene)) - 1
     if scene.model == "point":
         return steps
     fewest = STEPS_PER_POINT_STEP * steps * (1e-2 / numerics.tolerance) ** TIGHTER

@@ -11,8 +11,10 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.film.friction import FilmFriction
+from iceslide_fem.mesh.gmsh_model import from_root
 from iceslide_fem.mesh.ice import window_cell
 from iceslide_fem.mesh.rubber import rubber_mesh
+from iceslide_fem.mesh.size import check_memory
 from iceslide_fem.rubber.contact import (
     ContactState,
     Traction,
@@ -118,7 +120,11 @@ class Block:
 
 
 def build_block(scene: Scene, comm: MPI.Comm) -> Block:
-    """Mesh the scene's block and prepare its forms. Collective."""
+    """Mesh the scene's block and prepare its forms. Collective.
+
+    Raises SceneError if the user's mesh can't be used or a run needs more memory than there is.
+    """
+    from_root(lambda: check_memory(scene), comm)
     mesh = rubber_mesh(scene, comm)
     material = scene.mooney_rivlin
     rubber = HyperelasticBody(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from copy import deepcopy
 from pathlib import Path
@@ -22,7 +23,10 @@ from iceslide_fem.scene import (
     unit_of,
 )
 from iceslide_fem.scene.fingerprint import fingerprint
+from iceslide_fem.scene.messages import shortened
 from iceslide_fem.scene.units import to_si
+
+MOST_CASES = 100_000  # of a sweep
 
 Value = float | str | bool
 
@@ -49,7 +53,8 @@ class Plan(NamedTuple):
 def make_plan(scene_file: Path, overrides: Sequence[str], varied: Sequence[str]) -> Plan:
     """All combinations of `varied`, each "key=first:last:count" or "key=value,value,...".
 
-    Raises SceneError with one sentence if a value, or a combination of values, is not allowed.
+    Raises SceneError with one sentence if a value, or a combination of values, is not allowed, or
+    if there are more than `MOST_CASES`.
     """
     base = read_scene(scene_file, overrides)
     given = dict(_axis(text) for text in varied)
@@ -59,6 +64,9 @@ def make_plan(scene_file: Path, overrides: Sequence[str], varied: Sequence[str])
         keys = [key_and_text(text)[0] for text in varied]
         twice = next(key for key in keys if keys.count(key) > 1)
         raise SceneError(f"{twice} is varied twice; give all its values in one --vary")
+    count = math.prod(len(values) for values in given.values())
+    if count > MOST_CASES:
+        raise SceneError(f"the sweep has {count} cases; allowed: up to {MOST_CASES}")
     scenes = []
     for values in itertools.product(*given.values()):
         data = deepcopy(base)
@@ -95,16 +103,25 @@ def _axis(text: str) -> tuple[str, tuple[Any, ...]]:
         ) from None
     if unit is None:
         raise SceneError(f"{key} is not a number: list its values, as in {key}=one,other")
-    if number < 2:
-        raise SceneError(f'--vary "{text}": a range has a count of 2 or more; given: {number}')
+    if not 2 <= number <= MOST_CASES:
+        raise SceneError(f'--vary "{text}": a range has a count of 2 to {MOST_CASES}')
     ends = []
     for end in (first, last):
         value = parsed(end)
         try:
-            ends.append(to_si(value, unit) if isinstance(value, str) else float(value))
-        except (ValueError, TypeError) as error:
-            raise SceneError(f'{key} = "{end}" {error}') from None
+            ends.append(_number(value, unit))
+        except ValueError as error:
+            raise SceneError(f'{key} = "{shortened(end)}" {error}') from None
     return key, tuple(float(f"{value:.12g}") for value in np.linspace(ends[0], ends[1], number))
+
+
+def _number(value: Any, unit: str) -> float:
+    """`value` in SI; raises ValueError with what is wrong with it."""
+    if isinstance(value, str):
+        return to_si(value, unit)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e300:
+        raise ValueError("is not a number")
+    return float(value)
 
 
 def _axes_in_si(

@@ -1,0 +1,81 @@
+"""How many unknowns a scene has and the memory they take, known before anything is meshed."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+import psutil
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.mesh.ice import ice_nodes, window_lines
+from iceslide_fem.mesh.rubber import block_shape, divisions
+from iceslide_fem.scene import Scene
+
+# Bytes, measured by scripts.studies.cost_estimates
+PROGRAMS = 0.24e9
+PER_UNKNOWN = 2e3  # mesh, forms, vectors and matrix
+PLANE_FACTORS = 50.0  # of the direct solver in a slice, times n log2(n)
+FACTORS = 400.0  # in a block, times n^(4/3)
+PER_COLUMN = 5e3  # of sliding ice
+
+
+class Unknowns(NamedTuple):
+    """Dimension of the meshes; unknowns of rubber (displacements) and of meshed ice; columns of
+    sliding ice.
+    """
+
+    dimensions: int
+    rubber: int
+    ice: int
+    columns: int
+
+
+def unknowns(scene: Scene) -> Unknowns:
+    """Of a slice or a block. Raises SceneError if the user's mesh can't be used."""
+    dimensions = 2 if scene.model == "slice" else 3
+    rubber = dimensions * int(divisions(scene)["quadratic_nodes"])
+    if scene.ice.heat == "continuum":
+        return Unknowns(dimensions, rubber, ice_nodes(scene), 0)
+    if scene.ice.motion == "attached":
+        return Unknowns(dimensions, rubber, 0, 0)
+    lines = window_lines(scene, block_shape(scene).ranges)
+    return Unknowns(dimensions, rubber, 0, math.prod(len(line) for line in lines))
+
+
+def memory_needed(size: Unknowns) -> float:
+    """Bytes of a run in one process. Factors grow as n log n in a plane, as n^(4/3) in space."""
+    n = size.rubber + size.ice
+    factors = (
+        PLANE_FACTORS * n * math.log2(max(n, 2))
+        if size.dimensions == 2
+        else FACTORS * (size.rubber ** (4 / 3) + size.ice ** (4 / 3))
+    )
+    return PROGRAMS + PER_UNKNOWN * n + factors + PER_COLUMN * size.columns
+
+
+def memory_of_machine() -> float:
+    """Bytes that processes here may have: the machine's, or less where its system allots less."""
+    memory = float(psutil.virtual_memory().total)
+    try:
+        return min(memory, float(Path("/sys/fs/cgroup/memory.max").read_text()))
+    except (OSError, ValueError):  # no such limit
+        return memory
+
+
+def check_memory(scene: Scene) -> None:
+    """Raise SceneError if a run of `scene` needs more memory than there is."""
+    if scene.model == "point":
+        return
+    size = unknowns(scene)
+    needed, present = memory_needed(size), memory_of_machine()
+    if needed > present:
+        what = f"{size.rubber} unknowns of rubber, {size.ice} of ice"
+        if size.columns:
+            what = f"{size.rubber} unknowns of rubber, {size.columns} columns of ice"
+        raise SceneError(
+            f"{scene.name} needs about {needed / 1e9:.3g} GB of memory ({what}), and there are "
+            f"{present / 1e9:.3g} GB: its lengths are too far apart, or numerics.refinement, "
+            "ice.cell, ice.trail or ice.margin ask for too much"
+        )

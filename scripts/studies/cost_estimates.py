@@ -1,0 +1,87 @@
+"""What `iceslide info` expects of a run against what the run takes: steps, seconds, memory.
+
+Every scene is run in a process of its own, forms compiled before. Seconds are those of the
+processor, so other work on the machine hardly counts. Large meshes run for a part of the time only.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from subprocess import DEVNULL, Popen
+
+import numpy as np
+
+from iceslide_fem.planning.cost import estimate
+from scripts.studies.common import ROOT, case, options, run_words, table
+
+# case, changes: short and long, coarse and fine, attached and sliding, slice and block
+SCENES = [
+    ("thesis_1bar", "model=point ice.heat=column"),
+    ("thesis_1bar", "model=slice"),
+    ("thesis_1bar", "model=slice ice.heat=column"),
+    ("thesis_5bar", "model=slice ice.heat=half-space numerics.tolerance=1e-2"),
+    ("thesis_1bar", "model=slice numerics.refinement=3 numerics.tolerance=1e-2 load.duration=2ms"),
+    ("thesis_1bar", "model=slice numerics.refinement=8 numerics.tolerance=1e-2 load.duration=20us"),
+    ("thesis_1bar", "model=slice rubber.heat=true ice.heat=column numerics.tolerance=1e-2"),
+    ("thesis_1bar", "model=slice rubber.height=3mm ice.heat=column numerics.tolerance=1e-2"),
+    ("thesis_sliding_1bar", "model=slice"),
+    ("tread_block", "model=slice load.duration=2ms"),
+    ("user_mesh", "numerics.tolerance=1e-2"),
+    ("thesis_1bar", "numerics.refinement=0.5 ice.heat=column numerics.tolerance=1e-2"),
+    ("thesis_1bar", "numerics.tolerance=1e-2 ice.heat=column load.duration=1ms"),
+    ("thesis_1bar", "numerics.refinement=2 ice.heat=column load.duration=20us"),
+    ("thesis_sliding_1bar", "model=block numerics.refinement=0.5 numerics.tolerance=1e-2"),
+]  # fmt: skip
+QUICK = [0, 3, 10]
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    parser = options(__doc__)
+    parser.add_argument("--quick", action="store_true", help="three of the scenes")
+    chosen = [SCENES[n] for n in QUICK] if parser.parse_args(arguments).quick else SCENES
+    factors: list[tuple[float, float, float]] = []
+    head = (
+        "scene", "changes", "unknowns, rubber", "ice", "steps", "expected", "s", "expected",
+        "MB", "expected",
+    )  # fmt: skip
+
+    def rows():
+        for name, changes in chosen:
+            expected = estimate(case(name, *changes.split()))
+            steps, seconds, memory = measured(name, changes.split())
+            factors.append(
+                (expected.steps / steps, expected.time / seconds, expected.memory / memory)
+            )
+            yield (
+                name, changes, expected.rubber_unknowns, expected.ice_unknowns, steps,
+                expected.steps, f"{seconds:.1f}", f"{expected.time:.1f}", f"{memory / 1e6:.0f}",
+                f"{expected.memory / 1e6:.0f}",
+            )  # fmt: skip
+
+    table(head, rows())
+    print("\nexpected over measured, smallest, median, largest:")
+    for what, values in zip(("steps", "seconds", "memory"), np.array(factors).T, strict=True):
+        print(f"{what}: {values.min():.2f}, {np.median(values):.2f}, {values.max():.2f}")
+
+
+def measured(name: str, changes: list[str]) -> tuple[int, float, float]:
+    """Steps, processor seconds and memory (bytes) of a run."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "run"
+        words = run_words(ROOT / "cases" / f"{name}.toml", out, *changes)
+        with Popen(words, stdout=DEVNULL, stderr=DEVNULL, cwd=ROOT) as process:
+            _, status, used = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(status)
+        if process.returncode:
+            sys.exit(f"{name} {' '.join(changes)} ended with exit code {process.returncode}")
+        steps = json.loads((out / "summary.json").read_text())["steps"]
+    return steps, used.ru_utime + used.ru_stime, 1024.0 * used.ru_maxrss
+
+
+if __name__ == "__main__":
+    main()
