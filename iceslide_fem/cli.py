@@ -123,7 +123,7 @@ def run(
         scene, resumed = _load(scene_file, overrides), None
         out = out or Path("results") / scene.name
     check_writable(out)
-    _print_notes(scene)
+    said = _print_notes(scene)
 
     from iceslide_fem.simulate import run as simulate
 
@@ -133,7 +133,7 @@ def run(
         from iceslide_fem.run.schedule import Schedule
 
         summary = simulate(scene, out, words, Schedule(checkpoint_every, times), resumed)
-    _print_summary(summary, out)
+    _print_summary(summary, out, said)
 
 
 @app.command()
@@ -350,12 +350,14 @@ def _load(scene_file: Path, overrides: Sequence[str] | None) -> Scene:
     return scene
 
 
-def _print_notes(scene: Scene) -> None:
-    """What the scene says in vain, and where it leaves what is known to work."""
+def _print_notes(scene: Scene) -> list[str]:
+    """Print what the scene says in vain, and where it leaves what is known to work; return it."""
     from iceslide_fem.scene.notes import notes
 
-    for note in notes(scene):
+    found = notes(scene)
+    for note in found:
         typer.echo(f"Note: {note}.")
+    return found
 
 
 def _resumed(folder: Path, scene_file: Path | None) -> tuple[Scene, Checkpoint]:
@@ -378,7 +380,8 @@ def _time(text: str) -> float:
         raise SceneError(f'--checkpoint-at "{text}" {error}') from None
 
 
-def _print_summary(summary: dict[str, Any], out: Path) -> None:
+def _print_summary(summary: dict[str, Any], out: Path, said: list[str]) -> None:
+    """The run in a few numbers, and its warnings that have not been `said` before it began."""
     from rich.console import Console
     from rich.table import Table
 
@@ -391,6 +394,9 @@ def _print_summary(summary: dict[str, Any], out: Path) -> None:
         else:
             table.add_row(key, f"{value:.4g}" if isinstance(value, float) else str(value))
     Console().print(table)
+    for warning in summary["warnings"]:
+        if warning not in said:
+            typer.echo(f"Note: {warning}.")
     for name in ("summary.json", "history.csv", "report.png", "fields"):
         if (out / name).exists():
             typer.echo(str(out / name))

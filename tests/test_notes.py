@@ -76,8 +76,8 @@ def test_what_has_an_effect_is_not_noted():
         (["film.initial_height=5um"], "film.initial_height = 5 µm is outside"),
         (["load.pressure=0.2bar", "load.speed=30"], "friction at t = 0 is 10.3"),
         (["rubber.height=10mm"], "10 times as tall as thick, it buckles at about 0.13 bar"),
-        (["numerics.penalty=0.001MPa/mm"], "numerics.penalty = 1e+06 Pa/m is 0.00061 E / H"),
-        (["numerics.shear_ramp_pressure=10bar"], "is 10 p; 0.002 to 0.2 p are known to work"),
+        (["numerics.penalty=5MPa/mm"], "numerics.penalty = 5e+09 Pa/m is 3.1 E / H"),
+        (["numerics.shear_ramp_pressure=0.5bar"], "is 0.5 p; 0.002 to 0.2 p are known to work"),
     ],
 )
 def test_scenes_beyond_the_envelope_are_noted(changes, words):

@@ -214,6 +214,8 @@ def test_nominal_pressure_outside_the_table_is_said_once():
         ("ice.temperature", -4, ["ice.temperature = -4", "a plain number is in K", "degC"]),
         ("numerics.tolerance", 1.0, ["numerics.tolerance = 1.0", "1e-6 to 0.1"]),
         ("numerics.refinement", 100, ["0.25 to 8"]),
+        ("numerics.penalty", "0.001 MPa/mm", ["sink 100 mm into the ice", "1 MPa/mm"]),
+        ("numerics.shear_ramp_pressure", "10 bar", ["10 bar is above load.pressure = 1 bar"]),
         ("rubber.nu", 0.5, ["rubber.nu", "0.4995"]),
         # type
         ("load.pressure", True, ["not a number"]),

@@ -23,6 +23,7 @@ from iceslide_fem.output.table import HistoryRow  # noqa: E402
 from iceslide_fem.rubber.block import Block, build_block  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
+from iceslide_fem.run.summary import Results  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 
@@ -203,6 +204,34 @@ def test_small_friction_is_as_accurate_as_large():
 def test_a_coarse_window_does_not_thin_out_the_contact_points():
     scene = thesis("ice.motion=sliding", "ice.cell=0.5mm", "numerics.refinement=0.5")
     assert build_block(scene, MPI.COMM_SELF).surface.weights.shape[1] >= 4
+
+
+def test_a_fixed_step_that_is_too_long_is_named():
+    changes = ["numerics.film_integrator=explicit-euler", "numerics.max_step=0.5ms"]
+    sliding = started(thesis("load.duration=5ms", "numerics.refinement=0.25", *changes))
+    with pytest.raises(SimulationStopped, match=r"fixed steps of 0\.0005 s: give a shorter numeri"):
+        for _ in range(10):
+            sliding.advance()
+
+
+def test_a_tall_block_that_finds_no_equilibrium_buckles():
+    tall = ["rubber.height=10mm", "numerics.refinement=0.25", "numerics.tolerance=1e-2"]
+    with pytest.raises(SimulationStopped, match="of the load unbalanced.*as a column buckles") as r:
+        started(thesis(*tall, "load.pressure=3bar"))
+    assert "10 times as tall as thick" in str(r.value) and "nan" not in str(r.value)
+
+
+def test_a_run_says_what_makes_it_doubtful():
+    results = Results()
+    results.rows = [(0.0, 0.3), (1e-3, 0.4)]
+    assert results.entries()["warnings"] == []
+    results.imbalance, results.bottom, results.sides = -0.03, 0.6, 0.1
+    results.sipe_opening, results.outside_table_fraction = -2e-5, 0.4
+    results.thinnest_film = 0.17e-9
+    said = results.entries()["warnings"]
+    figures = ["3.0% of the friction work is too much", "60%", "10%", "0.02 mm", "40%", "0.17 nm"]
+    assert len(said) == len(figures)
+    assert all(figure in sentence for figure, sentence in zip(figures, said, strict=True))
 
 
 def test_a_rejected_step_leaves_no_trace():

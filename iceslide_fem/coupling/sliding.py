@@ -417,8 +417,15 @@ class Sliding:
         return bool(self.block.surface.comm.allreduce(here, op=MPI.LAND))
 
     def _farewell(self, reason: Exception) -> str:
+        if not self._adaptive:
+            name = self.block.scene.numerics.film_integrator
+            hint = (
+                f'numerics.film_integrator = "{name}" takes fixed steps of {self._longest:.3g} s: '
+                'give a shorter numerics.max_step, or "sdirk2", which chooses them'
+            )
+        else:
+            hint = self.block.limit_met()
         return (
             f"the run stops at t = {1e3 * self.current.time:.4g} ms of "
-            f"{1e3 * self._duration:.4g} ms: no step is accepted ({reason}); "
-            f"{self.block.limit_met()}"
+            f"{1e3 * self._duration:.4g} ms: no step is accepted ({reason}); {hint}"
         )

@@ -104,6 +104,14 @@ def interface_fields(sliding: Sliding, accepted: Accepted | None) -> dict[str, A
     }
 
 
+def thinnest_film(sliding: Sliding) -> float:
+    """Smallest film height where there is contact, m; infinite where there is none. Collective."""
+    current = sliding.current
+    height = sliding.carrier.film_height(current.interface, current.loads)
+    own = float(height[current.loads.pressure > 0.0].min(initial=np.inf))
+    return sliding.block.surface.comm.allreduce(own, op=MPI.MIN)
+
+
 def outside_table(block: Block, contact: ContactState) -> float:
     """Share of the contact area whose pressure the table of k, D, H_V does not cover."""
     touching = contact.pressure > 0.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from iceslide_fem.rubber.contact import (
 )
 from iceslide_fem.rubber.contact_surface import ContactSurface, contact_surface
 from iceslide_fem.rubber.equilibrium import Equilibrium, Solution, TractionLaw
-from iceslide_fem.rubber.failure import limit_met
+from iceslide_fem.rubber.failure import Posture, Slenderness, limit_met, posture
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.scene import Scene
 
@@ -111,8 +112,26 @@ class Block:
 
     def limit_met(self) -> str:
         """What the block gives way by at the present displacements. Collective."""
+        return limit_met(self.posture(), self.slenderness)
+
+    def posture(self) -> Posture:
+        """How the block stands at the present displacements. Collective."""
         displacements, penalty = self.rubber.displacements, self.equilibrium.penalty
-        return limit_met(self.surface, displacements, penalty, self.area, self.height)
+        return posture(self.surface, displacements, penalty, self.slenderness)
+
+    @cached_property
+    def slenderness(self) -> Slenderness:
+        """The block or a lug between its sipes, whichever is more slender. Collective."""
+        x = self.rubber.mesh.geometry.x[:, 0]
+        ends = np.array([-x.min(initial=np.inf), x.max(initial=-np.inf)])
+        self.surface.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MAX)
+        whole = Slenderness("the block", self.height, float(ends.sum()))
+        rubber = self.scene.rubber
+        if rubber.sipes == 0:
+            return whole
+        lug = (rubber.length - rubber.sipes * rubber.sipe_width) / (rubber.sipes + 1)
+        lugs = Slenderness("every lug between the sipes", rubber.sipe_depth, lug)
+        return max(whole, lugs, key=lambda part: part.height / part.thickness)
 
     def normal_force(self, contact: ContactState) -> float:
         """Contact force of the whole block, N. Collective."""

@@ -122,11 +122,12 @@ class Equilibrium:
         values = self.rubber.u.x.array
         tolerance = max(tolerance, self.rubber.force_rounding())
         tangents = leaps = 0
-        size = self._imbalance(force, law)
+        size = smallest = self._imbalance(force, law)
         change = self._kept_direction()
         for iteration in range(MAX_ITERATIONS):
             if size <= tolerance:
                 return Solution(iteration, tangents, size)
+            smallest = min(size, smallest)
             fresh = change is None
             if change is None:
                 change, tangents = self._new_direction(law, size), tangents + 1
@@ -144,9 +145,9 @@ class Equilibrium:
                 values[:] = start + trial.finite * change
                 leaps += 1
             else:
-                raise NotConverged(f"no descent, residual {trial.size:.3g} N")
+                raise NotConverged(_stuck(smallest, force))
             size, change = self._imbalance(force, law), None
-        raise NotConverged(f"residual of {size:.3g} N after {MAX_ITERATIONS} iterations")
+        raise NotConverged(_stuck(smallest, force))
 
     def _trial(
         self,
@@ -261,3 +262,10 @@ class Equilibrium:
     def _length(self, change: Array) -> float:
         own = change[: self._newton.getLocalSize()]
         return float(np.sqrt(self.rubber.mesh.comm.allreduce(float(own @ own), op=MPI.SUM)))
+
+
+def _stuck(residual: float, force: float) -> str:
+    """Why there is no equilibrium, from the smallest residual (N) on the way to `force` (N)."""
+    if not residual < force:
+        return "elements of the rubber turn inside out on the way to it"
+    return f"Newton's method leaves {residual / force:.1g} of the load unbalanced"

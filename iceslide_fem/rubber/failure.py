@@ -1,6 +1,8 @@
-"""Which physical limit a block has met when no equilibrium is found: said in one sentence."""
+"""How a block stands on the ice, and which limit it has met when no equilibrium is found."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,37 +14,85 @@ from iceslide_fem.rubber.contact_surface import ContactSurface
 FOLDED = 0.02  # share of the load on the sides from which on an edge counts as folded
 TIPPED = 0.8  # contact over nominal area below which an edge counts as lifted
 CRUSHED = 0.25  # compression of the height
+SLENDER = 2.0  # height over thickness from which on a block or a lug of it buckles
 
 
-def limit_met(surface: ContactSurface, u: Array, penalty: float, area: float, height: float) -> str:
-    """The state of the block at displacements `u` (blocked dofs, d): what it gives way by.
+class Slenderness(NamedTuple):
+    """The most slender part of a block along x: its name, and height and thickness (m)."""
 
-    `area`: the nominal contact area (m2; m in a slice); `height`: of the block, m. Collective.
+    part: str
+    height: float
+    thickness: float
+
+
+class Posture(NamedTuple):
+    """How a block stands: shares of what is named.
+
+    bottom: area of the bottom that touches, of the undeformed one; sides: the load that the sides
+    carry; compression: of the height; sway: largest shift of the bottom along x below the plate,
+    of the thickness of its most slender part; uneven: largest over mean pressure. Without contact
+    bottom is 0.
     """
-    contact = contact_state(surface, u, penalty)
-    nodes = surface.nodes
-    comm = surface.comm
-    floor = comm.allreduce(float(nodes[..., -1].min(initial=np.inf)), op=MPI.MIN)
-    side = (nodes[..., -1].max(axis=1, initial=-np.inf) > floor + 1e-6 * height)[:, None]
-    touching = (contact.pressure > 0.0).astype(float)
+
+    bottom: float
+    sides: float
+    compression: float
+    sway: float
+    uneven: float
+
+
+def posture(surface: ContactSurface, u: Array, penalty: float, slenderness: Slenderness) -> Posture:
+    """The posture of the block at displacements `u` (blocked dofs, d). Collective."""
+    contact, comm = contact_state(surface, u, penalty), surface.comm
+    bottom = ~_side(surface)
+    touching = (contact.pressure > 0.0) * 1.0
     force = surface.total(contact.pressure, contact.area)
-    folded = surface.total(contact.pressure * side, contact.area) / force if force else 0.0
-    share = surface.total(touching * ~side, contact.area) / area
-    sunk = comm.allreduce(float(u[:, -1].min(initial=0.0)), op=MPI.MIN)
-    if not force:
+    covered = surface.total(touching, contact.area)
+    still = np.zeros_like(u)
+    whole = surface.total(np.broadcast_to(bottom, touching.shape), surface.footprint(still))
+    shift = np.abs(surface.displacements(u)[..., 0] * bottom).max(initial=0.0)
+    sunk = max(-float(u[:, -1].min(initial=0.0)), 0.0)
+    largest = np.array([contact.pressure.max(initial=0.0), shift, sunk])
+    comm.Allreduce(MPI.IN_PLACE, largest, op=MPI.MAX)
+    on_sides = surface.total(contact.pressure * ~bottom, contact.area)
+    return Posture(
+        bottom=surface.total(touching * bottom, contact.area) / whole,
+        sides=on_sides / force if force else 0.0,
+        compression=float(largest[2]) / slenderness.height,
+        sway=float(largest[1]) / slenderness.thickness,
+        uneven=float(largest[0]) * covered / force if force else 0.0,
+    )
+
+
+def limit_met(found: Posture, slenderness: Slenderness) -> str:
+    """What a block in the posture `found` gives way by, in words."""
+    if not found.bottom and not found.sides:
         return "the block has lost contact with the ice"
-    found = []
-    if folded > FOLDED:
-        found.append(f"an edge folds under the block: the sides carry {folded:.0%} of the load")
-    if share < TIPPED:
-        found.append(f"it tips: the bottom touches the ice on {share:.0%} of the nominal area")
-    if -sunk > CRUSHED * height:
-        found.append(f"it is compressed by {-sunk / height:.0%} of its height")
-    if not found:
-        largest = comm.allreduce(float(contact.pressure.max(initial=0.0)), op=MPI.MAX)
-        mean = force / surface.total(touching, contact.area)
-        found = [
-            f"it touches the ice on {share:.0%} of the nominal area, "
-            f"pressed by up to {largest / mean:.1f} times the mean pressure"
-        ]
-    return ", and ".join(found)
+    ways = []
+    if found.sides > FOLDED:
+        ways.append(f"an edge folds under the block: the sides carry {found.sides:.0%} of the load")
+    if found.bottom < TIPPED:
+        ways.append(f"it tips: {found.bottom:.0%} of the bottom touches the ice")
+    if found.compression > CRUSHED:
+        ways.append(f"it is compressed by {found.compression:.0%} of its height")
+    ratio = slenderness.height / slenderness.thickness
+    if ratio >= SLENDER:
+        ways.append(
+            f"{slenderness.part} gives way sideways, as a column buckles: it is {ratio:.2g} times "
+            f"as tall as thick and has shifted by {found.sway:.0%} of its thickness"
+        )
+    if not ways:
+        ways.append(
+            f"{found.bottom:.0%} of the bottom touches the ice, pressed by up to "
+            f"{found.uneven:.1f} times the mean pressure"
+        )
+    return ", and ".join(ways)
+
+
+def _side(surface: ContactSurface) -> Array:
+    """Which facets (f, 1) are not of the bottom: they reach above its level. Collective."""
+    heights = surface.nodes[..., -1]
+    ends = np.array([-heights.min(initial=np.inf), heights.max(initial=-np.inf)])
+    surface.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MAX)
+    level = 1e-6 * (ends[1] + ends[0])
+    return np.asarray((heights.max(axis=1, initial=-np.inf) > level - ends[0])[:, None])

@@ -8,9 +8,15 @@ from typing import Any
 import numpy as np
 from scipy.integrate import trapezoid
 
-from iceslide_fem.output.history import outside_table
+from iceslide_fem.output.history import outside_table, thinnest_film
+from iceslide_fem.rubber.failure import FOLDED, TIPPED
 from iceslide_fem.rubber.sipes import smallest_opening
 from iceslide_fem.run.observers import Observation
+
+# From here on what a run gives is doubtful, and its summary says so.
+LARGEST_IMBALANCE = 0.01  # of the energies, over the friction work
+LARGEST_OUTSIDE = 0.1  # share of the contact area outside the table of k, D and H_V
+THINNEST_FILM = 1e-9  # m, three or four layers of molecules
 
 
 class Results:
@@ -24,6 +30,8 @@ class Results:
         self.imbalance = 0.0
         self.outside_table_fraction = 0.0
         self.sipe_opening = math.inf
+        self.bottom, self.sides = 1.0, 0.0  # smallest and largest of the run's postures
+        self.thinnest_film = math.inf
 
     def __call__(self, step: Observation) -> None:
         """Enter t = 0 or an accepted step. Collective."""
@@ -36,7 +44,11 @@ class Results:
             self.melt_onset = row.time_s
         if self.saturation is None and row.saturated_fraction > 0.0:
             self.saturation = row.time_s
+        self.thinnest_film = min(self.thinnest_film, thinnest_film(step.sliding))
         if step.solved:
+            posture = block.posture()
+            self.bottom = min(self.bottom, posture.bottom)
+            self.sides = max(self.sides, posture.sides)
             self.outside_table_fraction = outside_table(block, step.sliding.current.contact)
             self.sipe_opening = min(self.sipe_opening, smallest_opening(block))
 
@@ -69,4 +81,38 @@ class Results:
             "energy_imbalance": self.imbalance,
             "outside_table_fraction": self.outside_table_fraction,
             "sipe_opening_m": self.sipe_opening if math.isfinite(self.sipe_opening) else None,
+            "warnings": self._warnings(),
         }
+
+    def _warnings(self) -> list[str]:
+        """What makes these results doubtful, a sentence each."""
+        found = []
+        if not abs(self.imbalance) <= LARGEST_IMBALANCE:
+            found.append(
+                f"the energies do not close: {abs(self.imbalance):.1%} of the friction work is "
+                f"{'missing' if self.imbalance > 0.0 else 'too much'}, so mu is as uncertain"
+            )
+        if self.bottom < TIPPED:
+            found.append(
+                f"the block tipped: once only {self.bottom:.0%} of its bottom touched the ice"
+            )
+        if self.sides > FOLDED:
+            found.append(
+                f"an edge folded under: the sides carried up to {self.sides:.0%} of the load"
+            )
+        if self.sipe_opening < 0.0:
+            found.append(
+                f"walls of a sipe overlapped by up to {-1e3 * self.sipe_opening:.2g} mm: "
+                "they do not feel each other"
+            )
+        if self.outside_table_fraction > LARGEST_OUTSIDE:
+            found.append(
+                f"at the end {self.outside_table_fraction:.0%} of the contact area was under "
+                "pressures that the table of k, D and H_V does not cover: its nearest end was taken"
+            )
+        if self.thinnest_film < THINNEST_FILM:
+            found.append(
+                f"films were as thin as {1e9 * self.thinnest_film:.2g} nm; below "
+                f"{1e9 * THINNEST_FILM:g} nm water is not the liquid that the film law knows"
+            )
+        return found

@@ -36,6 +36,7 @@ Length = Annotated[float, Quantity("m", "10 um", "1 m")]
 Stiffness = Annotated[float, Quantity("Pa", "0 MPa", "10000 MPa")]
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$", strict=True)]
 
+DEEPEST = 0.1  # that contact may sink in, of the height
 REFINEMENTS = (0.25, 8.0)  # allowed of meshes
 FILE_KEYS = (("rubber", "mesh"), ("film", "contact"))  # table and key of what names a file
 
@@ -238,6 +239,7 @@ class Scene(_Table):
                 "closed form holds for ice that stays under the rubber; "
                 "allowed with sliding: 'column' or 'continuum'"
             )
+        self._contact_is_stiff()
         if self.rubber.heat:
             self._rubber_can_take_heat()
         elif self.film.conductance is not None:
@@ -246,6 +248,23 @@ class Scene(_Table):
                 "leave it out, or set rubber.heat = true"
             )
         return self
+
+    def _contact_is_stiff(self) -> None:
+        """Raise ValueError where a penalty or a shear ramp of the user's is no model of contact."""
+        numerics, pressure = self.numerics, self.load.pressure
+        least = pressure / (DEEPEST * self.rubber.height)
+        if self.rubber.mesh is None and numerics.penalty and numerics.penalty < least:
+            raise ValueError(
+                f"numerics.penalty = {1e-9 * numerics.penalty:.3g} MPa/mm is too soft: the block "
+                f"would sink {1e3 * pressure / numerics.penalty:.3g} mm into the ice; allowed: at "
+                f"least {1e-9 * least:.3g} MPa/mm, with which it sinks in by a tenth of its height"
+            )
+        ramp = numerics.shear_ramp_pressure
+        if ramp and ramp > pressure:
+            raise ValueError(
+                f"numerics.shear_ramp_pressure = {ramp / BAR:.3g} bar is above load.pressure = "
+                f"{pressure / BAR:.3g} bar: friction would never be there in full"
+            )
 
     def _rubber_can_take_heat(self) -> None:
         """Raise ValueError where heat in the rubber has no meaning in this scene."""
