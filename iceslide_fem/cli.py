@@ -394,7 +394,7 @@ def _print_summary(summary: dict[str, Any], out: Path, said: list[str]) -> None:
         else:
             table.add_row(key, f"{value:.4g}" if isinstance(value, float) else str(value))
     Console().print(table)
-    for warning in summary["warnings"]:
+    for warning in summary.get("warnings", []):
         if warning not in said:
             typer.echo(f"Note: {warning}.")
     for name in ("summary.json", "history.csv", "report.png", "fields"):
