@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import sys
 import time
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
+from iceslide_fem import __version__
 from iceslide_fem.errors import (
     IceslideError,
     Interrupted,
@@ -26,10 +28,12 @@ from iceslide_fem.launch import (
     on_one_process,
     rank,
     started_by_mpirun,
-    stop_other_ranks,
+    stop_all_ranks,
     termination_as_interrupt,
 )
+from iceslide_fem.options import Force, Overrides, SceneFile, folder_option
 from iceslide_fem.roughness.options import roughness
+from iceslide_fem.screen import patient_screen
 
 if TYPE_CHECKING:
     from iceslide_fem.run.checkpoint import Checkpoint
@@ -42,22 +46,25 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
-    help="A rubber tread block sliding on ice, with a melting water film.",
+    context_settings={"help_option_names": ["-h", "--help"]},
     epilog="In parallel: mpirun -n 2 iceslide run cases/thesis_1bar.toml",
 )
 
-SceneFile = Annotated[
-    Path, typer.Argument(metavar="SCENE.toml", help="The scene file.", show_default=False)
-]
-Overrides = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="KEY=VALUE",
-        help="Replace one value of the scene, e.g. load.pressure=3bar. May be repeated.",
-        show_default=False,
-    ),
-]
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"iceslide_fem {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def iceslide(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version."),
+    ] = False,
+) -> None:
+    """A rubber tread block sliding on ice, with a melting water film."""
 
 
 @app.command()
@@ -77,19 +84,10 @@ def run(
         ),
     ] = None,
     overrides: Overrides = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR", help="Where to write; else results/<name>.", show_default=False
-        ),
-    ] = None,
+    out: Annotated[Path | None, folder_option("Where to write; else results/<name>.")] = None,
+    force: Force = False,
     restart: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Go on with the run in DIR from its last checkpoint.",
-            show_default=False,
-        ),
+        Path | None, folder_option("Go on with the run in DIR from its last checkpoint.")
     ] = None,
     checkpoint_every: Annotated[
         float, typer.Option(metavar="SECONDS", min=0.0, help="Checkpoints by the clock.")
@@ -112,27 +110,32 @@ def run(
             f'one scene file at a time: "{words[0]}" is one too many '
             "(options for PETSc follow after --)"
         )
-    times = tuple(_time(text) for text in checkpoint_at or [])
+    if not math.isfinite(checkpoint_every):
+        raise SceneError(f"--checkpoint-every {checkpoint_every} is no number of seconds")
     if restart is not None:
-        if overrides or out is not None:
-            raise SceneError("--restart goes on with a run as it is: --set and --out do not fit")
+        if overrides or out is not None or force:
+            raise SceneError(
+                "--restart goes on with a run as it is: --set, --out and --force do not fit"
+            )
         scene, resumed, out = *_resumed(restart, scene_file), restart
     elif scene_file is None:
         raise typer.BadParameter("give a scene file, or --restart DIR")
     else:
         scene, resumed = _load(scene_file, overrides), None
         out = out or Path("results") / scene.name
+    times = tuple(_time(text, scene.load.duration) for text in checkpoint_at or [])
     check_writable(out)
     said = _print_notes(scene)
 
     from iceslide_fem.simulate import run as simulate
 
     if scene.model == "point":
-        summary = simulate(scene, out, words)
+        summary = simulate(scene, out, words, force=force)
     else:
         from iceslide_fem.run.schedule import Schedule
 
-        summary = simulate(scene, out, words, Schedule(checkpoint_every, times), resumed)
+        schedule = Schedule(checkpoint_every, times)
+        summary = simulate(scene, out, words, schedule, resumed, force)
     _print_summary(summary, out, said)
 
 
@@ -150,12 +153,8 @@ def sweep(
         ),
     ] = None,
     overrides: Overrides = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR", help="Where to write; else results/<name>-sweep.", show_default=False
-        ),
-    ] = None,
+    out: Annotated[Path | None, folder_option("Where to write; else results/<name>-sweep.")] = None,
+    force: Force = False,
     cores_per_case: Annotated[
         int, typer.Option(min=1, help="Processes of each slice or block.")
     ] = 1,
@@ -185,7 +184,7 @@ def sweep(
     check_writable(out)
     try:
         with termination_as_interrupt():
-            dataset = run_sweep(plan, out, cores, typer.echo)
+            dataset = run_sweep(plan, out, cores, typer.echo, force)
     except KeyboardInterrupt:
         raise Interrupted(
             f"the sweep was stopped; {out / 'sweep.csv'} says what is done, and the same command "
@@ -236,11 +235,9 @@ def ladder(
     scene_file: SceneFile,
     overrides: Overrides = None,
     out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR", help="Where to write; else results/<name>_ladder.", show_default=False
-        ),
+        Path | None, folder_option("Where to write; else results/<name>_ladder.")
     ] = None,
+    force: Force = False,
     refine: Annotated[
         list[float] | None,
         typer.Option(
@@ -258,14 +255,16 @@ def ladder(
     scene = load_scene(scene_file, overrides or [])
     out = out or Path("results") / f"{scene.name}_ladder"
     check_writable(out)
+    from iceslide_fem.fenics.start import start_petsc
 
+    start_petsc()
     from rich.console import Console
 
     from iceslide_fem.ladder.chart import ladder_chart
     from iceslide_fem.ladder.runs import cheapest_of, climb, finest_of, write_scene
     from iceslide_fem.ladder.table import ladder_table, not_run, simplification_table
 
-    outcomes, found = climb(scene, out, refine or [0.5, 1.0], typer.echo)
+    outcomes, found = climb(scene, out, refine or [0.5, 1.0], typer.echo, force)
     console, tolerance = Console(), scene.numerics.tolerance
     console.print(simplification_table(found, tolerance))
     console.print(ladder_table(outcomes))
@@ -316,6 +315,15 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
     has left a checkpoint, 1 a fault of the program.
     Under mpirun every rank does the same and rank 0 alone prints.
     """
+    with patient_screen() as faults:
+        code = _exit_code(argv)
+    if faults and code == 0:
+        print(f"iceslide: cannot print: {faults[0].strerror}", file=sys.stderr)
+        code = OutputError.exit_code
+    sys.exit(code)
+
+
+def _exit_code(argv: Sequence[str] | None) -> int:
     with contextlib.ExitStack() as stack:
         if rank() > 0:
             silence = stack.enter_context(open(os.devnull, "w"))
@@ -323,18 +331,18 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
             stack.enter_context(contextlib.redirect_stderr(silence))
         try:
             app(args=argv, prog_name="iceslide")
+        except SystemExit as end:  # typer's own: 0 done, 2 wrong usage
+            return int(end.code or 0)
         except IceslideError as error:
             print(f"iceslide: {error}", file=sys.stderr)
-            if isinstance(error, OutputError):  # raised on the rank that writes, alone
-                stop_other_ranks(error.exit_code)
             if rank() > 0:  # mpirun ends rank 0, perhaps before it has printed, when another fails
                 time.sleep(1.0)
-            sys.exit(error.exit_code)
+            return error.exit_code
         except Exception:
             traceback.print_exc(file=sys.__stderr__)  # also of the ranks that are silent
-            stop_other_ranks(1)
-            sys.exit(1)
-        sys.exit(0)
+            stop_all_ranks(1)
+            return 1
+    return 0
 
 
 def _load(scene_file: Path, overrides: Sequence[str] | None) -> Scene:
@@ -370,14 +378,20 @@ def _resumed(folder: Path, scene_file: Path | None) -> tuple[Scene, Checkpoint]:
     return checkpoint.scene, checkpoint
 
 
-def _time(text: str) -> float:
-    """Seconds of "2 ms"."""
+def _time(text: str, duration: float) -> float:
+    """Seconds of "2 ms", a time within a run's `duration` (s)."""
     from iceslide_fem.scene.units import to_si
 
     try:
-        return to_si(text, "s")
+        time = to_si(text, "s")
     except ValueError as error:
         raise SceneError(f'--checkpoint-at "{text}" {error}') from None
+    if not 0.0 <= time <= duration:
+        raise SceneError(
+            f'--checkpoint-at "{text}" is out of range; allowed: 0 to the duration of the run, '
+            f"{1e3 * duration:g} ms"
+        )
+    return time
 
 
 def _print_summary(summary: dict[str, Any], out: Path, said: list[str]) -> None:
@@ -387,12 +401,13 @@ def _print_summary(summary: dict[str, Any], out: Path, said: list[str]) -> None:
 
     table = Table(show_header=False)
     for key, value in summary.items():
-        if isinstance(value, dict | list):
-            continue  # versions, the scene, warnings: in summary.json
-        if value is None:
+        if isinstance(value, float):
+            table.add_row(key, f"{value:.4g}")
+        elif isinstance(value, int):
+            table.add_row(key, str(value))
+        elif value is None and key in _MOMENTS:
             table.add_row(key, "did not happen")
-        else:
-            table.add_row(key, f"{value:.4g}" if isinstance(value, float) else str(value))
+        # versions, the scene and its hashes: in summary.json
     Console().print(table)
     for warning in summary.get("warnings", []):
         if warning not in said:
@@ -400,6 +415,9 @@ def _print_summary(summary: dict[str, Any], out: Path, said: list[str]) -> None:
     for name in ("summary.json", "history.csv", "report.png", "fields"):
         if (out / name).exists():
             typer.echo(str(out / name))
+
+
+_MOMENTS = ("melt_onset_s", "saturation_s")  # of the summary: null if they did not come
 
 
 if __name__ == "__main__":

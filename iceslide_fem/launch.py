@@ -7,8 +7,11 @@ import functools
 import os
 import signal
 import sys
+import time
 from collections.abc import Callable, Iterator
 from typing import Any, NoReturn
+
+SECONDS_TO_BE_HEARD = 1.0
 
 
 @contextlib.contextmanager
@@ -25,25 +28,33 @@ def termination_as_interrupt() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
+_RANKS = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")  # set by Open MPI, MPICH, Slurm
+_SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE")
+
+
 def started_by_mpirun() -> bool:
     """Whether mpirun has started this process, alone or with others."""
-    return any(name in os.environ for name in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE"))
+    # A process that has started MPI by itself leaves PMIX_RANK to its children.
+    tasks = int(os.environ.get("SLURM_STEP_NUM_TASKS", "1")) if "PMIX_RANK" in os.environ else 1
+    return tasks > 1 or any(name in os.environ for name in _SIZES)
 
 
 def rank() -> int:
-    """This process's rank, from what mpirun (Open MPI, MPICH) sets; without importing MPI."""
-    for variable in ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK"):
-        if variable in os.environ:
-            return int(os.environ[variable])
-    return 0
+    """This process's rank, from what mpirun sets; without importing MPI."""
+    return next((int(os.environ[name]) for name in _RANKS if name in os.environ), 0)
 
 
-def stop_other_ranks(exit_code: int) -> None:
-    """End all ranks if this one fails alone: the others would wait for it forever."""
+def stop_all_ranks(exit_code: int) -> None:
+    """End all ranks, if there are others: they would wait for ever for this one, which failed.
+
+    Only after mpirun has had the time to pass on what was said: it drops what it still holds.
+    """
     if "mpi4py.MPI" in sys.modules:
         from mpi4py import MPI
 
         if MPI.COMM_WORLD.size > 1:
+            sys.stderr.flush()
+            time.sleep(SECONDS_TO_BE_HEARD)
             MPI.COMM_WORLD.Abort(exit_code)
 
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import functools
+import json
 import platform
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
@@ -13,18 +16,25 @@ import numpy as np
 import iceslide_fem
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import writing
-from iceslide_fem.output.summary import begin_run, write_summary
+from iceslide_fem.folder import claimed, clear_results, results_in
+from iceslide_fem.launch import started_by_mpirun
+from iceslide_fem.output.summary import write_summary
 from iceslide_fem.output.table import HistoryRow, Table
+from iceslide_fem.parallel import from_root
 from iceslide_fem.planning.rungs import resolved
 from iceslide_fem.results import Run, read_run
 from iceslide_fem.results.report import report
 from iceslide_fem.run.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.run.checkpoint import Checkpoint
-from iceslide_fem.scene import Scene
+from iceslide_fem.scene import Scene, flat
+from iceslide_fem.scene.fingerprint import fingerprint, scene_hash, sources_hash
 from iceslide_fem.scene.notes import notes
 
 if TYPE_CHECKING:
-    from iceslide_fem.run.block import Schedule
+    from iceslide_fem.run.schedule import Schedule
+
+# What a run leaves that has not slid yet: nothing that could be missed.
+_WITHOUT_ROWS = {CHECKPOINT, "history.csv", "preload.csv", "stopped.txt", "fields"}
 
 
 def run(
@@ -33,85 +43,176 @@ def run(
     petsc_options: Sequence[str] = (),
     schedule: Schedule | None = None,
     resumed: Checkpoint | None = None,
+    force: bool = False,
 ) -> dict[str, Any]:
     """Run `scene`, write histories, summary, fields and report to `out`, return the summary.
 
-    Collective over all ranks of COMM_WORLD. `petsc_options` are words as on PETSc's command line;
-    `schedule` says when a slice or block leaves checkpoints, and `resumed` is the one in `out` that
-    it goes on from. Raises SimulationStopped where the run cannot go on, Interrupted where it was
+    Collective over all ranks of COMM_WORLD; where one rank fails alone, all are ended.
+    `petsc_options` are words as on PETSc's command line; `schedule` says when a slice or block
+    leaves checkpoints, and `resumed` is the one in `out` that it goes on from. `force`: replace
+    results of another scene or of an unfinished run that `out` holds. Raises SceneError where it
+    may not write there, SimulationStopped where the run cannot go on, Interrupted where it was
     asked to stop, OutputError where it cannot write; what was accepted is written.
     """
     scene = resolved(scene)
-    out = Path(out)
-    if scene.model == "point":
-        return _run_point(scene, out)
-
-    from iceslide_fem.fenics.compat import MPI, PETSc
-    from iceslide_fem.run.block import run_block
-    from iceslide_fem.run.schedule import Schedule
-
-    PETSc.Options().insertString(" ".join(petsc_options))
-    started = monotonic()
-    entries, stopped = run_block(scene, out, schedule or Schedule(), resumed)
-    comm = MPI.COMM_WORLD
-    summary = _summary(scene, entries, started)
-    summary["ranks"] = comm.size
-    summary["stopped"] = str(stopped) if stopped else None
-    if entries:
-        _finish(out, summary, comm.rank)
-    if stopped:
-        raise stopped
-    if comm.rank == 0:  # only now: until everything is written, a kill must leave a way on
-        (out / CHECKPOINT).unlink(missing_ok=True)
-    return summary
+    return (
+        _run_point(scene, Path(out), force)
+        if scene.model == "point"
+        else _run_block(scene, Path(out), petsc_options, schedule, resumed, force)
+    )
 
 
 def kept_run(scene: Scene, directory: Path | str) -> Run:
-    """The run of exactly this scene in `directory`: the whole one that is there, or made now."""
+    """The whole run of exactly this scene by this program in `directory`: there, or made now."""
     try:
         kept = read_run(directory)
     except SceneError:
         kept = None
-    if kept is None or kept.summary.get("stopped") or kept.scene != scene.as_dict():
-        run(scene, directory)
+    known = kept is not None and kept.summary.get("fingerprint") == fingerprint(resolved(scene))
+    if kept is None or not known or kept.summary.get("stopped"):
+        run(scene, directory, force=True)
         kept = read_run(directory)
     return kept
 
 
-def _run_point(scene: Scene, out: Path) -> dict[str, Any]:
-    from iceslide_fem.fenics.compat import MPI
-    from iceslide_fem.run.point import point_history
+def difference(scene: Scene, there: Mapping[str, Any], free: Sequence[str] = ()) -> str:
+    """The first key, but for those `free`, in which `scene` is not the one in a summary; or ""."""
+    here, known = flat(scene.as_dict()), flat(there)
+    keys = [key for key in {**here, **known} if here.get(key) != known.get(key)]
+    changed = [key for key in keys if key not in free]
+    if not changed:
+        return ""
+    key = changed[0]
+    return f"{key} is {known.get(key)} there and {here.get(key)} here"
 
-    started = monotonic()
-    rows, results = point_history(scene)
-    summary = _summary(scene, results, started)
-    rank = MPI.COMM_WORLD.rank
-    begin_run(out, rank)
-    with Table(out / "history.csv", HistoryRow, rank) as history:
-        for row in rows:
-            history.row(row)
-    _finish(out, summary, rank)
+
+def other_results(scene: Scene, out: Path) -> str | None:
+    """What the results in `out` are, unless a finished run of this scene or nothing of a run."""
+    history = out / "history.csv"
+    rows = history.read_bytes().count(b"\n") - 1 if history.is_file() else 0
+    if rows < 1 and not (out / "summary.json").is_file():
+        begun = {path.name for path in results_in(out)} <= _WITHOUT_ROWS
+        return None if begun else "results of another command, or of a run that is not whole"
+    if (out / CHECKPOINT).is_file():
+        return f"a run that has not finished ({rows} rows): iceslide run --restart {out} goes on"
+    try:
+        summary = json.loads((out / "summary.json").read_bytes())
+        changed = difference(scene, summary["scene"])
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        return "results of another command, or of a run that is not whole"
+    if changed:
+        return f"a run of another scene ({changed})"
+    if summary.get("scene_hash", scene_hash(scene)) != scene_hash(scene):
+        return "a run of another mesh or contact table under the same name"
+    return None
+
+
+def _run_block(
+    scene: Scene,
+    out: Path,
+    petsc_options: Sequence[str],
+    schedule: Schedule | None,
+    resumed: Checkpoint | None,
+    force: bool,
+) -> dict[str, Any]:
+    from iceslide_fem.fenics.start import options_without_effect, start_petsc
+
+    start_petsc(petsc_options)
+    from iceslide_fem.fenics.compat import MPI
+    from iceslide_fem.run.block import run_block
+    from iceslide_fem.run.schedule import Schedule
+
+    comm = MPI.COMM_WORLD
+    with _alone_in(out, scene, force, resumed, comm):
+        started = monotonic()
+        entries, stopped = run_block(scene, out, schedule or Schedule(), resumed)
+        summary = _summary(scene, entries, started)
+        summary["ranks"] = comm.size
+        summary["stopped"] = str(stopped) if stopped else None
+        if entries:
+            from_root(functools.partial(_finish, out, summary), comm)
+        if comm.rank == 0:
+            for name in options_without_effect(petsc_options):
+                print(f"Note: PETSc has not asked for the option {name}: it has no effect.")
+        if stopped:
+            raise stopped
+        # Only now: until everything is written, a kill must leave a way on.
+        from_root(lambda: (out / CHECKPOINT).unlink(missing_ok=True), comm)
     return summary
 
 
-def _summary(scene: Scene, results: dict[str, Any], started: float) -> dict[str, Any]:
-    from iceslide_fem.fenics.compat import VERSION, PETSc
+def _run_point(scene: Scene, out: Path, force: bool) -> dict[str, Any]:
+    from iceslide_fem.run.point import point_history
 
+    comm = _world()
+    with _alone_in(out, scene, force, None, comm):
+        started = monotonic()
+        rows, results = point_history(scene)
+        summary = _summary(scene, results, started)
+
+        def write() -> None:
+            clear_results(out)
+            with Table(out / "history.csv", HistoryRow, 0) as history:
+                for row in rows:
+                    history.row(row)
+            _finish(out, summary)
+
+        from_root(write, comm)
+    return summary
+
+
+def _world() -> Any:
+    """The communicator of all ranks, or None where this process has been started alone."""
+    if not started_by_mpirun():
+        return None
+    try:
+        from iceslide_fem.fenics.compat import MPI
+    except ImportError:
+        return None
+    return MPI.COMM_WORLD
+
+
+@contextmanager
+def _alone_in(
+    out: Path, scene: Scene, force: bool, resumed: Checkpoint | None, comm: Any
+) -> Iterator[None]:
+    """Keep `out` for this run, if it may write there. Collective; rank 0 holds the lock."""
+    with ExitStack() as claim:
+
+        def take() -> None:
+            complaint = functools.partial(other_results, scene)
+            claim.enter_context(claimed(out, complaint, force or resumed is not None))
+
+        from_root(take, comm)
+        yield
+
+
+def _summary(scene: Scene, results: dict[str, Any], started: float) -> dict[str, Any]:
     versions = {
         "iceslide_fem": iceslide_fem.__version__,
-        "dolfinx": VERSION,
-        "petsc": ".".join(str(part) for part in PETSc.Sys.getVersion()),
+        "sources": sources_hash(),
         "numpy": np.__version__,
         "python": platform.python_version(),
     }
-    wall = {"wall_s": monotonic() - started}
+    if scene.model != "point":
+        from iceslide_fem.fenics.compat import VERSION, PETSc
+
+        petsc = ".".join(str(part) for part in PETSc.Sys.getVersion())
+        versions |= {"dolfinx": VERSION, "petsc": petsc}
     warnings = [*notes(scene), *results.pop("warnings", [])]
-    described = {"warnings": warnings, "versions": versions, "scene": scene.as_dict()}
-    return {**results, **wall, **described}
+    return {
+        **results,
+        "wall_s": monotonic() - started,
+        "warnings": warnings,
+        "versions": versions,
+        "scene": scene.as_dict(),
+        "scene_hash": scene_hash(scene),
+        "fingerprint": fingerprint(scene),
+    }
 
 
-def _finish(out: Path, summary: dict[str, Any], rank: int) -> None:
-    if rank == 0:
-        write_summary(out / "summary.json", summary)
-        with writing(out / "report.png"):
-            report(out)
+def _finish(out: Path, summary: dict[str, Any]) -> None:
+    """Write summary and report; on one rank."""
+    write_summary(out / "summary.json", summary)
+    with writing(out / "report.png"):
+        report(out)

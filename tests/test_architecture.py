@@ -10,8 +10,8 @@ PACKAGE = Path(__file__).parent.parent / "iceslide_fem"
 # From the ground up; a module or folder imports only what stands below its floor.
 FLOORS = [
     {"arrays", "errors", "launch"},
-    {"files", "materials"},
-    {"scene", "fenics"},
+    {"files", "materials", "options", "parallel", "screen"},
+    {"folder", "scene", "fenics"},
     {"film", "results", "mesh"},
     {"rubber", "footprint", "roughness", "reference"},
     {"interface"},

@@ -1,5 +1,7 @@
 """Checkpoints and restarts: the same curve, on any number of ranks, or a clear sentence."""
 
+import hashlib
+import json
 import os
 import shutil
 import signal
@@ -49,7 +51,12 @@ if os.getuid() == 0:
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 SMALL = ["model=slice", "numerics.refinement=0.25", "numerics.tolerance=1e-2"]
 STATE = {
-    "sliding": {"time": 1e-3, "steady": True, "nodes": {"now": np.arange(6.0).reshape(2, 3)}},
+    "sliding": {
+        "time": 1e-3,
+        "step": 1e-5,
+        "steady": True,
+        "nodes": {"now": np.arange(6.0).reshape(2, 3)},
+    },
     "results": {"rows": [[0.0, 0.5], [1e-3, 0.25]], "melt_onset": None},
     "fields": [{"time": 0.0, "rubber": "rubber-0-000000.pvtu"}],
 }
@@ -182,6 +189,64 @@ def test_a_damaged_or_foreign_checkpoint_is_one_sentence(tmp_path, monkeypatch):
     path.unlink()
     with pytest.raises(SceneError, match="holds no checkpoint"):
         read_checkpoint(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda header: header.pop("scene"),
+        lambda header: header.update(scene=[1, 2]),
+        lambda header: header.update(numbers=7),
+        lambda header: header["numbers"].update({"sliding.time": -1.0}),
+        lambda header: header["numbers"].update({"sliding.time": "now"}),
+        lambda header: header["numbers"].update({"sliding.step": float("nan")}),
+        lambda header: header["numbers"].update({"sliding": 3}),
+        lambda header: header["numbers"].pop("sliding.time"),
+    ],
+)
+def test_a_forged_checkpoint_is_one_sentence(change, tmp_path):
+    """Its checksum fits, and what it holds is nothing that a run writes."""
+    write_checkpoint(tmp_path, small_scene(), STATE)
+    first, _, line, packed = (tmp_path / FILE).read_bytes().split(b"\n", 3)
+    header = json.loads(line)
+    change(header)
+    body = json.dumps(header).encode() + b"\n" + packed
+    digest = hashlib.sha256(body).hexdigest().encode()
+    (tmp_path / FILE).write_bytes(first + b"\n" + digest + b"\n" + body)
+    with pytest.raises(SceneError) as caught:
+        read_checkpoint(tmp_path)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_checkpoint_without_its_state_is_one_sentence(tmp_path, monkeypatch):
+    scene = small_scene("load.duration=1ms")
+    with monkeypatch.context() as stopping, pytest.raises(Interrupted):
+        stop_after(stopping, 14)
+        run(scene, tmp_path)
+    state = read_checkpoint(tmp_path).state
+    del state["ledger"]
+    write_checkpoint(tmp_path, scene, state)
+    forged = read_checkpoint(tmp_path)
+    rows = (tmp_path / "history.csv").read_bytes()
+    with pytest.raises(SceneError, match="does not hold what a run writes"):
+        run(scene, tmp_path, resumed=forged)
+    assert (tmp_path / "history.csv").read_bytes() == rows
+
+
+def test_lists_name_no_fields_that_are_gone(tmp_path, monkeypatch, capsys):
+    scene = small_scene("load.duration=1ms")
+    with monkeypatch.context() as stopping, pytest.raises(Interrupted):
+        stop_after(stopping, 25)
+        run(scene, tmp_path)
+    shutil.rmtree(tmp_path / "fields")
+    run(scene, tmp_path, resumed=read_checkpoint(tmp_path))
+    assert (
+        "has lost ice-0-000000.pvtu: fields are written from here on only"
+        in capsys.readouterr().out
+    )
+    for name in ("rubber", "interface"):
+        files = field_files(tmp_path, name)
+        assert files and all(path.is_file() for _, path in files)
 
 
 def test_the_state_of_another_mesh_is_refused(tmp_path, monkeypatch):

@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 
 from iceslide_fem.errors import SceneError
+from iceslide_fem.folder import claimed
 from iceslide_fem.planning.rungs import resolved
 from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.fingerprint import fingerprint
+from iceslide_fem.simulate import run as simulate_run
 from iceslide_fem.sweep import make_plan, read_sweep, run_sweep, share_cores
 from iceslide_fem.sweep import points as sweep_points
 from iceslide_fem.sweep.outcome import read_outcome
@@ -141,10 +143,7 @@ def test_again_computes_only_what_is_missing(tmp_path, monkeypatch):
     first = run_sweep(point_plan("load.pressure=1bar:5bar:5"), tmp_path, None)
     again = run_sweep(point_plan("load.pressure=1bar:5bar:5"), tmp_path, None)
     wider = run_sweep(point_plan("load.pressure=1bar:5bar:5", "load.speed=3,4"), tmp_path, None)
-    run_sweep(point_plan("load.pressure=1bar,3bar"), tmp_path, None)
-    changed = point_plan("load.pressure=1bar,3bar", overrides=["film.initial_height=80nm"])
-    run_sweep(changed, tmp_path, None)
-    assert computed == [5, 0, 5, 0, 2]
+    assert computed == [5, 0, 5]
     np.testing.assert_array_equal(first.mu, again["mu"])
     np.testing.assert_array_equal(first.mu, wider["mu"].sel({"load.speed": 3.0}))
     assert list(first.data_vars) == list(again.data_vars)
@@ -188,8 +187,9 @@ def test_sweeps_are_not_started_under_mpirun(tmp_path):
 def test_pictures_of_one_two_and_three_varied_keys(tmp_path):
     varied = ["load.pressure=1bar,3bar,5bar", "load.speed=2,4", "ice.temperature=-9degC:-1degC:3"]
     for count in (1, 2, 3):
-        dataset = run_sweep(point_plan(*varied[:count]), tmp_path, None)
-        pictures = plot_sweep(dataset, tmp_path)
+        folder = tmp_path / str(count)
+        dataset = run_sweep(point_plan(*varied[:count]), folder, None)
+        pictures = plot_sweep(dataset, folder)
         assert len(pictures) == {1: 1, 2: 3, 3: 6}[count]
         assert all(picture.stat().st_size > 10_000 for picture in pictures)
 
@@ -215,12 +215,79 @@ def test_pictures_do_not_depend_on_the_order_of_values(tmp_path):
 
 
 def test_what_a_case_left_behind(tmp_path):
-    assert read_outcome(tmp_path).status == "not run"
+    scene = load_scene(CASE, SLICE)
+    assert read_outcome(tmp_path, scene).status == "not run"
     (tmp_path / "log.txt").write_text(
         "Note: x\niceslide: it broke\n\niceslide: ended by exit code 3\n"
     )
-    outcome = read_outcome(tmp_path)
+    outcome = read_outcome(tmp_path, scene)
     assert (outcome.status, outcome.reason) == ("failed", "it broke")
+    (tmp_path / "stopped.txt").write_text("the block has left its ice\n")
+    assert read_outcome(tmp_path, scene).reason == "the block has left its ice"
+
+
+def test_another_sweep_is_not_replaced(tmp_path):
+    run_sweep(point_plan("load.pressure=1bar:5bar:5"), tmp_path, None)
+    plot_sweep(read_sweep(tmp_path), tmp_path)
+    table, pictures = (tmp_path / "sweep.csv").read_bytes(), sorted(tmp_path.glob("*.png"))
+    narrower = point_plan("load.pressure=1bar,3bar")
+    other = point_plan("load.pressure=1bar:5bar:5", overrides=["film.initial_height=80nm"])
+    for plan, count in ((narrower, 3), (other, 5)):
+        with pytest.raises(SceneError, match=f"holds another sweep \\(of {count} other cases\\)"):
+            run_sweep(plan, tmp_path, None)
+    assert (tmp_path / "sweep.csv").read_bytes() == table
+    assert sorted(tmp_path.glob("*.png")) == pictures
+    run_sweep(narrower, tmp_path, None, force=True)
+    assert read_sweep(tmp_path).sizes["load.pressure"] == 2 and not [*tmp_path.glob("*.png")]
+
+
+def test_two_sweeps_do_not_share_a_folder(tmp_path):
+    with claimed(tmp_path), pytest.raises(SceneError, match="in use: process"):
+        run_sweep(point_plan("load.pressure=1bar,2bar"), tmp_path, None)
+    assert not [*tmp_path.iterdir()]
+
+
+@pytest.mark.parametrize("cut", [0, 100, 3000])
+def test_damaged_arrays_are_computed_again(cut, tmp_path):
+    plan, said = point_plan("load.pressure=1bar,2bar"), []
+    first = run_sweep(plan, tmp_path, None)
+    arrays = tmp_path / "sweep.nc"
+    arrays.write_bytes(arrays.read_bytes()[:cut])
+    again = run_sweep(plan, tmp_path, None, said.append)
+    np.testing.assert_array_equal(first["mu"], again["mu"])
+    assert "Points are computed again" in said[0] and "0 of them done before" in said[1]
+
+
+def test_files_that_no_run_of_the_case_wrote_are_none(tmp_path):
+    """mu = 42, another pressure, a shorter history, another program: the case runs again."""
+    scene = load_scene(CASE, POINT)
+    simulate_run(scene, tmp_path)
+    assert read_outcome(tmp_path, scene).status == "done"
+    summary, history = tmp_path / "summary.json", tmp_path / "history.csv"
+    whole, rows = summary.read_text(), history.read_bytes()
+    for old, new in (('"mu_peak": 0', '"mu_peak": 42'), ("100000.0", "300000.0")):
+        assert old in whole
+        summary.write_text(whole.replace(old, new))
+        assert read_outcome(tmp_path, scene).status == "not run"
+    summary.write_text(whole)
+    history.write_bytes(b"".join(rows.splitlines(keepends=True)[:50]))
+    assert read_outcome(tmp_path, scene).status == "not run"
+    history.write_bytes(rows)
+    assert read_outcome(tmp_path, scene).status == "done"
+    assert read_outcome(tmp_path, load_scene(CASE, [*POINT, "load.speed=1"])).status == "not run"
+
+
+@pytest.mark.fe
+def test_every_mesh_is_looked_at_before_a_case_runs(tmp_path):
+    pytest.importorskip("iceslide_fem.fenics.compat")
+    (tmp_path / "second.msh").write_text("nonsense")
+    meshes = (
+        f"rubber.mesh={CASE.parent.parent / 'meshes' / 'siped_block.msh'},{tmp_path / 'second.msh'}"
+    )
+    plan = make_plan(CASE.parent / "user_mesh.toml", [], [meshes])
+    with pytest.raises(SceneError, match="second.msh"):
+        run_sweep(plan, tmp_path / "out", Cores(1, 1))
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.fe

@@ -29,10 +29,10 @@ def main() -> None:
     shape = (round(arguments.pixels * tread.width / tread.length), arguments.pixels)
     truth = tread.footprint(shape)
     picture, legend = coloured_picture(truth, HIGH, "jet")
-    arguments.out.mkdir(parents=True, exist_ok=True)
+    arguments.out.parent.mkdir(parents=True, exist_ok=True)
     figures = run(
         {
-            "image": save(picture, arguments.out / "picture.jpg"),
+            "image": save(picture, arguments.out.with_suffix(".jpg")),
             "length": tread.length,
             "width": tread.width,
             "max_pressure": HIGH,

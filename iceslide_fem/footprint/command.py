@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,8 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from iceslide_fem.files import check_writable, replace_file, writing
+from iceslide_fem.files import replace_file, writing
+from iceslide_fem.folder import claimed, clear_results, other_case
 from iceslide_fem.footprint.blocks import TreadRubber, representative, scene_text, tread_blocks
 from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.comparison import friction_curves
@@ -21,25 +23,29 @@ from iceslide_fem.footprint.survey import ReadFootprint, Survey, read_footprint,
 from iceslide_fem.materials import BAR, MELTING_TEMPERATURE
 
 
-def run(values: Mapping[str, Any], out: Path) -> dict[str, Any]:
+def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, Any]:
     """Survey the footprint that `values` describe (see `FootprintCase`) and write it to `out`.
 
     Writes summary.json, footprint.vti, pressure.png, temperature.png, wet_dry.png, mu.png,
-    thesis.png, comparison.png and scenes/block_*.toml (those of an earlier run go); returns the
-    summary. Raises SceneError, before anything is written, if the input is wrong, and OutputError
-    if something cannot be written.
+    thesis.png, comparison.png and scenes/block_*.toml; returns the summary. The same footprint's
+    earlier results go, with `force` any other results, too. Raises SceneError, before anything is
+    written, if the input is wrong or `out` is not to be written to, and OutputError if something
+    cannot be written.
     """
     begun = time.perf_counter()
     case = FootprintCase.of(values)
-    check_writable(out)
+    here = case.model_dump(mode="json")
+    with claimed(out, partial(other_case, "summary.json", here), force):
+        return _run(case, out, begun)
+
+
+def _run(case: FootprintCase, out: Path, begun: float) -> dict[str, Any]:
     read = read_footprint(case)
     scenes = _scenes(case, read)
     result = survey(case, read)
     curves = friction_curves(read.pressure_map, case)
     with writing(out):
-        out.mkdir(parents=True, exist_ok=True)
-        for earlier in (out / "scenes").glob("block_*.toml"):
-            earlier.unlink()
+        clear_results(out)
         image_data(result).save(out / "footprint.vti")
         draw_maps(result, out)
         draw_comparison(curves, result, out)

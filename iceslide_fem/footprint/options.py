@@ -7,6 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
+from iceslide_fem.options import Force, folder_option
+
 
 def _option(metavar: str, text: str, default: str = "") -> Any:
     """An option whose value is checked later, by `FootprintCase`, with all others."""
@@ -59,19 +61,20 @@ def footprint(
     scenes: Annotated[Text, _option("N", "Write scenes of N representative blocks.", "0")] = None,
     tread_height: Annotated[Text, _option("M", "Height of their blocks.", "8mm")] = None,
     out: Annotated[
-        Path | None, _option("DIR", "Where to write; else results/<name of the picture>.")
+        Path | None, folder_option("Where to write; else results/<name of the picture>.")
     ] = None,
+    force: Force = False,
 ) -> None:
     """Temperature, water film and friction under a tyre, from the picture of its footprint."""
     values = {name: value for name, value in locals().items() if value is not None}
-    directory = values.pop("out", Path("results") / image.stem)
+    directory, force = values.pop("out", Path("results") / image.stem), values.pop("force")
 
     from rich.console import Console
     from rich.table import Table
 
     from iceslide_fem.footprint.command import lines, run
 
-    figures = run(values, directory)
+    figures = run(values, directory, force)
     table = Table(show_header=False)
     for name, value in lines(figures):
         table.add_row(name, value)

@@ -6,8 +6,11 @@ not run. The others are run in the order of their cost; the finest is what all a
 
 from __future__ import annotations
 
+import json
 import tempfile
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,11 +19,13 @@ import tomlkit
 
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.folder import claimed, clear_results
+from iceslide_fem.parallel import from_root
 from iceslide_fem.planning.rungs import Rung, on_rung, rung_name
 from iceslide_fem.planning.simplifications import Simplifications, simplifications
 from iceslide_fem.results import Run, differences, read_run
 from iceslide_fem.scene import REFINEMENTS, Scene, load_scene, override, put
-from iceslide_fem.simulate import run
+from iceslide_fem.simulate import difference, run
 
 MODELS, HEATS = ("point", "slice", "block"), ("half-space", "column", "continuum")
 
@@ -100,12 +105,40 @@ def _needless(rung: Rung, found: Simplifications, tolerance: float) -> str:
 
 
 def climb(
-    scene: Scene, out: Path, factors: Sequence[float], tell: Callable[[str], None]
+    scene: Scene,
+    out: Path,
+    factors: Sequence[float],
+    tell: Callable[[str], None],
+    force: bool = False,
 ) -> tuple[list[RungResult], Simplifications]:
     """Run `scene` on every rung worth it, into directories below `out`. Collective.
 
-    `tell` is called with a line before every run.
+    `tell` is called with a line before every run; `force`: replace what else `out` holds. Raises
+    SceneError where it may not write there.
     """
+    with ExitStack() as claim:
+
+        def take() -> None:
+            claim.enter_context(claimed(out, partial(_other_results, scene), force))
+            clear_results(out)
+
+        from_root(take, MPI.COMM_WORLD)
+        return _climb(scene, out, factors, tell)
+
+
+def _other_results(scene: Scene, out: Path) -> str | None:
+    """What the results in `out` are, unless rungs of this scene."""
+    free = ("model", "ice.heat", "numerics.refinement")
+    summaries = [json.loads(path.read_bytes()) for path in out.glob("*/summary.json")]
+    if not summaries or (out / "summary.json").is_file():
+        return "results of another command, or of a ladder that is not whole"
+    changed = (difference(scene, summary.get("scene"), free) for summary in summaries)
+    return next((f"a ladder of another scene ({change})" for change in changed if change), None)
+
+
+def _climb(
+    scene: Scene, out: Path, factors: Sequence[float], tell: Callable[[str], None]
+) -> tuple[list[RungResult], Simplifications]:
     found = simplifications(scene)
     chosen, skipped = rungs(scene, found, factors)
     outcomes = []

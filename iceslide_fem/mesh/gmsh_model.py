@@ -11,10 +11,10 @@ import shutil
 import signal
 import tempfile
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import gmsh
 import numpy as np
@@ -25,7 +25,6 @@ from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI
 
 IntArray = NDArray[np.int64]
-_Result = TypeVar("_Result")
 
 _CELLS = {"triangle": 2, "quadrilateral": 3, "tetrahedron": 4, "hexahedron": 5}
 _FACETS = {"triangle": 1, "quadrilateral": 1, "tetrahedron": 2, "hexahedron": 3}
@@ -57,23 +56,6 @@ class DistributedMesh(NamedTuple):
     mesh: Any
     facet_tags: Any
     tags: dict[str, int]
-
-
-def from_root(task: Callable[[], _Result], comm: MPI.Comm) -> _Result:
-    """Result of a task that only rank 0 runs, on every rank.
-
-    A SceneError on rank 0 is raised on every rank.
-    """
-    outcome: tuple[Any, str | None] | None = None
-    if comm.rank == 0:
-        try:
-            outcome = (task(), None)
-        except SceneError as error:
-            outcome = (None, str(error))
-    result, fault = comm.bcast(outcome)
-    if fault is not None:
-        raise SceneError(fault)
-    return result
 
 
 def distribute(tagged: TaggedMesh, comm: MPI.Comm) -> DistributedMesh:

@@ -19,6 +19,7 @@ from iceslide_fem.mesh.cache import cached
 from iceslide_fem.mesh.gmsh_model import TaggedMesh
 from iceslide_fem.mesh.grid import Lines, graded, tensor_grid
 from iceslide_fem.mesh.rubber import block_shape
+from iceslide_fem.parallel import from_root
 from iceslide_fem.scene import Scene
 
 SURFACE_LAYER = 4e-6  # m, thickness of the first layer
@@ -61,7 +62,7 @@ def ice_mesh(
         lines = ice_lines(scene, surface, depth)
         return lines, tagged_ice(lines)
 
-    lines, tagged = gmsh_model.from_root(build, comm)
+    lines, tagged = from_root(build, comm)
     y = lines[1] if len(lines) == 3 else np.empty(0)
     return IceMesh(*gmsh_model.distribute(tagged, comm), lines[0], y, lines[-1])
 

@@ -20,6 +20,7 @@ from iceslide_fem.mesh.cache import cached
 from iceslide_fem.mesh.gmsh_model import TaggedMesh
 from iceslide_fem.mesh.grid import Lines, tensor_grid
 from iceslide_fem.mesh.user_mesh import load_user_mesh, mesh_size
+from iceslide_fem.parallel import from_root
 from iceslide_fem.scene import Scene
 
 CONTACT_HEIGHT = 0.5  # the sides may touch the ice up to this fraction of the height
@@ -38,7 +39,7 @@ def rubber_mesh(scene: Scene, comm: MPI.Comm) -> RubberMesh:
 
     Collective. Raises SceneError if the user's mesh can't be used.
     """
-    tagged = gmsh_model.from_root(lambda: tagged_rubber(scene), comm)
+    tagged = from_root(lambda: tagged_rubber(scene), comm)
     return RubberMesh(*gmsh_model.distribute(tagged, comm))
 
 

@@ -2,24 +2,54 @@
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from pydantic_core import to_json
 
-from iceslide_fem.files import replace_file, writing
+from iceslide_fem.errors import OutputError
+from iceslide_fem.files import replace_file
 
-
-def begin_run(out: Path, rank: int) -> None:
-    """Make the directory of a run; the summary of an earlier one there goes."""
-    with writing(out):
-        out.mkdir(parents=True, exist_ok=True)
-        if rank == 0:
-            (out / "summary.json").unlink(missing_ok=True)
+_STOPPED = "stopped.txt"
 
 
 def write_summary(path: Path | str, summary: Mapping[str, Any]) -> None:
-    """Write `summary` as JSON; NaN and infinity become null. Call it on one rank."""
-    text = to_json(summary, indent=2, inf_nan_mode="null", fallback=lambda array: array.tolist())
-    replace_file(Path(path), text + b"\n")
+    """Write `summary` as JSON; NaN and infinity become null. Call it on one rank.
+
+    With it goes a checksum of its other entries and of the history beside it.
+    """
+    text = to_json(summary, inf_nan_mode="null", fallback=lambda array: array.tolist())
+    plain, path = json.loads(text), Path(path)
+    plain["checksum"] = _checksum(path.parent, plain)
+    replace_file(path, to_json(plain, indent=2) + b"\n")
+
+
+def untouched(folder: Path, summary: Mapping[str, Any]) -> bool:
+    """Whether `summary`, read from `folder`, and the history there are what a run wrote."""
+    entries = {key: value for key, value in summary.items() if key != "checksum"}
+    return summary.get("checksum") == _checksum(folder, entries)
+
+
+def leave_word(out: Path, error: Exception) -> None:
+    """Write why the run in `out` stopped, for who looks there and not at a screen."""
+    with contextlib.suppress(OutputError):  # that may be why
+        replace_file(out / _STOPPED, f"{str(error) or type(error).__name__}\n")
+
+
+def word_of(out: Path) -> str:
+    """What `leave_word` left in `out`, or nothing."""
+    try:
+        return (out / _STOPPED).read_text(encoding="utf-8", errors="replace").strip()
+    except OSError:
+        return ""
+
+
+def _checksum(folder: Path, entries: Mapping[str, Any]) -> str:
+    digest = hashlib.sha256(json.dumps(entries, sort_keys=True).encode())
+    with contextlib.suppress(FileNotFoundError):
+        digest.update((folder / "history.csv").read_bytes())
+    return digest.hexdigest()

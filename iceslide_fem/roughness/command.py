@@ -5,30 +5,38 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from iceslide_fem.files import check_writable, replace_file, writing
+from iceslide_fem.files import replace_file, writing
+from iceslide_fem.folder import claimed, clear_results, other_case
 from iceslide_fem.materials import BAR
 from iceslide_fem.roughness.case import RoughnessCase
 from iceslide_fem.roughness.figures import draw
 from iceslide_fem.roughness.survey import Survey, summary, survey, table
 
 
-def run(values: Mapping[str, Any], out: Path) -> tuple[Survey, dict[str, Any]]:
+def run(values: Mapping[str, Any], out: Path, force: bool = False) -> tuple[Survey, dict[str, Any]]:
     """Press the surface that `values` describe (see `RoughnessCase`) and write to `out`.
 
     Writes contact.csv, surface.json, map.png, contact.png, parameters.png and spectrum.png;
-    returns the survey and what surface.json holds. Raises SceneError, before anything is written,
-    if the input is wrong, and OutputError if something cannot be written.
+    returns the survey and what surface.json holds. The same surface's earlier results go, with
+    `force` any other results, too. Raises SceneError, before anything is written, if the input is
+    wrong or `out` is not to be written to, and OutputError if something cannot be written.
     """
     begun = time.perf_counter()
     case = RoughnessCase.of(values)
-    check_writable(out)
+    here = case.model_dump(mode="json")
+    with claimed(out, partial(other_case, "surface.json", here), force):
+        return _run(case, out, begun)
+
+
+def _run(case: RoughnessCase, out: Path, begun: float) -> tuple[Survey, dict[str, Any]]:
     result = survey(case)
     figures = summary(result)
     with writing(out):
-        out.mkdir(parents=True, exist_ok=True)
+        clear_results(out)
         draw(result, out)
     replace_file(out / "contact.csv", table(result))
     figures["wall_s"] = time.perf_counter() - begun

@@ -7,6 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
+from iceslide_fem.options import Force, folder_option
+
 
 def _option(metavar: str, text: str, default: str = "") -> Any:
     """An option whose value is checked later, by `RoughnessCase`, with all others."""
@@ -43,19 +45,20 @@ def roughness(
     pixel: Annotated[Text, _option("M", "Pixel of a map that does not say: 17.5um.")] = None,
     height_unit: Annotated[Text, _option("UNIT", "Of heights that do not say: um.", "m")] = None,
     out: Annotated[
-        Path | None, _option("DIR", "Where to write; else results/<name of the surface>.")
+        Path | None, folder_option("Where to write; else results/<name of the surface>.")
     ] = None,
+    force: Force = False,
 ) -> None:
     """k, D and H_V over pressure, from a height map of the rubber: contact.csv for film.contact."""
     values = {name: value for name, value in locals().items() if value is not None}
-    directory = values.pop("out", Path("results") / surface.stem)
+    directory, force = values.pop("out", Path("results") / surface.stem), values.pop("force")
 
     from rich.console import Console
     from rich.table import Table
 
     from iceslide_fem.roughness.command import lines, rows, run
 
-    result, figures = run(values, directory)
+    result, figures = run(values, directory, force)
     console, about = Console(), Table(show_header=False)
     for name, value in lines(figures):
         about.add_row(name, value)

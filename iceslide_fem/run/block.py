@@ -9,14 +9,22 @@ from typing import Any, NamedTuple
 
 from iceslide_fem.coupling.energy import Ledger
 from iceslide_fem.coupling.sliding import Sliding, place_at_start
-from iceslide_fem.errors import Interrupted, SimulationStopped
+from iceslide_fem.errors import Interrupted, SceneError, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.folder import clear_results
 from iceslide_fem.output.history import preload_row, slide_row
-from iceslide_fem.output.summary import begin_run
+from iceslide_fem.output.summary import leave_word
 from iceslide_fem.output.table import HistoryRow, PreloadRow, Table
+from iceslide_fem.parallel import failing_together, from_root
 from iceslide_fem.rubber.block import Block, build_block
 from iceslide_fem.rubber.press import PathPoint, press, start_sliding
-from iceslide_fem.run.checkpoint import Checkpoint, write_checkpoint
+from iceslide_fem.run.checkpoint import (
+    GOES_ON,
+    Checkpoint,
+    fields_there,
+    trusted,
+    write_checkpoint,
+)
 from iceslide_fem.run.interruption import Interruption
 from iceslide_fem.run.observers import (
     Checkpoints,
@@ -53,21 +61,32 @@ def run_block(
     Returns the entries of its summary (none before sliding), and why it stopped early, if it did.
     """
     comm, results = MPI.COMM_WORLD, Results()
-    stopped: SimulationStopped | Interrupted | None = None
-    with Interruption(comm) as interruption, Progress(comm.rank, scene.load.duration) as progress:
-        watch = Watch(out, schedule, results, progress, interruption)
-        try:
-            block = build_block(scene, comm)
-            begin_run(out, comm.rank)  # not before: a mesh that cannot be used leaves nothing
-            state = resumed.state if resumed is not None else {}
+    with failing_together(comm):
+        block = build_block(scene, comm)
+    state = resumed.state if resumed is not None else {}
+    # Not before: a mesh that cannot be used leaves everything as it was.
+    from_root(lambda: clear_results(out, keep=GOES_ON if state else ()), comm)
+
+    def note(error: Exception) -> None:
+        if not isinstance(error, SceneError):  # else nothing has been begun
+            leave_word(out, error)
+
+    try:
+        with (
+            failing_together(comm, note),
+            Interruption(comm) as interruption,
+            Progress(comm.rank, scene.load.duration) as progress,
+        ):
+            watch = Watch(out, schedule, results, progress, interruption)
             if state:
-                place_at_start(block, state["sliding"])
+                with trusted(out):
+                    place_at_start(block, state["sliding"])
             else:
                 _bring_to_speed(block, watch)
             _slide(block, watch, state)
-        except (SimulationStopped, Interrupted) as reason:
-            stopped = reason
-    return results.entries(), stopped
+    except (SimulationStopped, Interrupted) as reason:
+        return results.entries(), reason
+    return results.entries(), None
 
 
 def _bring_to_speed(block: Block, watch: Watch) -> None:
@@ -97,15 +116,17 @@ def _slide(block: Block, watch: Watch, state: dict[str, Any]) -> None:
     ledger, results, out = Ledger(sliding), watch.results, watch.out
     results.dofs = sliding.n_dofs
     if state:
-        sliding.restore(state["sliding"])
-        ledger.restore(state["ledger"])
-        results.restore(state["results"])
+        with trusted(out):
+            sliding.restore(state["sliding"])
+            ledger.restore(state["ledger"])
+            results.restore(state["results"])
         watch.progress.go_on(sliding.current.time)
     with ExitStack() as open_files:
         rows = len(results.rows) if state else None
         history = Table(out / "history.csv", HistoryRow, block.surface.comm.rank, keep=rows)
         open_files.enter_context(history)
-        fields = FieldSeries(out / "fields", sliding, state["fields"] if state else ())
+        earlier = from_root(lambda: fields_there(out, state), block.surface.comm)
+        fields = FieldSeries(out / "fields", sliding, earlier)
         open_files.enter_context(fields.files)
         parts: dict[str, Stateful] = {
             "sliding": sliding,

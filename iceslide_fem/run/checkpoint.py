@@ -9,11 +9,14 @@ meshes; films at contact points and a moving window of ice are none.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import io
 import json
+import shutil
 import zipfile
-from collections.abc import Mapping
+import zlib
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -26,7 +29,23 @@ from iceslide_fem.scene import Scene, flat, scene_from_dict
 from iceslide_fem.scene.fingerprint import fingerprint
 
 FILE = "checkpoint"
+GOES_ON = (FILE, "history.csv", "preload.csv", "fields")  # what a run that goes on needs
 _FIRST_LINE = b"iceslide_fem checkpoint 1\n"
+# What reading or using foreign content ends in; none of it is a fault of the program.
+_NOT_OURS = (
+    ArithmeticError,
+    AttributeError,
+    EOFError,
+    LookupError,
+    MemoryError,
+    NotImplementedError,
+    OSError,
+    RecursionError,
+    TypeError,
+    ValueError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
 
 
 class Checkpoint(NamedTuple):
@@ -74,19 +93,63 @@ def read_checkpoint(folder: Path) -> Checkpoint:
     if hashlib.sha256(body).hexdigest().encode() != digest:
         raise SceneError(f"the checkpoint {path} is damaged: its checksum does not fit its content")
     line, _, packed = body.partition(b"\n")
-    header = json.loads(line)
-    scene = scene_from_dict(header["scene"])
-    if fingerprint(scene) != header["fingerprint"]:
+    with trusted(folder):
+        header = json.loads(line)
+        given, print_there, numbers = (header[key] for key in ("scene", "fingerprint", "numbers"))
+        scene = scene_from_dict(given)
+    if fingerprint(scene) != print_there:
         raise SceneError(
             f"the checkpoint {path} is of another version of iceslide_fem or DOLFINx, or a file "
             "that its scene names has changed: start the run anew"
         )
-    try:
+    with trusted(folder):
         with np.load(io.BytesIO(packed), allow_pickle=False) as file:
             arrays = {key: file[key] for key in file}
-    except (ValueError, zipfile.BadZipFile):
-        raise SceneError(f"the checkpoint {path} is damaged: it has no arrays") from None
-    return Checkpoint(scene, _nested(header["numbers"] | arrays))
+        state = _nested(numbers | arrays)
+        _check(state, scene)
+    return Checkpoint(scene, state)
+
+
+@contextlib.contextmanager
+def trusted(folder: Path) -> Iterator[None]:
+    """Where what a checkpoint holds is used: raise SceneError if that is not what a run wrote."""
+    try:
+        yield
+    except _NOT_OURS as error:
+        raise SceneError(
+            f"the checkpoint {folder / FILE} does not hold what a run writes "
+            f"({type(error).__name__}: {error})"
+        ) from None
+
+
+def fields_there(folder: Path, state: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """What `state` lists of the fields in `folder`, if all of it is there; else nothing.
+
+    Then the series begins anew: lists never name what is missing. Call it on one rank.
+    """
+    earlier = [dict(entry) for entry in state.get("fields", ())]
+    fields = folder / "fields"
+    names = {str(name) for entry in earlier for key, name in entry.items() if key != "time"}
+    lost = sorted(name for name in names if not (fields / Path(name).name).is_file())
+    if not lost:
+        return earlier
+    print(f"Note: {fields} has lost {lost[0]}: fields are written from here on only.")
+    if fields.is_dir():
+        shutil.rmtree(fields)
+    return []
+
+
+def _check(state: Mapping[str, Any], scene: Scene) -> None:
+    """Raise ValueError if a number of `state` cannot be one of a run of `scene`."""
+    if not state:
+        return
+    sliding = state["sliding"]
+    time, step, duration = sliding["time"], sliding["step"], scene.load.duration
+    if not 0.0 <= time <= duration or not 0.0 < step:
+        raise ValueError(f"time {time} s, step {step} s in a run of {duration} s")
+    for key, value in flat(state).items():
+        if isinstance(value, np.ndarray) and not np.isfinite(value).all():
+            raise ValueError(f"{key} is not finite")
 
 
 def same_scene(scene: Scene, checkpoint: Checkpoint, folder: Path) -> None:

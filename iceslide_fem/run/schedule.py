@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from time import monotonic
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from iceslide_fem.fenics.compat import MPI
+if TYPE_CHECKING:
+    from iceslide_fem.fenics.compat import MPI
 
 FIELD_TIMES = 25
 

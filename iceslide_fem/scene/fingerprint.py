@@ -1,4 +1,4 @@
-"""What a result depends on, as one short word: the scene and the versions that compute it."""
+"""What a result depends on, as short words: the scene, and the program that computes it."""
 
 from __future__ import annotations
 
@@ -14,24 +14,44 @@ from iceslide_fem.scene import Scene
 LENGTH = 16  # hexadecimal digits
 
 
+def scene_hash(scene: Scene) -> str:
+    """Hash of `scene` (its name apart) and of the content of the files that it names."""
+    content = scene.as_dict()
+    del content["name"]
+    for (table, key), path in scene.files.items():
+        content[table][key] = hashlib.sha256(path.read_bytes()).hexdigest()
+    return _hash(content)
+
+
 def fingerprint(scene: Scene) -> str:
-    """Hash of `scene` (its name apart), of its files' content and of the versions.
+    """Hash of `scene`, its files, the versions that compute it and this program's sources.
 
     Two scenes with the same fingerprint have the same result. DOLFINx counts where it is used.
     """
-    content = scene.as_dict()
-    del content["name"]
-    content["version"] = iceslide_fem.__version__
-    for (table, key), path in scene.files.items():
-        content[table][key] = _file_hash(path)
+    content = {
+        "scene": scene_hash(scene),
+        "version": iceslide_fem.__version__,
+        "sources": sources_hash(),
+    }
     if scene.model != "point":
         content["dolfinx"] = _dolfinx_version()
+    return _hash(content)
+
+
+@cache
+def sources_hash() -> str:
+    """Hash of the sources of this package, as they are when it is first asked for."""
+    folder = Path(iceslide_fem.__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(folder.rglob("*.py")):
+        digest.update(path.relative_to(folder).as_posix().encode() + b"\0")
+        digest.update(hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()[:LENGTH]
+
+
+def _hash(content: object) -> str:
     text = json.dumps(content, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:LENGTH]
-
-
-def _file_hash(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 @cache

@@ -10,22 +10,27 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import xarray as xr
 
+from iceslide_fem.errors import SceneError
+from iceslide_fem.folder import claimed, clear_results, results_in
+from iceslide_fem.scene.fingerprint import scene_hash
 from iceslide_fem.sweep.outcome import DONE, NOT_RUN, CaseResult, read_outcome
 from iceslide_fem.sweep.plan import Case, Plan, make_plan, value_of
 from iceslide_fem.sweep.points import simulate_points
 from iceslide_fem.sweep.processes import (
     Cores,
     case_folder,
+    check_meshes,
     compute,
     prepare,
     share_cores,
     write_scene,
 )
-from iceslide_fem.sweep.table import done_points, read_sweep, write_sweep
+from iceslide_fem.sweep.table import done_points, read_sweep, scenes_of_table, write_sweep
 
 __all__ = ["Cores", "Plan", "failures", "make_plan", "read_sweep", "run_sweep", "share_cores"]
 
@@ -35,18 +40,40 @@ def run_sweep(
     folder: Path,
     cores: Cores | None,
     say: Callable[[str], None] = lambda _: None,
+    force: bool = False,
 ) -> xr.Dataset:
     """Compute what `folder` does not hold yet of `plan`, and write the table of all of it.
 
     Without `cores` finite element cases are not run: their scenes are written, and what others
     have made of them is collected. `say` is given a line for every case that has ended. However
-    it ends, the table says what there is.
+    it ends, the table says what there is. `force`: results in `folder` that are not of cases of
+    this plan go first. Raises SceneError where it may not write there.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    outcomes = _found(plan, folder)
+    scenes = {scene_hash(case.scene) for case in plan.cases}
+    with claimed(folder, partial(_other_results, scenes), force):
+        if force and _other_results(scenes, folder) is not None:
+            clear_results(folder)
+        return _run_sweep(plan, folder, cores, say)
+
+
+def _other_results(scenes: set[str], folder: Path) -> str | None:
+    """What the results in `folder` are, unless of a sweep whose every case has one of `scenes`."""
+    if not {path.name for path in results_in(folder)} & {"sweep.csv", "cases"}:
+        return "results of another command"
+    if not (folder / "sweep.csv").is_file():
+        return None
+    missing = scenes_of_table(folder) - scenes
+    return f"another sweep (of {len(missing)} other cases)" if missing else None
+
+
+def _run_sweep(
+    plan: Plan, folder: Path, cores: Cores | None, say: Callable[[str], None]
+) -> xr.Dataset:
+    outcomes = _found(plan, folder, say)
     missing = [case for case in plan.cases if outcomes[case.name].status != DONE]
     points = [case for case in missing if case.scene.model == "point"]
     others = [case for case in missing if case.scene.model != "point"]
+    check_meshes(others)
     say(f"{len(plan.cases)} cases, {len(plan.cases) - len(missing)} of them done before")
     try:
         scenes = [case.scene for case in points]
@@ -76,13 +103,17 @@ def failures(dataset: xr.Dataset) -> list[str]:
     return [f"{count} {kind}: {why}" for (kind, why), count in kept.most_common()]
 
 
-def _found(plan: Plan, folder: Path) -> dict[str, CaseResult]:
+def _found(plan: Plan, folder: Path, say: Callable[[str], None]) -> dict[str, CaseResult]:
     """What the folder holds of each case."""
-    points = done_points(folder)
+    try:
+        points = done_points(folder)
+    except SceneError as damaged:
+        say(f"Points are computed again: {damaged}")
+        points = {}
     return {
         case.name: points.get(case.name, CaseResult(NOT_RUN, "not computed yet"))
         if case.scene.model == "point"
-        else read_outcome(case_folder(folder, case))
+        else read_outcome(case_folder(folder, case), case.scene)
         for case in plan.cases
     }
 

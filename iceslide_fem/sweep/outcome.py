@@ -9,7 +9,10 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
+from iceslide_fem.output.summary import untouched, word_of
 from iceslide_fem.results import read_run
+from iceslide_fem.scene import Scene
+from iceslide_fem.scene.fingerprint import fingerprint
 
 # Curves are sampled at so many times, evenly from t = 0 to the end of the case.
 SAMPLES = 201
@@ -28,15 +31,22 @@ class CaseResult(NamedTuple):
     curves: dict[str, Array] = {}
 
 
-def read_outcome(directory: Path) -> CaseResult:
-    """The outcome of the run in `directory`, from what it has written there."""
-    complaint = _complaint(directory / "log.txt")
+def read_outcome(directory: Path, scene: Scene) -> CaseResult:
+    """The outcome of the run of `scene` in `directory`, from what it has written there.
+
+    Files that are not what this program wrote of this scene are none: the case runs again.
+    """
+    complaint = word_of(directory) or _complaint(directory / "log.txt")
     try:
         run = read_run(directory)
     except SceneError:
         return (
             CaseResult(FAILED, complaint) if complaint else CaseResult(NOT_RUN, "not computed yet")
         )
+    if run.summary.get("fingerprint") != fingerprint(scene) or not untouched(
+        directory, run.summary
+    ):
+        return CaseResult(NOT_RUN, f"{directory} holds files that no run of this case wrote")
     stopped = run.summary.get("stopped")
     times = np.linspace(0.0, run.scene["load"]["duration"], SAMPLES)
     time = run.history["time_s"]

@@ -19,6 +19,7 @@ from iceslide_fem.materials import BAR, MELTING_TEMPERATURE
 from iceslide_fem.results.style import BLUE
 
 DPI = 130
+PICTURES = ("mu_by_*.png", "map_*.png")
 MOST_LINES, MOST_PANELS = 6, 3
 
 
@@ -51,6 +52,9 @@ SHOWN = {
 
 def plot_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
     """Draw all pictures of a sweep into `folder`; their paths. Nothing if no case is done."""
+    for pattern in PICTURES:  # an earlier table's, which varied other keys perhaps
+        for earlier in folder.glob(pattern):
+            earlier.unlink()
     if not np.isfinite(dataset["mu"]).any():
         return []
     numeric = [key for key in _varied(dataset) if dataset[key].dtype.kind in "if"]

@@ -11,17 +11,18 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import NamedTuple
 
-import tomli_w
+import tomlkit
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import replace_file
-from iceslide_fem.run.checkpoint import FILE as CHECKPOINT
+from iceslide_fem.run.checkpoint import read_checkpoint
 from iceslide_fem.scene import Scene
 from iceslide_fem.sweep.outcome import SENTENCE, CaseResult, read_outcome
 from iceslide_fem.sweep.plan import Case
@@ -44,7 +45,10 @@ def share_cores(per_case: int, at_a_time: int | None) -> Cores:
 
     Raises SceneError if that is more than this process may use.
     """
-    available = len(os.sched_getaffinity(0))
+    if hasattr(os, "sched_getaffinity"):  # on Linux: the cores that this process may use
+        available = len(os.sched_getaffinity(0))
+    else:
+        available = os.cpu_count() or 1
     at_a_time = at_a_time if at_a_time is not None else available // per_case
     if not 1 <= per_case * at_a_time <= available:
         raise SceneError(
@@ -66,7 +70,7 @@ def write_scene(folder: Path, case: Case) -> Path:
     scene = case.scene.model_dump(mode="json", exclude_none=True)
     for (table, key), file in case.scene.files.items():
         scene[table][key] = str(file.absolute())
-    replace_file(path, tomli_w.dumps(scene))
+    replace_file(path, tomlkit.dumps(scene))
     return path
 
 
@@ -77,6 +81,20 @@ def forms_of(scene: Scene) -> tuple[object, ...]:
     """
     rubber, ice = scene.rubber, scene.ice
     return scene.model, ice.heat, ice.motion, rubber.heat, rubber.inertia, rubber.mesh
+
+
+def check_meshes(cases: Sequence[Case]) -> None:
+    """Raise SceneError if a mesh file of `cases` cannot be used, before the first one runs."""
+    kinds = {(case.scene.model, case.scene.rubber.mesh): case for case in cases}
+    for (_, mesh), case in kinds.items():
+        if mesh is None:
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            words = [sys.executable, "-m", "iceslide_fem.cli", "info"]
+            words.append(str(write_scene(Path(folder), case)))
+            done = subprocess.run(words, env=_environment(), capture_output=True, text=True)
+        if done.returncode == SceneError.exit_code:
+            raise SceneError(done.stderr.strip().removeprefix(SENTENCE))
 
 
 def prepare(folder: Path, cases: Sequence[Case]) -> None:
@@ -105,7 +123,7 @@ def compute(folder: Path, cases: Sequence[Case], cores: Cores) -> Iterator[tuple
     def one(case: Case) -> CaseResult:
         if not stopping.is_set():
             _run(folder, case, cores.per_case, running, stopping)
-        return read_outcome(case_folder(folder, case))
+        return read_outcome(case_folder(folder, case), case.scene)
 
     with ThreadPoolExecutor(cores.at_a_time) as pool:
         futures = {pool.submit(one, case): case for case in cases}
@@ -128,8 +146,8 @@ def _run(
     """Run a case, or go on with it, and wait; what it says goes to log.txt in its directory."""
     directory = case_folder(folder, case)
     words = [sys.executable, "-m", "iceslide_fem.cli", "run", str(write_scene(folder, case))]
-    begun = (directory / CHECKPOINT).is_file()
-    words += ["--restart" if begun else "--out", str(directory)]
+    # A case's folder is of nothing else: what is there and cannot go on is replaced.
+    words += ["--restart", str(directory)] if _goes_on(directory) else _anew(directory)
     if n_cores > 1:
         words = [_mpirun(), "-n", str(n_cores), *words]
     with open(directory / "log.txt", "wb") as log:
@@ -144,6 +162,19 @@ def _run(
         if code != 0:  # comes last: read only if the command said nothing itself
             end = signal.Signals(-code).name if code < 0 else f"exit code {code}"
             log.write(f"\n{SENTENCE}ended by {end}, see {log.name}\n".encode())
+
+
+def _goes_on(directory: Path) -> bool:
+    """Whether a checkpoint is there that can be trusted."""
+    try:
+        read_checkpoint(directory)
+    except SceneError:
+        return False
+    return True
+
+
+def _anew(directory: Path) -> list[str]:
+    return ["--force", "--out", str(directory)]
 
 
 def _mpirun() -> str:

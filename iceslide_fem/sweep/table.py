@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,20 +13,26 @@ import xarray as xr
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import replace_file
 from iceslide_fem.scene import flat, unit_of
+from iceslide_fem.scene.fingerprint import scene_hash
 from iceslide_fem.sweep.outcome import CURVES, DONE, SAMPLES, CaseResult
 from iceslide_fem.sweep.plan import Plan
 
 CURVE_UNITS = {"mu": "1", "film_height_m": "m"}
-_TEXT = ("case", "status", "reason")
+_TEXT = ("case", "scene_hash", "status", "reason")
 
 
 def write_sweep(folder: Path, plan: Plan, outcomes: Sequence[CaseResult]) -> xr.Dataset:
     """Write `sweep.csv` and `sweep.nc`; the Dataset that the second one holds."""
     inputs = [flat(case.scene.as_dict()) for case in plan.cases]
     rows = [
-        {"case": case.name, "status": outcome.status, "reason": outcome.reason}
+        {
+            "case": case.name,
+            "scene_hash": scene_hash(case.scene),
+            "status": outcome.status,
+            "reason": outcome.reason,
+        }
         | given
-        | flat({key: value for key, value in outcome.summary.items() if key != "scene"})
+        | _entries(outcome.summary)
         for case, given, outcome in zip(plan.cases, inputs, outcomes, strict=True)
     ]
     table = pd.DataFrame(rows)
@@ -44,18 +50,33 @@ def read_sweep(folder: Path | str) -> xr.Dataset:
     path = Path(folder) / "sweep.nc"
     try:
         return xr.load_dataset(path, engine="scipy")
-    except (OSError, ValueError, TypeError) as error:
+    except (ArithmeticError, LookupError, MemoryError, OSError, TypeError, ValueError) as error:
         raise SceneError(f"{folder} holds no sweep (no readable sweep.nc: {error})") from None
 
 
+def scenes_of_table(folder: Path) -> set[str]:
+    """Hashes of the scenes that `sweep.csv` in `folder` has a result of."""
+    try:
+        table = pd.read_csv(folder / "sweep.csv", usecols=["scene_hash", "status"], dtype=str)
+    except (OSError, ValueError):
+        return {"unknown"}
+    return {str(scene) for scene in table["scene_hash"][table["status"] == DONE]}
+
+
 def done_points(folder: Path) -> dict[str, CaseResult]:
-    """Outcomes by case of the points that an earlier sweep in `folder` has computed."""
+    """Outcomes by case of the points that an earlier sweep in `folder` has computed.
+
+    Raises SceneError if its arrays are damaged.
+    """
     if not (folder / "sweep.nc").is_file():
         return {}
     dataset = read_sweep(folder)
-    cases = dataset["case"].values.ravel()
-    status = dataset["status"].values.ravel()
-    curves = {name: dataset[name].values.reshape(-1, SAMPLES) for name in CURVES}
+    try:
+        cases = dataset["case"].values.ravel()
+        status = dataset["status"].values.ravel()
+        curves = {name: dataset[name].values.reshape(-1, SAMPLES) for name in CURVES}
+    except (KeyError, ValueError) as error:
+        raise SceneError(f"{folder / 'sweep.nc'} is not what a sweep writes ({error})") from None
     entries = {
         str(name): dataset[name].values.ravel()
         for name in dataset.data_vars
@@ -92,13 +113,8 @@ def to_dataset(
     for name in table:
         if name in _TEXT:
             data[name] = (keys, table[name].fillna("").to_numpy(dtype=str).reshape(plan.shape))
-        elif name not in inputs[0] and name.split(".")[0] not in (
-            "versions",
-            "stopped",
-            "warnings",
-        ):
-            numbers = pd.to_numeric(table[name]).to_numpy(dtype=float)
-            data[name] = (keys, numbers.reshape(plan.shape))
+        elif name not in inputs[0] and name.split(".")[0] not in ("versions", "warnings"):
+            data[name] = (keys, table[name].to_numpy(dtype=float).reshape(plan.shape))
     missing = np.full(SAMPLES, np.nan)
     for name in CURVES:
         curves = np.array([outcome.curves.get(name, missing) for outcome in outcomes])
@@ -115,6 +131,21 @@ def to_dataset(
     words = " ".join(f"{key}={value}" for key, value in common.items() if value is not None)
     named = {key: str(common.get(key, "")) for key in ("name", "model")}
     return xr.Dataset(data, coordinates, {"iceslide_fem": "sweep", "inputs": words, **named})
+
+
+def _entries(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """The numbers of a summary, its versions and its warnings; the rest is in other columns."""
+    numbers = {
+        key: value
+        for key, value in summary.items()
+        if key != "stopped" and (value is None or isinstance(value, int | float))
+    }
+    warnings = summary.get("warnings")
+    return (
+        numbers
+        | flat({"versions": summary.get("versions", {})})
+        | ({"warnings": "; ".join(warnings)} if warnings else {})
+    )
 
 
 def _plain(value: Any) -> float | None:

@@ -1,0 +1,67 @@
+"""Start PETSc with its options, before anything imports it; or say in a sentence what is missing.
+
+PETSc reads `-log_view` and the like when it starts, and complains at its end about what came later.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import importlib
+import sys
+from collections.abc import Sequence
+
+from iceslide_fem.errors import SceneError
+
+_PARTS = ("mpi4py", "petsc4py", "dolfinx")
+
+
+def start_petsc(options: Sequence[str] = ()) -> None:
+    """Start MPI and PETSc with `options`, words as on PETSc's command line. Collective.
+
+    Where PETSc runs already (a second run from Python), it takes them from now on. Raises
+    SceneError if DOLFINx is not installed.
+    """
+    try:
+        with contextlib.suppress(ModuleNotFoundError):
+            # the PyPI wheel has to load its own MPI before anything else does
+            importlib.import_module("dolfinx_solver")
+        if "petsc4py.PETSc" not in sys.modules:
+            importlib.import_module("petsc4py").init(["iceslide", *options])
+        else:
+            from petsc4py import PETSc
+
+            if any(word.startswith("-log_view") for word in options):
+                PETSc.Log.begin()
+            PETSc.Options().insertString(" ".join(options))
+        for part in _PARTS:
+            importlib.import_module(part)
+    except ImportError as error:
+        raise SceneError(
+            f"a slice or a block needs DOLFINx, which this Python does not have ({error}): install "
+            "Debian's python3-dolfinx (scripts/setup), or pip install 'iceslide_fem[wheel]' on "
+            'Python 3.12 or newer; model = "point" needs neither'
+        ) from None
+
+
+def options_without_effect(options: Sequence[str]) -> list[str]:
+    """Those of the `options` that PETSc has not asked for so far: misspelt ones, say."""
+    from petsc4py import PETSc
+
+    asked = ctypes.CDLL(PETSc.__file__).PetscOptionsUsed  # petsc4py has it since 3.19 only
+    names = [word for word in options if word.startswith("-") and not _is_number(word)]
+    return [name for name in names if not _asked_for(asked, name)]
+
+
+def _asked_for(asked: ctypes._NamedFuncPointer, name: str) -> bool:
+    answer = ctypes.c_int(0)
+    asked(None, name.lstrip("-").encode(), ctypes.byref(answer))
+    return bool(answer.value & 1)
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True

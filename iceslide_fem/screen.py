@@ -1,0 +1,69 @@
+"""What a command prints to: a screen that is gone, full or speaks another alphabet ends no run."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+STANDARD_STREAMS = (0, 1, 2)
+
+
+class _Patient:
+    """A text stream that keeps silent after its first fault, which stays in `fault`."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+        self.fault: OSError | None = None
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # a letter that the terminal does not know
+
+    def write(self, text: str) -> int:
+        """Write `text`, or nothing if that is no longer possible."""
+        with self._tried():
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Pass on what has been written."""
+        with self._tried():
+            self._stream.flush()
+
+    @contextlib.contextmanager
+    def _tried(self) -> Iterator[None]:
+        if self.fault is not None:
+            return
+        try:
+            yield
+        except OSError as fault:
+            self.fault = fault
+            # What is still held goes nowhere, also when the interpreter ends.
+            with open(os.devnull, "w") as nowhere, contextlib.suppress(OSError):
+                os.dup2(nowhere.fileno(), self._stream.fileno())
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+@contextlib.contextmanager
+def patient_screen() -> Iterator[list[OSError]]:
+    """Standard output and error that outlast their reader; the faults that came, as they come.
+
+    A reader that has gone (`| head`) is none.
+    """
+    for number in STANDARD_STREAMS:  # or a file of the run would take a closed one's number
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+    faults: list[OSError] = []
+    streams = [_Patient(each or open(os.devnull, "w")) for each in (sys.stdout, sys.stderr)]
+    with contextlib.redirect_stdout(streams[0]), contextlib.redirect_stderr(streams[1]):
+        yield faults
+        streams[0].flush()
+        fault = streams[0].fault
+        if fault is not None and fault.errno != errno.EPIPE:
+            faults.append(fault)
