@@ -12,10 +12,10 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.film.friction import FilmFriction
-from iceslide_fem.mesh.gmsh_model import from_root
 from iceslide_fem.mesh.ice import window_cell
 from iceslide_fem.mesh.rubber import rubber_mesh
 from iceslide_fem.mesh.size import check_memory
+from iceslide_fem.parallel import from_root
 from iceslide_fem.rubber.contact import (
     ContactState,
     Traction,
