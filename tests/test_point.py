@@ -1,11 +1,15 @@
 """The point rung: reference values, tolerance, events, conservation, failure, and its histories."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 from iceslide_fem import reference
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film import step_control
+from iceslide_fem.film.integrators import INTEGRATORS
+from iceslide_fem.film.law import explicit_stage
 from iceslide_fem.film.point import Conditions, Record, simulate
 from iceslide_fem.materials import CONTACT_TABLES, MELTING_ENTHALPY, MELTING_TEMPERATURE
 from iceslide_fem.run.point import point_history
@@ -173,20 +177,32 @@ def test_cold_slow_sliding_only_squeezes():
 
 
 def test_explicit_euler_needs_short_steps():
-    """Stable only below 2 / |d rate / d h|, here at the thin film of 5 bar and 4 m/s."""
+    """Its errors grow with the step, also beyond the linear limit.
+
+    Squeeze-out alone takes h K3 h^2 dt of h in a step: half of it, which is refused, from 0.75
+    times the linear limit on, and all of it from 1.5 times the limit on.
+    """
     here = conditions(((5, 4),), duration=4e-3)
     exact = simulate(here, tolerance=1e-5)
     K1 = float(reference.melt_coefficient(0.405, 4.0))
     K3 = float(reference.squeeze_coefficient(5e5, 46.5e-6))
     thinnest = 0.405 * 1.8e-3 * 4.0 / exact.mu_peak[0] / 5e5
     limit = 2.0 / (K1 / thinnest**2 + 3.0 * K3 * thinnest**2)
-    with pytest.raises(SimulationStopped, match="4 m/s cannot be advanced beyond t = .* too long"):
-        simulate(here, integrator="explicit-euler", fixed_step=1.1 * limit)
     errors = []
-    for share in (0.25, 0.125):
+    for share in (0.125, 0.25, 1.5):
         result = simulate(here, integrator="explicit-euler", fixed_step=share * limit)
-        errors.append(abs(result.mu_end[0] / exact.mu_end[0] - 1.0))
-    assert errors[1] < 0.6 * errors[0] and errors[0] < 0.02
+        errors.append(abs(result.mu_mean[0] / exact.mu_mean[0] - 1.0))
+    assert errors[0] < 0.6 * errors[1] and errors[1] < errors[2] < 0.03
+    thick = here._replace(initial_height=np.full(1, 300e-9))
+    limit = 2.0 / (3.0 * K3 * 300e-9**2)
+    simulate(thick, integrator="explicit-euler", fixed_step=0.7 * limit)
+    with pytest.raises(SimulationStopped, match="4 m/s cannot be advanced beyond t = .* too long"):
+        simulate(thick, integrator="explicit-euler", fixed_step=0.8 * limit)
+    unguarded = partial(explicit_stage, largest_change=np.inf)
+    method = INTEGRATORS["explicit-euler"]._replace(stage=unguarded)
+    simulate(thick, integrator=method, fixed_step=1.4 * limit)
+    with pytest.raises(SimulationStopped, match="too long"):
+        simulate(thick, integrator=method, fixed_step=1.6 * limit)
 
 
 @pytest.mark.parametrize(
@@ -195,7 +211,7 @@ def test_explicit_euler_needs_short_steps():
         ("temperature", -4.0),
         ("temperature", 273.15),
         ("pressure", -1e5),
-        ("pressure", 4.0),
+        ("pressure", 0.0),
         ("k", 2.0),
         ("D", 0.0),
         ("H_V", np.nan),

@@ -18,6 +18,7 @@ from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.film.integrators import (
     INTEGRATORS,
+    Integrator,
     InterfaceState,
     Step,
     surface_excess,
@@ -37,16 +38,16 @@ FIRST_STEP = 3e-4
 # The step after an event, relative to the one that ended on it.
 RESTART = 0.03
 SHORTEST_STEP = 1e-13  # of the duration
-# What conditions may be: the ranges of a scene, SI.
+# What conditions may be, SI: those of a scene, and what single points of its contact come to.
 RANGES = {
-    "pressure": (1e3, 1e7, "Pa"),
+    "pressure": (1.0, 1e8, "Pa"),
     "speed": (1e-6, 100.0, "m/s"),
     "temperature": (193.15, MELTING_TEMPERATURE - 1e-3, "K (degrees Celsius and 273.15)"),
-    "k": (1e-6, 1.0, "of the nominal area"),
-    "D": (1e-8, 1e-2, "m"),
-    "H_V": (1e-9, 1e-2, "m"),
+    "k": (1e-12, 1.0, "of the nominal area"),
+    "D": (1e-9, 0.1, "m"),
+    "H_V": (1e-10, 0.1, "m"),
     "initial_height": (1e-9, 1e-5, "m"),
-    "duration": (1e-6, 100.0, "s"),
+    "duration": (1e-9, 1e3, "s"),
 }
 
 
@@ -163,7 +164,7 @@ def simulate(
     conditions: Conditions,
     ice: str | Column | HalfSpace = "column",
     tolerance: float = 1e-3,
-    integrator: str = "sdirk2",
+    integrator: str | Integrator = "sdirk2",
     times: ArrayLike = (),
     fixed_step: float | None = None,
     max_step: float = np.inf,
@@ -173,14 +174,15 @@ def simulate(
     """Integrate all `conditions` from t = 0 to their duration.
 
     `ice` is `column`, `half-space` or a model made for the conditions; `tolerance` the relative
-    error of mu(t) aimed at; `times` (s, ascending) where mu is sampled; `fixed_step` (s) replaces
-    error control, `max_step` (s) bounds it; `observe` is called with every accepted step; `rubber`
-    takes heat, too, if it is made of columns. Raises SimulationStopped where a step cannot be made,
-    ValueError where an argument is not possible.
+    error of mu(t) aimed at; `integrator` one of `INTEGRATORS` or its name; `times` (s, ascending)
+    where mu is sampled; `fixed_step` (s) replaces error control, `max_step` (s) bounds it;
+    `observe` is called with every accepted step; `rubber` takes heat, too, if it is made of
+    columns. Raises SimulationStopped where a step cannot be made, ValueError where an argument is
+    not possible.
     """
-    method = INTEGRATORS[integrator]
+    method = INTEGRATORS[integrator] if isinstance(integrator, str) else integrator
     if fixed_step is None and not method.estimate:
-        raise ValueError(f"{integrator} has no error estimate: give fixed_step")
+        raise ValueError("the integrator has no error estimate: give fixed_step")
     positive = {"tolerance": tolerance, "fixed_step": fixed_step, "max_step": max_step}
     for name, value in positive.items():
         if value is not None and not value > 0.0:
