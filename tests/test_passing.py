@@ -21,6 +21,7 @@ from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E
 from iceslide_fem.materials import CONTACT_TABLES  # noqa: E402
 from iceslide_fem.mesh.ice import ice_mesh, window_lines  # noqa: E402
 from iceslide_fem.reference import band_source_rise  # noqa: E402
+from iceslide_fem.run.point import point_history  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 
 pytestmark = pytest.mark.fe
@@ -93,9 +94,11 @@ def test_transit_time_equivalence(heat):
     scene = passing(
         ice__heat=heat, ice__cell="0.05 mm", rubber__height="0.1 mm", numerics__penalty=2e12
     )
-    sliding = started(scene)
+    sliding, friction = started(scene), []
     while sliding.current.time < scene.load.duration:
-        sliding.advance()
+        state = sliding.advance().state
+        force = sliding.shear(state.interface, state.loads) @ state.loads.area
+        friction.append((state.time, force / (state.loads.pressure @ state.loads.area)))
     side, state = sliding.current.loads, sliding.current.interface
     shear = sliding.shear(sliding.current.interface, sliding.current.loads)
     times = np.linspace(0.0, 4e-3, 401)
@@ -120,6 +123,14 @@ def test_transit_time_equivalence(heat):
     error = np.abs(height / np.interp(age, times, expected) - 1.0)[inside]
     assert error.mean() < 0.001
     assert error.max() < 0.01
+    # The point rung says the same of the whole slide: the contact begins on fresh ice.
+    alone = scene.model_copy(update={"model": "point"})
+    rows, results = point_history(alone)
+    time, mu = np.array(friction).T
+    found = np.interp(time, [row.time_s for row in rows], [row.mu for row in rows])
+    late = time > 0.1e-3
+    np.testing.assert_allclose(mu[late], found[late], rtol=0.01)
+    assert results["mu_end"] == pytest.approx(float(point.mu_mean[0]), rel=1e-3)
 
 
 @pytest.mark.parametrize("carrier", ["ice", "rubber"])

@@ -14,6 +14,7 @@ from iceslide_fem.film.point import Conditions, Record, simulate
 from iceslide_fem.materials import CONTACT_TABLES, MELTING_ENTHALPY, MELTING_TEMPERATURE
 from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import scene_from_dict
+from iceslide_fem.scene.notes import notes
 
 BAR = 1e5
 FOUR_CASES = ((1, 3), (1, 4), (5, 3), (5, 4))
@@ -318,3 +319,25 @@ def test_history_without_error_control_has_equal_steps(integrator):
 def test_sample_times_must_ascend():
     with pytest.raises(ValueError, match="ascend"):
         simulate(conditions(), times=[2e-3, 1e-3])
+
+
+def test_below_a_point_continuum_ice_is_a_column():
+    column, continuum = (scene(ice={"heat": heat}) for heat in ("column", "continuum"))
+    assert point_history(column) == point_history(continuum)
+    assert any("the ice is a column" in note for note in notes(continuum))
+    assert not any("the ice is a column" in note for note in notes(column))
+
+
+def test_ice_that_slides_below_a_point_passes():
+    """2 mm at 4 m/s: half a millisecond, then nothing changes; its mean is the sample's (5.35)."""
+    rows, results = point_history(scene(ice={"motion": "sliding"}))
+    mean = simulate(conditions(((5, 4),), duration=0.5e-3)).mu_mean[0]
+    time, mu = np.array([(row.time_s, row.mu) for row in rows]).T
+    assert time[-1] == pytest.approx(5e-3) and mu[0] == pytest.approx(
+        0.405 * 1.8e-3 * 4.0 / 70e-9 / 5e5
+    )
+    np.testing.assert_allclose(mu[time >= 0.5e-3], mean, rtol=1e-9)
+    assert results["mu_end"] == pytest.approx(mean) and results["steps"] == len(rows) - 1
+    assert abs(results["energy_imbalance"]) < 1e-12
+    work = np.sum(0.5 * (mu[1:] + mu[:-1]) * np.diff(time)) * 5e5 * 6e-6 * 4.0
+    assert rows[-1].friction_work_J == pytest.approx(work, rel=1e-4)

@@ -264,7 +264,14 @@ def test_one_bad_value(key, value, words):
             {"ice.heat": "half-space", "ice.motion": "sliding"},
             ["half-space", "sliding", "'column'"],
         ),
-        ({"model": "point", "ice.heat": "continuum"}, ["point", "'column' or 'half-space'"]),
+        (
+            {"model": "point", "ice.motion": "sliding", "film.carrier": "rubber"},
+            ["film.carrier", "point", 'or film.carrier = "ice"'],
+        ),
+        (
+            {"model": "point", "ice.motion": "sliding", "rubber.heat": True},
+            ["rubber.heat", "point", '"slice" or "block"'],
+        ),
         (
             {"rubber.heat": True, "ice.heat": "half-space"},
             ["half-space", "rubber.heat", "'column' or 'continuum'"],

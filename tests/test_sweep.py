@@ -67,7 +67,7 @@ def test_ranges_carry_units_with_an_offset():
         (["load.pressure=1bar,2bar", "load.pressure=3bar"], "is varied twice"),
         (["model=a:b:3"], "is not a number"),
         (["name=a,b"], "name cannot be varied"),
-        (["ice.heat=column,continuum"], "not available for model"),
+        (["ice.heat=column,half-space", "ice.motion=attached,sliding"], "contradict each other"),
     ],
 )
 def test_bad_sweeps_are_one_sentence(varied, words):
@@ -112,7 +112,7 @@ def test_points_are_those_of_single_runs(tmp_path):
         curve = np.interp(time, [row.time_s for row in rows], [row.mu for row in rows])
         np.testing.assert_allclose(found["mu"], curve, rtol=2e-2)
         height = np.interp(
-            time, *([row[key] for row in rows] for key in ("time_s", "film_height_m"))
+            time, *([getattr(row, key) for row in rows] for key in ("time_s", "film_height_m"))
         )
         np.testing.assert_allclose(found["film_height_m"], height, rtol=2e-2)
 

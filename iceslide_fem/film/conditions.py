@@ -15,15 +15,31 @@ from iceslide_fem.scene import Scene
 FIXED_STEPS = 2000
 
 
+def transit_time(scene: Scene) -> float:
+    """L / v, for which a point of the ice that slides is below the rubber (s)."""
+    return scene.rubber.length / scene.load.speed
+
+
+def exposure(scene: Scene) -> float:
+    """How long one point of the ice is rubbed (s): the run's duration, or less where it passes."""
+    duration = scene.load.duration
+    return duration if scene.ice.motion == "attached" else min(duration, transit_time(scene))
+
+
+def ice_model(scene: Scene) -> str:
+    """The ice below a point: a column also where the scene says continuum, which needs a rubber."""
+    return "column" if scene.ice.heat == "continuum" else scene.ice.heat
+
+
 def simulation_settings(scene: Scene) -> dict[str, Any]:
     """Ice model, tolerance, integrator and steps of `scene`, as arguments of `point.simulate`."""
     numerics = scene.numerics
     if not INTEGRATORS[numerics.film_integrator].estimate:
-        fixed, largest = numerics.max_step or scene.load.duration / FIXED_STEPS, np.inf
+        fixed, largest = numerics.max_step or exposure(scene) / FIXED_STEPS, np.inf
     else:
         fixed, largest = None, numerics.max_step or np.inf
     return {
-        "ice": scene.ice.heat,
+        "ice": ice_model(scene),
         "tolerance": numerics.tolerance,
         "integrator": numerics.film_integrator,
         "fixed_step": fixed,
@@ -54,5 +70,5 @@ def scene_conditions(scene: Scene) -> Conditions:
         D=D,
         H_V=H_V,
         initial_height=scene.film.initial_height,
-        duration=scene.load.duration,
+        duration=exposure(scene),
     )

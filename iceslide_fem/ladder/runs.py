@@ -58,6 +58,8 @@ def rungs(
     """
     numerics, own_mesh = scene.numerics, scene.rubber.mesh is not None
     attached = scene.ice.motion == "attached"
+    # where ice passes, a point stands for it by the time that it is below the block
+    has_point = attached or (scene.film.carrier == "ice" and not scene.rubber.heat and not own_mesh)
     half_space = attached and not scene.rubber.heat
     refinements = sorted({float(np.clip(f * numerics.refinement, *REFINEMENTS)) for f in factors})
     if own_mesh:
@@ -65,7 +67,7 @@ def rungs(
     chosen: list[Rung] = []
     skipped: dict[Rung, str] = {}
     for model in MODELS:
-        if (model == "point" and not attached) or (own_mesh and model == "slice"):
+        if (model == "point" and not has_point) or (own_mesh and model == "slice"):
             continue
         for heat in HEATS:
             if (heat == "half-space" and not half_space) or (heat, model) == ("continuum", "point"):

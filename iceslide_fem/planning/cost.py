@@ -78,7 +78,9 @@ def step_seconds(dimensions: int, rubber: int, ice: int) -> float:
 def point_rows(scene: Scene) -> list[HistoryRow]:
     """History of the scene's point rung, at the nominal pressure."""
     heat = "column" if scene.ice.heat == "continuum" else scene.ice.heat
-    ice = scene.ice.model_copy(update={"heat": heat})
+    # a block is solved for as long as it slides, whatever the time that ice is below it
+    motion = scene.ice.motion if scene.model == "point" else "attached"
+    ice = scene.ice.model_copy(update={"heat": heat, "motion": motion})
     update: dict[str, object] = {"model": "point", "ice": ice}
     if scene.model != "point":
         update["numerics"] = scene.numerics.model_copy(update={"max_step": None})

@@ -34,7 +34,7 @@ def cheapest(scene: Scene) -> Rung:
         heat = scene.ice.heat
     if scene.rubber.mesh is not None:
         return Rung("block", heat, scene.numerics.refinement)
-    attached = scene.ice.motion == "attached"  # below a point ice never passes
+    attached = scene.ice.motion == "attached"  # estimates of passing ice are rougher
     if attached and found.uniform_pressure <= tolerance and heat != "continuum":
         return Rung("point", heat, 1.0)
     model = "slice" if found.plane_strain.effect <= tolerance else "block"

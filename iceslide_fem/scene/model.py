@@ -228,11 +228,8 @@ class Scene(_Table):
                 "film.k, film.D and film.H_V are missing; without a compound give them, or "
                 "film.contact"
             )
-        if self.model == "point" and self.ice.heat == "continuum":
-            raise ValueError(
-                'ice.heat = "continuum" is not available for model = "point"; '
-                "allowed: 'column' or 'half-space'"
-            )
+        if self.model == "point" and self.ice.motion == "sliding":
+            self._passes_below_a_point()
         if self.ice.heat == "half-space" and self.ice.motion == "sliding":
             raise ValueError(
                 'ice.heat = "half-space" and ice.motion = "sliding" contradict each other: the '
@@ -264,6 +261,20 @@ class Scene(_Table):
             raise ValueError(
                 f"numerics.shear_ramp_pressure = {ramp / BAR:.3g} bar is above load.pressure = "
                 f"{pressure / BAR:.3g} bar: friction would never be there in full"
+            )
+
+    def _passes_below_a_point(self) -> None:
+        """Raise ValueError where the time below the block does not say what the ice has seen."""
+        if self.film.carrier == "rubber":
+            raise ValueError(
+                'film.carrier = "rubber" and model = "point" contradict each other where ice '
+                "slides: films that stay with the rubber are older than the ice below them; "
+                'allowed: model = "slice" or "block", or film.carrier = "ice"'
+            )
+        if self.rubber.heat:
+            raise ValueError(
+                'rubber.heat = true and model = "point" contradict each other where ice slides: '
+                'the rubber is older than the ice below it; allowed: model = "slice" or "block"'
             )
 
     def _rubber_can_take_heat(self) -> None:

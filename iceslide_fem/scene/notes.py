@@ -33,7 +33,7 @@ NOT_OF_A_POINT = (
 def notes(scene: Scene) -> list[str]:
     """A sentence each, without its full stop; none for a scene that is all in use and usual."""
     table = scene.outside_table()
-    return _unused(scene) + ([table] if table else []) + _outside_envelope(scene)
+    return _unused(scene) + _point(scene) + ([table] if table else []) + _outside_envelope(scene)
 
 
 def _unused(scene: Scene) -> list[str]:
@@ -64,6 +64,17 @@ def _unused(scene: Scene) -> list[str]:
         given = [key for key in keys if _is_given(scene, key)]
         if given:
             found.append(f"{' and '.join(given)} {_have(given)} no effect {reason}")
+    return found
+
+
+def _point(scene: Scene) -> list[str]:
+    """How a point reads what was said of a block."""
+    found = []
+    if scene.model == "point" and scene.ice.heat == "continuum":
+        found.append('below a point the ice is a column, the nearest to ice.heat = "continuum"')
+    if scene.model == "point" and scene.ice.motion == "sliding":
+        transit = readable(scene.rubber.length / scene.load.speed, "s")
+        found.append(f"ice below a point passes in L / v = {transit}; mu is that of the block")
     return found
 
 

@@ -12,7 +12,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film.conditions import rubber_columns, scene_conditions, simulation_settings
 from iceslide_fem.film.point import Conditions, Record, simulate
-from iceslide_fem.run.point import point_summary
+from iceslide_fem.run.point import point_history, point_summary
 from iceslide_fem.scene import Scene
 from iceslide_fem.sweep.outcome import DONE, FAILED, SAMPLES, CaseResult
 
@@ -23,21 +23,40 @@ CHUNK = 20_000
 def simulate_points(scenes: Sequence[Scene]) -> list[CaseResult]:
     """Outcomes of point scenes, in their order.
 
-    Scenes with the same numerics and duration are one call. Where a call stops, its scenes are
-    halved until the one that stops it is alone.
+    Scenes with the same numerics and duration are one call, where the ice does not pass. Where a
+    call stops, its scenes are halved until the one that stops it is alone.
     """
     groups: dict[tuple[Any, ...], list[int]] = {}
+    outcomes: list[CaseResult] = [CaseResult(FAILED)] * len(scenes)
     for number, scene in enumerate(scenes):
+        if scene.ice.motion == "sliding":  # means over a block, each over its own transit
+            outcomes[number] = _block(scene)
+            continue
         settings = simulation_settings(scene)
         heat = _rubber_key(scene)
         groups.setdefault((scene.load.duration, heat, *settings.values()), []).append(number)
-    outcomes: list[CaseResult] = [CaseResult(FAILED)] * len(scenes)
     for numbers in groups.values():
         for first in range(0, len(numbers), CHUNK):
             chunk = numbers[first : first + CHUNK]
             for number, outcome in zip(chunk, _outcomes([scenes[i] for i in chunk]), strict=True):
                 outcomes[number] = outcome
     return outcomes
+
+
+def _block(scene: Scene) -> CaseResult:
+    """Outcome of a scene whose ice passes."""
+    started = monotonic()
+    try:
+        rows, entries = point_history(scene)
+    except SimulationStopped as reason:
+        return CaseResult(FAILED, str(reason))
+    times = np.linspace(0.0, scene.load.duration, SAMPLES)
+    own = [row.time_s for row in rows]
+    curves = {
+        name: np.interp(times, own, [getattr(row, name) for row in rows])
+        for name in ("mu", "film_height_m")
+    }
+    return CaseResult(DONE, "", entries | {"wall_s": monotonic() - started}, curves)
 
 
 def _rubber_key(scene: Scene) -> tuple[Any, ...]:
