@@ -103,6 +103,18 @@ def flux_after_onset(q: ArrayLike, t_melt: ArrayLike, t: ArrayLike) -> Array:
     return 2.0 * q / np.pi * np.arcsin(np.sqrt(t_melt / t))
 
 
+def melted_depth(q: ArrayLike, t_melt: ArrayLike, t: ArrayLike) -> Array:
+    """Depth of ice (m) melted by constant q at a surface that is at T_m from t_melt on.
+
+    Friction heat less the integral of `flux_after_onset`, over rho L, for t >= t_melt:
+    rho L s = q t - (2 q / pi) [t asin(sqrt(t_melt / t)) + sqrt(t_melt (t - t_melt))].
+    The surface does not move: a Stefan problem whose melt is thin beside the warm layer.
+    """
+    q, t_melt, t = _arrays(q, t_melt, t)
+    in_ice = t * np.arcsin(np.sqrt(t_melt / t)) + np.sqrt(t_melt * (t - t_melt))
+    return (q * t - 2.0 * q / np.pi * in_ice) / MELTING_ENTHALPY
+
+
 def band_source_rise(q: ArrayLike, length: ArrayLike, v: ArrayLike) -> Array:
     """Largest surface temperature rise (K) under a band source at high Peclet number.
 

@@ -8,7 +8,7 @@ from types import ModuleType
 
 import pytest
 
-from iceslide_fem.cli import main
+from iceslide_fem.cli import _print_summary, main
 from iceslide_fem.errors import SimulationStopped
 
 CASES = Path(__file__).parent.parent / "cases"
@@ -172,6 +172,21 @@ def test_info_says_when_heat_spreads_sideways(capsys):
 def test_info_measures_a_users_mesh(capsys):
     assert exit_code("info", str(CASES / "user_mesh.toml")) == 0
     assert "2 ms" in capsys.readouterr().out  # transit time of 6 mm at 3 m/s
+
+
+def test_info_says_what_inertia_would_change(capsys):
+    exit_code("info", str(CASES / "tread_block.toml"))
+    assert "0.28" in capsys.readouterr().out
+    exit_code("info", str(CASES / "tread_block.toml"), "--set", "rubber.inertia=true")
+    assert "inertia left out" not in capsys.readouterr().out
+
+
+def test_a_summary_says_what_did_not_happen_and_nothing_of_what_there_is_not(capsys, tmp_path):
+    summary = {"mu_peak": 0.5, "saturation_s": None, "sipe_opening_m": None, "stopped": None}
+    _print_summary(summary, tmp_path)
+    printed = capsys.readouterr().out
+    assert printed.count("did not happen") == 1 and "saturation_s" in printed
+    assert "sipe" not in printed and "stopped" not in printed
 
 
 def test_view_prints_the_pictures(monkeypatch, tmp_path, capsys):

@@ -9,7 +9,7 @@ from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance, error_norms
 from iceslide_fem.film.law import FilmLoads, FilmStage, Surface
 from iceslide_fem.film.point import Conditions, Record, simulate
-from iceslide_fem.materials import MELTING_TEMPERATURE, WATER_VISCOSITY
+from iceslide_fem.materials import MELTING_ENTHALPY, MELTING_TEMPERATURE, WATER_VISCOSITY
 
 DURATION = 7e-3
 T_0 = np.array([MELTING_TEMPERATURE - 4.0])
@@ -74,6 +74,17 @@ def test_flux_after_the_surface_has_reached_the_melting_temperature():
     expected = reference.flux_after_onset(q, onset, 4.0 * onset)
     assert step.last.ice_flux == pytest.approx(expected, rel=1e-3)
     assert column.surface_temperature(step.state.ice) == pytest.approx(MELTING_TEMPERATURE)
+
+
+def test_what_melts_at_a_fixed_surface():
+    """The rest of the friction heat, over the latent heat; the surface does not recede."""
+    q = 2.3e5
+    onset = brentq(lambda t: reference.constant_flux_rise(q, t) - 4.0, 1e-6, 1e-1)
+    times = np.concatenate([graded(onset), onset + graded(DURATION - onset)])
+    _, in_ice, step = heated(Column(T_0, DURATION), q, times)
+    assert step.last.melting.all()
+    melted = (q * DURATION - in_ice) / MELTING_ENTHALPY
+    assert melted == pytest.approx(reference.melted_depth(q, onset, DURATION), rel=2e-3)
 
 
 def test_onset_below_a_film_that_is_squeezed_out():

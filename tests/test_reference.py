@@ -125,6 +125,14 @@ def test_flux_after_onset_starts_at_the_constant_flux_and_keeps_the_surface_at_t
     assert before + after == pytest.approx(reference.constant_flux_rise(q, t_melt), rel=1e-6)
 
 
+def test_melted_depth_is_what_the_ice_does_not_take():
+    q, t_melt, t = 3e5, 1e-3, 2.5e-3
+    in_ice, _ = quad(lambda at: reference.flux_after_onset(q, t_melt, at), t_melt, t)
+    expected = (q * (t - t_melt) - in_ice) / MELTING_ENTHALPY
+    assert reference.melted_depth(q, t_melt, t) == pytest.approx(expected, rel=1e-9)
+    assert reference.melted_depth(q, t_melt, t_melt) == pytest.approx(0.0, abs=1e-18)
+
+
 def test_uniaxial_stress_is_the_derivative_of_the_energy():
     C10, C01, stretch = 0.1662e6, 0.1068e6, 1.7
 

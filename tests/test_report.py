@@ -9,7 +9,7 @@ import pytest
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.results import differences, field_files, read_run
-from iceslide_fem.results.report import report
+from iceslide_fem.results.report import energy_unit, report
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # the outputs' writers need it
 
@@ -25,6 +25,11 @@ def test_report_is_a_picture(tmp_path, model, preload, saturation):
     image = matplotlib.image.imread(path)[..., :3]
     assert image.shape[0] > 800 and image.shape[1] > 1000
     assert 0.02 < (image < 0.9).any(axis=2).mean() < 0.5  # neither empty nor a blot
+
+
+@pytest.mark.parametrize("joules, unit", [(0.4, "mJ"), (2.0, "J"), (3e-5, "µJ"), (0.0, "nJ")])
+def test_energies_have_digits_that_one_can_read(joules, unit):
+    assert energy_unit(joules) == unit
 
 
 def test_run_is_read_as_it_was_written(tmp_path):

@@ -20,7 +20,7 @@ from iceslide_fem.sweep import make_plan, read_sweep, run_sweep, share_cores
 from iceslide_fem.sweep import points as sweep_points
 from iceslide_fem.sweep.outcome import read_outcome
 from iceslide_fem.sweep.plan import value_of
-from iceslide_fem.sweep.plots import plot_sweep
+from iceslide_fem.sweep.plots import friction_against, maps, plot_sweep
 from iceslide_fem.sweep.processes import Cores, write_scene
 
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
@@ -192,6 +192,22 @@ def test_pictures_of_one_two_and_three_varied_keys(tmp_path):
         pictures = plot_sweep(dataset, folder)
         assert len(pictures) == {1: 1, 2: 3, 3: 6}[count]
         assert all(picture.stat().st_size > 10_000 for picture in pictures)
+
+
+def test_a_picture_says_how_many_of_the_values_it_shows(tmp_path):
+    varied = ["load.speed=1:5:10", "ice.temperature=-15degC:-1degC:3"]
+    figure = friction_against(run_sweep(point_plan(*varied), tmp_path, None), "ice.temperature")
+    legend = figure.axes[0].get_legend()
+    assert legend.get_title().get_text() == "speed (m/s)\n8 of 10 values"
+    assert len(legend.get_texts()) == 8
+
+
+def test_a_map_ends_where_its_values_end(tmp_path):
+    varied = ["load.speed=2,4", "ice.temperature=-9degC:-1degC:3"]
+    figure = maps(run_sweep(point_plan(*varied), tmp_path, None), "load.speed", "ice.temperature")
+    for ax in figure.axes[:3]:
+        assert ax.get_xlim() == pytest.approx((2.0, 4.0))
+        assert ax.get_ylim() == pytest.approx((-9.0, -1.0))
 
 
 def test_auto_chooses_ice_and_model_of_every_case(tmp_path):

@@ -68,11 +68,12 @@ def ladder_chart(
     costs.axhline(tolerance, color=RED, linewidth=1.0)
     costs.annotate(
         "tolerance",
-        (0.01, tolerance),
-        (0, 3),
-        xycoords=("axes fraction", "data"),
+        (1.0, tolerance),
+        (4, 0),
+        xycoords=("axes fraction", "data"),  # beside the panel, where no mark can be
         textcoords="offset points",
         color=RED,
+        va="center",
     )
     costs.set(
         xscale="log",

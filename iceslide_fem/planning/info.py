@@ -16,6 +16,7 @@ from iceslide_fem.materials import (
     ContactTable,
 )
 from iceslide_fem.planning.cost import Cost, estimate
+from iceslide_fem.planning.simplifications import simplifications
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.units import readable
 
@@ -30,7 +31,7 @@ class Row(NamedTuple):
 
 
 # sqrt(alpha t) over the contact's shortest side up to which columns of ice are good enough. At
-# 0.09 they change mean mu by 0.6 % and cold ice beside the contact changes it by 2.7 % (slice of
+# 0.09 they change mean mu by 0.8 % and cold ice beside the contact changes it by 2.7 % (slice of
 # thesis_1bar; docs/comparison.md).
 LATERAL_SHARE = 0.1
 
@@ -76,7 +77,7 @@ def _heat(scene: Scene, size: tuple[float, ...]) -> list[Row]:
             "heat",
             "sideways in ice",
             f"{lateral:.2g}",
-            f"√(α t) / L: {enough}; at 0.09 worth 0.6 % of mean μ, 3 % with cold ice beside",
+            f"√(α t) / L: {enough}; at 0.09 worth 0.8 % of mean μ, 3 % with cold ice beside",
         ),
         Row("heat", "transit time", readable(L / v, "s"), "L / v, an ice point's time under it"),
         Row("heat", "Péclet number", f"{v * L / ICE_DIFFUSIVITY:.3g}", "v L / α in ice"),
@@ -136,9 +137,19 @@ def _rubber(scene: Scene, size: tuple[float, ...]) -> list[Row]:
             "rubber",
             "shear wave time",
             readable(wave, "s"),
-            f"H √(ρ/G), {wave / load.duration:.2%} of the run: quasi-static if small",
+            f"H √(ρ/G), {wave / load.duration:.2%} of the run",
         ),
+        *_inertia(scene),
     ]
+
+
+def _inertia(scene: Scene) -> list[Row]:
+    """What a quasi-static box of rubber leaves out; nothing to say of others."""
+    if scene.rubber.inertia or scene.rubber.mesh is not None:
+        return []
+    effect = simplifications(scene).inertia.effect
+    meaning = "of μ(t) for a moment at most, of its mean far less: rubber.inertia resolves it"
+    return [Row("rubber", "inertia left out", f"{effect:.2g}", meaning)]
 
 
 def _mesh(scene: Scene) -> list[Row]:

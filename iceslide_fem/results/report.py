@@ -12,7 +12,8 @@ from matplotlib.patches import Patch
 from iceslide_fem.results import Run, read_run
 from iceslide_fem.results.style import BLACK, BLUE, GREEN, MELTING, ORANGE, RED, SATURATED
 
-MS, NM, UM, UJ = 1e3, 1e9, 1e6, 1e6
+MS, NM, UM = 1e3, 1e9, 1e6
+ENERGIES = {"J": 1.0, "mJ": 1e3, "µJ": 1e6, "nJ": 1e9}  # unit: how many are a joule
 
 
 def report(directory: Path | str) -> Path:
@@ -163,11 +164,17 @@ def _energy(panel: Axes, run: Run) -> None:
         "melts ice": ("latent_heat_J", GREEN),
         "warms the rubber": ("rubber_heat_J", RED),
     }
+    unit = energy_unit(max(float(run.history[column].max()) for column, _ in curves.values()))
     for label, (column, color) in curves.items():
-        values = UJ * run.history[column]
+        values = ENERGIES[unit] * run.history[column]
         if values.any():
             panel.plot(MS * run.history["time_s"], values, color=color, label=label, linewidth=2)
-    panel.set(title="Where the work of friction goes", ylabel="$E$ (µJ)")
+    panel.set(title="Where the work of friction goes", ylabel=f"$E$ ({unit})")
     panel.set_ylim(bottom=0.0)
     if panel.lines:
         panel.legend(loc="upper left", framealpha=0.9)
+
+
+def energy_unit(largest: float) -> str:
+    """The unit of ENERGIES in which `largest` (J) has a digit before the point, or the smallest."""
+    return next((unit for unit, factor in ENERGIES.items() if factor * largest >= 1.0), "nJ")

@@ -20,7 +20,7 @@ from iceslide_fem.results.style import BLUE
 
 DPI = 130
 PICTURES = ("mu_by_*.png", "map_*.png")
-MOST_LINES, MOST_PANELS = 6, 3
+MOST_LINES, MOST_PANELS = 8, 3
 
 
 class SummaryQuantity(NamedTuple):
@@ -70,11 +70,18 @@ def plot_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
 
 
 def friction_against(dataset: xr.Dataset, key: str) -> Figure:
-    """Mean mu against `key`: the next varied key as colour, one more as panels."""
+    """Mean mu against `key`: the next varied key as colour, one more as panels.
+
+    Where there are more values than lines or panels, the picture says how many it shows.
+    """
     others = [other for other in _varied(dataset) if other != key]
     colour, panel = [*others, None, None][:2]
     mean, rest = _middle(dataset["mu_mean"], others[2:])
     panels = _spread(dataset[panel].values, MOST_PANELS) if panel else [None]
+    if panel and len(panels) < dataset.sizes[panel]:
+        name = _quantity(panel).label.partition(" (")[0]
+        share = f"{len(panels)} of {dataset.sizes[panel]} values of {name}"
+        rest = ", ".join(filter(None, [share, rest]))
     figure = Figure(figsize=(2.0 + 3.6 * len(panels), 4.0), layout="constrained")
     axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
     for ax, at in zip(axes, panels, strict=True):
@@ -85,7 +92,9 @@ def friction_against(dataset: xr.Dataset, key: str) -> Figure:
     axes[0].set_ylabel(r"mean friction coefficient $\bar\mu$")
     axes[0].set_ylim(bottom=0.0)
     if colour is not None:
-        axes[-1].legend(title=_quantity(colour).label, frameon=False, fontsize=8)
+        title, drawn, there = _quantity(colour).label, len(axes[-1].lines), dataset.sizes[colour]
+        title += f"\n{drawn} of {there} values" if drawn < there else ""
+        axes[-1].legend(title=title, frameon=False, fontsize=8, title_fontsize=9)
     figure.suptitle(_title(dataset, "Friction", rest))
     return figure
 
@@ -112,7 +121,9 @@ def maps(dataset: xr.Dataset, first: str, second: str) -> Figure:
             x(dataset[first].values), y(dataset[second].values), shown, shading="nearest"
         )
         figure.colorbar(mesh, ax=ax)
-        ax.set(title=name, xlabel=x.label)
+        # no colour beyond the values: the outer cells are half as wide
+        ax.set(title=name, xlabel=x.label, xlim=_range(x, dataset[first]))
+        ax.set_ylim(_range(y, dataset[second]))
     axes[0].set_ylabel(_quantity(second).label)
     figure.suptitle(_title(dataset, "Maps", rest))
     return figure
@@ -153,6 +164,12 @@ def _spread(values: Array, most: int) -> list[Any]:
     """At most so many of `values`, first and last among them."""
     chosen = np.unique(np.linspace(0, len(values) - 1, min(most, len(values))).round().astype(int))
     return [values[number] for number in chosen]
+
+
+def _range(quantity: SummaryQuantity, values: xr.DataArray) -> tuple[float, float]:
+    """Least and largest value as they are shown."""
+    shown = quantity(values.values)
+    return float(shown.min()), float(shown.max())
 
 
 def _quantity(key: Hashable) -> SummaryQuantity:

@@ -2,8 +2,8 @@
 
 Means are (5.35) over the time that ice is under a block of length L: [0, L / v]. The thesis shows
 these trends in its figures 33 to 35 (compound B; after Klapproth et al., 2016). Beside them the
-bands of Lahayne et al. (Tribol. Lett. 2016; read in a secondary source) at 0.65 m/s and 1.5 to
-4.5 bar.
+bands of Lahayne et al. (Tribol. Lett. 62, 2016, doi 10.1007/s11249-016-0665-z; from an account of
+that paper) at 0.65 m/s and 1.5 to 4.5 bar.
 """
 
 from __future__ import annotations
