@@ -122,9 +122,9 @@ def test_table_has_a_row_per_case_with_inputs_and_results(tmp_path):
     with open(tmp_path / "sweep.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["load.pressure"] for row in rows] == ["100000", "100000", "200000", "200000"]
-    assert {row.status for row in rows} == {"done"}
-    assert all(float(row.mu_peak) > 0.2 and row["rubber.compound"] == "B" for row in rows)
-    assert all(row.steps.isdigit() for row in rows)
+    assert {row["status"] for row in rows} == {"done"}
+    assert all(float(row["mu_peak"]) > 0.2 and row["rubber.compound"] == "B" for row in rows)
+    assert all(row["steps"].isdigit() for row in rows)
     dataset = read_sweep(tmp_path)
     assert dataset["mu"].dims == ("load.pressure", "ice.heat", "time_share")
     assert dataset["load.pressure"].attrs["units"] == "Pa"

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.film.point import Conditions, simulate
+from iceslide_fem.film.point import RANGES, Conditions, simulate
 from iceslide_fem.materials import ICE_DIFFUSIVITY
 from iceslide_fem.scene import Scene
 
@@ -117,6 +117,7 @@ def _friction(
     """Friction stress (Pa) at `times` (s) below `shares` of the nominal pressure: (times, n)."""
     pressure = shares * scene.load.pressure
     law = pressure if scene.film.pressure == "local" else np.full_like(shares, scene.load.pressure)
+    law = np.clip(law, *RANGES["pressure"][:2])  # where an edge has all but lifted off
     k, D, H_V, _ = scene.contact_parameters(law)
     conditions = Conditions.of(
         pressure=law,

@@ -10,7 +10,7 @@ import json
 import os
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from subprocess import DEVNULL, Popen
 
@@ -50,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "MB", "expected",
     )  # fmt: skip
 
-    def rows():
+    def rows() -> Iterator[tuple[object, ...]]:
         for name, changes in chosen:
             expected = estimate(case(name, *changes.split()))
             steps, seconds, memory = measured(name, changes.split())
