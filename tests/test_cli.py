@@ -183,7 +183,7 @@ def test_info_says_what_inertia_would_change(capsys):
 
 def test_a_summary_says_what_did_not_happen_and_nothing_of_what_there_is_not(capsys, tmp_path):
     summary = {"mu_peak": 0.5, "saturation_s": None, "sipe_opening_m": None, "stopped": None}
-    _print_summary(summary, tmp_path)
+    _print_summary(summary, tmp_path, [])
     printed = capsys.readouterr().out
     assert printed.count("did not happen") == 1 and "saturation_s" in printed
     assert "sipe" not in printed and "stopped" not in printed
