@@ -108,9 +108,9 @@ def conditions(
 def run_words(
     scene: Path | str, out: Path | str, *changes: str, ranks: int = 1, more: Sequence[str] = ()
 ) -> list[str]:
-    """Command line of `iceslide run`; mpirun is the environment's (scripts/env.sh sets it up)."""
+    """Command line of `iceslide run`, whatever `out` holds; mpirun is that of scripts/env.sh."""
     sets = [word for change in changes for word in ("--set", change)]
-    words = iceslide_words("run", str(scene), *sets, "--out", str(out), *more)
+    words = iceslide_words("run", str(scene), *sets, "--force", "--out", str(out), *more)
     return on_ranks(words, ranks)
 
 

@@ -83,7 +83,7 @@ def child(arguments: argparse.Namespace) -> None:
 
     scene = case("tread_block", *arguments.set)
     with Sampler() as watch:
-        summary = simulate.run(scene, Path(arguments.child).with_suffix(".run"))
+        summary = simulate.run(scene, Path(arguments.child).with_suffix(".run"), force=True)
     if MPI.COMM_WORLD.rank == 0:
         result = {
             "parts": dict(watch.seconds),

@@ -94,7 +94,7 @@ def main() -> None:
                   f"saturates: {first(found.distance, found.saturated)}")  # fmt: skip
             if arguments.fine:
                 fine = ["numerics.refinement=2", "numerics.tolerance=2e-3"]
-                finer = run(case(name, f"model={arguments.model}", *fine), out)
+                finer = run(case(name, f"model={arguments.model}", *fine), out, force=True)
                 print(f"  against {finer['mu_end']:.4f} with {finer['dofs']} unknowns and "
                       f"{finer['steps']} steps ({finer['wall_s']:.0f} s): "
                       f"{summary['mu_end'] / finer['mu_end'] - 1:+.2%} at the end, "
