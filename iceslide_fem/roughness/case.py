@@ -16,8 +16,9 @@ from pydantic import (
     model_validator,
 )
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
-from iceslide_fem.materials import YOUNGS_MODULUS, Array
+from iceslide_fem.materials import YOUNGS_MODULUS
 from iceslide_fem.roughness.parameters import Definition
 from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.input_file import InputFile

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from scipy.stats import gamma
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
-from iceslide_fem.materials import Array
 from iceslide_fem.roughness.surface import Surface, wave_numbers
 from iceslide_fem.scene.input_file import read_text
 from iceslide_fem.scene.messages import first_sentence

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.fft import irfft2, rfft2
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SimulationStopped
-from iceslide_fem.materials import Array
 
 TOLERANCE = 1e-7
 MOST_ITERATIONS = 2000

@@ -7,8 +7,8 @@ from typing import Generic, Literal, NamedTuple, TypeVar
 
 import numpy as np
 
+from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.errors import SimulationStopped
-from iceslide_fem.materials import Array, Mask
 from iceslide_fem.roughness.half_space import Contact
 
 Value = TypeVar("Value", float, Array)

@@ -12,8 +12,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
-from iceslide_fem.materials import Array
 from iceslide_fem.roughness.surface import Surface
 
 SQUARE = 1e-3  # relative difference of a pixel's sides

@@ -10,8 +10,8 @@ from scipy.optimize import least_squares
 from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import spsolve
 
+from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.errors import SceneError
-from iceslide_fem.materials import Array, Mask
 
 MISSING_AT_MOST = 0.1  # share of the map
 FEWEST_PIXELS = 16  # along either side

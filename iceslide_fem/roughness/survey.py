@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
-from iceslide_fem.materials import BAR, Array
+from iceslide_fem.materials import BAR
 from iceslide_fem.roughness.case import PIXELS_PER_WAVE, SOURCE_WAVE, RoughnessCase
 from iceslide_fem.roughness.generate import generate, read_spec
 from iceslide_fem.roughness.half_space import TOLERANCE, Contact, press

@@ -1,25 +1,17 @@
-#!/usr/bin/env python3
-"""mu(t) at 5 bar for three readings of k, which the thesis's table 8 prints as 0.105.
+"""mu(t) at 5 bar for four readings of k, which the thesis's table 8 prints as 0.105.
 
-Draws docs/pictures/readings_of_k.png and prints the table of docs/theory.md. The point rung with
-columns of ice; D = 46.5 um and H_V = 0.56 um as printed.
-
-    .venv/bin/python scripts/studies/readings_of_k.py [--out PICTURE]
+The point rung with columns of ice; D = 46.5 um and H_V = 0.56 um as printed.
 """
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
-
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from iceslide_fem.film import point
 from iceslide_fem.materials import BAR, CONTACT_TABLES
+from scripts.studies.common import draw, options, picture_options, table
 
-ROOT = Path(__file__).resolve().parent.parent.parent
 READINGS = (0.105, 0.405, 0.505, 0.605)
 SPEEDS = (3.0, 4.0)
 TIMES = np.linspace(0.0, 7e-3, 701)
@@ -29,10 +21,10 @@ PUBLISHED = ((0.8e-3, 0.12), (7e-3, 0.04))
 
 def main() -> None:
     """Print the table, draw the picture."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=ROOT / "docs/pictures/readings_of_k.png")
-    out = parser.parse_args().out
-    table = CONTACT_TABLES["B"]
+    parser = options(__doc__)
+    picture_options(parser)
+    pictures = parser.parse_args().pictures
+    printed = CONTACT_TABLES["B"]
     speed, k = (part.ravel() for part in np.meshgrid(SPEEDS, READINGS))
     result = point.simulate(
         point.Conditions.of(
@@ -40,8 +32,8 @@ def main() -> None:
             speed=speed,
             temperature=269.15,
             k=k,
-            D=table.D[1],
-            H_V=table.H_V[1],
+            D=printed.D[1],
+            H_V=printed.H_V[1],
             initial_height=70e-9,
             duration=7e-3,
         ),
@@ -49,21 +41,19 @@ def main() -> None:
         tolerance=1e-5,
         times=TIMES,
     )
-    print("| k at 5 bar | speed, m/s | mu at 0.8 ms | peak | melts, ms | full, ms | mu at 7 ms |")
-    print("|" + "---|" * 7)
+    rows = []
     for i in np.lexsort((k, speed)):
         early, late = (np.interp(t, TIMES, result.samples[:, i]) for t in (0.8e-3, 7e-3))
         onset, full = (
             "-" if np.isnan(time) else f"{1e3 * time:.2f}"
             for time in (result.melt_onset[i], result.saturation[i])
         )
-        print(
-            f"| {k[i]} | {speed[i]:g} | {early:.4f} | {result.mu_peak[i]:.3f} | {onset} | {full} "
-            f"| {late:.4f} |"
-        )
+        cells = (k[i], speed[i], f"{early:.4f}", f"{result.mu_peak[i]:.3f}", onset, full)
+        rows.append((*cells, f"{late:.4f}"))
+    head = ("k at 5 bar", "speed, m/s", "mu at 0.8 ms", "peak", "melts, ms", "full, ms")
+    table((*head, "mu at 7 ms"), rows)
 
     figure = Figure(figsize=(7, 4.5), layout="constrained")
-    FigureCanvasAgg(figure)
     axes = figure.subplots()
     for i in np.flatnonzero((speed == 3.0) & (k > 0.2)):
         (line,) = axes.plot(1e3 * TIMES, result.samples[:, i], label=f"k = {k[i]}")
@@ -87,8 +77,7 @@ def main() -> None:
     )
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
-    figure.savefig(out, dpi=120)
-    print(out)
+    draw(figure, pictures / "readings_of_k.png")
 
 
 if __name__ == "__main__":

@@ -7,15 +7,14 @@ tilt, wrapping and missing heights would do.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable
 from math import pi
-from pathlib import Path
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.film import point
-from iceslide_fem.materials import BAR, YOUNGS_MODULUS, Array
+from iceslide_fem.materials import BAR, YOUNGS_MODULUS
 from iceslide_fem.roughness.generate import SurfaceSpec, generate, read_spec
 from iceslide_fem.roughness.half_space import press
 from iceslide_fem.roughness.parameters import (
@@ -25,8 +24,8 @@ from iceslide_fem.roughness.parameters import (
 )
 from iceslide_fem.roughness.surface import Surface, levelled, low_passed, statistics
 from iceslide_fem.roughness.survey import parameters
+from scripts.studies.common import ROOT, options
 
-ROOT = Path(__file__).resolve().parent.parent.parent
 COMPOUND_B = ROOT / "cases" / "surfaces" / "compound_B.toml"
 MODULUS = YOUNGS_MODULUS["B"] / 0.75
 PRESSURES = np.array([1.0, 5.0]) * BAR
@@ -258,7 +257,7 @@ def _map(heights: Array, pixel: float) -> Surface:
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = options(__doc__)
     parser.add_argument("--quick", action="store_true", help="small maps, few realisations")
     quick = parser.parse_args().quick
     for part in (closed_forms, definitions, spread, maps, cut_offs):

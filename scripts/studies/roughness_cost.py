@@ -16,7 +16,8 @@ from time import process_time
 
 import numpy as np
 
-from iceslide_fem.materials import BAR, YOUNGS_MODULUS, Array
+from iceslide_fem.arrays import Array
+from iceslide_fem.materials import BAR, YOUNGS_MODULUS
 from iceslide_fem.roughness.generate import SurfaceSpec, generate
 from iceslide_fem.roughness.half_space import press
 from iceslide_fem.roughness.parameters import Measure
@@ -113,12 +114,12 @@ def main() -> None:
     pressures = np.geomspace(0.2, 20.0, 10) * BAR
     contacts = press(surface.heights, surface.pixel, MODULUS, pressures.tolist())
     for p, contact in zip(pressures, contacts, strict=True):
-        found = measure(contact)
+        at = measure(contact)
         spent, last = process_time() - last, process_time()
         total += spent
         print(
-            f"| {p / BAR:.3g} | {contact.iterations} | {spent:.2f} | {found.k_raw:.4f} "
-            f"| {1e6 * found.H_V:.4f} |",
+            f"| {p / BAR:.3g} | {contact.iterations} | {spent:.2f} | {at.k_raw:.4f} "
+            f"| {1e6 * at.H_V:.4f} |",
             flush=True,
         )
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
@@ -126,12 +127,10 @@ def main() -> None:
     print(f"\nMost memory of the process until here: {memory:.0f} MB.")
 
     programs: dict[str, Callable[[Surface, Array], Found]] = {"this program": ours}
-    for name, module, solver in (
-        ("tamaas", "tamaas", tamaas),
-        ("ContactMechanics", "ContactMechanics", contact_mechanics),
-    ):
-        if importlib.util.find_spec(module):
-            programs[name] = solver
+    others = {"tamaas": tamaas, "ContactMechanics": contact_mechanics}
+    for name, other in others.items():
+        if importlib.util.find_spec(name):
+            programs[name] = other
         else:
             print(f"{name} is not installed.", file=sys.stderr)
     print("\n| pixels | program | seconds, five pressures | k_raw at 0.5, 1, 5 bar | H_V, um |")

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Which generated surface has the contact parameters that are published for compound B?
 
 Searches rms slope, Hurst exponent, roll-off over shortest wave and skewness by differential
@@ -10,24 +9,28 @@ misfits.
 
 from __future__ import annotations
 
-import argparse
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import differential_evolution
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import IceslideError
-from iceslide_fem.materials import BAR, CONTACT_TABLES, YOUNGS_MODULUS, Array
+from iceslide_fem.materials import BAR, CONTACT_TABLES, YOUNGS_MODULUS
 from iceslide_fem.roughness.generate import SurfaceSpec, generate
 from iceslide_fem.roughness.parameters import Definition
 from iceslide_fem.roughness.survey import parameters
+from scripts.studies.common import options
 
 B = CONTACT_TABLES["B"]
 MODULUS = YOUNGS_MODULUS["B"] / 0.75
 PRESSURES = np.array([1.0, 5.0]) * BAR
 SHORTEST = 35e-6  # before scaling
-PIXELS_PER_WAVE = {"hydrodynamic": 5, "thesis": 2}
-WAVES = {"hydrodynamic": 20, "thesis": 28}  # of the shortest wave along a side
+PIXELS_PER_WAVE: dict[Definition, int] = {"hydrodynamic": 5, "thesis": 2}
+WAVES: dict[Definition, int] = {
+    "hydrodynamic": 20,
+    "thesis": 28,
+}  # of the shortest wave along a side
 BOUNDS = [(0.15, 0.6), (0.0, 1.0), (1.2, 8.0), (-1.8, 0.8)]
 FAILED = 10.0
 
@@ -110,12 +113,12 @@ def best(target: Target, definition: Definition, generations: int, realisations:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = options(__doc__)
     parser.add_argument("--quick", action="store_true", help="few surfaces: shows that it works")
     parser.add_argument("--definition", choices=["hydrodynamic", "thesis"], help="else both")
     given = parser.parse_args()
     generations, realisations, shown = (1, 1, 1) if given.quick else (15, 3, 8)
-    definitions: list[Definition] = [given.definition] if given.definition else [*PIXELS_PER_WAVE]
+    definitions = [given.definition] if given.definition else list(PIXELS_PER_WAVE)
     head = "definition | fitted | k at 5 bar | rms misfit | k | D, um | H_V, um | rms height, um"
     head += " | rms slope | Hurst | roll-off, um | shortest wave, um | skewness"
     print(f"| {head} |\n|{'---|' * (head.count('|') + 1)}")

@@ -1,0 +1,8 @@
+"""The scene of thesis_5bar on a rough surface of its own; options as for `iceslide run`."""
+
+import sys
+from pathlib import Path
+
+from iceslide_fem.cli import main
+
+main(["run", str(Path(__file__).with_suffix(".toml")), *sys.argv[1:]])
