@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import csv
 import io
+import shutil
 import tempfile
 from pathlib import Path
 
@@ -19,7 +20,8 @@ from matplotlib.figure import Figure
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.materials import BAR, CONTACT_TABLES, ContactTable
 from iceslide_fem.roughness.case import RoughnessCase
-from iceslide_fem.roughness.survey import survey
+from iceslide_fem.roughness.figures import draw as draw_survey
+from iceslide_fem.roughness.survey import Survey, survey
 from iceslide_fem.roughness.survey import table as csv_text
 from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.contact_file import read_contact_table
@@ -35,13 +37,10 @@ REMARKS = {
 }
 
 
-def computed(name: str, realisations: str, pressures: str = PRESSURES) -> str:
-    """Text of the compound's table."""
+def surveyed(name: str, realisations: str, pressures: str) -> Survey:
+    """The compound on the surface found for B."""
     given = {"surface": str(SURFACES / "compound_B.toml"), "compound": name}
-    result = survey(
-        RoughnessCase.of(given | {"realisations": realisations, "pressures": pressures})
-    )
-    return f"{REMARKS[name]}\n{csv_text(result)}"
+    return survey(RoughnessCase.of(given | {"realisations": realisations, "pressures": pressures}))
 
 
 def friction(contact: ContactTable, bar: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -95,18 +94,22 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="one realisation, few pressures")
     given = parser.parse_args()
     tables = {"published": CONTACT_TABLES["B"]}
+    realisations, pressures = ("1", "0.1bar:20bar:8") if given.quick else ("8", PRESSURES)
     with tempfile.TemporaryDirectory() as folder:
-        for name in REMARKS:
-            few = ("1", "0.1bar:20bar:8") if given.quick else ("8", PRESSURES)
-            text = computed(name, *few)
+        for name, remark in REMARKS.items():
+            text = csv_text(surveyed(name, realisations, pressures))
             path = (SURFACES if given.update_tables else Path(folder)) / f"compound_{name}.csv"
-            path.write_text(text, encoding="utf-8")
+            path.write_text(f"{remark}\n{text}", encoding="utf-8")
             tables[name] = read_contact_table(path, "table")
-    lines = [line for line in computed("B", *few).splitlines() if not line.startswith("#")]
+        default = surveyed("B", realisations, "0.2bar:20bar:12")
+        draw_survey(default, Path(folder))
+        given.pictures.mkdir(parents=True, exist_ok=True)
+        for name in ("contact", "parameters"):
+            shutil.copyfile(Path(folder) / f"{name}.png", given.pictures / f"roughness_{name}.png")
     columns = ("pressure_Pa", "k", "D_m", "H_V_m", "k_std", "D_median_m", "open_area_below_h0")
     rows = [
-        [f"{float(row[name]):.3g}" for name in columns]
-        for row in csv.DictReader(io.StringIO("\n".join(lines)))
+        [f"{float(row[name] or 'nan'):.3g}" for name in columns]
+        for row in csv.DictReader(io.StringIO(csv_text(default)))
     ]
     table(columns, rows)
     print()

@@ -43,7 +43,6 @@ class Target(NamedTuple):
     weight: Array
 
 
-ALL = np.ones((3, 2))
 NO_D = np.array([[1.0, 1.0], [0.0, 0.0], [1.0, 1.0]])
 ONE_D = np.array([[1.0, 1.0], [1.0, 0.0], [1.0, 1.0]])
 TARGETS = [
@@ -51,9 +50,6 @@ TARGETS = [
     Target("k, H_V", 0.505, NO_D),
     Target("k, H_V", 0.405, NO_D),
     Target("k, H_V, D at 1 bar", 0.605, ONE_D),
-    Target("k, H_V, D at 1 bar", 0.405, ONE_D),
-    Target("all", 0.605, ALL),
-    Target("all", 0.405, ALL),
 ]
 
 
