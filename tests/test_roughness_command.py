@@ -5,19 +5,22 @@ import json
 import re
 import sys
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from iceslide_fem.cli import main
 from iceslide_fem.errors import SceneError
-from iceslide_fem.materials import YOUNGS_MODULUS
+from iceslide_fem.materials import YOUNGS_MODULUS, ContactTable
 from iceslide_fem.roughness.case import RoughnessCase
 from iceslide_fem.roughness.generate import SurfaceSpec, generate
 from iceslide_fem.roughness.read import read_surface
 from iceslide_fem.roughness.survey import COLUMNS, survey, table
 from iceslide_fem.scene import load_scene, scene_from_dict
+from iceslide_fem.scene.contact_file import read_contact_table
 
+SURFACES = Path(__file__).parent.parent / "cases" / "surfaces"
 SPEC = """\
 rms_height = "5.8 um"
 hurst = 0.2
@@ -263,3 +266,26 @@ def test_vendors_formats_need_an_optional_reader(tmp_path, monkeypatch):
     (tmp_path / "a.sur").write_bytes(b"x")
     with pytest.raises(SceneError, match="pip install surfalize"):
         read_surface(tmp_path / "a.sur", None, 1.0)
+
+
+def test_shipped_tables_are_of_one_surface():
+    """k_A(p) = k_B(p E_B / E_A) to what straight lines in log-log leave; and of compound_B.toml."""
+    tables = {
+        name: read_contact_table(SURFACES / f"compound_{name}.csv", "table") for name in "ABC"
+    }
+    p = np.geomspace(1e4, 8e5, 30)
+    for name in "AC":
+        medium = tables["B"](p * YOUNGS_MODULUS["B"] / YOUNGS_MODULUS[name])
+        assert tables[name](p).k == pytest.approx(medium.k, rel=1e-2)
+        assert tables[name](p).H_V == pytest.approx(medium.H_V, rel=0.1)
+    given = {"surface": str(SURFACES / "compound_B.toml"), "realisations": "2"}
+    found = survey(RoughnessCase.of(given | {"pressures": "1bar:5bar:2"})).mean
+    shipped = tables["B"]([1e5, 5e5])
+    for one, other in zip(found[:3], shipped[:3], strict=True):
+        assert one == pytest.approx(other, rel=0.1)
+    assert shipped.k[0] == pytest.approx(0.266, rel=0.07)
+    assert shipped.D[0] == pytest.approx(29e-6, rel=0.07)
+    assert shipped.H_V == pytest.approx([2.86e-6, 0.56e-6], rel=0.07)
+    scene = load_scene(SURFACES.parent / "rough_1bar.toml")
+    assert isinstance(scene.contact_parameters, ContactTable)
+    assert scene.contact_parameters.pressure[:: len(shipped.k) * 9] == (2e3, 2e6)

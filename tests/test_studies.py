@@ -119,3 +119,17 @@ def test_cost_of_a_step_is_shared_out_among_its_parts(tmp_path):
     assert set(parts) >= {"mechanics", "ice heat", "transfer", "film"}
     assert parts["mechanics"] > parts["ice heat"] > 0.0
     assert sum(parts.values()) <= found["seconds"]
+
+
+def test_rough_contact_finds_what_closed_forms_say():
+    rows = {row[0]: row[1] for row in printed("roughness_cost")}
+    assert float(rows["12"]) > 5  # iterations
+    rows = printed("roughness_fit", "--definition", "thesis")
+    assert float(rows[-1][3].strip("%")) < 40.0
+
+
+def test_readings_of_k_are_drawn(tmp_path):
+    lines = output("readings_of_k", "--pictures", str(tmp_path)).splitlines()
+    rows = {tuple(line.split(" | ")[:2]): line.split(" | ") for line in lines if line[:3] == "| 0"}
+    assert rows["| 0.405", "3.0"][2] == "0.1200" and rows["| 0.605", "3.0"][5] == "5.30"
+    assert (tmp_path / "readings_of_k.png").stat().st_size > 10_000

@@ -1,9 +1,9 @@
 """Compounds A, B and C on the surface found for B: tables, point friction, slices with B's table.
 
-Writes cases/surfaces/compound_A.csv, _B.csv and _C.csv with --update-tables, which the cases
-rough_1bar and rough_5bar take. The surfaces of A and C are not published: what is printed for them
-is a prediction with B's surface. With --slices the two cases run as slices, too, beside thesis_1bar
-and thesis_5bar, which take the published table.
+The tables are those of cases/surfaces, compound_A.csv, _B.csv and _C.csv, which --update-tables
+makes anew; the cases rough_1bar and rough_5bar take B's. The surfaces of A and C are not published:
+what is printed for them is a prediction with B's surface. With --slices the two cases run as
+slices, too, beside thesis_1bar and thesis_5bar, which take the published table.
 """
 
 from __future__ import annotations
@@ -91,15 +91,16 @@ def main() -> None:
     picture_options(parser)
     parser.add_argument("--update-tables", action="store_true", help="write cases/surfaces anew")
     parser.add_argument("--slices", action="store_true", help="run the cases as slices")
-    parser.add_argument("--quick", action="store_true", help="one realisation, few pressures")
+    parser.add_argument("--quick", action="store_true", help="one realisation")
     given = parser.parse_args()
     tables = {"published": CONTACT_TABLES["B"]}
-    realisations, pressures = ("1", "0.1bar:20bar:8") if given.quick else ("8", PRESSURES)
+    realisations = "1" if given.quick else "8"
     with tempfile.TemporaryDirectory() as folder:
         for name, remark in REMARKS.items():
-            text = csv_text(surveyed(name, realisations, pressures))
-            path = (SURFACES if given.update_tables else Path(folder)) / f"compound_{name}.csv"
-            path.write_text(f"{remark}\n{text}", encoding="utf-8")
+            path = SURFACES / f"compound_{name}.csv"
+            if given.update_tables:
+                text = csv_text(surveyed(name, realisations, PRESSURES))
+                path.write_text(f"{remark}\n{text}", encoding="utf-8")
             tables[name] = read_contact_table(path, "table")
         default = surveyed("B", realisations, "0.2bar:20bar:12")
         draw_survey(default, Path(folder))
@@ -125,7 +126,7 @@ def main() -> None:
     left, *right = figure.subplots(1, 3)
     bars = np.geomspace(0.3, 8.0, 25)
     labels = {
-        "published": "B, published at 1 and 5 bar",
+        "published": "B, published table",
         "A": "A, predicted",
         "B": "B, surface found",
         "C": "C, predicted",
@@ -135,7 +136,9 @@ def main() -> None:
         for axes, bar in zip(right, (1.0, 5.0), strict=True):
             axes.plot(1e3 * TIMES, friction(one, np.array([bar]))[1][:, 0], style)
     left.set(xscale="log", xlabel="pressure (bar)", ylabel="mean µ over 7 ms", title="point rung")
-    left.xaxis.set_major_formatter("{x:g}")
+    left.set_xticks([0.3, 0.5, 1, 2, 5], ["0.3", "0.5", "1", "2", "5"])
+    left.xaxis.set_minor_formatter("")
+    left.axvspan(1.0, 5.0, color="0.9", label="range of the published table")
     left.legend(fontsize=8)
     for axes, bar in zip(right, (1.0, 5.0), strict=True):
         axes.set(xlabel="time (ms)", ylabel="µ", title=f"{bar:g} bar, 3 m/s, -4 °C")

@@ -93,6 +93,11 @@ class Block:
         self._residual = compat.form(residual)
         self._tangent = compat.form(ufl.derivative(residual, self.u))
         self._force = compat.form(push * ds)
+        self._vector, self._change = compat.create_vector(space), compat.create_vector(space)
+        self._matrix = compat.create_matrix(self._tangent)
+        self._solver = PETSc.KSP().create(MPI.COMM_SELF)
+        self._solver.setType("preonly")
+        self._solver.getPC().setType("lu")
         tangent = ufl.as_vector((-ufl.FacetNormal(self.mesh)[1], ufl.FacetNormal(self.mesh)[0]))
         stretch = abs(tangent[0] + ufl.dot(ufl.grad(self.u)[0, :], tangent))
         self._touching = compat.form(ufl.conditional(ufl.lt(gap, 0.0), stretch, 0.0) * ds)
@@ -103,18 +108,13 @@ class Block:
         """Move the plate down by this more (m) and find equilibrium."""
         before = self.u.x.array.copy()
         self.u.x.array[2 * self.top + 1] -= by
-        vector = compat.create_vector(self.u.function_space)
-        matrix = compat.create_matrix(self._tangent)
-        solver = PETSc.KSP().create(MPI.COMM_SELF)
-        solver.setType("preonly")
-        solver.getPC().setType("lu")
+        vector, change, matrix, solver = self._vector, self._change, self._matrix, self._solver
         for _ in range(60):
             compat.assemble_vector(vector, self._residual)
             compat.assemble_matrix(matrix, self._tangent)
             vector.array[self.fixed] = 0.0
             matrix.zeroRowsColumns(self.fixed.astype(PETSc.IntType), 1.0)
             solver.setOperators(matrix)
-            change = vector.duplicate()
             solver.solve(vector, change)
             length = float(np.abs(change.array).max())
             if not np.isfinite(length):
@@ -154,8 +154,8 @@ def main() -> None:
     quick = parser.parse_args().quick
     rows = []
     for slope in SLOPES[:1] if quick else SLOPES:
-        block = Block(slope, *((40, 12) if quick else (110, 24)))
-        step = 0.04 * slope * 30e-6
+        block = Block(slope, *((40, 12) if quick else (80, 18)))
+        step = 0.08 * slope * 30e-6
         found: list[Pressed] = []
         while not found or found[-1].pressure < 6.0 * BAR and found[-1].share < 0.95:
             found.append(block.lowered(step))
