@@ -305,7 +305,8 @@ def test_the_cases_are_valid_and_named_after_their_files(path):
         assert scene.rubber.mesh is not None and scene.rubber.mesh.is_file()
         return
     pressure = float(re.search(r"_(\d)bar", path.stem)[1]) * 1e5
-    source = {"thesis": (3.0, 7e-3), "paper": (4.0, 5e-3)}[path.stem.split("_")[0]]
+    of_thesis, of_paper = (3.0, 7e-3), (4.0, 5e-3)
+    source = {"thesis": of_thesis, "rough": of_thesis, "paper": of_paper}[path.stem.split("_")[0]]
     assert (scene.load.pressure, scene.load.speed, scene.load.duration) == (pressure, *source)
     assert scene.outside_table() is None
 

@@ -70,8 +70,8 @@ def roughness(
     for warning in figures["warnings"]:
         typer.echo(f"Note: {warning}.")
     typer.echo(
-        "Note: k and D hold for the shortest wave that is kept; with shorter ones both are smaller, "
-        "and mean friction changes much less (docs/roughness.md)."
+        "Note: k and D hold for the shortest wave that is kept; with shorter ones both are "
+        "smaller, and mean friction changes much less (docs/roughness.md)."
     )
     for name in ("contact.csv", "surface.json", "map.png", "contact.png", "parameters.png"):
         typer.echo(str(directory / name))
