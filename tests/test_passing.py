@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("dolfinx")
 from test_ice import given_flux  # noqa: E402
-from test_sliding import slide, started  # noqa: E402
+from test_sliding import CASES, slide, started  # noqa: E402
 
 from iceslide_fem.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, PETSc  # noqa: E402
@@ -18,11 +18,12 @@ from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoin
 from iceslide_fem.interface.ice_continuum import Continuum, LaggedSolver  # noqa: E402
 from iceslide_fem.interface.on_ice import OnIce  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
+from iceslide_fem.interface.window import reaches  # noqa: E402
 from iceslide_fem.materials import CONTACT_TABLES  # noqa: E402
-from iceslide_fem.mesh.ice import ice_mesh, window_lines  # noqa: E402
+from iceslide_fem.mesh.ice import WINDOW_BULGE, ice_mesh, window_lines  # noqa: E402
 from iceslide_fem.reference import band_source_rise  # noqa: E402
 from iceslide_fem.run.point import point_history  # noqa: E402
-from iceslide_fem.scene import scene_from_dict  # noqa: E402
+from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 
 pytestmark = pytest.mark.fe
 T_0 = 269.15
@@ -233,6 +234,23 @@ def test_a_block_that_leaves_its_window_of_ice_is_stopped(monkeypatch):
     monkeypatch.setattr("iceslide_fem.mesh.ice.WINDOW_SHEAR", -0.3)
     with pytest.raises(SimulationStopped, match="leaves its window of ice"):
         slide(springing("rubber", "-0.2 degC"))
+
+
+@pytest.mark.parametrize(("y", "inside"), [(0.2e-3, True), (1.05e-3, False), (-0.05e-3, False)])
+def test_a_point_that_bulges_out_of_the_window_sideways_is_seen(y, inside):
+    lines = [np.linspace(0.0, 2e-3, 21), np.linspace(0.0, 1e-3, 5)]
+    grid = SurfaceGrid(lines, np.arange(105), MPI.COMM_SELF)
+    one = np.ones(2)
+    points = ContactLoads(np.array([[0.5e-3, 0.5e-3], [1e-3, y]]), one, one, one, 0.5e-3)
+    assert reaches(grid, points) == inside
+    assert reaches(grid, points._replace(pressure=np.array([1.0, 0.0])))  # what does not touch may
+
+
+def test_the_window_is_wider_than_the_contact_at_its_start():
+    scene = load_scene(CASES / "thesis_sliding_1bar.toml", ["model=block"])
+    (_, y), height = window_lines(scene, [(-1e-3, 1e-3), (0.0, 0.6e-3)]), scene.rubber.height
+    assert y[0] == 0.0 and y[-1] == pytest.approx(0.6e-3 + WINDOW_BULGE * height)
+    assert np.diff(y).min() > 0.01 * height
 
 
 def springing(carrier, temperature):

@@ -24,11 +24,16 @@ class PassingIce(Ice, Protocol):
         """Content after the window has moved `cells` cells in +x: fresh ice enters. Collective."""
 
 
-def place(grid: SurfaceGrid, contact: ContactLoads) -> Placement:
-    """Where the rubber's points lie on the window's grid."""
+def on_window(contact: ContactLoads) -> Array:
+    """Positions of the rubber's points in the window's coordinates, (n, d-1), m."""
     positions = contact.positions.copy()
     positions[:, 0] += contact.offset
-    return grid.place(positions)
+    return positions
+
+
+def place(grid: SurfaceGrid, contact: ContactLoads) -> Placement:
+    """Placement of the rubber's points on the window's grid."""
+    return grid.place(on_window(contact))
 
 
 def passed_over(grid: SurfaceGrid, start: ContactLoads, end: ContactLoads) -> Contacts:
@@ -41,9 +46,10 @@ def passed_over(grid: SurfaceGrid, start: ContactLoads, end: ContactLoads) -> Co
 
 
 def reaches(grid: SurfaceGrid, contact: ContactLoads) -> bool:
-    """Whether the points that touch lie between the window's ends."""
-    line, x = grid.lines[0], contact.positions[contact.pressure > 0.0, 0] + contact.offset
-    return bool(((line[0] <= x) & (x <= line[-1])).all())
+    """Whether the points that touch lie within the window."""
+    positions = on_window(contact)[contact.pressure > 0.0]
+    low, high = np.array([(line[0], line[-1]) for line in grid.lines]).T
+    return bool(((low <= positions) & (positions <= high)).all())
 
 
 def whole_cells(grid: SurfaceGrid, offset: float) -> tuple[int, float]:

@@ -27,6 +27,7 @@ LAYER_RATIO = 1.12  # of neighbouring layers
 WINDOW_CELLS = 100  # along the block, where the ice slides
 WINDOW_GUARD = 3  # cells before and behind what the block may touch, and
 WINDOW_SHEAR = 0.15  # of its height, by which a change of friction may move it
+WINDOW_BULGE = 0.05  # the same sideways: 0.002 where a soft cube's friction rises (3 bar, -5 degC)
 DEPTH = 5.0  # in thermal lengths sqrt(alpha t): 4e-4 of the surface's temperature rise is left
 
 
@@ -67,15 +68,18 @@ def ice_mesh(
     return IceMesh(*gmsh_model.distribute(tagged, comm), lines[0], y, lines[-1])
 
 
-def patch_lines(scene: Any, footprint: Sequence[tuple[float, float]] | None = None) -> list[Lines]:
+def patch_lines(
+    scene: Any, footprint: Sequence[tuple[float, float]] | None = None, margin: float = 0.0
+) -> list[Lines]:
     """Surface lines (x, and y in a block) of attached ice: the rubber's, stretched to the contact.
 
     footprint: ranges of x (and y) in contact, m, by default those of the undeformed block; the
-    ice exceeds it by `ice.margin` on each side. y begins at 0 below a symmetric block.
+    ice exceeds it by `ice.margin`, and at least by `margin` (m), on each side. y begins at 0 below
+    a symmetric block.
     """
     block, refinement = block_shape(scene), scene.numerics.refinement
     cell, size = reference_cell(block, refinement)
-    margin = scene.ice.margin
+    margin = max(scene.ice.margin, margin)
     beyond = from_edge(margin, cell, size)[1:] if margin > 0.0 else np.empty(0)
     lines = []
     *below, _ = box_lines(block, refinement)
@@ -100,7 +104,7 @@ def window_lines(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[L
 
     Equal cells in x, so that the content can be shifted by whole cells: below the contact and
     below the undeformed block, to which it returns where friction falls, and some more for what
-    moves it further; behind it also over `ice.trail`. y as in `patch_lines`.
+    moves it further; behind it also over `ice.trail`. y as in `patch_lines`, and some more.
     """
     block, cell = block_shape(scene), window_cell(scene)
     low, high = footprint[0]
@@ -110,7 +114,7 @@ def window_lines(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[L
     behind += math.ceil(scene.ice.trail / cell)
     count = math.ceil((high - low) / cell) + behind + before
     x = low - behind * cell + cell * np.arange(count + 1)
-    return [x, *patch_lines(scene, footprint)[1:]]
+    return [x, *patch_lines(scene, footprint, WINDOW_BULGE * block.height)[1:]]
 
 
 def ice_nodes(scene: Scene) -> int:
