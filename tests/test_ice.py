@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
-from iceslide_fem.fenics.compat import MPI  # noqa: E402
+from iceslide_fem.fenics import compat  # noqa: E402
+from iceslide_fem.fenics.compat import MPI, ufl  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance  # noqa: E402
 from iceslide_fem.film.law import FilmLoads, FilmStage, Surface  # noqa: E402
+from iceslide_fem.interface import ice_continuum  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts  # noqa: E402
 from iceslide_fem.materials import (  # noqa: E402
@@ -169,3 +171,48 @@ def test_content_of_the_whole_patch_is_capacity_times_rise():
     one = np.ones(ice.initial(0).size)
     depth = ice.heat(one) / (ICE_DENSITY * ICE_HEAT_CAPACITY * 1e-3)
     assert depth == pytest.approx(5 * np.sqrt(ICE_DIFFUSIVITY * DURATION), rel=0.01)
+
+
+@pytest.mark.parametrize("model", ["slice", "block"])
+def test_modes_diagonalise_the_matrices_that_dolfinx_assembles(model):
+    """Capacity and conduction, lumped along x and y, from Kronecker sums as from the forms."""
+    mesh = ice_mesh(a_scene(model, 0.5), MPI.COMM_SELF)
+    ice = Continuum(mesh, T_0)
+    trial, test = ufl.TrialFunction(ice.space), ufl.TestFunction(ice.space)
+    dim, numbers = mesh.mesh.geometry.dim, ice.nodes.numbers
+
+    def assembled(integrand, lumped_axes):
+        """Matrix of the grid's nodes whose entries have moved along the lumped axes."""
+        form = compat.form(integrand * ufl.dx)
+        matrix = compat.assemble_matrix(compat.create_matrix(form), form)
+        rows, columns, values = matrix.getValuesCSR()
+        row = np.repeat(np.arange(rows.size - 1), np.diff(rows))
+        here, there = (np.array(np.unravel_index(numbers[i], shape)) for i in (row, columns))
+        there[lumped_axes] = here[lumped_axes]
+        dense = np.zeros((numbers.size, numbers.size))
+        np.add.at(dense, (numbers[row], np.ravel_multi_index(tuple(there), shape)), values)
+        return dense
+
+    shape = tuple(line.size for line in (mesh.x, mesh.y, mesh.z) if line.size)
+    lateral = list(range(dim - 1))
+    capacity = assembled(trial * test, lateral)
+    conduction = sum(
+        assembled(trial.dx(axis) * test.dx(axis), [other for other in lateral if other != axis])
+        for axis in range(dim)
+    )
+    nodes = np.eye(numbers.size).reshape(*shape, -1)
+    vectors = np.array([ice._modes.nodal(one) for one in np.moveaxis(nodes, -1, 0)])
+    vectors = vectors.reshape(numbers.size, -1)
+    unit, rates = vectors @ capacity @ vectors.T, vectors @ conduction @ vectors.T
+    np.testing.assert_allclose(unit, np.eye(numbers.size), atol=1e-9)
+    np.testing.assert_allclose(rates, np.diag(ice._modes.rates.ravel()), atol=1e-9 * rates.max())
+
+
+def test_melting_points_are_found_where_full_changes_cycle(monkeypatch):
+    """Half changes alone find them, too, and give the same."""
+    ice, points, _ = some_ice("slice")
+    flux = 6e5 * (1.0 + 0.8 * np.sin(3e3 * points[:, 0]))
+    expected, _ = ice.stage(ice.initial(0), 1e-4, given_flux(flux))
+    monkeypatch.setattr(ice_continuum, "FULL_ITERATIONS", 0)
+    content, _ = ice.stage(ice.initial(0), 1e-4, given_flux(flux))
+    np.testing.assert_allclose(content, expected, atol=1e-6)

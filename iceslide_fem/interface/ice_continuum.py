@@ -3,6 +3,10 @@
 The contact points lie anywhere on the ice's surface. Every rank knows the surface's grid: points
 read their temperature from it by (bi)linear interpolation and give their heat to the same nodes
 with the same weights, so that the heat that leaves the interface is the heat that enters the ice.
+
+The mesh is a tensor grid, so that its modes are products of those of lines (`ice_modes`). Within
+an implicit stage the surface's temperatures are an offset and a known, symmetric response to the
+heat that they are given; what has to be iterated is the film on the surface alone.
 """
 
 from __future__ import annotations
@@ -11,63 +15,66 @@ from copy import copy
 from typing import Any
 
 import numpy as np
+from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics import compat
-from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
-from iceslide_fem.fenics.direct_solver import factorise, solve
+from iceslide_fem.fenics.compat import MPI, fem
 from iceslide_fem.film.law import Film, FilmStage, Surface
+from iceslide_fem.interface.ice_modes import GridModes, line_matrices
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, SurfaceGrid
-from iceslide_fem.materials import (
-    ICE_CONDUCTIVITY,
-    ICE_DENSITY,
-    ICE_HEAT_CAPACITY,
-)
+from iceslide_fem.materials import ICE
 from iceslide_fem.mesh.ice import IceMesh
 
 # Where it melts, the surface is held at T_m through a resistance of this share of the first
 # layer's: the flux is then a function of the point's temperature, and unique.
 RESISTANCE_SHARE = 1e-3
-MAX_ITERATIONS = 25
-RELATIVE_RESIDUAL = 1e-8
-# The factors of an older matrix precondition as long as they need no more iterations than this.
-PATIENCE = 10
+TEMPERATURE_TOLERANCE = 1e-7  # K
+# Full changes find the melting points in a few iterations; where they cycle, half of each does.
+FULL_ITERATIONS, MAX_ITERATIONS = 12, 60
+# Conjugate gradients for a change of the surface's temperatures.
+LINEAR_TOLERANCE, LINEAR_ITERATIONS = 1e-8, 500
 
 
 class Continuum:
     """Heat equation on the ice mesh, linear elements; content: T - T_0 at this rank's nodes.
 
-    nodes: this rank's on the ice's whole grid; grid: that of its surface. T_0 in K.
+    nodes: this rank's on the ice's whole grid; grid: that of its surface, whose nodes the ranks
+    share evenly. T_0 in K.
     """
 
     def __init__(self, mesh: IceMesh, temperature: float) -> None:
         """Ice at `temperature` (K), without points yet."""
-        self._initial = temperature
+        self._initial, self._comm = temperature, mesh.mesh.comm
         self.space = compat.scalar_space(mesh.mesh, 1)
         self.function = fem.Function(self.space, name="temperature")
-        T, test = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
-        capacity = compat.form(ICE_DENSITY * ICE_HEAT_CAPACITY * T * test * ufl.dx)
-        flux = ICE_CONDUCTIVITY * ufl.inner(ufl.grad(T), ufl.grad(test))
-        conduction = compat.form(flux * ufl.dx)
-        self._capacity = compat.assemble_matrix(compat.create_matrix(capacity), capacity)
-        self._conduction = compat.assemble_matrix(compat.create_matrix(conduction), conduction)
-        self._x, self._b = self._conduction.createVecs()
-        self._comm = mesh.mesh.comm
-        self.resistance = RESISTANCE_SHARE * float(mesh.z[-1] - mesh.z[-2]) / ICE_CONDUCTIVITY
-        self._number_nodes(mesh)
-        self._lump_across()
-        self._contacts = Contacts(self.grid.own_nodes(), np.zeros(self.grid.own.size))
-        self._solver = LaggedSolver(self._conduction, len(self._shape))
+        lines = [line for line in (mesh.x, mesh.y, mesh.z) if line.size]
+        self._shape = tuple(line.size for line in lines)
+        self._modes = GridModes(lines)
+        self._volumes = [line_matrices(line)[0].sum(axis=1) for line in lines]
+        self._own = self.space.dofmap.index_map.size_local
+        positions = self.space.tabulate_dof_coordinates()[: self._own]
+        place = tuple(
+            np.searchsorted(0.5 * (line[1:] + line[:-1]), positions[:, axis])
+            for axis, line in enumerate(lines)
+        )
+        numbers = np.ravel_multi_index(place, self._shape)
+        self.nodes = OwnNodes(numbers, int(np.prod(self._shape)))
+        surface = np.arange(int(np.prod(self._shape[:-1])))
+        own = np.array_split(surface, self._comm.size)[self._comm.rank]
+        self.grid = SurfaceGrid(lines[:-1], own, self._comm)
+        self._link = RESISTANCE_SHARE * float(mesh.z[-1] - mesh.z[-2]) / ICE.conductivity
+        self._contacts = Contacts(self.grid.own_nodes(), np.zeros(own.size))
 
     @property
     def n_dofs(self) -> int:
         """Temperature unknowns on all ranks."""
-        return int(self.space.dofmap.index_map.size_global)
+        return self.nodes.total
 
     def initial(self, n_points: int) -> Array:
         """Content of ice at its initial temperature (whatever the number of points)."""
-        return np.zeros(self._x.getLocalSize())
+        return np.zeros(self._own)
 
     def under(self, contacts: Contacts) -> Continuum:
         """The same ice as it answers below `contacts`."""
@@ -77,156 +84,109 @@ class Continuum:
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature at the points (K), shape (n,). Collective."""
-        grid = self.grid.allgather(content[self._own_dof])
-        return self._initial + self.grid.interpolate(grid, self._contacts.at)
+        surface = self._initial + self._everywhere(content)[..., -1]
+        return self.grid.interpolate(surface.ravel(), self._contacts.at)
 
     def shifted(self, content: Array, cells: int) -> Array:
         """Content after the window has moved `cells` cells in +x: fresh ice enters. Collective."""
-        nodes = np.zeros(self._shape)
-        nodes.flat[self.nodes.numbers] = content
-        self._comm.Allreduce(MPI.IN_PLACE, nodes, op=MPI.SUM)
+        nodes = self._everywhere(content)
         moved = np.zeros_like(nodes)
         moved[: nodes.shape[0] - cells] = nodes[cells:]
-        return np.array(moved.flat[self.nodes.numbers])
+        return self._mine(moved)
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
-        """Solve C (x - start) / dt + K x = heat from the film, with the film law. Collective.
+        """Solve capacity (T - T_start) / dt + conduction T = heat from the film. Collective.
 
-        Newton's method: where a point melts (or the rubber takes heat, too), its flux depends on
-        the temperature through `resistance`. Raises NotConverged if the set of melting points does
-        not settle.
+        Newton's method for the surface's temperatures: where a point melts (or the rubber takes
+        heat, too), its flux depends on the temperature. Raises NotConverged.
         """
-        content = start.copy()
-        resistance = np.full(self._contacts.area.shape, self.resistance)
-        scale, near = 0.0, None
-        for _ in range(MAX_ITERATIONS):
-            result = film.solve(Surface.of(self.surface_temperature(content), resistance), near)
+        grid, modes, (at, area) = self.grid, self._modes, self._contacts
+        per_heat = float(dt) / (ICE.density * ICE.heat_capacity)
+        before = self._everywhere(start)
+        amplitudes = modes.amplitudes(before)
+        decay = np.reciprocal(1.0 + float(dt) * ICE.diffusivity * modes.rates)
+        resistance = per_heat * (decay @ modes.surface**2)
+        offset = self._initial + modes.surface_values((amplitudes * decay) @ modes.surface)
+        link, near = np.full(area.shape, self._link), None
+        temperature = self._initial + before[..., -1]
+        for iteration in range(MAX_ITERATIONS):
+            result = film.solve(Surface.of(grid.interpolate(temperature.ravel(), at), link), near)
             near = result.log_height
-            heat = self._load(result.ice_flux)
-            self._x.array[:] = (content - start) / float(dt)
-            self._capacity.mult(self._x, self._b)
-            self._x.array[:] = content
-            self._conduction.multAdd(self._x, self._b, self._b)
-            self._b.array[self._own_dof] -= heat
-            residual = self._b.norm()
-            scale = max(scale, residual)
-            if residual <= RELATIVE_RESIDUAL * scale:
-                return content, result
-            self._correct(float(dt), self._contacts.area * result.ice_slope / resistance)
-            content = content - self._x.array
+            heat = modes.load_amplitudes(
+                grid.scatter(area * result.ice_flux, at).reshape(grid.shape)
+            )
+            residual = temperature - offset - modes.surface_values(resistance * heat)
+            if not np.isfinite(residual).all():
+                break
+            if np.abs(residual).max() <= TEMPERATURE_TOLERANCE:
+                content = (amplitudes + per_heat * heat[..., None] * modes.surface) * decay
+                return self._mine(modes.nodal(content)), result
+            imbalance = modes.surface_loads(modes.surface_amplitudes(residual) / resistance)
+            conductance = grid.coupling(area * result.ice_slope / link, at)
+            change = self._correction(imbalance, resistance, conductance)
+            temperature = temperature - (change if iteration < FULL_ITERATIONS else 0.5 * change)
         raise NotConverged("the melting part of the ice's surface does not settle")
 
     def heat(self, content: Array) -> float:
         """Heat above the initial temperature, J (J/m in a slice). Collective."""
-        self._x.array[:] = content
-        self._capacity.mult(self._x, self._b)
-        return float(self._b.sum())
+        total = self._everywhere(content)
+        for volumes in self._volumes:
+            total = np.tensordot(volumes, total, axes=(0, 0))
+        return float(ICE.density * ICE.heat_capacity * total)
 
     def show(self, content: Array) -> Any:
         """The temperature (K) as a Function, for output. Collective."""
-        self.function.x.array[: content.size] = self._initial + content
+        self.function.x.array[: self._own] = self._initial + content
         self.function.x.scatter_forward()
         return self.function
 
-    def _number_nodes(self, mesh: IceMesh) -> None:
-        """Place of every node of this rank on the mesh's grid; the surface's nodes and dofs."""
-        lines = [line for line in (mesh.x, mesh.y, mesh.z) if line.size]
-        index_map = self.space.dofmap.index_map
-        positions = self.space.tabulate_dof_coordinates()[: index_map.size_local]
-        places = [
-            np.searchsorted(0.5 * (line[1:] + line[:-1]), positions[:, axis])
-            for axis, line in enumerate(lines)
-        ]
-        self._shape = tuple(line.size for line in lines)
-        numbers = np.ravel_multi_index(places, self._shape)
-        self.nodes = OwnNodes(numbers, int(np.prod(self._shape)))
-        self._own_dof = np.flatnonzero(places[-1] == lines[-1].size - 1)
-        own = numbers[self._own_dof] // lines[-1].size
-        self.grid = SurfaceGrid(lines[:-1], own, self._comm)
-        dofs = (self._own_dof + index_map.local_range[0]).astype(float)
-        self._global_dof = self.grid.allgather(dofs).astype(PETSc.IntType)
+    def _correction(self, imbalance: Array, resistance: Array, conductance: Array) -> Array:
+        """Solve (conduction + conductance) x = imbalance (W) for temperatures x, K.
 
-    def _lump_across(self) -> None:
-        """Lump the capacity matrix in x and y, and leave it as it is in z.
-
-        Lines of nodes below each other keep the accuracy of the consistent matrix, while nodes
-        beside a sudden flux, as ahead of a leading edge, are not cooled by it.
+        The surface's conduction is diagonal in the lateral modes, 1 / `resistance` (K/W); the
+        `conductance` (W/K) of the points has the bands of `SurfaceGrid.coupling`. Conjugate
+        gradients, preconditioned by the bands with the conduction of a mode in the middle: in short
+        stages, in which heat does not get far along the surface, all modes have nearly the same.
         """
-        first, last = self._capacity.getOwnershipRange()
-        levels = self._shape[-1]
-        dof_of_node = np.zeros(self.nodes.total, dtype=np.int64)
-        dof_of_node[self.nodes.numbers] = np.arange(first, last)
-        self._comm.Allreduce(MPI.IN_PLACE, dof_of_node, op=MPI.SUM)
-        node_of_dof = np.argsort(dof_of_node)
-        rows = [self._capacity.getRow(row) for row in range(first, last)]
-        self._capacity.zeroEntries()
-        for row, (columns, values) in enumerate(rows, start=first):
-            above = node_of_dof[row] // levels * levels
-            below = dof_of_node[above + node_of_dof[columns] % levels].astype(PETSc.IntType)
-            self._capacity.setValues([row], below, values, addv=PETSc.InsertMode.ADD_VALUES)
-        self._capacity.assemble()
+        grid, modes = self.grid, self._modes
+        bands = np.zeros((grid.diagonals[-1] + 1, grid.n_nodes))
+        bands[grid.diagonals] = conductance
+        bands[0] += grid.cell_area / np.sqrt(resistance.max() * resistance.min())
+        factor = cholesky_banded(bands, lower=True, check_finite=False)
 
-    def _load(self, flux: Array) -> Array:
-        """Heat (W) that the points give to this rank's surface nodes. Collective."""
-        at, area = self._contacts
-        return self.grid.scatter(area * flux, at)[self.grid.own]
+        def answered(load: Array) -> Array:
+            return np.asarray(cho_solve_banded((factor, True), load, check_finite=False))
 
-    def _correct(self, dt: float, conductance: Array) -> None:
-        """Solve (C / dt + K + conductance (W/K) of the points) x = b into `_x`."""
-        matrix, same = self._solver.matrix, PETSc.Mat.Structure.SAME_NONZERO_PATTERN
-        self._conduction.copy(matrix, structure=same)
-        matrix.axpy(1.0 / dt, self._capacity, same)
-        self._add_coupling(matrix, conductance)
-        matrix.assemble()
-        self._solver.solve(self._b, self._x)
+        def load(x: Array) -> Array:
+            amplitudes = modes.surface_amplitudes(x.reshape(grid.shape)) / resistance
+            total = modes.surface_loads(amplitudes).ravel() + conductance[0] * x
+            for distance, band in zip(grid.diagonals[1:], conductance[1:], strict=True):
+                total[distance:] += band[:-distance] * x[:-distance]
+                total[:-distance] += band[:-distance] * x[distance:]
+            return total
 
-    def _add_coupling(self, matrix: PETSc.Mat, conductance: Array) -> None:
-        """Add the conductance (W/K) of the points to the rows of this rank's surface nodes."""
-        grid, entries = self.grid, []
-        bands = grid.coupling(conductance, self._contacts.at)
-        for distance, band in zip(grid.diagonals, bands, strict=True):
-            lower = np.flatnonzero(band)
-            entries.append((lower + distance, lower, band[lower]))
-            if distance > 0:
-                entries.append((lower, lower + distance, band[lower]))
-        rows, columns, values = (np.concatenate(part) for part in zip(*entries, strict=True))
-        place = np.full(grid.n_nodes, -1)
-        place[grid.own] = np.arange(grid.own.size)
-        mine = np.flatnonzero(place[rows] >= 0)
-        mine = mine[np.argsort(place[rows[mine]], kind="stable")]
-        count = np.bincount(place[rows[mine]], minlength=grid.own.size)
-        matrix.setValuesIJV(
-            np.append(0, np.cumsum(count)).astype(PETSc.IntType),
-            self._global_dof[columns[mine]],
-            values[mine],
-            addv=PETSc.InsertMode.ADD_VALUES,
-            rowmap=self._global_dof[grid.own],
-        )
+        x, left = np.zeros(grid.n_nodes), imbalance.ravel().copy()
+        direction = answer = answered(left)
+        size = first = float(left @ answer)
+        for _ in range(LINEAR_ITERATIONS):
+            if not size > LINEAR_TOLERANCE**2 * first:
+                return x.reshape(grid.shape)
+            against = load(direction)
+            length = size / float(direction @ against)
+            x = x + length * direction
+            left = left - length * against
+            answer = answered(left)
+            size, before = float(left @ answer), size
+            direction = answer + size / before * direction
+        raise NotConverged("the linear solver of the ice's temperature fails")
 
+    def _everywhere(self, content: Array) -> Array:
+        """Content at all nodes, of the grid's shape, from that of all ranks. Collective."""
+        nodes = np.zeros(self._shape)
+        nodes.flat[self.nodes.numbers] = content
+        self._comm.Allreduce(MPI.IN_PLACE, nodes, op=MPI.SUM)
+        return nodes
 
-class LaggedSolver:
-    """Conjugate gradients for a `matrix` that changes, preconditioned by factors of an older one.
-
-    They are kept as long as they serve: on the solves before it depends how long a solve takes.
-    """
-
-    def __init__(self, pattern: PETSc.Mat, dimension: int) -> None:
-        """A matrix with the nonzeros of `pattern`."""
-        self.matrix = pattern.duplicate(copy=True)
-        self._iterations = 2 * PATIENCE
-        self._ksp = ksp = PETSc.KSP().create(pattern.comm)
-        ksp.setType("cg")
-        ksp.setTolerances(rtol=1e-10, max_it=500)
-        ksp.setOptionsPrefix("ice_")
-        ksp.setOperators(self.matrix)
-        factorise(ksp, dimension, "rcm")  # a slice's matrix is banded
-        ksp.setFromOptions()
-
-    def solve(self, right: PETSc.Vec, solution: PETSc.Vec) -> None:
-        """Solve with the present matrix. Collective. Raises NotConverged."""
-        self._ksp.getPC().setReusePreconditioner(self._iterations <= PATIENCE)
-        self._ksp.setOperators(self.matrix)
-        self._iterations = 2 * PATIENCE  # what fails leaves no factors worth keeping
-        if not solve(self._ksp, right, solution):
-            raise NotConverged("the linear solver of the ice's temperature fails")
-        self._iterations = self._ksp.getIterationNumber()
+    def _mine(self, nodes: Array) -> Array:
+        """Content at this rank's nodes of that at all."""
+        return np.asarray(nodes.ravel()[self.nodes.numbers])

@@ -162,7 +162,7 @@ def spectrum(surface: Surface) -> Spectrum:
     count = np.bincount(number, weight.ravel(), minlength=bins.size + 2)[bins]
     full = count > 0
     area = surface.size[0] * surface.size[1]
-    return Spectrum(lowest * bins[full], area * total[full] / count[full])
+    return Spectrum((lowest * bins[full]).astype(float), area * total[full] / count[full])
 
 
 def spectrum_fit(found: Spectrum, shortest_wave: float) -> SpectrumFit | None:

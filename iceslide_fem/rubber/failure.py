@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.rubber.contact import contact_state
 from iceslide_fem.rubber.contact_surface import ContactSurface
@@ -45,7 +45,7 @@ def posture(surface: ContactSurface, u: Array, penalty: float, slenderness: Slen
     """The posture of the block at displacements `u` (blocked dofs, d). Collective."""
     contact, comm = contact_state(surface, u, penalty), surface.comm
     bottom = ~_side(surface)
-    touching = (contact.pressure > 0.0) * 1.0
+    touching = (contact.pressure > 0.0).astype(float)
     force = surface.total(contact.pressure, contact.area)
     covered = surface.total(touching, contact.area)
     still = np.zeros_like(u)
@@ -89,7 +89,7 @@ def limit_met(found: Posture, slenderness: Slenderness) -> str:
     return ", and ".join(ways)
 
 
-def _side(surface: ContactSurface) -> Array:
+def _side(surface: ContactSurface) -> Mask:
     """Which facets (f, 1) are not of the bottom: they reach above its level. Collective."""
     heights = surface.nodes[..., -1]
     ends = np.array([-heights.min(initial=np.inf), heights.max(initial=-np.inf)])
