@@ -13,7 +13,6 @@ from scipy.linalg import solveh_banded
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
-from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column, HalfSpace, IceHeat
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, SurfaceGrid
@@ -77,11 +76,6 @@ class GridColumns(Column):
         moved = np.zeros_like(nodes)
         moved[:, : nodes.shape[1] - cells] = nodes[:, cells:]
         return moved.reshape(len(content), -1)[:, self.grid.own]
-
-    def total_heat(self, content: Array) -> float:
-        """Heat above the initial temperature, J (J/m in a slice), on all ranks. Collective."""
-        own = float(self.heat(content) @ self.grid.cell_area[self.grid.own])
-        return float(self.grid.comm.allreduce(own, op=MPI.SUM))
 
 
 class GridColumnsUnderPoints(GridColumns):

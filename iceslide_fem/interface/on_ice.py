@@ -52,15 +52,9 @@ class OnIce:
         integrator: Integrator,
     ) -> InterfaceStep:
         """Advance the films of this rank's nodes. Collective."""
-        (covered, first), (covers, last) = (self._on_nodes(contact) for contact in (start, end))
-        # A node that is covered at one end only has the speed and the free height of that end.
-        first, last = (
-            loads._replace(
-                speed=np.where(here, loads.speed, other.speed),
-                free_height=np.where(here, loads.free_height, other.free_height),
-            )
-            for here, loads, other in ((covered, first, last), (covers, last, first))
-        )
+        covered, first = self._on_nodes(start)
+        covers, last = self._on_nodes(end)
+        first, last = _completed(covered, first, last), _completed(covers, last, first)
         grid = self.ice.grid
         area = np.where(covered | covers, grid.cell_area[grid.own], 0.0)
         ice = self.ice.under(Contacts(grid.own_nodes(), area))
@@ -136,3 +130,11 @@ class OnIce:
         speed = np.divide(power, viscous, out=np.zeros_like(power), where=viscous > 0.0)
         free = np.divide(free, area, out=np.ones_like(free), where=covered)
         return covered, FilmLoads(viscous / cell, speed, squeeze / cell, free)
+
+
+def _completed(covered: Mask, loads: FilmLoads, other: FilmLoads) -> FilmLoads:
+    """Loads at one end of a step: nodes not `covered` have speed and free height of the other."""
+    return loads._replace(
+        speed=np.where(covered, loads.speed, other.speed),
+        free_height=np.where(covered, loads.free_height, other.free_height),
+    )

@@ -77,11 +77,7 @@ class ContactSurface:
 
     def tangents(self, u: Array) -> Array:
         """Derivatives of the deformed positions by the facet's coordinates (f, q, d-1, d), m."""
-        f, q, sides, a = self.slopes.shape
-        x = self.nodes + u[self.dofs]
-        return np.asarray(self.slopes.reshape(f, q * sides, a) @ x).reshape(
-            f, q, sides, x.shape[-1]
-        )
+        return _tangents(self.slopes, self.nodes + u[self.dofs])
 
     def _signed_footprint(self, tangents: Array) -> Array:
         if tangents.shape[2] == 1:
@@ -141,18 +137,11 @@ def contact_surface(
     # The first nodes are the vertices; sides are those from vertex 0.
     sides = np.abs(nodes[:, 1:dim, 0] - nodes[:, :1, 0])
     turned = 2 * local + (sides[:, -1] > sides[:, 0])
-    surface = ContactSurface(
-        dofs,
-        nodes,
-        shapes[turned],
-        slopes[turned],
-        np.broadcast_to(facet_weights, (len(cells), facet_weights.size)).copy(),
-        mesh.comm,
-    )
-    inside = nodes.mean(axis=1) - coordinates[dofs_of_cells].mean(axis=1)
-    outward = np.sign(np.einsum("fqd,fd->fq", _area_vectors(surface), inside))
+    outwards = nodes.mean(axis=1) - coordinates[dofs_of_cells].mean(axis=1)
+    area_vectors = _area_vectors(_tangents(slopes[turned], nodes))
+    sign = np.sign(np.einsum("fqd,fd->fq", area_vectors, outwards))
     return ContactSurface(
-        dofs, nodes, surface.shape, surface.slopes, surface.weights * outward, mesh.comm
+        dofs, nodes, shapes[turned], slopes[turned], facet_weights * sign, mesh.comm
     )
 
 
@@ -163,10 +152,15 @@ def space_degree(space: Any) -> int:
     return int(degree)
 
 
-def _area_vectors(surface: ContactSurface) -> Array:
-    tangents = surface.tangents(
-        np.zeros((int(surface.dofs.max(initial=-1)) + 1, surface.nodes.shape[-1]))
-    )
+def _tangents(slopes: Array, nodes: Array) -> Array:
+    """Derivatives of positions by the facet's coordinates (f, q, d-1, d) for nodes (f, a, d)."""
+    f, q, sides, a = slopes.shape
+    flat = slopes.reshape(f, q * sides, a) @ nodes
+    return np.asarray(flat).reshape(f, q, sides, nodes.shape[-1])
+
+
+def _area_vectors(tangents: Array) -> Array:
+    """Area vectors (f, q, d) from tangents (f, q, d-1, d), either way round."""
     if tangents.shape[2] == 1:
         return np.stack([tangents[:, :, 0, 1], -tangents[:, :, 0, 0]], axis=-1)
     return np.asarray(np.cross(tangents[:, :, 0], tangents[:, :, 1]))
