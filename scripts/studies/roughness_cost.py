@@ -90,7 +90,9 @@ def _share_and_gap(surface: Surface, pressure: Array, displacement: Array) -> tu
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(  # `common` wants more than an environment for the others has
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--quick", action="store_true", help="small maps")
     parser.add_argument("--largest", type=int, default=2048, help="pixels a side")
     parser.add_argument("--others-up-to", type=int, default=512, help="for the other programs")

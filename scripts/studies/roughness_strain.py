@@ -155,10 +155,15 @@ def main() -> None:
     rows = []
     for slope in SLOPES[:1] if quick else SLOPES:
         block = Block(slope, *((40, 12) if quick else (80, 18)))
-        step = 0.08 * slope * 30e-6
+        step = 0.05 * slope * 30e-6
         found: list[Pressed] = []
         while not found or found[-1].pressure < 6.0 * BAR and found[-1].share < 0.95:
-            found.append(block.lowered(step))
+            try:
+                found.append(block.lowered(step))
+            except SimulationStopped:
+                step *= 0.5
+                if step < 1e-9:
+                    raise
         smooth = half_space(slope, [each.pressure for each in found])
         wanted = np.array([0.2, 0.35, 0.5, 0.65, 0.8])
         for share in wanted:
