@@ -33,6 +33,8 @@ RESULTS = {
         "stopped.txt",
         "history.csv",
         "preload.csv",
+        "probes.csv",
+        "log.jsonl",
         "report.png",
         "fields",
         "view.gif",

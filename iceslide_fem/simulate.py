@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from iceslide_fem.run.schedule import Schedule
 
 # What a run leaves that has not slid yet: nothing that could be missed.
-_WITHOUT_ROWS = {CHECKPOINT, "history.csv", "preload.csv", "stopped.txt", "fields"}
+_WITHOUT_ROWS = {CHECKPOINT, "history.csv", "preload.csv", "stopped.txt", "log.jsonl", "fields"}
 
 
 def run(

@@ -55,7 +55,12 @@ def test_scene_page_has_every_key_with_its_range_and_default():
             assert allowed == f"{quantity.low} to {quantity.high}", key
         if get_origin(field.annotation) is Literal:
             assert re.findall("`([^`]+)`", allowed) == [*map(str, get_args(field.annotation))], key
-        if default in ("", "chosen"):
+        if isinstance(field.default, tuple):
+            several = [tuple(re.findall("`([^`]+)`", cell)) for cell in (default, allowed)]
+            assert several == [field.default, get_args(get_args(field.annotation)[0])], key
+        elif default == "none":
+            assert not field.default, key
+        elif default in ("", "chosen"):
             assert field.is_required() or field.default is None, key
         elif quantity is not None:
             assert to_si(default, quantity.unit) == field.default, key
@@ -65,10 +70,12 @@ def test_scene_page_has_every_key_with_its_range_and_default():
 
 def test_outputs_page_has_every_column():
     pytest.importorskip("iceslide_fem.fenics.compat")
+    from iceslide_fem.output.probes import ProbeRow
     from iceslide_fem.output.table import HistoryRow, PreloadRow
 
     assert names("outputs.md", "history.csv") == list(HistoryRow._fields)
     assert names("outputs.md", "preload.csv") == list(PreloadRow._fields)
+    assert names("outputs.md", "probes.csv") == list(ProbeRow._fields)
 
 
 @pytest.mark.fe

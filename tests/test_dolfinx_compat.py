@@ -162,29 +162,6 @@ def test_compiling_says_nothing(caplog):
     assert logging.getLogger().level == level
 
 
-@pytest.mark.parametrize("degree", [1, 2])
-@pytest.mark.parametrize("name", ["quadrilateral", "hexahedron"])
-def test_vtk_series_is_read_by_pyvista(name, degree, tmp_path):
-    pyvista = pytest.importorskip("pyvista")
-    folder = WORLD.bcast(tmp_path)
-    space = compat.vector_space(unit_mesh(name), degree)
-    displacement = fem.Function(space, name="displacement")
-    with compat.VtkSeries(folder / "series.pvd", displacement) as series:
-        for time in (0.0, 0.5):
-            displacement.interpolate(lambda x, time=time: time * x[: space.mesh.geometry.dim])
-            series.write(time)
-    WORLD.barrier()
-    reader = pyvista.get_reader(str(folder / "series.pvd"))
-    assert reader.time_values == [0.0, 0.5]
-    reader.set_active_time_value(0.5)
-    grid = pyvista.merge([block for block in reader.read() if block is not None])
-    owned = np.flatnonzero(grid.cell_data["vtkGhostType"] == 0)
-    cells = 12
-    assert len(owned) == cells
-    found = grid.point_data["displacement"]
-    np.testing.assert_allclose(found, 0.5 * grid.points, atol=1e-14)
-
-
 @pytest.mark.skipif(WORLD.size > 1, reason="processes of its own")
 def test_a_compilation_that_was_killed_does_not_block_the_next(tmp_path):
     code = (

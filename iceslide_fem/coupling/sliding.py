@@ -41,6 +41,8 @@ LONGEST_STEP = 0.025  # of the duration, so that curves are smooth
 SMALLEST_STEP = 1e-10  # of the duration
 MANY_ITERATIONS = 10
 MOVES = ("displacements", "velocity", "acceleration")  # of a Motion, at the nodes
+# What is told of a trial that is refused: its length (s), and why.
+Refusal = Callable[[float, Exception], None]
 
 
 class CoupledState(NamedTuple):
@@ -194,17 +196,17 @@ class Sliding:
         """Unknowns of rubber and meshed ice on all ranks."""
         return self.block.rubber.n_dofs + self.carrier.ice.n_dofs
 
-    def steps(self, between_trials: Callable[[], None] = lambda: None) -> Iterator[Accepted]:
+    def steps(self, between_trials: Refusal = lambda dt, reason: None) -> Iterator[Accepted]:
         """All steps to the end of the slide (see `advance`), each committed when it is yielded."""
         while self.current.time < self._duration:
             yield self.advance(between_trials)
 
-    def advance(self, between_trials: Callable[[], None] = lambda: None) -> Accepted:
+    def advance(self, between_trials: Refusal = lambda dt, reason: None) -> Accepted:
         """Make the next step, shortened until it is accepted, and commit it.
 
-        `between_trials` is called on all ranks before every further trial, when everything is again
-        as the last accepted step left it; it may raise. Raises SimulationStopped where no step,
-        however short, is accepted.
+        `between_trials` is given the length and the fault of every trial that is refused, on all
+        ranks, when everything is again as the last accepted step left it; it may raise. Raises
+        SimulationStopped where no step, however short, is accepted.
         """
         rejected = 0
         values = self.block.rubber.u.x.array
@@ -224,7 +226,7 @@ class Sliding:
                 rejected += 1
                 if not self._dt >= SMALLEST_STEP * self._duration or not self._adaptive:
                     raise SimulationStopped(self._farewell(reason)) from reason
-                between_trials()
+                between_trials(dt, reason)
                 continue
             self.current = trial.state
             if last:

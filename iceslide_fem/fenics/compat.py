@@ -13,7 +13,6 @@ import functools
 import logging
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from pathlib import Path
 from typing import Any, TypeVar
 
 try:  # the PyPI wheel has to load its own MPI before anything else does
@@ -25,7 +24,7 @@ import basix
 import dolfinx
 import numpy as np
 import ufl  # noqa: F401 (for the rest of the package)
-from dolfinx import fem, io, jit
+from dolfinx import fem, jit
 from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 from numpy.typing import NDArray
@@ -263,31 +262,6 @@ def mesh_from_gmsh(model: Any, comm: MPI.Comm, rank: int, gdim: int) -> tuple[An
         return gmshio.model_to_mesh(model, comm, rank, gdim)
     data = reader.model_to_mesh(model, comm, rank, gdim)
     return data.mesh, data.cell_tags, data.facet_tags
-
-
-class VtkSeries:
-    """Time series of one Function in a `.pvd` file (0.5 doubles the cells for several).
-
-    Use as a context manager, or `close()` it; collective over the mesh's ranks.
-    """
-
-    def __init__(self, path: Path | str, function: Any) -> None:
-        self._function = function
-        self._file = io.VTKFile(function.function_space.mesh.comm, str(path), "w")
-
-    def write(self, time: float) -> None:
-        """Append the Function's present values at `time` (s)."""
-        self._file.write_function(self._function, time)
-
-    def close(self) -> None:
-        """Finish the file."""
-        self._file.close()
-
-    def __enter__(self) -> VtkSeries:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def _local_cells(mesh: Any) -> int:

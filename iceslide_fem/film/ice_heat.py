@@ -51,6 +51,7 @@ class Column:
     d theta_j / dt = -lambda_j theta_j + phi_j q, where q (W/m2) enters at the surface and phi_j
     is the mode's value there: an implicit stage costs one division per mode, for any step and
     any number of points. Content: amplitudes, shape (n_modes, n_points), in (J K)^0.5 / m.
+    depths: of the nodes, from 0 downwards, m.
     """
 
     def __init__(
@@ -76,7 +77,9 @@ class Column:
         rates, modes = eigh(conduction, capacity)
         rates[0] = 0.0  # uniform warmth does not decay: exactly, so that heat is conserved
         self.rates = rates
-        self.surface = modes[0]
+        self.surface, self._modes = modes[0], modes
+        edges = np.append(0.0, np.cumsum(thickness))
+        self.depths = np.sort(np.concatenate([edges, edges[:-1] + 0.5 * thickness]))
         self._storage = capacity.sum(axis=0) @ modes
 
     def take(self, index: Index) -> Self:
@@ -115,6 +118,10 @@ class Column:
     def surface_temperature(self, content: Array) -> Array:
         """Temperature of the surface (K), shape (n_points,)."""
         return self.temperature + self.surface @ content
+
+    def at_depths(self, content: Array) -> Array:
+        """Temperature (K) at the `depths`, (n_depths, n_points)."""
+        return self.temperature + self._modes @ content
 
     def heat(self, content: Array) -> Array:
         """Heat above the initial temperature (J/m2), shape (n_points,)."""

@@ -14,7 +14,7 @@ states that they are given and give.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import Integrator, InterfaceState, Step
 from iceslide_fem.film.law import FilmLoads
 from iceslide_fem.film.rubber_heat import RubberHeat
-from iceslide_fem.interface.surface_grid import Contacts, OwnNodes
+from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile
 
 
 class ContactLoads(NamedTuple):
@@ -78,8 +78,8 @@ class Ice(Protocol):
     def under(self, contacts: Contacts) -> IceHeat:
         """The ice as it answers below `contacts`."""
 
-    def show(self, content: Array) -> Any:
-        """The temperature (K) as a Function for output; None without a mesh. Collective."""
+    def profile(self, content: Array) -> Profile | None:
+        """Temperature and heat below the surface; None of a closed form. Collective."""
 
 
 class Carrier(Protocol):

@@ -15,7 +15,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.film.ice_heat import Column, HalfSpace, IceHeat
 from iceslide_fem.film.law import Film, FilmStage, Surface
-from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, SurfaceGrid
+from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile, SurfaceGrid
 
 # Where points of the rubber carry the film, each is joined to the strips through this share of
 # a strip's resistance: its flux is then a function of its temperature, and unique.
@@ -41,8 +41,12 @@ class OwnColumns:
         """The ice below the points, wherever they lie."""
         return self._model
 
-    def show(self, content: Array) -> None:
-        """There is no mesh to show it on."""
+    def profile(self, content: Array) -> Profile | None:
+        """Temperature and heat below the points; of the closed form none is known."""
+        if not isinstance(self._model, Column):
+            return None
+        column = self._model
+        return Profile(column.depths, column.at_depths(content), column.heat(content), None)
 
 
 class GridColumns(Column):
@@ -63,8 +67,12 @@ class GridColumns(Column):
         """The same: the films lie on the nodes."""
         return self
 
-    def show(self, content: Array) -> None:
-        """There is no mesh to show it on."""
+    def profile(self, content: Array) -> Profile:
+        """Temperature and heat below the nodes of the grid. Collective."""
+        kelvin, heat = (
+            self.grid.allgather(own) for own in (self.at_depths(content), self.heat(content))
+        )
+        return Profile(self.depths, kelvin, heat, self.grid)
 
     def initial(self, n_points: int) -> Array:
         """Cold ice below this rank's nodes, whatever the number of points."""

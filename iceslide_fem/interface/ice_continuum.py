@@ -12,7 +12,6 @@ heat that they are given; what has to be iterated is the film on the surface alo
 from __future__ import annotations
 
 from copy import copy
-from typing import Any
 
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
@@ -20,10 +19,10 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics import compat
-from iceslide_fem.fenics.compat import MPI, fem
+from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.interface.ice_modes import GridModes, line_matrices
-from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, SurfaceGrid
+from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile, SurfaceGrid
 from iceslide_fem.materials import ICE
 from iceslide_fem.mesh.ice import IceMesh
 
@@ -48,7 +47,6 @@ class Continuum:
         """Ice at `temperature` (K), without points yet."""
         self._initial, self._comm = temperature, mesh.mesh.comm
         self.space = compat.scalar_space(mesh.mesh, 1)
-        self.function = fem.Function(self.space, name="temperature")
         lines = [line for line in (mesh.x, mesh.y, mesh.z) if line.size]
         self._shape = tuple(line.size for line in lines)
         self._modes = GridModes(lines)
@@ -64,6 +62,7 @@ class Continuum:
         surface = np.arange(int(np.prod(self._shape[:-1])))
         own = np.array_split(surface, self._comm.size)[self._comm.rank]
         self.grid = SurfaceGrid(lines[:-1], own, self._comm)
+        self._depths = -mesh.z[::-1]  # of the nodes, from 0 downwards, m
         self._link = RESISTANCE_SHARE * float(mesh.z[-1] - mesh.z[-2]) / ICE.conductivity
         self._contacts = Contacts(self.grid.own_nodes(), np.zeros(own.size))
 
@@ -134,11 +133,11 @@ class Continuum:
             total = np.tensordot(volumes, total, axes=(0, 0))
         return float(ICE.density * ICE.heat_capacity * total)
 
-    def show(self, content: Array) -> Any:
-        """The temperature (K) as a Function, for output. Collective."""
-        self.function.x.array[: self._own] = self._initial + content
-        self.function.x.scatter_forward()
-        return self.function
+    def profile(self, content: Array) -> Profile:
+        """Temperature and heat below the nodes of the grid. Collective."""
+        rise = self._everywhere(content).reshape(-1, self._shape[-1]).T[::-1]
+        heat = ICE.density * ICE.heat_capacity * self._volumes[-1][::-1] @ rise
+        return Profile(self._depths, self._initial + rise, heat, self.grid)
 
     def _correction(self, imbalance: Array, resistance: Array, conductance: Array) -> Array:
         """Solve (conduction + conductance) x = imbalance (W) for temperatures x, K.

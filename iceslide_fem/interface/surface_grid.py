@@ -46,6 +46,19 @@ class OwnNodes(NamedTuple):
     total: int
 
 
+class Profile(NamedTuple):
+    """Temperature of the ice below its surface.
+
+    depths: from 0 downwards, (n,), m; kelvin: at them, (n, N), K; heat: above the initial
+    temperature, (N,), J/m2. N counts all nodes of the `grid`, or without one this rank's points.
+    """
+
+    depths: Array
+    kelvin: Array
+    heat: Array
+    grid: SurfaceGrid | None
+
+
 class SurfaceGrid:
     """Tensor grid of the sorted coordinates `lines` (x, or x and y; m).
 

@@ -20,12 +20,12 @@ from iceslide_fem.results import field_files
 TEMPERATURE = "temperature (degC)"
 PRESSURE = "contact pressure (Pa)"
 
-# Lagrange cells of any degree list their corners first: (corners, VTK's linear cell).
+# Quadratic cells list their corners first: (corners, VTK's linear cell).
 _LINEAR = {
-    pv.CellType.LAGRANGE_TRIANGLE: (3, pv.CellType.TRIANGLE),
-    pv.CellType.LAGRANGE_QUADRILATERAL: (4, pv.CellType.QUAD),
-    pv.CellType.LAGRANGE_TETRAHEDRON: (4, pv.CellType.TETRA),
-    pv.CellType.LAGRANGE_HEXAHEDRON: (8, pv.CellType.HEXAHEDRON),
+    pv.CellType.QUADRATIC_TRIANGLE: (3, pv.CellType.TRIANGLE),
+    pv.CellType.BIQUADRATIC_QUAD: (4, pv.CellType.QUAD),
+    pv.CellType.QUADRATIC_TETRA: (4, pv.CellType.TETRA),
+    pv.CellType.TRIQUADRATIC_HEXAHEDRON: (8, pv.CellType.HEXAHEDRON),
 }
 
 
@@ -91,7 +91,7 @@ def read_snapshot(directory: Path, number: int) -> Snapshot:
     ice_files = field_files(directory, "ice")
     ice = None
     if ice_files:
-        grid = _read_linear(ice_files[number][1])
+        grid = pv.read(ice_files[number][1])
         # just inside the cells, whose faces lie in the plane of symmetry itself
         inside = (0.0, 1e-6 * grid.length, 0.0)
         section = (
@@ -104,17 +104,15 @@ def read_snapshot(directory: Path, number: int) -> Snapshot:
 
 
 def _read_linear(path: Path) -> pv.UnstructuredGrid:
-    """Cells by their corners; without the copies that every rank keeps of others' cells."""
+    """Cells by their corners."""
     grid = pv.read(path)
-    own = grid.cell_data["vtkGhostType"] == 0
     corners, kind = _LINEAR[pv.CellType(grid.celltypes[0])]
-    cells = grid.cell_connectivity.reshape(grid.n_cells, -1)[own, :corners]
+    cells = grid.cell_connectivity.reshape(grid.n_cells, -1)[:, :corners]
     used, cells = np.unique(cells, return_inverse=True)
     linear = pv.UnstructuredGrid({kind: cells.reshape(-1, corners)}, np.array(grid.points[used]))
     for name in grid.point_data:
-        if not name.startswith("vtk"):
-            linear.point_data[name] = grid.point_data[name][used]
-    return linear.clean(tolerance=1e-9)
+        linear.point_data[name] = grid.point_data[name][used]
+    return linear
 
 
 def _put_pressure(rubber: pv.PolyData, interface: Interface) -> None:

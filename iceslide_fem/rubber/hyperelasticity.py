@@ -72,7 +72,7 @@ class HyperelasticBody:
         `degree` (1 or 2) and `energy` (UFL functional of displacement and material) choose
         another element than the default; a `density` (kg/m3) above zero adds inertia forces.
         """
-        self.mesh = block.mesh
+        self.mesh, self.material = block.mesh, material
         self.space = compat.vector_space(self.mesh, degree)
         self.u = fem.Function(self.space, name="displacement")
         self.block = block

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import contextlib
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from iceslide_fem.coupling.energy import Ledger
-from iceslide_fem.coupling.sliding import Sliding, place_at_start
-from iceslide_fem.errors import Interrupted, SceneError, SimulationStopped
+from iceslide_fem.coupling.sliding import Refusal, Sliding, place_at_start
+from iceslide_fem.errors import Interrupted, OutputError, SceneError, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.folder import clear_results
 from iceslide_fem.output.history import preload_row, slide_row
+from iceslide_fem.output.log import Log
+from iceslide_fem.output.probes import Probes
 from iceslide_fem.output.summary import leave_word
 from iceslide_fem.output.table import HistoryRow, PreloadRow, Table
 from iceslide_fem.parallel import failing_together, from_root
@@ -31,23 +34,15 @@ from iceslide_fem.run.observers import (
     FieldSeries,
     Observation,
     Observer,
+    ProbeSeries,
     Stateful,
     Stops,
+    Watch,
 )
 from iceslide_fem.run.progress import Progress
 from iceslide_fem.run.schedule import Schedule
 from iceslide_fem.run.summary import Results
 from iceslide_fem.scene import Scene
-
-
-class Watch(NamedTuple):
-    """What accompanies a run from its first equilibrium to its last step, and its folder."""
-
-    out: Path
-    schedule: Schedule
-    results: Results
-    progress: Progress
-    interruption: Interruption
 
 
 def run_block(
@@ -63,13 +58,17 @@ def run_block(
     comm, results = MPI.COMM_WORLD, Results()
     with failing_together(comm):
         block = build_block(scene, comm)
+        probes = Probes(block)
     state = resumed.state if resumed is not None else {}
     # Not before: a mesh that cannot be used leaves everything as it was.
     from_root(lambda: clear_results(out, keep=GOES_ON if state else ()), comm)
+    log = Log(out, comm.rank)
 
     def note(error: Exception) -> None:
         if not isinstance(error, SceneError):  # else nothing has been begun
             leave_word(out, error)
+            with contextlib.suppress(OutputError):  # that may be why
+                log("stopped", reason=str(error) or type(error).__name__)
 
     try:
         with (
@@ -77,13 +76,18 @@ def run_block(
             Interruption(comm) as interruption,
             Progress(comm.rank, scene.load.duration) as progress,
         ):
-            watch = Watch(out, schedule, results, progress, interruption)
+            watch = Watch(out, schedule, results, progress, interruption, log)
+            begun = "restart" if state else "begin"
+            log(begun, name=scene.name, model=scene.model, ranks=comm.size)
             if state:
                 with trusted(out):
                     place_at_start(block, state["sliding"])
             else:
                 _bring_to_speed(block, watch)
-            _slide(block, watch, state)
+            _slide(block, probes, watch, state)
+            for warning in results.entries()["warnings"]:
+                log("warning", text=warning)
+            log("end", time_s=scene.load.duration)
     except (SimulationStopped, Interrupted) as reason:
         return results.entries(), reason
     return results.entries(), None
@@ -100,6 +104,12 @@ def _bring_to_speed(block: Block, watch: Watch) -> None:
         def observe(point: PathPoint) -> None:
             row = preload_row(block, point)
             preload.row(row)
+            watch.log(
+                row.phase,
+                load_fraction=row.load_fraction,
+                speed_fraction=row.speed_fraction,
+                newton_iterations=row.newton_iterations,
+            )
             watch.results.iterations += row.newton_iterations
             mu = row.friction_force_N / row.normal_force_N
             watch.progress.update(0.0, mu, 0.0, row.newton_iterations, row.phase)
@@ -110,10 +120,10 @@ def _bring_to_speed(block: Block, watch: Watch) -> None:
         start_sliding(block, observe)
 
 
-def _slide(block: Block, watch: Watch, state: dict[str, Any]) -> None:
+def _slide(block: Block, probes: Probes, watch: Watch, state: dict[str, Any]) -> None:
     """Slide from t = 0, or from `state`, to the end, under the eyes of the observers."""
     sliding = Sliding(block)
-    ledger, results, out = Ledger(sliding), watch.results, watch.out
+    ledger, results, out, rank = Ledger(sliding), watch.results, watch.out, block.surface.comm.rank
     results.dofs = sliding.n_dofs
     if state:
         with trusted(out):
@@ -121,40 +131,43 @@ def _slide(block: Block, watch: Watch, state: dict[str, Any]) -> None:
             ledger.restore(state["ledger"])
             results.restore(state["results"])
         watch.progress.go_on(sliding.current.time)
+    watch.log("slide", time_s=sliding.current.time, unknowns=results.dofs)
     with ExitStack() as open_files:
         rows = len(results.rows) if state else None
-        history = Table(out / "history.csv", HistoryRow, block.surface.comm.rank, keep=rows)
-        open_files.enter_context(history)
+        history = open_files.enter_context(Table(out / "history.csv", HistoryRow, rank, rows))
         earlier = from_root(lambda: fields_there(out, state), block.surface.comm)
-        fields = FieldSeries(out / "fields", sliding, earlier)
-        open_files.enter_context(fields.files)
+        fields = FieldSeries(out / "fields", sliding, earlier, watch.log)
+        probing = ProbeSeries(out / "probes.csv", probes, state.get("probes"), rank)
+        open_files.enter_context(probing)
         parts: dict[str, Stateful] = {
             "sliding": sliding,
             "ledger": ledger,
             "results": results,
             "fields": fields,
+            "probes": probing,
         }
-        checkpoints = Checkpoints(out, sliding, parts, history, watch.schedule)
-        stops = Stops(sliding, watch.interruption, checkpoints, out)
+        checkpoints = Checkpoints(out, sliding, parts, [history, probing], watch)
+        stops = Stops(sliding, checkpoints, watch)
         observers: list[Observer] = [
             lambda step: history.row(step.row),
             results,
             fields,
+            probing,
             watch.progress,
             checkpoints,
             stops,
         ]
-        for step in _steps(sliding, ledger, stops.heed, begins=not state):
+        for step in _steps(sliding, ledger, stops.refused, begins=not state):
             for observe in observers:
                 observe(step)
 
 
 def _steps(
-    sliding: Sliding, ledger: Ledger, between_trials: Callable[[], None], begins: bool
+    sliding: Sliding, ledger: Ledger, refused: Refusal, begins: bool
 ) -> Iterator[Observation]:
     """What there is to observe: t = 0, if the slide `begins`, and every accepted step."""
     if begins:
         yield Observation(sliding, None, slide_row(sliding, ledger, None))
-    for accepted in sliding.steps(between_trials):
+    for accepted in sliding.steps(refused):
         ledger.add(accepted)
         yield Observation(sliding, accepted, slide_row(sliding, ledger, accepted))

@@ -29,7 +29,8 @@ from iceslide_fem.scene import Scene, flat, scene_from_dict
 from iceslide_fem.scene.fingerprint import fingerprint
 
 FILE = "checkpoint"
-GOES_ON = (FILE, "history.csv", "preload.csv", "fields")  # what a run that goes on needs
+# What a run that goes on needs.
+GOES_ON = (FILE, "history.csv", "preload.csv", "probes.csv", "log.jsonl", "fields")
 _FIRST_LINE = b"iceslide_fem checkpoint 1\n"
 # What reading or using foreign content ends in; none of it is a fault of the program.
 _NOT_OURS = (
@@ -157,7 +158,8 @@ def same_scene(scene: Scene, checkpoint: Checkpoint, folder: Path) -> None:
     if fingerprint(scene) == fingerprint(checkpoint.scene):
         return
     here, there = flat(scene.as_dict()), flat(checkpoint.scene.as_dict())
-    key = next((key for key in here if key != "name" and here[key] != there[key]), "rubber.mesh")
+    counts = [key for key in here if key != "name" and not key.startswith("output.")]
+    key = next((key for key in counts if here[key] != there[key]), "rubber.mesh")
     raise SceneError(
         f"the checkpoint in {folder} is of another scene: {key} is {there[key]} there and "
         f"{here[key]} here"

@@ -7,15 +7,33 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
 
 from iceslide_fem.coupling.sliding import Accepted, Sliding
+from iceslide_fem.output.block_fields import BlockFields
 from iceslide_fem.output.fields import Fields
-from iceslide_fem.output.history import interface_fields
+from iceslide_fem.output.log import Log
+from iceslide_fem.output.probes import ProbeRow, Probes
 from iceslide_fem.output.table import HistoryRow, Table
 from iceslide_fem.run.checkpoint import write_checkpoint
 from iceslide_fem.run.interruption import Interruption
 from iceslide_fem.run.schedule import FieldTimes, Saves, Schedule
+
+if TYPE_CHECKING:  # they look on, too
+    from iceslide_fem.run.progress import Progress
+    from iceslide_fem.run.summary import Results
+
+
+class Watch(NamedTuple):
+    """What accompanies a run from its first equilibrium to its last step, and its folder."""
+
+    out: Path
+    schedule: Schedule
+    results: Results
+    progress: Progress
+    interruption: Interruption
+    log: Log
 
 
 class Observation(NamedTuple):
@@ -54,23 +72,62 @@ class FieldSeries:
     """Writes `fields/` at the times that are due."""
 
     def __init__(
-        self, folder: Path, sliding: Sliding, earlier: Sequence[Mapping[str, Any]]
+        self, folder: Path, sliding: Sliding, earlier: Sequence[Mapping[str, Any]], log: Log
     ) -> None:
         """`earlier` is the `state` of the run that goes on."""
-        block, self._ice = sliding.block, sliding.carrier.ice
-        temperature = self._ice.show(sliding.current.interface.ice)
-        self.files = Fields(folder, block.rubber, block.surface, temperature, earlier)
-        self._due = FieldTimes(block.scene.load.duration, sliding.current.time)
+        scene, self._log = sliding.block.scene, log
+        self._fields = BlockFields(sliding, scene.output.fields)
+        self._files = Fields(folder, sliding.block.surface.comm.rank, earlier)
+        since = sliding.current.time if earlier else None
+        self._due = FieldTimes(scene.output.times, scene.load.duration, since)
 
     def state(self) -> list[dict[str, Any]]:
         """Times and files written so far."""
-        return self.files.written
+        return self._files.written
 
     def __call__(self, step: Observation) -> None:
         """Write the fields if they are due."""
-        if step.accepted is None or self._due(step.time):
-            self._ice.show(step.sliding.current.interface.ice)
-            self.files.write(step.time, interface_fields(step.sliding, step.accepted))
+        if self._due(step.time):
+            self._files.write(step.time, self._fields.grids(step.accepted))
+            self._log("fields", time_s=step.time)
+
+
+class ProbeSeries:
+    """Writes `probes.csv`, if there are probes; a context manager, which closes it."""
+
+    def __init__(self, path: Path, probes: Probes, written: int | None, rank: int) -> None:
+        """`written` is the `state` of the run that goes on, else None."""
+        self._probes, self._written = probes, written or 0
+        self._table = Table(path, ProbeRow, rank, written or None) if len(probes) else None
+
+    def state(self) -> int:
+        """Rows written so far."""
+        return self._written
+
+    def secure(self) -> None:
+        """Return when all rows are on the disk."""
+        if self._table is not None:
+            self._table.secure()
+
+    def __call__(self, step: Observation) -> None:
+        """Write a row for each probe."""
+        if self._table is None:
+            return
+        for row in self._probes.rows(step.sliding, step.accepted):
+            self._table.row(row)
+        self._written += len(self._probes)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        if self._table is not None:
+            self._table.close()
 
 
 class Checkpoints:
@@ -81,13 +138,13 @@ class Checkpoints:
         folder: Path,
         sliding: Sliding,
         parts: Mapping[str, Stateful],
-        history: Table,
-        schedule: Schedule,
+        tables: Sequence[Table | ProbeSeries],
+        watch: Watch,
     ) -> None:
-        """A checkpoint holds the states of `parts` by their names."""
-        self._folder, self._scene, self._parts = folder, sliding.block.scene, parts
-        self._history, self._comm = history, sliding.block.surface.comm
-        self._due = Saves(schedule, sliding.current.time, self._comm)
+        """A checkpoint holds the states of `parts` by their names; `tables` are secured before."""
+        self._folder, self._sliding, self._parts = folder, sliding, parts
+        self._tables, self._comm, self._log = tables, sliding.block.surface.comm, watch.log
+        self._due = Saves(watch.schedule, sliding.current.time, self._comm)
 
     def __call__(self, step: Observation) -> None:
         """Save if it is due, and at t = 0."""
@@ -96,29 +153,33 @@ class Checkpoints:
 
     def save(self) -> None:
         """Write a checkpoint of the present moment."""
-        self._history.secure()
+        for table in self._tables:
+            table.secure()
         present = {name: part.state() for name, part in self._parts.items()}
         if self._comm.rank == 0:
-            write_checkpoint(self._folder, self._scene, present)
+            write_checkpoint(self._folder, self._sliding.block.scene, present)
+        self._log("checkpoint", time_s=self._sliding.current.time)
 
 
 class Stops:
     """Ends a run that has been asked to stop, with a checkpoint of its last accepted step."""
 
-    def __init__(
-        self, sliding: Sliding, interruption: Interruption, checkpoints: Checkpoints, folder: Path
-    ) -> None:
-        self._sliding, self._interruption = sliding, interruption
-        self._checkpoints, self._folder = checkpoints, folder
+    def __init__(self, sliding: Sliding, checkpoints: Checkpoints, watch: Watch) -> None:
+        self._sliding, self._checkpoints, self._watch = sliding, checkpoints, watch
 
     def __call__(self, step: Observation) -> None:
         """Raise Interrupted if a signal has come."""
-        self.heed()
+        self._heed()
 
-    def heed(self) -> None:
-        """The same between the trials of a step."""
-        if self._interruption.requested():
+    def refused(self, dt: float, reason: Exception) -> None:
+        """Note a trial step of `dt` (s) that was refused, and heed a signal before the next."""
+        time = self._sliding.current.time
+        self._watch.log("refused", time_s=time, step_s=dt, reason=str(reason))
+        self._heed()
+
+    def _heed(self) -> None:
+        if self._watch.interruption.requested():
             self._checkpoints.save()
             time, duration = self._sliding.current.time, self._sliding.block.scene.load.duration
             where = f"at t = {1e3 * time:.4g} ms of {1e3 * duration:.4g} ms"
-            raise self._interruption.error(where, self._folder)
+            raise self._watch.interruption.error(where, self._watch.out)

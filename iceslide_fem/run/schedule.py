@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from collections.abc import Sequence
 from time import monotonic
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from iceslide_fem.fenics.compat import MPI
 
-FIELD_TIMES = 25
+ROUNDING = 1e-9
 
 
 class Schedule(NamedTuple):
@@ -37,17 +39,27 @@ class Saves:
 
 
 class FieldTimes:
-    """Says after which steps fields are written: the first one in each of `FIELD_TIMES` parts."""
+    """Says after which steps fields are written: the first one at or after each time."""
 
-    def __init__(self, duration: float, time: float) -> None:
-        """`time` (s) is that of the last step done."""
-        self._duration = duration
-        self._part = self._part_of(time)
+    def __init__(
+        self, times: int | float | Sequence[float], duration: float, since: float | None
+    ) -> None:
+        """`times` as in `scene.Output`, of a run of `duration` (s).
+
+        `since` (s) is the time of the last step done, None before t = 0.
+        """
+        self._times, self._duration = times, duration
+        self._passed = 0 if since is None else self._count(since)
 
     def __call__(self, time: float) -> bool:
         """Whether fields are due at `time` (s)."""
-        before, self._part = self._part, self._part_of(time)
-        return self._part > before
+        before, self._passed = self._passed, self._count(time)
+        return self._passed > before
 
-    def _part_of(self, time: float) -> int:
-        return int(FIELD_TIMES * time / self._duration)
+    def _count(self, time: float) -> int:
+        """Times of fields up to `time`."""
+        if isinstance(self._times, int):
+            return 1 + int(self._times * time / self._duration) if self._times else 0
+        if isinstance(self._times, float):
+            return 1 + int(time / self._times * (1.0 + ROUNDING))
+        return bisect_right(self._times, time * (1.0 + ROUNDING))

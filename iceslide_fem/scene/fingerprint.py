@@ -15,9 +15,9 @@ LENGTH = 16  # hexadecimal digits
 
 
 def scene_hash(scene: Scene) -> str:
-    """Hash of `scene` (its name apart) and of the content of the files that it names."""
+    """Hash of `scene` (its name and what it writes apart) and of the files that it names."""
     content = scene.as_dict()
-    del content["name"]
+    del content["name"], content["output"]
     for (table, key), path in scene.files.items():
         content[table][key] = hashlib.sha256(path.read_bytes()).hexdigest()
     return _hash(content)

@@ -32,6 +32,7 @@ from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.units import Quantity
 
+Place = Annotated[float, Quantity("m", "-1 m", "1 m")]
 Length = Annotated[float, Quantity("m", "10 um", "1 m")]
 Stiffness = Annotated[float, Quantity("Pa", "0 MPa", "10000 MPa")]
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$", strict=True)]
@@ -207,6 +208,42 @@ class Numerics(_Table):
     max_step: Annotated[float, Quantity("s", "1 ns", "100 s")] | None = None
 
 
+FIELDS = Literal["rubber", "stress", "interface", "contact_points", "ice", "trail"]
+MOST_TIMES = 10_000  # of fields, by their number
+
+
+class Output(_Table):
+    """What a slice or block writes beside its histories. None of it changes a result.
+
+    `times` of the fields: how many parts of the run end with one (a whole number), or an interval
+    or a list (s). `fields` are those of docs/outputs.md. `probes`: places (x, y, z), m, by their
+    names: of the undeformed rubber, of its contact surface (z = 0), or of the ice (z < 0).
+    """
+
+    times: int | float | tuple[float, ...] = 25
+    fields: tuple[FIELDS, ...] = ("rubber", "stress", "interface", "ice", "trail")
+    probes: dict[Name, tuple[Place, Place, Place]] = {}
+
+    @field_validator("times", mode="before")
+    @classmethod
+    def _number_interval_or_list(cls, times: Any) -> int | float | tuple[float, ...]:
+        if isinstance(times, int) and not isinstance(times, bool):
+            if not 0 <= times <= MOST_TIMES:
+                raise ValueError(
+                    f"output.times = {times} is out of range; allowed: 0 to {MOST_TIMES} times, an "
+                    'interval ("0.1 ms"), or a list of times'
+                )
+            return times
+        if isinstance(times, list | tuple):
+            return tuple(sorted({Quantity("s", "0 s", "100 s").validate(time) for time in times}))
+        return Quantity("s", "1 ns", "100 s").validate(times)
+
+    @property
+    def latest(self) -> float:
+        """The last of the `times` that are listed, s; 0 if none is."""
+        return max(self.times, default=0.0) if isinstance(self.times, tuple) else 0.0
+
+
 class Scene(_Table):
     """A complete scene: the rung of the model ladder and everything that it needs.
 
@@ -220,6 +257,7 @@ class Scene(_Table):
     ice: Ice = Ice()
     film: Film = Film()
     numerics: Numerics = Numerics()
+    output: Output = Output()
 
     @model_validator(mode="after")
     def _no_contradiction(self) -> Self:
@@ -237,6 +275,17 @@ class Scene(_Table):
                 "allowed with sliding: 'column' or 'continuum'"
             )
         self._contact_is_stiff()
+        below = [name for name, place in self.output.probes.items() if place[2] < 0.0]
+        if below and self.ice.heat == "half-space":
+            raise ValueError(
+                f'output.probes.{below[0]} lies in the ice, and ice.heat = "half-space" has no '
+                "temperature below its surface; allowed: 'column' or 'continuum'"
+            )
+        if (late := self.output.latest) > self.load.duration:
+            raise ValueError(
+                f"output.times has {1e3 * late:.4g} ms, after the end of the run; allowed: up to "
+                f"load.duration = {1e3 * self.load.duration:.4g} ms"
+            )
         if self.rubber.heat:
             self._rubber_can_take_heat()
         elif self.film.conductance is not None:

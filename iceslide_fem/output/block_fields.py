@@ -1,0 +1,120 @@
+"""The fields of a sliding block: rubber, interface, ice, and the trail on ice that passes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.coupling.sliding import Accepted, Sliding
+from iceslide_fem.interface.surface_grid import Profile, SurfaceGrid
+from iceslide_fem.materials import MELTING_TEMPERATURE
+from iceslide_fem.output.grids import (
+    TEMPERATURE,
+    FacetGrid,
+    Grid,
+    RubberGrid,
+    point_grid,
+    tensor_grid,
+)
+from iceslide_fem.output.history import interface_fields
+
+
+class BlockFields:
+    """Grids of the present moment, those of `names` that there are; all is collective.
+
+    rubber (with stress: its stresses, too), interface, contact_points, ice and trail, as in
+    docs/outputs.md. Closed-form ice has no temperature below its surface, attached ice no trail.
+    """
+
+    def __init__(self, sliding: Sliding, names: Sequence[str]) -> None:
+        self._sliding, self._stress = sliding, "stress" in names
+        block, ice = sliding.block, sliding.carrier.ice
+        self._facets = FacetGrid(block.rubber, block.surface)
+        profile = ice.profile(sliding.current.interface.ice)
+        present: dict[str, Callable[[Accepted | None], Grid | None]] = {}
+        if self._stress or "rubber" in names:
+            self._nodes = RubberGrid(block.rubber)
+            present["rubber"] = self._rubber
+        if "interface" in names:
+            present["interface"] = self._interface
+        if "contact_points" in names:
+            present["contact_points"] = self._contact_points
+        if "ice" in names and profile is not None:
+            present["ice"] = self._ice
+        if "trail" in names and block.scene.ice.motion == "sliding":
+            present["trail"] = self._trail
+        self._present = present
+
+    def grids(self, accepted: Accepted | None) -> dict[str, Grid | None]:
+        """Grids by name, on rank 0; `accepted` led to the present moment, None at t = 0."""
+        return {name: grid(accepted) for name, grid in self._present.items()}
+
+    def _rubber(self, accepted: Accepted | None) -> Grid | None:
+        u = self._sliding.block.rubber.displacements
+        velocity = self._sliding.current.motion.velocity.reshape(u.shape)
+        return self._nodes.grid(u, velocity, self._stress)
+
+    def _interface(self, accepted: Accepted | None) -> Grid | None:
+        block, contact = self._sliding.block, self._sliding.current.contact
+        values = interface_fields(self._sliding, accepted)
+        force = np.zeros((*contact.area.shape, block.rubber.mesh.geometry.dim))
+        force[..., 0] = -values["friction stress (Pa)"] * contact.area
+        force[..., -1] = contact.pressure * contact.area
+        return self._facets.grid(block.rubber.displacements, values, force.sum(axis=1))
+
+    def _contact_points(self, accepted: Accepted | None) -> Grid | None:
+        block = self._sliding.block
+        unit = "m" if block.scene.model == "slice" else "m^2"
+        values = interface_fields(self._sliding, accepted)
+        values[f"area ({unit})"] = self._sliding.current.contact.area
+        positions = block.surface.positions(block.rubber.displacements)
+        return point_grid(block.surface.comm, positions, values)
+
+    def _ice(self, accepted: Accepted | None) -> Grid | None:
+        profile = self._profile()
+        celsius = _celsius(profile.kelvin)
+        if profile.grid is None:
+            return self._below_facets(profile.depths, celsius)
+        if profile.grid.comm.rank > 0:
+            return None
+        lines = [*self._lines(profile.grid), -profile.depths]
+        return tensor_grid(lines, {TEMPERATURE: celsius.T})
+
+    def _below_facets(self, depths: Array, celsius: Array) -> Grid | None:
+        """Ice of the rubber's own points, which it follows: means below each facet."""
+        block, contact = self._sliding.block, self._sliding.current.contact
+        below = celsius.T.reshape(*contact.pressure.shape, depths.size)
+        touching = (contact.pressure > 0.0).any(axis=1)
+        means = self._facets.means(below)
+        return self._facets.below(block.rubber.displacements, touching, depths, means)
+
+    def _trail(self, accepted: Accepted | None) -> Grid | None:
+        """Film and heat at the nodes of the window of ice that follows the block."""
+        state, profile = self._sliding.current.interface, self._profile()
+        grid = profile.grid
+        assert grid is not None  # sliding ice lies on one
+        values = {
+            "surface temperature (degC)": _celsius(profile.kelvin[0]),
+            "heat (J/m^2)": profile.heat,
+        }
+        if self._sliding.carrier.nodes is not None:
+            values["film height (m)"] = grid.allgather(np.exp(state.log_height))
+            values["squeezed height (m)"] = grid.allgather(state.squeezed_height)
+        return tensor_grid(self._lines(grid), values) if grid.comm.rank == 0 else None
+
+    def _lines(self, grid: SurfaceGrid) -> list[Array]:
+        """Lines of the ice's grid where the ice is relative to the plate, m."""
+        along, *across = grid.lines
+        return [along - self._sliding.current.loads.offset, *across]
+
+    def _profile(self) -> Profile:
+        profile = self._sliding.carrier.ice.profile(self._sliding.current.interface.ice)
+        assert profile is not None
+        return profile
+
+
+def _celsius(kelvin: Array) -> Array:
+    """Temperature in degC; no reading may be above T_m."""
+    return np.asarray(np.minimum(kelvin, MELTING_TEMPERATURE) - MELTING_TEMPERATURE)

@@ -1,0 +1,246 @@
+"""Meshes with values, gathered on rank 0 as they are written: what pyvista and ParaView show.
+
+In a slice all points are (x, z, 0), and vectors and tensors likewise: their third direction is the
+one out of the plane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.fenics.compat import MPI, cell_dofs, cell_name
+from iceslide_fem.rubber.contact_surface import FACET_OF, ContactSurface
+from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
+from iceslide_fem.rubber.stress import StressRecovery, from_vertices, von_mises
+
+Cells = NDArray[np.int64]
+Scalar = TypeVar("Scalar", bound=np.generic)
+
+# By the cell's kind and number of nodes: meshio's name, and the nodes in VTK's order.
+_VTK_CELLS = {
+    ("interval", 2): ("line", [0, 1]),
+    ("triangle", 3): ("triangle", [0, 1, 2]),
+    ("triangle", 6): ("triangle6", [0, 1, 2, 5, 3, 4]),
+    ("quadrilateral", 4): ("quad", [0, 1, 3, 2]),
+    ("quadrilateral", 9): ("quad9", [0, 1, 3, 2, 4, 6, 7, 5, 8]),
+    ("tetrahedron", 4): ("tetra", [0, 1, 2, 3]),
+    ("tetrahedron", 10): ("tetra10", [0, 1, 2, 3, 9, 6, 8, 7, 5, 4]),
+    ("hexahedron", 8): ("hexahedron", [0, 1, 3, 2, 4, 5, 7, 6]),
+    ("hexahedron", 27): (
+        "hexahedron27",
+        [0, 1, 3, 2, 4, 5, 7, 6, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 15, 14]
+        + [22, 23, 21, 24, 20, 25, 26],
+    ),
+}  # fmt: skip
+TEMPERATURE = "temperature (degC)"
+_CORNERS = {"interval": 2, "triangle": 3, "quadrilateral": 4}
+# What stands on a facet when it is drawn downwards.
+_STACKED = {"line": "quad", "triangle": "wedge", "quad": "hexahedron"}
+
+
+class Grid(NamedTuple):
+    """Points (n, 3), m; cells of one kind (meshio's name) by their points; values by names."""
+
+    points: Array
+    kind: str
+    cells: Cells
+    point_data: dict[str, Array]
+    cell_data: dict[str, Array]
+
+
+class RubberGrid:
+    """The undeformed block with its displacement, velocity and stress at the nodes."""
+
+    def __init__(self, rubber: HyperelasticBody) -> None:
+        """Gather the mesh. Collective."""
+        self._rubber, self._comm = rubber, rubber.mesh.comm
+        space, topology = rubber.space, rubber.mesh.topology
+        self._own = space.dofmap.index_map.size_local
+        dofs = cell_dofs(space)[: topology.index_map(topology.dim).size_local]
+        self._kind, order = _VTK_CELLS[(cell_name(rubber.mesh), dofs.shape[1])]
+        self._order = np.array(order)
+        self._points = self._gather(_in_space(space.tabulate_dof_coordinates()[:, : _dim(rubber)]))
+        numbers = space.dofmap.index_map.local_to_global(dofs.ravel().astype(np.int32))
+        self._dofs = _gather(self._comm, np.asarray(numbers, dtype=np.int64).reshape(dofs.shape))
+        self._recovery = StressRecovery(rubber)
+        self._from_vertices = from_vertices(rubber)
+        self._weights = _gather(self._comm, self._recovery.weights)
+
+    def grid(self, u: Array, velocity: Array | None, stress: bool) -> Grid | None:
+        """With displacements `u`, velocities (blocked dofs, d) and the `stress`. Collective."""
+        data = {"displacement": self._gather(_in_space(u))}
+        if velocity is not None:
+            data["velocity (m/s)"] = self._gather(_in_space(velocity))
+        at_vertices = _gather(self._comm, self._recovery.at_vertices(u)) if stress else None
+        if self._points is None or self._dofs is None:
+            return None
+        values = {name: value for name, value in data.items() if value is not None}
+        if at_vertices is not None:
+            six, energy = np.split(self._averaged(at_vertices), [6], axis=-1)
+            values |= {
+                "Cauchy stress (Pa)": six,
+                "von Mises stress (Pa)": von_mises(six),
+                "hydrostatic stress (Pa)": six[:, :3].mean(axis=-1),
+                "strain energy density (J/m^3)": energy[:, 0],
+            }
+        return Grid(self._points, self._kind, self._dofs[:, self._order], values, {})
+
+    def _averaged(self, at_vertices: Array) -> Array:
+        """Values at all nodes (n, 7) of the cells' own at their vertices (c, k, 7); on rank 0."""
+        assert self._points is not None and self._dofs is not None and self._weights is not None
+        vertices = self._dofs[:, : at_vertices.shape[1]]
+        total = np.zeros((len(self._points), at_vertices.shape[2]))
+        weight = np.zeros(len(self._points))
+        np.add.at(total, vertices, self._weights[..., None] * at_vertices)
+        np.add.at(weight, vertices, self._weights)
+        mean = total / np.where(weight > 0.0, weight, 1.0)[:, None]
+        nodes = np.zeros_like(total)
+        nodes[self._dofs] = self._from_vertices @ mean[vertices]
+        return nodes
+
+    def _gather(self, nodal: Array) -> Array | None:
+        """Rows of all nodes in the order of their global numbers, on rank 0."""
+        return _gather(self._comm, nodal[: self._own])
+
+
+class FacetGrid:
+    """The contact facets where they are, with means of what their points have."""
+
+    def __init__(self, rubber: HyperelasticBody, surface: ContactSurface) -> None:
+        """Gather the facets. Collective."""
+        self._surface, self._flat = surface, _dim(rubber) == 2
+        facet = FACET_OF[cell_name(rubber.mesh)]
+        self._kind, order = _VTK_CELLS[(facet, _CORNERS[facet])]
+        # A facet's nodes begin with its corners, in every Lagrange element.
+        self._corner_nodes, self._corner_dofs = surface.nodes[:, order], surface.dofs[:, order]
+        index_map = rubber.space.dofmap.index_map
+        numbers = index_map.local_to_global(self._corner_dofs.ravel().astype(np.int32))
+        gathered = _gather(
+            surface.comm, np.asarray(numbers, dtype=np.int64).reshape(self._corner_dofs.shape)
+        )
+        if gathered is not None:  # facets that share a corner share a point
+            _, self._first, point = np.unique(gathered, return_index=True, return_inverse=True)
+            self._cells = point.reshape(gathered.shape)
+
+    def grid(
+        self, u: Array, values: Mapping[str, Array], force: Array | None = None
+    ) -> Grid | None:
+        """Facets displaced by `u` (blocked dofs, d) with means of `values` (f, q). Collective.
+
+        A point where a value is NaN does not count. `force` (f, d), N, is that of the ice on
+        each facet: the traction is force per area of the facet as it is drawn, so that its
+        integral is the force.
+        """
+        corners = self._corners(u)
+        means = {name: _gather(self._surface.comm, self._means(at)) for name, at in values.items()}
+        forces = None if force is None else _gather(self._surface.comm, _in_space(force))
+        if corners is None:
+            return None
+        data = {name: mean for name, mean in means.items() if mean is not None}
+        if forces is not None:
+            area = _areas(corners)
+            data["traction (Pa)"] = forces / np.where(area > 0.0, area, np.inf)[:, None]
+        return Grid(corners.reshape(-1, 3)[self._first], self._kind, self._cells, {}, data)
+
+    def below(
+        self, u: Array, touching: NDArray[np.bool_], depths: Array, profiles: Array
+    ) -> Grid | None:
+        """What lies below the facets that touch: `profiles` (f, n_depths) hanging from each.
+
+        The value under a facet is that of its own column: neighbours share no points. Collective.
+        """
+        corners, comm = self._corners(u), self._surface.comm
+        under, values = _gather(comm, touching), _gather(comm, profiles)
+        if corners is None or under is None or values is None:
+            return None
+        corners, values = corners[under].copy(), values[under]
+        vertical = 1 if self._flat else 2
+        corners[..., vertical] = 0.0
+        points = np.repeat(corners[:, None], depths.size, axis=1)  # (f, n_depths, k, 3)
+        points[..., vertical] = -depths[None, :, None]
+        f, n, k = points.shape[:3]
+        number = np.arange(f * n * k).reshape(f, n, k)
+        upper, lower = number[:, :-1].reshape(-1, k), number[:, 1:].reshape(-1, k)
+        cells = np.hstack([lower, upper[:, ::-1] if k == 2 else upper])
+        data = {TEMPERATURE: np.repeat(values.reshape(-1), k)}
+        return Grid(points.reshape(-1, 3), _STACKED[self._kind], cells, data, {})
+
+    def means(self, values: Array) -> Array:
+        """Means (f, ...) of values (f, q, ...) that all points have."""
+        weights = abs(self._surface.weights)
+        return np.asarray(
+            np.einsum("fq,fq...->f...", weights, values)
+            / weights.sum(axis=1).reshape(-1, *[1] * (values.ndim - 2))
+        )
+
+    def _corners(self, u: Array) -> Array | None:
+        return _gather(self._surface.comm, _in_space(self._corner_nodes + u[self._corner_dofs]))
+
+    def _means(self, at: Array) -> Array:
+        weights = np.where(np.isnan(at), 0.0, abs(self._surface.weights))
+        total = weights.sum(axis=1)
+        mean = (weights * np.nan_to_num(at)).sum(axis=1) / np.where(total > 0.0, total, 1.0)
+        return np.where(total > 0.0, mean, np.nan)
+
+
+def point_grid(comm: MPI.Comm, positions: Array, values: Mapping[str, Array]) -> Grid | None:
+    """Contact points as they are: positions (f, q, d), m, with `values` (f, q). Collective."""
+    points = _gather(comm, _in_space(positions.reshape(-1, positions.shape[-1])))
+    gathered = {name: _gather(comm, value.ravel()) for name, value in values.items()}
+    if points is None:
+        return None
+    data = {name: value for name, value in gathered.items() if value is not None}
+    return Grid(points, "vertex", np.arange(len(points))[:, None], data, {})
+
+
+def tensor_grid(lines: Sequence[Array], values: Mapping[str, Array]) -> Grid:
+    """Values on all nodes of a grid by its lines of x, (y,) (z), m, in C order."""
+    shape = [line.size for line in lines]
+    coordinates = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, len(lines))
+    points = np.zeros((len(coordinates), 3))
+    points[:, : len(lines)] = coordinates
+    number = np.arange(len(points)).reshape(shape)
+    low, high = slice(None, -1), slice(1, None)
+    if len(lines) == 1:
+        kind, corners = "line", [number[low], number[high]]
+    else:
+        around = [(low, low), (high, low), (high, high), (low, high)]
+        kind, corners = "quad", [number[sides] for sides in around]
+    if len(lines) == 3:
+        kind, layers = "hexahedron", (low, high)
+        corners = [number[(*sides, layer)] for layer in layers for sides in around]
+    cells = np.stack([corner.ravel() for corner in corners], axis=1)
+    data = {name: np.asarray(value).ravel() for name, value in values.items()}
+    return Grid(points, kind, cells, data, {})
+
+
+def _areas(corners: Array) -> Array:
+    """Areas (m2; lengths, m) of facets by their corners in order around them (f, k, 3)."""
+    if corners.shape[1] == 2:
+        return np.asarray(np.linalg.norm(corners[:, 1] - corners[:, 0], axis=-1))
+    fans = [
+        np.cross(corners[:, i] - corners[:, 0], corners[:, i + 1] - corners[:, 0])
+        for i in range(1, corners.shape[1] - 1)
+    ]
+    return np.asarray(0.5 * sum(np.linalg.norm(fan, axis=-1) for fan in fans))
+
+
+def _in_space(vectors: Array) -> Array:
+    """Vectors (..., d) with three components."""
+    missing = 3 - vectors.shape[-1]
+    return np.pad(vectors, [(0, 0)] * (vectors.ndim - 1) + [(0, missing)])
+
+
+def _dim(rubber: HyperelasticBody) -> int:
+    return int(rubber.mesh.geometry.dim)
+
+
+def _gather(comm: MPI.Comm, local: NDArray[Scalar]) -> NDArray[Scalar] | None:
+    """Rows of all ranks one after the other on rank 0, None on the others. Collective."""
+    parts = comm.gather(np.ascontiguousarray(local), root=0)
+    return None if parts is None else np.concatenate(parts)

@@ -1,0 +1,28 @@
+"""The log of a run: what happened when, a line of JSON each."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from pydantic_core import to_json
+
+from iceslide_fem.files import writing
+
+
+class Log:
+    """`log.jsonl` in a run's folder; on rank 0 only. Every line is complete when it is there."""
+
+    def __init__(self, folder: Path, rank: int) -> None:
+        """Go on after the lines that are there."""
+        self._path, self._rank = folder / "log.jsonl", rank
+
+    def __call__(self, event: str, **facts: Any) -> None:
+        """Enter an `event` with what is to be known of it. Raises OutputError."""
+        if self._rank > 0:
+            return
+        clock = datetime.now(UTC).isoformat(timespec="milliseconds")
+        line = to_json({"clock": clock, "event": event, **facts}, inf_nan_mode="null")
+        with writing(self._path), open(self._path, "ab") as file:
+            file.write(line + b"\n")

@@ -1,0 +1,214 @@
+"""Values at chosen places of rubber, contact and ice: rows of `probes.csv`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.coupling.sliding import Accepted, Sliding
+from iceslide_fem.errors import SceneError
+from iceslide_fem.fenics import compat
+from iceslide_fem.materials import MELTING_TEMPERATURE
+from iceslide_fem.output.history import interface_fields
+from iceslide_fem.rubber.block import Block
+from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
+from iceslide_fem.rubber.stress import CellPoints, von_mises
+
+ON_SURFACE = 1e-9  # of the block's height
+INSIDE = 1e-8  # by which a place may lie beyond its cell, in the cell's own coordinates
+MOST_ITERATIONS = 20
+# By the column, the name in `interface_fields`.
+CONTACT_VALUES = {
+    "contact_pressure_Pa": "contact pressure (Pa)",
+    "friction_stress_Pa": "friction stress (Pa)",
+    "film_height_m": "film height (m)",
+    "temperature_C": "surface temperature (degC)",
+}
+
+
+class ProbeRow(NamedTuple):
+    """A row of `probes.csv`: a probe at an accepted step; NaN for what there is not at its place.
+
+    Displacement and velocity relative to the plate; the temperature is that of the ice.
+    """
+
+    time_s: float
+    probe: str
+    displacement_x_m: float = math.nan
+    displacement_y_m: float = math.nan
+    displacement_z_m: float = math.nan
+    velocity_x_m_per_s: float = math.nan
+    velocity_y_m_per_s: float = math.nan
+    velocity_z_m_per_s: float = math.nan
+    von_mises_Pa: float = math.nan
+    hydrostatic_Pa: float = math.nan
+    energy_density_J_per_m3: float = math.nan
+    contact_pressure_Pa: float = math.nan
+    friction_stress_Pa: float = math.nan
+    film_height_m: float = math.nan
+    temperature_C: float = math.nan
+
+
+class Probe(NamedTuple):
+    """A probe as this rank sees it: place (d,), m, and 1 or -1 by the half of the block it is in.
+
+    rubber: the cell around it, None on other ranks and in the ice; contact: this rank's contact
+    point above or at it, None on other ranks and inside the rubber.
+    """
+
+    name: str
+    place: Array
+    side: float
+    rubber: CellPoints | None
+    contact: int | None
+
+
+class Probes:
+    """All probes of a scene; what they give is the same on any number of ranks."""
+
+    def __init__(self, block: Block) -> None:
+        """Find their places. Collective; raises SceneError if one lies outside."""
+        self._block, self._comm = block, block.surface.comm
+        probes = block.scene.output.probes
+        self._probes = [self._found(name, place) for name, place in probes.items()]
+        self._touch = any(probe.place[-1] < self._skin for probe in self._probes)
+
+    def __len__(self) -> int:
+        return len(self._probes)
+
+    @property
+    def _skin(self) -> float:
+        return ON_SURFACE * self._block.height
+
+    def rows(self, sliding: Sliding, accepted: Accepted | None) -> list[ProbeRow]:
+        """Rows at the present moment, on rank 0; nothing on the others. Collective."""
+        contact = interface_fields(sliding, accepted) if self._touch else {}
+        own = np.array([self._values(probe, sliding, contact) for probe in self._probes])
+        parts = self._comm.gather(own, root=0)
+        if parts is None:
+            return []
+        values = np.full_like(own, np.nan)
+        for part in parts:
+            values = np.where(np.isnan(values), part, values)
+        time = sliding.current.time
+        return [
+            ProbeRow(time, probe.name, *map(float, row))
+            for probe, row in zip(self._probes, values, strict=True)
+        ]
+
+    def _values(self, probe: Probe, sliding: Sliding, contact: dict[str, Array]) -> list[float]:
+        """What this rank knows of the columns behind the first two. Collective."""
+        values: dict[str, float] = {}
+        if probe.rubber is not None:
+            values |= self._in_rubber(probe, probe.rubber, sliding)
+        if probe.place[-1] < -self._skin:
+            values["temperature_C"] = self._in_ice(probe, sliding)
+        elif probe.contact is not None:
+            for column, name in CONTACT_VALUES.items():
+                values[column] = float(contact[name].flat[probe.contact])
+        return [values.get(column, math.nan) for column in ProbeRow._fields[2:]]
+
+    def _in_rubber(self, probe: Probe, at: CellPoints, sliding: Sliding) -> dict[str, float]:
+        u = self._block.rubber.displacements
+        velocity = sliding.current.motion.velocity.reshape(u.shape)
+        values: dict[str, float] = {}
+        axes = ("x", "z") if u.shape[1] == 2 else ("x", "y", "z")
+        for axis, moved, speed in zip(
+            axes, *((at.shape @ nodal[at.dofs])[0, 0] for nodal in (u, velocity)), strict=True
+        ):
+            sign = probe.side if axis == "y" else 1.0
+            values[f"displacement_{axis}_m"] = sign * moved
+            values[f"velocity_{axis}_m_per_s"] = sign * speed
+        *six, energy = at.stress_and_energy(u)[0, 0]
+        values["von_mises_Pa"] = float(von_mises(np.array(six)))
+        values["hydrostatic_Pa"] = float(np.mean(six[:3]))
+        values["energy_density_J_per_m3"] = energy
+        return values
+
+    def _in_ice(self, probe: Probe, sliding: Sliding) -> float:
+        """Temperature of the ice, degC. Collective."""
+        current = sliding.current
+        profile = sliding.carrier.ice.profile(current.interface.ice)
+        assert profile is not None  # the scene refuses probes in closed-form ice
+        if profile.grid is None:  # attached ice follows the rubber's points
+            if probe.contact is None:
+                return math.nan
+            nodes, shares = np.array([probe.contact]), np.ones(1)
+        else:
+            place = probe.place[None, :-1] + np.eye(1, probe.place.size - 1) * current.loads.offset
+            lines = profile.grid.lines
+            if not all(line[0] <= x <= line[-1] for line, x in zip(lines, place[0], strict=True)):
+                return math.nan
+            at = profile.grid.place(place)
+            nodes, shares = at.node[0], at.share[0]
+        columns = profile.kelvin[:, nodes].T
+        kelvin = [np.interp(-probe.place[-1], profile.depths, column) for column in columns]
+        return min(float(shares @ kelvin), MELTING_TEMPERATURE) - MELTING_TEMPERATURE
+
+    def _found(self, name: str, place: Sequence[float]) -> Probe:
+        """The probe at `place` (x, y, z), m. Collective."""
+        rubber, surface = self._block.rubber, self._block.surface
+        x, side = np.array(place), 1.0
+        if rubber.mesh.geometry.dim == 2:
+            x = x[[0, 2]]
+        elif "symmetry" in rubber.block.tags and x[1] < 0.0:
+            side, x[1] = -1.0, -x[1]
+        found: tuple[int, Array] | None = None
+        if x[-1] > -self._skin:
+            found = cell_around(rubber, x)
+            if self._first(0.0 if found else np.inf) is None:
+                raise SceneError(
+                    f"output.probes.{name} = {list(place)} (m) is neither in the undeformed rubber "
+                    "nor below its contact surface"
+                )
+            if not self._first_is_here(0.0 if found else np.inf):
+                found = None
+        contact: int | None = None
+        if x[-1] < self._skin:
+            positions = surface.positions(np.zeros_like(rubber.displacements))
+            positions = positions.reshape(surface.n_points, x.size)
+            above = np.append(x[:-1], 0.0)
+            distance = np.linalg.norm(positions - above, axis=1)
+            if self._first_is_here(float(distance.min(initial=np.inf))):
+                contact = int(distance.argmin())
+        at = None if found is None else CellPoints(rubber, np.array([found[0]]), found[1][None])
+        return Probe(name, x, side, at, contact)
+
+    def _first(self, distance: float) -> int | None:
+        """The first rank with the least `distance`; None if it is infinite everywhere."""
+        distances = self._comm.allgather(distance)
+        least = min(distances)
+        return distances.index(least) if np.isfinite(least) else None
+
+    def _first_is_here(self, distance: float) -> bool:
+        return self._first(distance) == self._comm.rank
+
+
+def cell_around(rubber: HyperelasticBody, x: Array) -> tuple[int, Array] | None:
+    """This rank's first cell around the undeformed place `x` (d,), m, and the place within it.
+
+    Newton's method in the cells' own coordinates; None if no cell of this rank is around it.
+    """
+    name, topology = compat.cell_name(rubber.mesh), rubber.mesh.topology
+    vertex = compat.basix_lagrange(name, 1)
+    owned = topology.index_map(topology.dim).size_local
+    k = np.array(vertex.tabulate(0, np.zeros((1, x.size)))).shape[2]
+    nodes = rubber.space.tabulate_dof_coordinates()[:, : x.size]
+    corners = nodes[compat.cell_dofs(rubber.space)[:owned, :k]]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    slack = INSIDE * (high - low)
+    near = ((low - slack <= x) & (x <= high + slack)).all(axis=1)
+    for cell in np.flatnonzero(near).tolist():
+        place = np.full(x.size, 0.25)
+        for _ in range(MOST_ITERATIONS):
+            table = np.array(vertex.tabulate(1, place[None]))[:, 0, :, 0]
+            missing = x - table[0] @ corners[cell]
+            place = place + np.linalg.solve((table[1:] @ corners[cell]).T, missing)
+        total = place.sum() if name in ("triangle", "tetrahedron") else place.max()
+        if place.min() >= -INSIDE and total <= 1.0 + INSIDE:
+            return cell, place
+    return None

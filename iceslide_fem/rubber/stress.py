@@ -1,0 +1,130 @@
+"""Stress and stored energy in the block, from its displacements: at points of its cells, at nodes.
+
+Evaluated by NumPy with the elements' tables, like the contact: nothing has to be compiled.
+Shapes: c cells, q points in each, a nodes of each, k vertices of each, d = 2 or 3 components.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.fenics import compat
+from iceslide_fem.materials import MooneyRivlin
+from iceslide_fem.rubber.contact_surface import space_degree
+from iceslide_fem.rubber.hyperelasticity import QUADRATURE_DEGREE, HyperelasticBody
+
+# Rows and columns of the six components of a symmetric tensor, in VTK's order; in a slice they are
+# x, z and the direction out of the plane.
+SIX = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
+
+
+def strain_energy(F: Array, material: MooneyRivlin) -> Array:
+    """W = C10 (I1bar - 3) + C01 (I2bar - 3) + (J - 1)^2 / D1 (J/m3) of F (..., 3, 3)."""
+    J, b = np.linalg.det(F), _isochoric(F)
+    I1 = np.trace(b, axis1=-2, axis2=-1)
+    I2 = 0.5 * (I1**2 - np.trace(b @ b, axis1=-2, axis2=-1))
+    energy = material.C10 * (I1 - 3.0) + material.C01 * (I2 - 3.0)
+    return np.asarray(energy + (J - 1.0) ** 2 / material.D1)
+
+
+def cauchy_stress(F: Array, material: MooneyRivlin) -> Array:
+    """Cauchy stress (Pa) of `strain_energy`, (..., 3, 3), of the deformation gradient (..., 3, 3).
+
+    sigma = (2 / J) dev[(C10 + C01 I1bar) bbar - C01 bbar^2] + 2 (J - 1) / D1, with
+    bbar = J^(-2/3) F F^T.
+    """
+    J, b = np.linalg.det(F), _isochoric(F)
+    I1, unit = np.trace(b, axis1=-2, axis2=-1), np.eye(3)
+    stress = (material.C10 + material.C01 * I1)[..., None, None] * b - material.C01 * b @ b
+    mean = np.trace(stress, axis1=-2, axis2=-1) / 3.0
+    stress = (2.0 / J)[..., None, None] * (stress - mean[..., None, None] * unit)
+    return np.asarray(stress + (2.0 * (J - 1.0) / material.D1)[..., None, None] * unit)
+
+
+def von_mises(stress: Array) -> Array:
+    """sqrt(3/2 s : s) of the deviator s of stresses by their six components (..., 6), Pa."""
+    normal, shear = stress[..., :3], stress[..., 3:]
+    deviator = normal - normal.mean(axis=-1, keepdims=True)
+    return np.asarray(np.sqrt(1.5 * (deviator**2).sum(axis=-1) + 3.0 * (shear**2).sum(axis=-1)))
+
+
+def _isochoric(F: Array) -> Array:
+    """bbar = J^(-2/3) F F^T."""
+    J = np.linalg.det(F)
+    return np.asarray(J[..., None, None] ** (-2.0 / 3.0) * (F @ np.swapaxes(F, -1, -2)))
+
+
+class CellPoints:
+    """The same reference points in all of some cells: their displacements' gradients.
+
+    inverse: of the cells' Jacobians (c, q, d, d); stretch: their determinants (c, q).
+    """
+
+    def __init__(self, rubber: HyperelasticBody, cells: NDArray[np.int_], points: Array) -> None:
+        """`points` (q, d) on the reference cell, in the local `cells`."""
+        name, space = compat.cell_name(rubber.mesh), rubber.space
+        self._material = rubber.material
+        element = compat.basix_lagrange(name, space_degree(space))
+        self.dofs = compat.cell_dofs(space)[cells]
+        table = np.array(element.tabulate(1, points))[..., 0]
+        self.shape, self._slopes = table[0], table[1:]
+        linear = np.array(compat.basix_lagrange(name, 1).tabulate(1, points))[..., 0]
+        dim = rubber.mesh.geometry.dim
+        x = space.tabulate_dof_coordinates()[:, :dim][self.dofs[:, : linear.shape[-1]]]
+        jacobian = np.einsum("sqk,cki->cqis", linear[1:], x)
+        self.inverse, self.stretch = np.linalg.inv(jacobian), np.abs(np.linalg.det(jacobian))
+        self.vertex_shape = linear[0]
+
+    def deformation(self, u: Array) -> Array:
+        """F (c, q, 3, 3) of nodal displacements `u` (blocked dofs, d); plane strain in a slice."""
+        reference = np.einsum("sqa,cai->cqis", self._slopes, u[self.dofs])
+        gradient = reference @ self.inverse
+        dim = gradient.shape[-1]
+        F = np.zeros((*gradient.shape[:2], 3, 3))
+        F[...] = np.eye(3)
+        F[..., :dim, :dim] += gradient
+        return F
+
+    def stress_and_energy(self, u: Array) -> Array:
+        """The six components of the Cauchy stress (Pa) and the energy density (J/m3), (c, q, 7)."""
+        F = self.deformation(u)
+        stress = cauchy_stress(F, self._material)
+        six = [stress[..., row, column] for row, column in SIX]
+        return np.stack([*six, strain_energy(F, self._material)], axis=-1)
+
+
+class StressRecovery:
+    """Stress and energy density smoothed to the vertices of this rank's cells.
+
+    In each cell the linear function nearest to the values at the quadrature points; at a vertex
+    the mean of its cells', each weighted with what it stands for there. The integral of the
+    result over the undeformed block is that of the values at the quadrature points, exactly.
+    """
+
+    def __init__(self, rubber: HyperelasticBody) -> None:
+        """Tables for all cells that this rank owns."""
+        name = compat.cell_name(rubber.mesh)
+        topology = rubber.mesh.topology
+        points, weights = compat.quadrature(name, QUADRATURE_DEGREE)
+        owned = np.arange(topology.index_map(topology.dim).size_local)
+        self._points = CellPoints(rubber, owned, points)
+        volume = self._points.stretch * weights  # (c, q)
+        vertex = self._points.vertex_shape
+        mass = np.einsum("cq,qk,ql->ckl", volume, vertex, vertex)
+        self._nearest = np.linalg.solve(mass, np.einsum("cq,qk->ckq", volume, vertex))
+        self.weights = volume @ vertex  # (c, k), m3 (m2 in a slice)
+
+    def at_vertices(self, u: Array) -> Array:
+        """Each cell's own values at its vertices (c, k, 7), for `u` (blocked dofs, d)."""
+        return np.asarray(self._nearest @ self._points.stress_and_energy(u))
+
+
+def from_vertices(rubber: HyperelasticBody) -> Array:
+    """Values of the vertices' shape functions at the nodes of a cell, (a, k)."""
+    name = compat.cell_name(rubber.mesh)
+    nodes: Any = compat.basix_lagrange(name, space_degree(rubber.space)).points
+    return np.array(compat.basix_lagrange(name, 1).tabulate(0, np.asarray(nodes)))[0, ..., 0]
