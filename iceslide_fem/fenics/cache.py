@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import hashlib
 import os
 import platform
@@ -38,6 +37,8 @@ def sole_compiler(folder: Path) -> Iterator[None]:
     as long as it takes, and the system releases it when its holder dies. Raises OutputError where
     nothing can be written.
     """
+    import fcntl  # not on Windows, where nothing is compiled
+
     with writing(f"compiled forms to {folder} (ICESLIDE_CACHE is another place for them)"):
         folder.mkdir(parents=True, exist_ok=True)
         lock = open(folder / "lock", "w")

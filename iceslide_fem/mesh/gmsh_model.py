@@ -14,15 +14,16 @@ import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import gmsh
 import numpy as np
 from numpy.typing import NDArray
 
 from iceslide_fem.errors import SceneError
-from iceslide_fem.fenics import compat
-from iceslide_fem.fenics.compat import MPI
+
+if TYPE_CHECKING:
+    from iceslide_fem.fenics.compat import MPI
 
 IntArray = NDArray[np.int64]
 
@@ -60,6 +61,8 @@ class DistributedMesh(NamedTuple):
 
 def distribute(tagged: TaggedMesh, comm: MPI.Comm) -> DistributedMesh:
     """Partition rank 0's mesh over `comm`; the same names must be given on every rank."""
+    from iceslide_fem.fenics import compat  # meshes are read and measured without it, too
+
     dim = tagged.points.shape[1]
     if comm.rank == 0:
         with _model() as model:

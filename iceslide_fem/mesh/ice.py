@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.materials import ICE_DIFFUSIVITY
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.box import box_lines, from_edge, reference_cell
@@ -21,6 +20,9 @@ from iceslide_fem.mesh.grid import Lines, graded, tensor_grid
 from iceslide_fem.mesh.rubber import block_shape
 from iceslide_fem.parallel import from_root
 from iceslide_fem.scene import Scene
+
+if TYPE_CHECKING:  # lines and sizes are wanted where there is no MPI, too
+    from iceslide_fem.fenics.compat import MPI
 
 SURFACE_LAYER = 4e-6  # m, thickness of the first layer
 LAYER_RATIO = 1.12  # of neighbouring layers

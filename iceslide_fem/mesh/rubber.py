@@ -8,12 +8,11 @@ half with y >= 0 of one that is symmetric about y = 0. Cells are quadrilaterals 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.box import BlockShape, box_lines, sipe_ranges
 from iceslide_fem.mesh.cache import cached
@@ -22,6 +21,9 @@ from iceslide_fem.mesh.grid import Lines, tensor_grid
 from iceslide_fem.mesh.user_mesh import load_user_mesh, mesh_size
 from iceslide_fem.parallel import from_root
 from iceslide_fem.scene import Scene
+
+if TYPE_CHECKING:  # lines and sizes are wanted where there is no MPI, too
+    from iceslide_fem.fenics.compat import MPI
 
 CONTACT_HEIGHT = 0.5  # the sides may touch the ice up to this fraction of the height
 
