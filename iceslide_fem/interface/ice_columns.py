@@ -1,7 +1,7 @@
-"""Ice columns below the nodes of a surface grid: `column` ice that passes under the block.
+"""Ice in columns: below each point of the rubber where it is attached, on a grid where it passes.
 
 Longitudinal conduction is negligible at the Peclet numbers of a tread block (thousands), so every
-node of the surface has its own column, which is carried along with the ice.
+node of the surface has its own column, which is carried along with the passing ice.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from iceslide_fem.film.ice_heat import Column, HalfSpace, IceHeat
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile, SurfaceGrid
 
-# Where points of the rubber carry the film, each is joined to the strips through this share of
-# a strip's resistance: its flux is then a function of its temperature, and unique.
+# Where points of the rubber carry the film, each is joined to the columns through this share of
+# a column's resistance: its flux is then a function of its temperature, and unique.
 RESISTANCE_SHARE = 1e-3
 MAX_ITERATIONS = 25
 TEMPERATURE_TOLERANCE = 1e-7  # K
@@ -27,8 +27,8 @@ TEMPERATURE_TOLERANCE = 1e-7  # K
 class OwnColumns:
     """Every point of the rubber has ice of its own: `model` below each; content: the model's."""
 
-    nodes: OwnNodes | None = None
-    n_dofs = 0
+    nodes: OwnNodes | None = None  # the points hold the content
+    n_dofs = 0  # of a mesh
 
     def __init__(self, model: Column | HalfSpace) -> None:
         self._model = model
@@ -55,13 +55,13 @@ class GridColumns(Column):
     Content: amplitudes (n_modes, own nodes).
     """
 
+    n_dofs = 0  # of a mesh
+
     def __init__(self, grid: SurfaceGrid, temperature: float, duration: float) -> None:
         """Ice at `temperature` (K); `duration` (s) that any of it is heated or watched."""
         super().__init__(temperature, duration)
         self.grid = grid
-        self.nodes = OwnNodes(grid.own, grid.n_nodes)
-
-    n_dofs = 0
+        self.nodes = grid.nodes
 
     def under(self, contacts: Contacts) -> GridColumns:
         """The same: the films lie on the nodes."""
@@ -109,7 +109,7 @@ class GridColumnsUnderPoints(GridColumns):
         return self.grid.interpolate(self.grid.allgather(own), self._contacts.at)
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
-        """One implicit stage by Newton's method on the strips' temperatures. Collective.
+        """One implicit stage by Newton's method on the columns' temperatures. Collective.
 
         Raises NotConverged if the set of melting points does not settle.
         """

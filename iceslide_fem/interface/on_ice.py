@@ -36,7 +36,7 @@ class OnIce:
     @property
     def nodes(self) -> OwnNodes:
         """This rank's nodes of the window."""
-        return OwnNodes(self.ice.grid.own, self.ice.grid.n_nodes)
+        return self.ice.grid.nodes
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
         """Films of the initial height (m) on cold ice; `n_points` of rubber, as cold."""

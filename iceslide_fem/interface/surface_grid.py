@@ -81,6 +81,11 @@ class SurfaceGrid:
             area = np.multiply.outer(area, width).ravel()
         self.cell_area = area
 
+    @property
+    def nodes(self) -> OwnNodes:
+        """This rank's nodes."""
+        return OwnNodes(self.own, self.n_nodes)
+
     def place(self, points: Array) -> Placement:
         """Placement of points (n, len(lines)), m; those outside the grid lie on its edge."""
         cells, fractions = [], []
