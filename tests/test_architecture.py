@@ -1,6 +1,7 @@
 """The folders are the architecture: imports lead down, and FEniCS stays where it is."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -96,3 +97,12 @@ def test_a_folder_says_what_it_is_and_what_it_imports(folder):
     text = ast.get_docstring(ast.parse((PACKAGE / folder / "__init__.py").read_text("utf-8")))
     what, _, imports = text.partition("\n\n")
     assert len(what) > 20 and "mports" in text, "say what the folder is and what it may import"
+
+
+def test_the_page_for_contributors_has_the_folders_from_the_ground_up():
+    text = (PACKAGE.parent / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    table = text[text.index("| of `iceslide_fem/`") :].split("\n\n")[0]
+    named = re.findall("`([a-z]+)/`", table)
+    folders = {path.parent.name for path in PACKAGE.glob("*/__init__.py")}
+    assert set(named) == folders and len(named) == len(folders)
+    assert [FLOOR[name] for name in named] == sorted(FLOOR[name] for name in named)

@@ -42,20 +42,19 @@ def ladder_chart(
             history["mu"],
             LINES[rung.heat],
             color=color,
-            linewidth=2.0 if outcome is finest else 1.2,
+            linewidth=2.0 if outcome is finest else 0.6 + 0.8 * min(rung.refinement, 2.0),
             label=label + (" (finest)" if outcome is finest else ""),
         )
         if outcome is finest:
             costs.axvline(seconds, color=BLACK, linestyle=":", linewidth=1.0)
             costs.annotate(
                 "finest rung",
-                (seconds, 0.02),
-                (-4, 0),
-                xycoords=("data", "axes fraction"),
+                (seconds, 1.0),
+                (-4, -2),
+                xycoords=("data", "axes fraction"),  # slow rungs have small errors: none up here
                 textcoords="offset points",
-                rotation=90,
                 ha="right",
-                va="bottom",
+                va="top",
             )
             continue
         largest, rms = max(outcome.largest, floor), max(outcome.rms, floor)
