@@ -86,7 +86,7 @@ class BlockFields:
         """Ice of the rubber's own points, which it follows: means below each facet."""
         block, contact = self._sliding.block, self._sliding.current.contact
         below = celsius.T.reshape(*contact.pressure.shape, depths.size)
-        touching = (contact.pressure > 0.0).any(axis=1)
+        touching = np.asarray((contact.pressure > 0.0).any(axis=1))
         means = self._facets.means(below)
         return self._facets.below(block.rubber.displacements, touching, depths, means)
 

@@ -45,6 +45,9 @@ FILE_KEYS = (("rubber", "mesh"), ("film", "contact"))  # table and key of what n
 class _Table(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
+    def __hash__(self) -> int:
+        return hash(self.model_dump_json())  # a table within may be a dictionary
+
 
 class Rubber(_Table):
     """The rubber block: a compound or its Mooney-Rivlin constants, size (m), density (kg/m3).
