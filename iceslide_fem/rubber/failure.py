@@ -56,7 +56,7 @@ def posture(surface: ContactSurface, u: Array, penalty: float, slenderness: Slen
     comm.Allreduce(MPI.IN_PLACE, largest, op=MPI.MAX)
     on_sides = surface.total(contact.pressure * ~bottom, contact.area)
     return Posture(
-        bottom=surface.total(touching * bottom, contact.area) / whole,
+        bottom=surface.total(np.where(bottom, touching, 0.0), contact.area) / whole,
         sides=on_sides / force if force else 0.0,
         compression=float(largest[2]) / slenderness.height,
         sway=float(largest[1]) / slenderness.thickness,
