@@ -6,7 +6,7 @@ import contextlib
 import errno
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 STANDARD_STREAMS = (0, 1, 2)
@@ -23,21 +23,18 @@ class _Patient:
 
     def write(self, text: str) -> int:
         """Write `text`, or nothing if that is no longer possible."""
-        with self._tried():
-            self._stream.write(text)
+        self._try(lambda: self._stream.write(text))
         return len(text)
 
     def flush(self) -> None:
         """Pass on what has been written."""
-        with self._tried():
-            self._stream.flush()
+        self._try(self._stream.flush)
 
-    @contextlib.contextmanager
-    def _tried(self) -> Iterator[None]:
+    def _try(self, act: Callable[[], object]) -> None:
         if self.fault is not None:
             return
         try:
-            yield
+            act()
         except OSError as fault:
             self.fault = fault
             # What is still held goes nowhere, also when the interpreter ends.

@@ -1,6 +1,7 @@
 """The command line: exit codes, one sentence on standard error, nothing written on bad input."""
 
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -8,8 +9,10 @@ from types import ModuleType
 
 import pytest
 
+import iceslide_fem
 from iceslide_fem.cli import _print_summary, main
 from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.results import read_run
 
 CASES = Path(__file__).parent.parent / "cases"
 CASE = str(CASES / "thesis_1bar.toml")
@@ -102,6 +105,13 @@ def test_run_says_that_the_pressure_is_outside_the_table(simulated, capsys):
         (["run", "--restart", "."], "holds no checkpoint"),
         (["run", "--restart", ".", "--set", "model=slice"], "as it is"),
         (["run", CASE, "--checkpoint-at", "2mm"], '--checkpoint-at "2mm" has the wrong unit'),
+        (["run", CASE, "--checkpoint-at", "-1ms"], '--checkpoint-at "-1ms" is out of range'),
+        (["run", CASE, "--checkpoint-at", "8ms"], "allowed: 0 to the duration of the run, 7 ms"),
+        (["run", CASE, "--checkpoint-every", "1e999"], "--checkpoint-every inf is no number"),
+        (["run", CASE, "--out", ""], 'a folder has a name; given: ""'),
+        (["sweep", CASE, "--vary", "load.speed=1,2", "--out", ""], "a folder has a name"),
+        (["run", "--restart", ""], "a folder has a name"),
+        (["run", "--restart", ".", "--force"], "as it is"),
         (["sweep", CASE], "give --vary"),
         (["sweep", CASE, "--vary", "load.pressure=1bar", "--cores-per-case", "99"], "allowed here"),
         (["view", "."], "holds no finished run"),
@@ -122,6 +132,43 @@ def test_wrong_usage_is_exit_code_2(arguments, in_empty_directory):
     assert done.returncode == 2
     assert "Usage" in done.stderr and "Traceback" not in done.stderr
     assert list(in_empty_directory.iterdir()) == []
+
+
+@pytest.mark.parametrize("word", ["-h", "--help"])
+@pytest.mark.parametrize("command", [[], ["run"], ["sweep"], ["footprint"]])
+def test_help_has_a_short_name(command, word, capsys):
+    assert exit_code(*command, word) == 0
+    assert "Usage: iceslide" in capsys.readouterr().out
+
+
+def test_version(capsys):
+    assert exit_code("--version") == 0
+    assert capsys.readouterr().out == f"iceslide_fem {iceslide_fem.__version__}\n"
+
+
+POINT = ["run", CASE, "--set", "model=point", "--set", "ice.heat=column", "--out", "out"]
+
+
+@pytest.mark.parametrize(
+    ("screen", "exit_code"), [("> /dev/full", 3), (">&-", 0), ("| true", 0), (">&- 2>&-", 0)]
+)
+def test_a_screen_that_is_gone_ends_no_run(screen, exit_code, in_empty_directory):
+    words = shlex.join([sys.executable, "-m", "iceslide_fem.cli", *POINT])
+    script = f"set -o pipefail; {words} {screen}"
+    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True)
+    assert done.returncode == exit_code
+    assert "Traceback" not in done.stderr
+    assert done.stderr == ("iceslide: cannot print: No space left on device\n" * (exit_code == 3))
+    run = read_run(in_empty_directory / "out")
+    assert run.summary["mu_peak"] > 0.5 and len(run.history["mu"]) == run.summary["steps"] + 1
+
+
+def test_a_terminal_that_knows_few_letters_ends_no_command(in_empty_directory):
+    environment = os.environ | {"PYTHONIOENCODING": "latin-1", "PYTHONUTF8": "0"}
+    command = [sys.executable, "-m", "iceslide_fem.cli", "info", CASE, "--set", "load.speed=1m/s"]
+    done = subprocess.run(command, capture_output=True, env=environment)
+    assert done.returncode == 0 and b"Traceback" not in done.stderr
+    assert "°C".encode("latin-1") in done.stdout or b"unknowns" in done.stdout
 
 
 def test_a_stopped_simulation_is_one_sentence_and_exit_code_3(simulated, monkeypatch, capsys):

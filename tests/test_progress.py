@@ -1,12 +1,16 @@
 """Progress: lines from rank 0 every few seconds, a bar in a terminal, always closed."""
 
 import io
+import re
 import sys
 
 import pytest
 
-from iceslide_fem.run import progress
-from iceslide_fem.run.progress import Progress
+from iceslide_fem import progress
+from iceslide_fem.progress import LongTask
+
+pytest.importorskip("iceslide_fem.fenics.compat")
+from iceslide_fem.run.progress import Progress  # noqa: E402
 
 
 class Terminal(io.StringIO):
@@ -57,12 +61,34 @@ def test_other_ranks_are_silent(monkeypatch, clock):
     assert sys.stderr.getvalue() == ""
 
 
-def test_a_bar_in_a_terminal_is_closed_even_after_an_error(monkeypatch):
+def test_a_bar_in_a_terminal_is_closed_even_after_an_error(monkeypatch, clock):
     monkeypatch.setattr(sys, "stderr", Terminal())
+    monkeypatch.setenv("COLUMNS", "120")
     shown = Progress(0, 7e-3)
     with pytest.raises(RuntimeError), shown:
+        shown.update(1e-3, 0.1, 5e-5, 3)
+        assert sys.stderr.getvalue() == ""  # nothing of what may be over in a moment
+        clock[0] = 2.0
         shown.update(3.5e-3, 0.3123, 5e-5, 3)
         raise RuntimeError
-    assert shown._bar.disable  # what tqdm sets on closing
-    assert "50%" in sys.stderr.getvalue() and "mu 0.312" in sys.stderr.getvalue()
-    assert sys.stderr.getvalue().endswith("\n")
+    assert not shown._bar.live.is_started
+    printed = sys.stderr.getvalue()
+    assert "50%" in printed and "mu 0.312" in printed and "2 s left" in printed
+
+
+def test_a_narrow_bar_keeps_the_time_left(monkeypatch, clock):
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    monkeypatch.setenv("COLUMNS", "60")
+    with Progress(0, 7e-3) as shown:
+        clock[0] = 1000.0
+        shown.update(7e-4, 0.3123, 5e-5, 3, "sliding")
+    plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", sys.stderr.getvalue())
+    bar = plain.strip().splitlines()[-1].strip("\r")
+    assert " 10%" in bar and "9000 s left" in bar and len(bar) <= 60
+
+
+def test_other_tasks_say_how_far_they_are(capsys, clock):
+    with LongTask(20) as shown:
+        clock[0] = 6.0
+        shown.show(5, "5 of 20 pictures")
+    assert capsys.readouterr().err == "5 of 20 pictures, 18 s left\n"

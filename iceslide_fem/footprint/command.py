@@ -21,6 +21,7 @@ from iceslide_fem.footprint.comparison import friction_curves
 from iceslide_fem.footprint.figures import draw_comparison, draw_maps
 from iceslide_fem.footprint.survey import ReadFootprint, Survey, read_footprint, summary, survey
 from iceslide_fem.materials import BAR, MELTING_TEMPERATURE
+from iceslide_fem.progress import LongTask
 
 
 def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, Any]:
@@ -42,7 +43,10 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, 
 def _run(case: FootprintCase, out: Path, begun: float) -> dict[str, Any]:
     read = read_footprint(case)
     scenes = _scenes(case, read)
-    result = survey(case, read)
+    with LongTask(1.0) as shown:
+        result = survey(
+            case, read, lambda share: shown.show(share, f"film below {share:.0%} of the pixels")
+        )
     curves = friction_curves(read.pressure_map, case)
     with writing(out):
         clear_results(out)

@@ -81,12 +81,14 @@ def film_map(
     contact_of: ContactTable | ConstantContact,
     tolerance: float = 1e-2,
     ice: Callable[[float | Array, float], Column] = Column,
+    tell: Callable[[float], None] = lambda share: None,
 ) -> FilmMap:
     """Film, temperature and friction at every pixel of the footprint.
 
     `contact_of` gives k, D and H_V of the local pressure; `tolerance` is the relative error of
-    mu aimed at; `ice` makes the columns of a temperature (K) and a duration (s). Raises
-    SimulationStopped where a step cannot be made.
+    mu aimed at; `ice` makes the columns of a temperature (K) and a duration (s);
+    `tell` is called with the share of the pixels that is done. Raises SimulationStopped where a
+    step cannot be made.
     """
     result = FilmMap.empty(footprint.pressure.shape)
     temperature = np.broadcast_to(ride.temperature, len(footprint.pressure))
@@ -98,6 +100,8 @@ def film_map(
         for column, values in _pass(pressure, passing, part, below, contact_of, tolerance):
             for field, value in zip(result, values, strict=True):
                 field[lines, column] = value
+            in_part = (pressure.shape[1] - column) * len(pressure)
+            tell((first * pressure.shape[1] + in_part) / footprint.pressure.size)
     return result
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -116,8 +117,13 @@ def read_footprint(case: FootprintCase) -> ReadFootprint:
     return ReadFootprint(footprint, reading.distance[::-1], reading.unclear[::-1], factor)
 
 
-def survey(case: FootprintCase, read: ReadFootprint) -> Survey:
-    """Modules 2 and 3 by both heat models, and the film under every pixel."""
+def survey(
+    case: FootprintCase, read: ReadFootprint, tell: Callable[[float], None] = lambda share: None
+) -> Survey:
+    """Modules 2 and 3 by both heat models, and the film under every pixel.
+
+    `tell` is called with the share of the pixels that is done.
+    """
     footprint = read.pressure_map
     thesis_flux = friction_flux(
         case.static_friction, footprint.pressure, case.speed, case.thesis_slip
@@ -130,7 +136,7 @@ def survey(case: FootprintCase, read: ReadFootprint) -> Survey:
         read,
         _heat_model(case, footprint, thesis_rise, case.thesis_slip),
         _heat_model(case, footprint, moving_rise, case.slip),
-        film_map(footprint, case.ride, case.contact_table, case.tolerance),
+        film_map(footprint, case.ride, case.contact_table, case.tolerance, tell=tell),
     )
 
 

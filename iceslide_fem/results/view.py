@@ -14,6 +14,7 @@ import imageio.v2 as imageio
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+from iceslide_fem.progress import LongTask
 from iceslide_fem.results import Run, read_run
 from iceslide_fem.results.picture import DPI, Scales, draw, scales_of
 from iceslide_fem.results.report import report
@@ -50,7 +51,7 @@ def _animate(run: Run, scales: Scales, n_times: int) -> list[Path]:
     if importlib.util.find_spec("imageio_ffmpeg") is not None:
         writers["mp4"] = {"fps": FRAMES_PER_SECOND}
     paths = [run.directory / f"view.{kind}" for kind in writers]
-    with contextlib.ExitStack() as stack:
+    with contextlib.ExitStack() as stack, LongTask(n_times) as shown:
         movies: list[Any] = [
             stack.enter_context(imageio.get_writer(path, **options))
             for path, options in zip(paths, writers.values(), strict=True)
@@ -61,4 +62,5 @@ def _animate(run: Run, scales: Scales, n_times: int) -> list[Path]:
             canvas.draw()
             for movie in movies:
                 movie.append_data(np.asarray(canvas.buffer_rgba())[..., :3])
+            shown.show(number + 1, f"{number + 1} of {n_times} pictures of the film")
     return paths

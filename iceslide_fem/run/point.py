@@ -17,8 +17,10 @@ from iceslide_fem.film.conditions import (
 )
 from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.film.point import ICE_MODELS, Conditions, PointResult, Record, simulate
+from iceslide_fem.launch import rank
 from iceslide_fem.materials import MELTING_TEMPERATURE
 from iceslide_fem.output.table import HistoryRow
+from iceslide_fem.progress import LongTask
 from iceslide_fem.scene import Scene
 
 # Columns of a history that are means over the contact, and those that switch within none of its
@@ -38,7 +40,17 @@ def point_history(scene: Scene) -> tuple[list[HistoryRow], dict[str, Any]]:
     conditions = scene_conditions(scene)
     history = _History(scene, conditions)
     settings = simulation_settings(scene)
-    result = simulate(conditions, observe=history.add, rubber=rubber_columns(scene), **settings)
+    duration = float(conditions.duration[0])
+
+    with LongTask(duration, shown=rank() == 0) as shown:
+
+        def observe(record: Record) -> None:
+            history.add(record)
+            row = history.rows[-1]
+            where = f"t = {1e3 * row.time_s:.3f} of {1e3 * duration:g} ms"
+            shown.show(row.time_s, where, f"mu {row.mu:.3f}", f"step {1e3 * row.step_s:.3g} ms")
+
+        result = simulate(conditions, observe=observe, rubber=rubber_columns(scene), **settings)
     entries, rows = point_summary(result, 0), history.rows
     if scene.ice.motion == "sliding":
         rows = block_rows(rows, scene)

@@ -1,0 +1,98 @@
+"""How far a long task has come: a bar in a terminal, else a line every few seconds.
+
+Nothing is shown of a task that takes a moment only.
+"""
+
+from __future__ import annotations
+
+import sys
+from time import monotonic
+from types import TracebackType
+from typing import Any, Self
+
+SECONDS_BETWEEN_LINES = 5.0
+SECONDS_UNTIL_BAR = 1.0
+SECONDS_BETWEEN_REFRESHES = 0.2
+
+
+class LongTask:
+    """Context manager that shows how much of `total` is done, on standard error."""
+
+    def __init__(self, total: float, shown: bool = True) -> None:
+        self.total = total
+        self._shown = shown
+        self._first = 0.0  # how much was done before this part began
+        self._bar: Any = None
+        self._start = self._last = monotonic()
+
+    def __enter__(self) -> Self:
+        self._start = self._last = monotonic()
+        return self
+
+    def go_on(self, done: float) -> None:
+        """Begin at `done`, which an earlier part of the task has reached."""
+        self._first, self._start = done, monotonic()
+
+    def show(self, done: float, where: str, *words: str) -> None:
+        """Show how much is `done`, as `where` says it, and other `words`."""
+        now = monotonic()
+        if not self._shown:
+            return
+        if not sys.stderr.isatty():
+            if now - self._last >= SECONDS_BETWEEN_LINES:
+                self._last = now
+                line = [where, *words, self._time_left(done, now)]
+                print(", ".join(filter(None, line)), file=sys.stderr, flush=True)
+        elif now - self._start >= SECONDS_UNTIL_BAR and (
+            self._bar is None or now - self._last >= SECONDS_BETWEEN_REFRESHES
+        ):
+            self._last = now
+            self._draw(done, where, ", ".join(filter(None, words)), self._time_left(done, now))
+
+    def _draw(self, done: float, where: str, words: str, left: str) -> None:
+        if self._bar is None:
+            self._bar = _bar(self.total)
+            self._bar.start()
+        (task,) = self._bar.task_ids
+        self._bar.update(task, completed=done, where=where, words=words, left=left, refresh=True)
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        # A bar left open at exit has ended a parallel run in an abort elsewhere.
+        if self._bar is not None:
+            self._bar.stop()
+
+    def _time_left(self, done: float, now: float) -> str:
+        if done <= self._first:
+            return ""
+        share = (self.total - done) / (done - self._first)
+        return f"{(now - self._start) * share:.0f} s left"
+
+
+def _bar(total: float) -> Any:
+    """A bar that keeps the time left where the terminal is narrow: the other words give way."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+    from rich.table import Column
+
+    bar = Progress(
+        TextColumn("{task.percentage:3.0f}%", table_column=Column(no_wrap=True, min_width=4)),
+        BarColumn(bar_width=None, table_column=Column(ratio=1, min_width=6)),
+        TextColumn(
+            "{task.fields[left]}",
+            table_column=Column(no_wrap=True, min_width=len("99999 s left"), justify="right"),
+        ),
+        TextColumn(
+            "{task.fields[where]}, {task.fields[words]}",
+            table_column=Column(ratio=2, no_wrap=True, overflow="ellipsis"),
+        ),
+        console=Console(file=sys.stderr),
+        auto_refresh=False,
+        expand=True,
+    )
+    bar.add_task("", total=total, where="", words="", left="")
+    return bar
