@@ -1,12 +1,14 @@
 """The coupled step: against the point rung, its ledger, its rejected steps, its ranks."""
 
 import csv
+import itertools
 import os
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,6 +25,7 @@ from iceslide_fem.output.table import HistoryRow  # noqa: E402
 from iceslide_fem.rubber.block import Block, build_block  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
+from iceslide_fem.run.pace import Pace  # noqa: E402
 from iceslide_fem.run.summary import Results  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
@@ -232,6 +235,39 @@ def test_a_run_says_what_makes_it_doubtful():
     figures = ["3.0% of the friction work is too much", "60%", "10%", "0.02 mm", "40%", "0.17 nm"]
     assert len(said) == len(figures)
     assert all(figure in sentence for figure, sentence in zip(figures, said, strict=True))
+
+
+class Clockwork:
+    """A slide whose steps get shorter and shorter, by a clock of ten seconds per look at it."""
+
+    def __init__(self, shrink, **numerics):
+        scene = thesis(*(f"numerics.{key}={value}" for key, value in numerics.items()))
+        block = SimpleNamespace(
+            scene=scene,
+            surface=SimpleNamespace(comm=MPI.COMM_SELF),
+            limit_met=lambda: "it chatters",
+        )
+        self.sliding = SimpleNamespace(block=block, current=SimpleNamespace(time=0.0))
+        self.shrink, self.saved, self.clock = shrink, [], itertools.count(step=10.0)
+
+    def run(self, steps):
+        pace = Pace(self.sliding, lambda: self.saved.append(1), lambda: next(self.clock))
+        dt = 1e-5 * self.sliding.block.scene.load.duration
+        for _ in range(steps):
+            self.sliding.current.time += dt
+            dt *= self.shrink
+            pace(SimpleNamespace(accepted=True, time=self.sliding.current.time))
+
+
+def test_a_run_whose_end_recedes_stops_with_a_checkpoint():
+    chattering = Clockwork(shrink=0.99)
+    with pytest.raises(SimulationStopped, match="its end recedes.*hours are left.*it chatters"):
+        chattering.run(100_000)
+    assert chattering.saved == [1]
+    Clockwork(shrink=1.0).run(50_000)  # long, but it comes nearer
+    with pytest.raises(SimulationStopped, match="time_limit = 1000 s is over"):
+        Clockwork(shrink=1.0, time_limit=1000).run(50_000)
+    Clockwork(shrink=0.99, time_limit=1e7).run(2000)
 
 
 def test_a_rejected_step_leaves_no_trace():

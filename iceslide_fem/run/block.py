@@ -39,6 +39,7 @@ from iceslide_fem.run.observers import (
     Stops,
     Watch,
 )
+from iceslide_fem.run.pace import Pace
 from iceslide_fem.run.progress import Progress
 from iceslide_fem.run.schedule import Schedule
 from iceslide_fem.run.summary import Results
@@ -156,6 +157,7 @@ def _slide(block: Block, probes: Probes, watch: Watch, state: dict[str, Any]) ->
             watch.progress,
             checkpoints,
             stops,
+            Pace(sliding, checkpoints.save),
         ]
         for step in _steps(sliding, ledger, stops.refused, begins=not state):
             for observe in observers:

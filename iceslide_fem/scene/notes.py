@@ -26,7 +26,7 @@ LARGEST_FRICTION = 2.0  # at t = 0
 NOT_OF_A_POINT = (
     "rubber.sipes rubber.mesh rubber.inertia ice.margin ice.cell ice.trail film.carrier "
     "film.pressure load.static_friction numerics.refinement numerics.penalty "
-    "numerics.shear_ramp_pressure"
+    "numerics.shear_ramp_pressure numerics.time_limit"
 ).split()
 
 
