@@ -11,8 +11,9 @@ from iceslide_fem.fenics.compat import MPI, ufl  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance  # noqa: E402
 from iceslide_fem.film.law import FilmLoads, FilmStage, Surface  # noqa: E402
 from iceslide_fem.interface import ice_continuum  # noqa: E402
+from iceslide_fem.interface.ice_columns import GridColumnsUnderPoints  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
-from iceslide_fem.interface.surface_grid import Contacts  # noqa: E402
+from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
 from iceslide_fem.materials import (  # noqa: E402
     ICE_DENSITY,
     ICE_DIFFUSIVITY,
@@ -216,3 +217,34 @@ def test_melting_points_are_found_where_full_changes_cycle(monkeypatch):
     monkeypatch.setattr(ice_continuum, "FULL_ITERATIONS", 0)
     content, _ = ice.stage(ice.initial(0), 1e-4, given_flux(flux))
     np.testing.assert_allclose(content, expected, atol=1e-6)
+
+
+class Given:
+    """A film that gives its ice `power` (W/m2), unless that melts it."""
+
+    def __init__(self, power):
+        self.power = power
+
+    def solve(self, ice, near=None):
+        melts = ice.melted_flux < self.power
+        flux = np.minimum(self.power, ice.melted_flux)
+        nothing = np.zeros_like(flux)
+        return FilmStage(
+            nothing, nothing, flux, flux, nothing, nothing, melts, melts, nothing, melts * 1.0, flux
+        )
+
+
+def test_points_that_melt_and_freeze_in_turn_settle():
+    # Newton's method alone goes round in a circle: one point makes its neighbours melt no longer
+    nodes = np.array([0.0, 1.03, 1.13])
+    points = np.array([1.06, 0.979, 1.1, 1.05, 0.621])[:, None]
+    area, power = [0.035, 15.9, 12.2, 11.7, 0.908], np.array([0.248, 0.38, 0.0799, 3.27, 0.166])
+    grid = SurfaceGrid([nodes], np.arange(3), MPI.COMM_SELF)
+    columns = GridColumnsUnderPoints(grid, MELTING_TEMPERATURE - 1.0, 1e-3)
+    dt = 1e-4
+    resistance = float(columns.resistance(columns.decay(dt), dt)[0])
+    ice = columns.under(Contacts(grid.place(points), np.array(area)))
+    content, stage = ice.stage(ice.initial(5), dt, Given(power / resistance))
+    assert stage.melting.any() and not stage.melting.all()
+    given = float(np.array(area) @ stage.ice_flux) * dt
+    assert ice.total_heat(content) == pytest.approx(given, rel=1e-9)

@@ -232,6 +232,8 @@ class Sliding:
             if last:
                 self.current = self.current._replace(time=self._duration)
             if self._adaptive:
+                if rejected:  # what was too long is so in the next step, too
+                    following = min(following, trial.dt)
                 self._dt = min(following, self._longest)
             return trial._replace(rejected=rejected)
 

@@ -15,12 +15,13 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.film.ice_heat import Column, HalfSpace, IceHeat
 from iceslide_fem.film.law import Film, FilmStage, Surface
+from iceslide_fem.interface.line_search import search
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile, SurfaceGrid
 
 # Where points of the rubber carry the film, each is joined to the columns through this share of
 # a column's resistance: its flux is then a function of its temperature, and unique.
 RESISTANCE_SHARE = 1e-3
-MAX_ITERATIONS = 25
+MAX_ITERATIONS = 50
 TEMPERATURE_TOLERANCE = 1e-7  # K
 
 
@@ -121,18 +122,29 @@ class GridColumnsUnderPoints(GridColumns):
         link = np.full(area.shape, RESISTANCE_SHARE * float(resistance[0]))
         temperature = grid.allgather(GridColumns.surface_temperature(self, start))
         matrix = np.zeros((grid.diagonals[-1] + 1, grid.n_nodes))  # diagonals, lower half
-        near = None
+
+        def balance(trial: Array, near: Array | None) -> tuple[Array, FilmStage, Array]:
+            """A temperature of the nodes, the films above it, and the heat that they give (W)."""
+            result = film.solve(Surface.of(grid.interpolate(trial, at), link), near)
+            return trial, result, grid.scatter(area * result.ice_flux, at)
+
+        temperature, result, heat = balance(temperature, None)
         for _ in range(MAX_ITERATIONS):
-            result = film.solve(Surface.of(grid.interpolate(temperature, at), link), near)
-            near = result.log_height
-            heat = grid.scatter(area * result.ice_flux, at)
-            residual = temperature - offset - per_heat * heat
+            residual = (temperature - offset) / per_heat - heat
             if not np.isfinite(residual).all():
                 break
-            if np.abs(residual).max() <= TEMPERATURE_TOLERANCE:
+            if np.abs(per_heat * residual).max() <= TEMPERATURE_TOLERANCE:
                 flux = heat[grid.own] / grid.cell_area[grid.own]
                 return self.heated(start, decay, dt * flux), result
             matrix[grid.diagonals] = grid.coupling(area * result.ice_slope / link, at)
             matrix[0] += 1.0 / per_heat
-            temperature -= solveh_banded(matrix, residual / per_heat, lower=True)
+            change, before = -solveh_banded(matrix, residual, lower=True), temperature
+
+            def slope_at(share: float, before: Array = before, change: Array = change) -> float:
+                nonlocal temperature, result, heat
+                trial = before + share * change
+                temperature, result, heat = balance(trial, result.log_height)
+                return float(change @ ((temperature - offset) / per_heat - heat))
+
+            search(slope_at, float(change @ residual))
         raise NotConverged("the melting part of the ice's surface does not settle")
