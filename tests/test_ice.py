@@ -247,4 +247,4 @@ def test_points_that_melt_and_freeze_in_turn_settle():
     content, stage = ice.stage(ice.initial(5), dt, Given(power / resistance))
     assert stage.melting.any() and not stage.melting.all()
     given = float(np.array(area) @ stage.ice_flux) * dt
-    assert ice.total_heat(content) == pytest.approx(given, rel=1e-9)
+    assert ice.heat(content) @ grid.cell_area == pytest.approx(given, rel=1e-9)

@@ -44,17 +44,17 @@ class Posture(NamedTuple):
 def posture(surface: ContactSurface, u: Array, penalty: float, slenderness: Slenderness) -> Posture:
     """The posture of the block at displacements `u` (blocked dofs, d). Collective."""
     contact, comm = contact_state(surface, u, penalty), surface.comm
-    bottom = ~_side(surface)
+    bottom = 1.0 - _side(surface)
     touching = (contact.pressure > 0.0).astype(float)
     force = surface.total(contact.pressure, contact.area)
     covered = surface.total(touching, contact.area)
     still = np.zeros_like(u)
-    whole = surface.total(np.broadcast_to(bottom * 1.0, touching.shape), surface.footprint(still))
+    whole = surface.total(np.broadcast_to(bottom, touching.shape), surface.footprint(still))
     shift = np.abs(surface.displacements(u)[..., 0] * bottom).max(initial=0.0)
     sunk = max(-float(u[:, -1].min(initial=0.0)), 0.0)
     largest = np.array([contact.pressure.max(initial=0.0), shift, sunk])
     comm.Allreduce(MPI.IN_PLACE, largest, op=MPI.MAX)
-    on_sides = surface.total(contact.pressure * ~bottom, contact.area)
+    on_sides = surface.total(contact.pressure * (1.0 - bottom), contact.area)
     return Posture(
         bottom=surface.total(np.where(bottom, touching, 0.0), contact.area) / whole,
         sides=on_sides / force if force else 0.0,
