@@ -29,11 +29,10 @@ from iceslide_fem.run.checkpoint import (
     write_checkpoint,
 )
 from iceslide_fem.run.interruption import Interruption
+from iceslide_fem.run.observation import Observation, Observer
 from iceslide_fem.run.observers import (
     Checkpoints,
     FieldSeries,
-    Observation,
-    Observer,
     ProbeSeries,
     Stateful,
     Stops,

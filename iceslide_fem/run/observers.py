@@ -8,21 +8,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
+from typing import Any, NamedTuple, Protocol, Self
 
-from iceslide_fem.coupling.sliding import Accepted, Sliding
+from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.output.block_fields import BlockFields
 from iceslide_fem.output.fields import Fields
 from iceslide_fem.output.log import Log
 from iceslide_fem.output.probes import ProbeRow, Probes
-from iceslide_fem.output.table import HistoryRow, Table
+from iceslide_fem.output.table import Table
 from iceslide_fem.run.checkpoint import write_checkpoint
 from iceslide_fem.run.interruption import Interruption
+from iceslide_fem.run.observation import Observation
+from iceslide_fem.run.progress import Progress
 from iceslide_fem.run.schedule import FieldTimes, Saves, Schedule
-
-if TYPE_CHECKING:  # they look on, too
-    from iceslide_fem.run.progress import Progress
-    from iceslide_fem.run.summary import Results
+from iceslide_fem.run.summary import Results
 
 
 class Watch(NamedTuple):
@@ -34,31 +33,6 @@ class Watch(NamedTuple):
     progress: Progress
     interruption: Interruption
     log: Log
-
-
-class Observation(NamedTuple):
-    """The slide at its present moment, the step that led there (None at t = 0), and its row."""
-
-    sliding: Sliding
-    accepted: Accepted | None
-    row: HistoryRow
-
-    @property
-    def time(self) -> float:
-        """Sliding time, s."""
-        return self.sliding.current.time
-
-    @property
-    def solved(self) -> bool:
-        """Whether the block has been solved for this moment: else it is as it was."""
-        return self.accepted is None or self.accepted.solved
-
-
-class Observer(Protocol):
-    """Whoever looks on."""
-
-    def __call__(self, step: Observation, /) -> None:
-        """Look at t = 0 or at an accepted step."""
 
 
 class Stateful(Protocol):

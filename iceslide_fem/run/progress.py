@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from iceslide_fem.progress import LongTask
-from iceslide_fem.run.observers import Observation
+from iceslide_fem.run.observation import Observation
 
 
 class Progress(LongTask):

@@ -1,0 +1,33 @@
+"""What is seen of a sliding block after each accepted step, and by whom."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+from iceslide_fem.coupling.sliding import Accepted, Sliding
+from iceslide_fem.output.table import HistoryRow
+
+
+class Observation(NamedTuple):
+    """The slide at its present moment, the step that led there (None at t = 0), and its row."""
+
+    sliding: Sliding
+    accepted: Accepted | None
+    row: HistoryRow
+
+    @property
+    def time(self) -> float:
+        """Sliding time, s."""
+        return self.sliding.current.time
+
+    @property
+    def solved(self) -> bool:
+        """Whether the block has been solved for this moment: else it is as it was."""
+        return self.accepted is None or self.accepted.solved
+
+
+class Observer(Protocol):
+    """Whoever looks on."""
+
+    def __call__(self, step: Observation, /) -> None:
+        """Look at t = 0 or at an accepted step."""
