@@ -59,6 +59,12 @@ def test_page_lists_every_study():
     assert re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE) == NAMES
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_pictures_are_drawn_where_the_options_say(name):
+    source = (ROOT / "scripts" / "studies" / f"{name}.py").read_text(encoding="utf-8")
+    assert not re.search(r"savefig|print_figure", source)  # but by `common.draw`
+
+
 def test_pictures_of_the_pages_change_only_when_asked(tmp_path):
     before = {path: path.stat().st_mtime_ns for path in (ROOT / "docs").rglob("*.png")}
     output("thesis_trends", "--pictures", str(tmp_path))

@@ -49,7 +49,7 @@ def posture(surface: ContactSurface, u: Array, penalty: float, slenderness: Slen
     force = surface.total(contact.pressure, contact.area)
     covered = surface.total(touching, contact.area)
     still = np.zeros_like(u)
-    whole = surface.total(np.broadcast_to(bottom, touching.shape), surface.footprint(still))
+    whole = surface.total(np.broadcast_to(bottom * 1.0, touching.shape), surface.footprint(still))
     shift = np.abs(surface.displacements(u)[..., 0] * bottom).max(initial=0.0)
     sunk = max(-float(u[:, -1].min(initial=0.0)), 0.0)
     largest = np.array([contact.pressure.max(initial=0.0), shift, sunk])
