@@ -1,5 +1,6 @@
 """The functions of `compat` mean the same in every DOLFINx version and on any number of ranks."""
 
+import itertools
 import logging
 import os
 import subprocess
@@ -177,3 +178,24 @@ def test_a_compilation_that_was_killed_does_not_block_the_next(tmp_path):
     for ready in done:  # what a process leaves that is killed while it compiles
         ready.unlink()
     subprocess.run([sys.executable, "-c", code], env=environment, check=True)
+
+
+@pytest.mark.skipif(WORLD.size > 1, reason="processes of its own")
+def test_a_library_that_was_cut_is_compiled_again(tmp_path):
+    """Every run would fail until someone deletes it."""
+    code = (
+        "from iceslide_fem.fenics.compat import MPI, form, scalar_space, ufl\n"
+        "from dolfinx.mesh import create_unit_interval\n"
+        "space = scalar_space(create_unit_interval(MPI.COMM_SELF, 2), 1)\n"
+        "form(ufl.TestFunction(space) * ufl.dx)\n"
+    )
+    environment = os.environ | {"ICESLIDE_CACHE": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", code], env=environment, check=True)
+    libraries = list(tmp_path.glob("forms-*/*.so"))
+    times = {path: path.stat().st_mtime_ns for path in libraries}
+    subprocess.run([sys.executable, "-c", code], env=environment, check=True)
+    assert times == {path: path.stat().st_mtime_ns for path in libraries}  # whole ones stay
+    for path, keep in zip(libraries, itertools.cycle([0, 50, 5000]), strict=False):
+        path.write_bytes(path.read_bytes()[:keep])
+    subprocess.run([sys.executable, "-c", code], env=environment, check=True)
+    assert all(path.stat().st_size > 5000 for path in libraries)

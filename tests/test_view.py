@@ -12,9 +12,11 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from blocks import SIZE, a_block  # noqa: E402
 from runs import DURATION, a_scene, write_run  # noqa: E402
 
+from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.output.fields import Fields  # noqa: E402
 from iceslide_fem.output.grids import FacetGrid, RubberGrid, tensor_grid  # noqa: E402
+from iceslide_fem.results import read_run  # noqa: E402
 from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 
@@ -97,3 +99,48 @@ def test_directory_that_is_no_run_is_said_in_one_sentence(tmp_path):
     assert done.returncode == 2
     assert done.stderr.startswith(f"iceslide: {tmp_path} holds no finished run")
     assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.fe
+def test_damaged_results_are_one_sentence(tmp_path):
+    """A cut grid, list, history or summary: named, and no traceback."""
+    write_run(tmp_path, "slice")
+    write_fields(tmp_path, "quadrilateral", with_ice=True)
+    assert view(tmp_path).returncode == 0
+    fields = sorted((tmp_path / "fields").glob("*.vt*"))
+    damages = [
+        (next(path for path in fields if path.name.startswith("rubber")), "is not whole"),
+        (next(path for path in fields if path.name.startswith("interface")), "is not whole"),
+        (next(path for path in fields if path.name.startswith("ice")), "is not whole"),
+        (tmp_path / "fields" / "rubber.pvd", "not a list that a run wrote"),
+        (tmp_path / "history.csv", "row of history.csv is not whole"),
+        (tmp_path / "summary.json", "holds no finished run"),
+    ]
+    for path, words in damages:
+        whole = {each: each.read_bytes() for each in fields + [path]}
+        cut = [each for each in fields if each.name.split("_")[0] == path.name.split("_")[0]]
+        for each in cut or [path]:
+            each.write_bytes(whole[each][: 2 * len(whole[each]) // 3])
+        done = view(tmp_path)
+        assert done.returncode == 2, (path, done.stderr)
+        assert words in done.stderr and done.stderr.count("\n") == 1, (path, done.stderr)
+        for each, content in whole.items():
+            each.write_bytes(content)
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("history.csv", "0.5", "half"),
+        ("history.csv", "time_s", "times"),
+        ("summary.json", '"load"', '"lead"'),
+        ("summary.json", '"scene"', '"scenery"'),
+    ],
+)
+def test_results_that_no_run_wrote_are_one_sentence(file, old, new, tmp_path):
+    write_run(tmp_path, "slice")
+    path = tmp_path / file
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new))
+    with pytest.raises(SceneError, match="holds no finished run"):
+        read_run(tmp_path)

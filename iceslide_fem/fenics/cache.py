@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import hashlib
 import os
 import platform
+import struct
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -30,7 +33,7 @@ def processor() -> str:
 
 @contextlib.contextmanager
 def sole_compiler(folder: Path) -> Iterator[None]:
-    """Be the only process that compiles forms into `folder`, after clearing what is unfinished.
+    """Be the only process that compiles forms into `folder`, clearing what is unfinished or cut.
 
     FFCx waits ten seconds for a form that another process compiles, and gives up: for ever, if
     that process was killed, because its source stays behind without a library. The lock waits
@@ -47,4 +50,25 @@ def sole_compiler(folder: Path) -> Iterator[None]:
         for source in folder.glob("*.c"):
             if not source.with_suffix(".c.cached").exists():
                 source.unlink(missing_ok=True)
+        _clear_cut_libraries(folder)
         yield
+
+
+@functools.cache  # once in a process: they do not change any more
+def _clear_cut_libraries(folder: Path) -> None:
+    """Forget forms whose library is not whole (a full disk, a crash): no run could load them."""
+    for library in folder.glob("*.so"):
+        if not _is_whole(library):
+            for part in folder.glob(f"{library.name.split('.')[0]}.*"):
+                part.unlink(missing_ok=True)
+
+
+def _is_whole(library: Path) -> bool:
+    """Whether an ELF file (64 bits, little-endian) reaches to the end of its section headers."""
+    with open(library, "rb") as file:
+        header = file.read(64)
+    if not header.startswith(b"\x7fELF\x02\x01") or len(header) < 64:
+        return sys.platform != "linux" and len(header) == 64
+    (offset,) = struct.unpack_from("<Q", header, 0x28)
+    size, count = struct.unpack_from("<HH", header, 0x3A)
+    return library.stat().st_size >= offset + size * count

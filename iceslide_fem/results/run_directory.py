@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import xml.etree.ElementTree as ET
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -59,14 +60,22 @@ def read_run(directory: Path | str) -> Run:
         raise SceneError(f"{directory} holds no finished run (no readable {missing})") from None
     except ValueError as error:
         raise SceneError(f"{directory} holds no finished run ({error})") from None
-    if (
-        not isinstance(summary, dict)
-        or "scene" not in summary
-        or "mu" not in history
-        or not history["mu"].size
-    ):
+    if not _is_of_a_run(summary, history):
         raise SceneError(f"{directory} holds no finished run (its files are of something else)")
     return Run(directory, summary, history, earlier)
+
+
+def _is_of_a_run(summary: Any, history: Mapping[str, Array]) -> bool:
+    """Whether a summary and a history have what everything that reads them relies on."""
+    if not isinstance(summary, dict) or not isinstance(summary.get("scene"), dict):
+        return False
+    tables = (summary["scene"].get(name) for name in ("rubber", "load", "ice", "numerics"))
+    if not all(isinstance(table, dict) for table in tables):
+        return False
+    curves = [history.get(name, np.empty(0)) for name in ("time_s", "mu")]
+    return all(
+        curve.size > 0 and curve.dtype.kind == "f" and np.isfinite(curve).all() for curve in curves
+    )
 
 
 def differences(run: Run, exact: Run, count: int = 500) -> Array:
@@ -77,19 +86,27 @@ def differences(run: Run, exact: Run, count: int = 500) -> Array:
 
 
 def field_files(directory: Path, name: str) -> list[tuple[float, Path]]:
-    """Times (s) and files of the field `name` (rubber, ice, interface); empty if not written."""
+    """Times (s) and files of the field `name` (rubber, ice, interface); empty if not written.
+
+    Raises SceneError if the list is damaged.
+    """
     path = directory / "fields" / f"{name}.pvd"
     if not path.is_file():
         return []
-    entries = ET.parse(path).iter("DataSet")
-    return [
-        (float(entry.attrib["timestep"]), path.parent / entry.attrib["file"]) for entry in entries
-    ]
+    try:
+        return [
+            (float(entry.attrib["timestep"]), path.parent / entry.attrib["file"])
+            for entry in ET.parse(path).iter("DataSet")
+        ]
+    except (ET.ParseError, KeyError, OSError, ValueError) as error:
+        raise SceneError(f"{path} is not a list that a run wrote ({error})") from None
 
 
 def _columns(path: Path) -> dict[str, Array]:
     import pandas as pd
 
+    if not path.read_bytes().endswith(b"\n"):
+        raise ValueError(f"the last row of {path.name} is not whole")
     table = pd.read_csv(path, float_precision="round_trip", index_col=False)
     if table.iloc[:, -1].isna().any():
         raise ValueError(f"a row of {path.name} is not whole")

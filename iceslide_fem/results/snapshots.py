@@ -6,15 +6,17 @@ library. In a slice points are (x, z, 0), in a block (x, y, z).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import contextlib
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyvista as pv
 from scipy.spatial import cKDTree
 
 from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.errors import SceneError
 from iceslide_fem.results import field_files
 
 TEMPERATURE = "temperature (degC)"
@@ -67,18 +69,49 @@ def times(directory: Path) -> Array:
     return np.array([time for time, _ in field_files(directory, "interface")])
 
 
+@contextlib.contextmanager
+def _as_written(directory: Path) -> Iterator[None]:
+    """Raise SceneError where fields are not what a run wrote."""
+    try:
+        yield
+    except (LookupError, OSError, TypeError, ValueError) as error:
+        raise SceneError(
+            f"the fields in {directory / 'fields'} are not what a run wrote ({error})"
+        ) from None
+
+
+def _read(path: Path) -> Any:
+    """The grid in a VTK file; of one that is cut VTK would complain at length, and go on."""
+    if b"</VTKFile>" not in path.read_bytes()[-40:]:
+        raise SceneError(f"{path} is not whole: its end is missing")
+    return pv.read(path)
+
+
 def read_interface(directory: Path, number: int) -> Interface:
-    """The contact facets, as they were written as `number` (of half a block only its half)."""
-    grid = pv.read(field_files(directory, "interface")[number][1])
+    """The contact facets, as they were written as `number` (of half a block only its half).
+
+    Raises SceneError if a file is damaged.
+    """
+    with _as_written(directory):
+        return _interface(directory, number)
+
+
+def _interface(directory: Path, number: int) -> Interface:
+    grid = _read(field_files(directory, "interface")[number][1])
     connectivity = grid.cell_connectivity.reshape(grid.n_cells, -1)
     values = {name: np.asarray(grid.cell_data[name]) for name in grid.cell_data}
     return Interface(np.asarray(grid.points)[connectivity], values)
 
 
 def read_snapshot(directory: Path, number: int) -> Snapshot:
-    """The fields that were written as `number` (0, 1, ...)."""
+    """The fields that were written as `number` (0, 1, ...). Raises SceneError if one is damaged."""
+    with _as_written(directory):
+        return _snapshot(directory, number)
+
+
+def _snapshot(directory: Path, number: int) -> Snapshot:
     time, _ = field_files(directory, "interface")[number]
-    interface = read_interface(directory, number)
+    interface = _interface(directory, number)
     grid = _read_linear(field_files(directory, "rubber")[number][1])
     undeformed = np.array([grid.points.min(axis=0), grid.points.max(axis=0)])
     grid.points = grid.points + grid.point_data["displacement"]
@@ -91,7 +124,7 @@ def read_snapshot(directory: Path, number: int) -> Snapshot:
     ice_files = field_files(directory, "ice")
     ice = None
     if ice_files:
-        grid = pv.read(ice_files[number][1])
+        grid = _read(ice_files[number][1])
         # just inside the cells, whose faces lie in the plane of symmetry itself
         inside = (0.0, 1e-6 * grid.length, 0.0)
         section = (
@@ -105,7 +138,7 @@ def read_snapshot(directory: Path, number: int) -> Snapshot:
 
 def _read_linear(path: Path) -> pv.UnstructuredGrid:
     """Cells by their corners."""
-    grid = pv.read(path)
+    grid = _read(path)
     corners, kind = _LINEAR[pv.CellType(grid.celltypes[0])]
     cells = grid.cell_connectivity.reshape(grid.n_cells, -1)[:, :corners]
     used, cells = np.unique(cells, return_inverse=True)
