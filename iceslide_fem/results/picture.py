@@ -19,11 +19,13 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.materials import BAR, ICE_DIFFUSIVITY, MELTING_TEMPERATURE
 from iceslide_fem.results import Run
 from iceslide_fem.results.snapshots import (
+    MISES,
     PRESSURE,
     TEMPERATURE,
     Interface,
     Snapshot,
     read_interface,
+    read_mises,
 )
 from iceslide_fem.results.style import BLUE, EDGES, ICE, NO_CONTACT, RED
 
@@ -44,6 +46,7 @@ class FieldQuantity(NamedTuple):
 
 
 CONTACT = FieldQuantity(PRESSURE, "Contact pressure", "bar", 1.0 / BAR, "viridis")
+STRESS = FieldQuantity(MISES, "Von Mises stress", "bar", 1.0 / BAR, "Oranges")
 FILM = FieldQuantity("film height (m)", "Height of the water film", "nm", NM, "YlGnBu")
 SURFACE = FieldQuantity(
     "surface temperature (degC)", "Temperature of the ice surface", "°C", 1.0, "inferno"
@@ -69,6 +72,11 @@ def scales_of(run: Run, n_times: int) -> Scales:
         values = np.concatenate([part.values[quantity.name][part.touching] for part in parts])
         low, high = np.nanpercentile(quantity.factor * values, (100.0 - robust, robust))
         ranges[quantity.name] = (0.0 if quantity is CONTACT else float(low), float(high))
+    if parts[0].flat:
+        stresses = [read_mises(run.directory, number) for number in range(n_times)]
+        known = [stress for stress in stresses if stress is not None]
+        if known:  # singular at the edges
+            ranges[MISES] = (0.0, STRESS.factor * float(np.percentile(known[-1], ROBUST)))
     x = MM * np.concatenate([part.corners[part.touching][..., 0].ravel() for part in parts])
     margin = 0.1 * np.ptp(x)
     return Scales(ranges, (float(x.min() - margin), float(x.max() + margin)))
@@ -106,8 +114,9 @@ def _colour_bar(panel: Axes, quantity: FieldQuantity, scales: Scales, **where: A
     colours = ScalarMappable(Normalize(*scales.ranges[quantity.name]), quantity.colours)
     figure = panel.get_figure()
     assert figure is not None
-    extend = "neither" if quantity is SURFACE else "max" if quantity is CONTACT else "both"
-    label = f"{quantity.title.lower()} ({quantity.unit})" if where else quantity.unit
+    extend = "neither" if quantity is SURFACE else "both" if quantity is FILM else "max"
+    title = quantity.title[:1].lower() + quantity.title[1:]
+    label = f"{title} ({quantity.unit})" if where else quantity.unit
     figure.colorbar(colours, ax=panel, extend=extend, label=label, **where)
 
 
@@ -162,7 +171,13 @@ def _render(snapshot: Snapshot, scales: Scales) -> NDArray[np.uint8]:
 
 def _block_2d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
     cells = MM * snapshot.rubber.points[snapshot.rubber.regular_faces][..., :2]
-    panel.add_collection(PolyCollection(cells, facecolors=NO_CONTACT, edgecolors="0.5", lw=0.4))
+    faces = PolyCollection(cells, facecolors=NO_CONTACT, edgecolors="0.6", lw=0.3)
+    if MISES in scales.ranges and MISES in snapshot.rubber.point_data:
+        nodal = STRESS.factor * snapshot.rubber.point_data[MISES][snapshot.rubber.regular_faces]
+        faces.set(array=nodal.mean(axis=1), cmap=STRESS.colours)
+        faces.set_norm(Normalize(*scales.ranges[MISES]))
+        _colour_bar(panel, STRESS, scales, location="bottom", aspect=40)
+    panel.add_collection(faces)
     (x0, z0, _), (x1, z1, _) = MM * snapshot.undeformed
     panel.plot([x0, x1, x1, x0, x0], [z0, z0, z1, z1, z0], "k:", linewidth=1.2)
     contact = snapshot.interface.touching
@@ -183,7 +198,7 @@ def _block_2d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
     panel.set(xlabel="x (mm)", ylabel="z (mm)", ylim=(-0.08 * z1, 1.15 * z1))
     panel.set_aspect("equal")
     panel.set_title("The block, deformed to scale (dotted: undeformed)", fontsize=10)
-    _colour_bar(panel, CONTACT, scales, location="left", aspect=30)
+    _colour_bar(panel, CONTACT, scales, location="bottom", aspect=40)
 
 
 def _map(panel: Axes, interface: Interface, quantity: FieldQuantity, scales: Scales) -> None:

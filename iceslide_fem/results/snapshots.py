@@ -21,6 +21,7 @@ from iceslide_fem.results import field_files
 
 TEMPERATURE = "temperature (degC)"
 PRESSURE = "contact pressure (Pa)"
+MISES = "von Mises stress (Pa)"
 
 # Quadratic cells list their corners first: (corners, VTK's linear cell).
 _LINEAR = {
@@ -65,8 +66,15 @@ class Snapshot(NamedTuple):
 
 
 def times(directory: Path) -> Array:
-    """Times (s) of the fields in a run's directory; empty if it has none."""
-    return np.array([time for time, _ in field_files(directory, "interface")])
+    """Times (s) of rubber and interface in a run's directory; empty if it has not both."""
+    both = zip(field_files(directory, "rubber"), field_files(directory, "interface"), strict=False)
+    return np.array([time for (time, _), _ in both])
+
+
+def read_mises(directory: Path, number: int) -> Array | None:
+    """Von Mises stresses (Pa) at the rubber's nodes, if they were written."""
+    data = pv.read(field_files(directory, "rubber")[number][1]).point_data
+    return np.asarray(data[MISES]) if MISES in data else None
 
 
 @contextlib.contextmanager
