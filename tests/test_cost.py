@@ -146,7 +146,6 @@ def test_nodes_of_sipes_are_counted_without_a_mesh():
             "friction of a point",
         ),
         (["ice.motion=sliding", "load.duration=0.1ms"], "before an ice point has passed the block"),
-        (["ice.motion=sliding", "load.speed=30"], "columns resolve it"),
         (["film.initial_height=2um"], "films of a point get"),
     ],
 )

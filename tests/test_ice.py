@@ -37,8 +37,8 @@ def a_scene(model, refinement=1.0):
             length=1e-3, width=1e-3, height=1e-3, mesh=None, sipes=0, sipe_width=0.0, sipe_depth=0.0
         ),
         load=SimpleNamespace(duration=DURATION),
-        ice=SimpleNamespace(margin=0.0),
-        numerics=SimpleNamespace(refinement=refinement),
+        ice=SimpleNamespace(margin=0.0, motion="attached"),
+        numerics=SimpleNamespace(refinement=refinement, tolerance=1e-3),
     )
 
 

@@ -54,9 +54,9 @@ def a_scene(model, length=1e-3, width=1e-3, height=1e-3, refinement=1.0, mesh=No
             sipe_width=0,
             sipe_depth=0,
         ),
-        load=SimpleNamespace(duration=7e-3),
-        ice=SimpleNamespace(margin=margin),
-        numerics=SimpleNamespace(refinement=refinement),
+        load=SimpleNamespace(duration=7e-3, speed=3.0),
+        ice=SimpleNamespace(margin=margin, motion="attached"),
+        numerics=SimpleNamespace(refinement=refinement, tolerance=1e-3),
     )
 
 
@@ -173,9 +173,30 @@ def test_ice_layers_start_thin_and_stay_within_the_ratio():
     for refinement in (1.0, 2.0):
         ice = ice_meshing.ice_mesh(a_scene("slice", refinement=refinement), MPI.COMM_SELF)
         layers = np.diff(ice.z)[::-1]
-        assert layers[0] == pytest.approx(ice_meshing.SURFACE_LAYER / refinement, rel=0.1)
+        assert layers[0] == pytest.approx(4e-6 / refinement, rel=0.1)
         ratio = (1.02 * ice_meshing.LAYER_RATIO) ** (1 / refinement)
         assert (layers[1:] / layers[:-1]).max() <= ratio
+
+
+@pytest.mark.parametrize(
+    ("duration", "tolerance", "motion", "first"),
+    [
+        (7e-3, 1e-3, "attached", 3.96e-6),
+        (1.0, 1e-3, "attached", 3.96e-6),  # melting begins early, however long it lasts
+        (1e-5, 1e-3, "attached", 0.15e-6),
+        (7e-3, 1e-2, "attached", 7.9e-6),
+        (7e-3, 1e-4, "attached", 1.25e-6),
+        (7e-3, 1e-3, "sliding", 0.86e-6),  # below 1 mm at 3 m/s for a third of a millisecond
+    ],
+)
+def test_layers_follow_the_time_that_ice_is_rubbed_and_the_tolerance(
+    duration, tolerance, motion, first
+):
+    scene = a_scene("slice")
+    scene.load.duration, scene.ice.motion, scene.numerics.tolerance = duration, motion, tolerance
+    z = ice_meshing.ice_lines(scene)[-1]
+    assert z[-1] - z[-2] == pytest.approx(first, rel=0.1)
+    assert 10 < z.size < 80
 
 
 def test_ice_footprint_and_depth_can_be_given():

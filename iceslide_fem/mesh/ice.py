@@ -24,8 +24,14 @@ from iceslide_fem.scene import Scene
 if TYPE_CHECKING:  # lines and sizes are wanted where there is no MPI, too
     from iceslide_fem.fenics.compat import MPI
 
-SURFACE_LAYER = 4e-6  # m, thickness of the first layer
-LAYER_RATIO = 1.12  # of neighbouring layers
+# The first layer is this share of the thermal layer sqrt(alpha t) of the time that ice is rubbed,
+# though no longer than LATEST: melting begins within that, however long the run is. It and the
+# growth of the layers hold at the tolerance REFERENCE, and follow the root of another one: the
+# error of linear elements is of second order (docs/accuracy.md).
+FIRST_LAYER, LAYER_RATIO = 0.045, 1.12
+LATEST = 7e-3  # s
+REFERENCE = 1e-3
+COARSEST, FINEST = 2.0, 0.3  # of layers, relative to those at REFERENCE
 WINDOW_CELLS = 100  # along the block, where the ice slides
 WINDOW_GUARD = 3  # cells before and behind what the block may touch, and
 WINDOW_SHEAR = 0.15  # of its height, by which a change of friction may move it
@@ -133,12 +139,29 @@ def ice_lines(
     scene: Any, surface: Sequence[Lines] | None = None, depth: float | None = None
 ) -> list[Lines]:
     """Grid lines of the ice in x, (y,) z."""
-    thermal = math.sqrt(ICE_DIFFUSIVITY * scene.load.duration)
-    slope = math.log(LAYER_RATIO) / scene.numerics.refinement
+    lines = list(surface or patch_lines(scene))
+    if depth is None:
+        depth = DEPTH * thermal_layer(scene, float(np.ptp(lines[0])))
+    length = block_shape(scene).ranges[0]
+    first, ratio = surface_layers(thermal_layer(scene, length[1] - length[0]), scene.numerics)
+    slope = math.log(ratio)
     # so that graded starts with the surface's layer
-    first = SURFACE_LAYER / scene.numerics.refinement * slope / math.expm1(slope)
-    layers = graded(DEPTH * thermal if depth is None else depth, first, slope)
-    return [*(surface or patch_lines(scene)), -layers[::-1]]
+    return [*lines, -graded(depth, first * slope / math.expm1(slope), slope)[::-1]]
+
+
+def thermal_layer(scene: Any, length: float) -> float:
+    """sqrt(alpha t) of the run or of the time in which ice that slides passes `length` (m), m."""
+    time = scene.load.duration
+    if scene.ice.motion == "sliding":
+        time = min(time, length / scene.load.speed)
+    return math.sqrt(ICE_DIFFUSIVITY * time)
+
+
+def surface_layers(thermal: float, numerics: Any) -> tuple[float, float]:
+    """First layer (m) and ratio of neighbouring layers below ice with that `thermal` layer (m)."""
+    size = min(max((numerics.tolerance / REFERENCE) ** 0.5, FINEST), COARSEST) / numerics.refinement
+    first = FIRST_LAYER * min(thermal, math.sqrt(ICE_DIFFUSIVITY * LATEST))
+    return size * first, LAYER_RATIO**size
 
 
 def tagged_ice(lines: list[Lines]) -> TaggedMesh:

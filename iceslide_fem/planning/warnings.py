@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from math import sqrt
-
-from iceslide_fem.materials import ICE_DIFFUSIVITY
 from iceslide_fem.planning.cost import estimate, point_rows
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.notes import ENVELOPE, LARGEST_FRICTION
 from iceslide_fem.scene.units import readable
-
-LAYERS = 5.0  # of the ice's mesh, at the least, in the depth that is warmed
 
 
 def warnings(scene: Scene) -> list[str]:
@@ -48,10 +43,9 @@ def _memory(scene: Scene) -> list[str]:
 
 
 def _passing(scene: Scene) -> list[str]:
-    """Ice that passes faster than the run lasts long, or than its mesh resolves."""
+    """A run that ends before ice has passed."""
     if scene.ice.motion != "sliding":
         return []
-    from iceslide_fem.mesh.ice import SURFACE_LAYER
     from iceslide_fem.mesh.rubber import block_size
 
     transit = block_size(scene)[0] / scene.load.speed
@@ -59,12 +53,5 @@ def _passing(scene: Scene) -> list[str]:
     if scene.load.duration < transit:
         found.append(
             f"the run ends before an ice point has passed the block, after {readable(transit, 's')}"
-        )
-    warm = sqrt(ICE_DIFFUSIVITY * min(transit, scene.load.duration))
-    layer = SURFACE_LAYER / scene.numerics.refinement
-    if scene.ice.heat == "continuum" and warm < LAYERS * layer:
-        found.append(
-            f"ice passes so fast that heat gets {readable(warm, 'm')} deep, and the first layer of "
-            f"its mesh is {readable(layer, 'm')}: columns resolve it"
         )
     return found
