@@ -111,6 +111,7 @@ def test_a_coloured_picture_gives_the_same_as_the_grey_one(surveyed, tmp_path):
         (["nowhere.png", *OPTIONS], "cannot read the picture nowhere.png"),
         (["grey.png", *OPTIONS[2:]], "--length is missing"),
         (["grey.png", *OPTIONS, "--min-pressure", "5bar"], "is not above --min-pressure"),
+        (["grey.png", *OPTIONS[:-1], "4"], 'in Pa, say "4bar" for bar'),
         (["grey.png", *OPTIONS, "--threshold", "3.99bar"], "no pixel is in contact"),
         (["grey.png", *OPTIONS, "--legend", "0,0,999,9"], "is outside the picture"),
         (["grey.png", *OPTIONS, "--colormap", "jet"], "are not those of the bar"),

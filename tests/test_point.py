@@ -341,3 +341,11 @@ def test_ice_that_slides_below_a_point_passes():
     assert abs(results["energy_imbalance"]) < 1e-12
     work = np.sum(0.5 * (mu[1:] + mu[:-1]) * np.diff(time)) * 5e5 * 6e-6 * 4.0
     assert rows[-1].friction_work_J == pytest.approx(work, rel=1e-4)
+
+
+def test_films_of_some_molecules_and_friction_out_of_sight_are_said():
+    assert point_history(scene())[1]["warnings"] == []
+    thin = {"initial_height": "1 nm", "k": 0.9, "D": "0.1 um", "H_V": "1 um"}
+    _, results = point_history(scene(film=thin))
+    film, friction = results["warnings"]
+    assert "nm thin: below 1 nm" in film and f"mu rises to {results['mu_peak']:.3g}" in friction

@@ -27,6 +27,7 @@ from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.units import Quantity
 
 THRESHOLD = 0.05  # of the range of pressures
+LOWEST_SCALE = 0.1 * BAR  # for its high end: a tyre's mean pressure is some bar
 
 
 def _option(name: str) -> str:
@@ -115,6 +116,11 @@ class FootprintCase(BaseModel):
     @model_validator(mode="after")
     def _no_contradiction(self) -> Self:
         low, high = self.min_pressure, self.max_pressure
+        if high < LOWEST_SCALE:
+            raise ValueError(
+                f"--max-pressure {high:g} Pa is no pressure of a tyre; a number without a unit is "
+                f'in Pa, say "{high:g}bar" for bar; allowed: {LOWEST_SCALE / BAR:g} to 100 bar'
+            )
         if high <= low:
             raise ValueError(
                 f"--max-pressure ({high / BAR:g} bar) is not above --min-pressure "

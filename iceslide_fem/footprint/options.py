@@ -79,6 +79,8 @@ def footprint(
     for name, value in lines(figures):
         table.add_row(name, value)
     Console().print(table)
+    for warning in figures["warnings"]:
+        typer.echo(f"Note: {warning}.")
     for pattern in ("*.png", "footprint.vti", "summary.json", "scenes/block_*.toml"):
         for path in sorted(directory.glob(pattern)):
             typer.echo(str(path))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.film.doubts import doubts
 from iceslide_fem.footprint.balance import (
     HeatBalance,
     SlidingLine,
@@ -172,6 +173,9 @@ def summary(result: Survey) -> dict[str, Any]:
         | _shares(result.state),
         "thesis": _heat_summary(result.thesis, contact),
         "moving_source": _heat_summary(result.moving, contact),
+        "warnings": doubts(
+            float(film.height[contact].min()), float(film.friction(footprint)[contact].max())
+        ),
         "case": case.model_dump(mode="json"),
     }
 

@@ -15,6 +15,7 @@ from iceslide_fem.film.conditions import (
     simulation_settings,
     transit_time,
 )
+from iceslide_fem.film.doubts import doubts
 from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.film.point import ICE_MODELS, Conditions, PointResult, Record, simulate
 from iceslide_fem.launch import rank
@@ -52,6 +53,7 @@ def point_history(scene: Scene) -> tuple[list[HistoryRow], dict[str, Any]]:
 
         result = simulate(conditions, observe=observe, rubber=rubber_columns(scene), **settings)
     entries, rows = point_summary(result, 0), history.rows
+    entries["warnings"] = point_doubts(conditions, result, 0)
     if scene.ice.motion == "sliding":
         rows = block_rows(rows, scene)
         entries |= _mean_summary(rows)
@@ -188,6 +190,15 @@ class _History:
             energy_imbalance=missing / self._work if self._work else 0.0,
             newton_iterations=0,
         )
+
+
+def point_doubts(conditions: Conditions, result: PointResult, number: int) -> list[str]:
+    """Warnings of one of the conditions, for its summary: mu = k eta v / (p h) is largest where h
+    is least.
+    """
+    mu = float(result.mu_peak[number])
+    viscous = float(conditions.loads().viscous[number])
+    return doubts(viscous / (mu * float(conditions.pressure[number])), mu)
 
 
 def point_summary(result: PointResult, number: int) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import trapezoid
 
+from iceslide_fem.film.doubts import THINNEST_FILM
 from iceslide_fem.output.history import outside_table, thinnest_film
 from iceslide_fem.rubber.failure import FOLDED, TIPPED
 from iceslide_fem.rubber.sipes import smallest_opening
@@ -16,7 +17,6 @@ from iceslide_fem.run.observation import Observation
 # From here on what a run gives is doubtful, and its summary says so.
 LARGEST_IMBALANCE = 0.01  # of the energies, over the friction work
 LARGEST_OUTSIDE = 0.1  # share of the contact area outside the table of k, D and H_V
-THINNEST_FILM = 1e-9  # m, three or four layers of molecules
 
 
 class Results:

@@ -12,7 +12,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film.conditions import rubber_columns, scene_conditions, simulation_settings
 from iceslide_fem.film.point import Conditions, Record, simulate
-from iceslide_fem.run.point import point_history, point_summary
+from iceslide_fem.run.point import point_doubts, point_history, point_summary
 from iceslide_fem.scene import Scene
 from iceslide_fem.sweep.outcome import DONE, FAILED, SAMPLES, CaseResult
 
@@ -113,6 +113,7 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
         entries = point_summary(result, i) | {
             "energy_imbalance": float(balance.missing[i] / balance.work[i]),
             "wall_s": wall,
+            "warnings": point_doubts(conditions, result, i),
         }
         outcomes.append(CaseResult(DONE, "", entries, {"mu": mu[i], "film_height_m": height[i]}))
     return outcomes
