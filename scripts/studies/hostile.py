@@ -1,0 +1,256 @@
+"""Scenes at and beyond the edges of every range: what becomes of them.
+
+Points, slices and coarse blocks, on attached ice and on ice that slides with either carrier. Each
+is refused well (one sentence), finished well (finite, mu > 0, energies that close to 1 % or a
+warning), stopped with its cause (a sentence; how many of these by the study's time limit is said),
+or wrong: anything else, also no answer in time. Prints the counts, and every wrong scene. --quick
+runs every fortieth.
+"""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import json
+import math
+import multiprocessing
+import random
+import tempfile
+import traceback
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from iceslide_fem.errors import SceneError, SimulationStopped
+from iceslide_fem.scene import scene_from_dict
+from iceslide_fem.scene.toml import parsed, put
+from scripts.studies.common import options, table
+
+TIME_LIMIT = 6.0  # s that a slice or block may take, by its own clock
+PATIENCE = 90.0  # s that its process may take longer
+LARGEST_IMBALANCE = 0.01
+OUTCOMES = ("refused well", "finished well", "stopped with its cause", "wrong")
+
+KINEMATICS = {
+    "attached": [],
+    "films on the ice": ["ice.motion=sliding", "film.carrier=ice"],
+    "films on the rubber": ["ice.motion=sliding", "film.carrier=rubber"],
+}
+# One change each, or several that belong together: ends of the stated ranges and beyond them.
+OF_ALL = """
+    load.pressure=0.01bar; load.pressure=0.2bar; load.pressure=5bar; load.pressure=10bar
+    load.pressure=100bar; load.speed=1e-6; load.speed=1mm/s; load.speed=30; load.speed=40
+    load.speed=100; load.duration=1us; load.duration=1s; ice.temperature=-80degC
+    ice.temperature=-40degC; ice.temperature=-0.1degC; ice.temperature=-0.001degC
+    film.initial_height=1nm; film.initial_height=1um; film.initial_height=10um
+    film.k=1e-6 film.D=29um film.H_V=2.86um; film.k=1 film.D=29um film.H_V=2.86um
+    film.k=0.266 film.D=0.01um film.H_V=2.86um; film.k=0.266 film.D=10mm film.H_V=2.86um
+    film.k=0.266 film.D=29um film.H_V=1nm; film.k=0.266 film.D=29um film.H_V=10mm
+    film.k=0.266; rubber.heat=true; rubber.heat=true film.conductance=10
+    rubber.heat=true film.conductance=1e9; numerics.tolerance=0.1; ice.heat=half-space
+    numerics.film_integrator=sdirk3; numerics.film_integrator=implicit-euler
+    numerics.film_integrator=explicit-euler; numerics.max_step=1us
+    load.pressure=0.2bar load.speed=30; load.pressure=5bar load.speed=30
+    load.pressure=10bar load.speed=1mm/s; load.speed=30 ice.temperature=-0.1degC
+"""
+OF_RUBBER = """
+    rubber.length=10um; rubber.length=50mm; rubber.length=1; rubber.height=10um; rubber.height=3mm
+    rubber.height=10mm; rubber.height=10mm load.pressure=0.2bar; rubber.width=10um
+    rubber.sipes=1 rubber.sipe_width=0.1mm rubber.sipe_depth=0.5mm
+    rubber.sipes=8 rubber.sipe_width=0.05mm rubber.sipe_depth=0.9mm
+    rubber.sipes=1 rubber.sipe_depth=5mm; rubber.inertia=true
+    rubber.inertia=true load.speed=1mm/s; rubber.inertia=true load.pressure=5bar
+    load.static_friction=0; load.static_friction=2; ice.heat=continuum
+    ice.heat=continuum load.pressure=0.2bar load.speed=30 ice.temperature=-0.1degC
+    ice.heat=continuum ice.margin=1; ice.cell=0.1um; ice.cell=10mm; ice.trail=1
+    numerics.penalty=0.001MPa/mm; numerics.penalty=1e6MPa/mm; numerics.shear_ramp_pressure=1Pa
+    numerics.shear_ramp_pressure=10bar; film.pressure=nominal; numerics.max_step=1ns
+    C10=0.05MPa nu=0.49; C10=0.05MPa nu=0.49 load.pressure=5bar; C10=1000MPa nu=0.3
+    C10=0.2MPa nu=0; C10=0.2MPa nu=0 load.pressure=5bar; C10=0.2MPa nu=0.4995 load.pressure=5bar
+    C10=0 nu=0.49
+"""
+OF_BLOCKS = """
+    load.pressure=5bar; load.speed=30; load.speed=1mm/s; rubber.height=5mm; rubber.inertia=true
+    film.k=0.266 film.D=0.01um film.H_V=2.86um; C10=0.05MPa nu=0.49; load.pressure=100bar
+    ice.temperature=-0.001degC; rubber.heat=true; ice.heat=continuum; load.duration=1us
+"""
+RANDOM = 60  # combinations of two of these
+
+
+class Outcome(NamedTuple):
+    """What became of a scene: one of `OUTCOMES`, and its sentence, or what is wrong."""
+
+    kind: str
+    words: str
+
+
+def scenes() -> Iterator[tuple[str, dict[str, Any]]]:
+    """Names and tables of all scenes."""
+    changes = {
+        "point": _changes(OF_ALL),
+        "slice": _changes(OF_ALL) + _changes(OF_RUBBER),
+        "block": _changes(OF_BLOCKS),
+    }
+    for model, kinematics in itertools.product(changes, KINEMATICS):
+        if model == "point" and kinematics != "attached":
+            continue
+        for change in changes[model]:
+            yield _scene(model, kinematics, change)
+    draw = random.Random(1)
+    for _ in range(RANDOM):
+        two = [word for change in draw.sample(changes["slice"], 2) for word in change]
+        yield _scene("slice", draw.choice(list(KINEMATICS)), two)
+
+
+def outcome(tables: dict[str, Any]) -> Outcome:
+    """Run a scene in this process."""
+    from iceslide_fem.simulate import run
+
+    with tempfile.TemporaryDirectory() as folder, redirect_stdout(StringIO()):
+        try:
+            with redirect_stderr(StringIO()):
+                summary = run(scene_from_dict(tables), folder)
+        except SceneError as refusal:
+            return _sentence("refused well", str(refusal))
+        except SimulationStopped as stop:
+            faults = _faults(Path(folder))
+            if faults:
+                return Outcome("wrong", f"{faults}, then stopped: {stop}")
+            return _sentence("stopped with its cause", str(stop))
+        except Exception:
+            return Outcome("wrong", traceback.format_exc().strip().splitlines()[-1])
+        faults = _faults(Path(folder))
+        return (
+            Outcome("wrong", faults)
+            if faults
+            else Outcome("finished well", f"mean mu {summary['mu_mean']:.4g}")
+        )
+
+
+def outcomes(chosen: list[tuple[str, dict[str, Any]]], processes: int) -> list[Outcome]:
+    """Outcomes of scenes, which `processes` work on; one that gives no answer is ended."""
+    workers: list[_Worker] = [_Worker() for _ in range(processes)]
+
+    def one(scene: tuple[str, dict[str, Any]]) -> Outcome:
+        worker = workers.pop()
+        try:
+            return worker(scene[1])
+        finally:
+            workers.append(worker)
+
+    with ThreadPoolExecutor(processes) as pool:
+        found = list(pool.map(one, chosen))
+    for worker in workers:
+        worker.end()
+    return found
+
+
+class _Worker:
+    """A process that runs scenes, begun anew after one that has not come back."""
+
+    def __init__(self) -> None:
+        self._begin()
+
+    def __call__(self, tables: dict[str, Any]) -> Outcome:
+        self._pipe.send(tables)
+        try:
+            if self._pipe.poll(TIME_LIMIT + PATIENCE):
+                return Outcome(*self._pipe.recv())
+            words = "no answer in time"
+        except EOFError:
+            words = "the process has died"
+        self.end()
+        self._begin()
+        return Outcome("wrong", words)
+
+    def end(self) -> None:
+        """End the process."""
+        self._process.kill()
+        self._process.join()
+
+    def _begin(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._pipe, theirs = context.Pipe()
+        self._process = context.Process(target=_serve, args=(theirs,), daemon=True)
+        self._process.start()
+        theirs.close()
+
+
+def _serve(pipe: Connection) -> None:
+    while True:
+        pipe.send(tuple(outcome(pipe.recv())))
+
+
+def _changes(text: str) -> list[list[str]]:
+    """Lists of changes from a text in which they are divided by semicolons and line ends."""
+    return [part.split() for line in text.splitlines() for part in line.split(";") if part.strip()]
+
+
+def _scene(model: str, kinematics: str, changes: list[str]) -> tuple[str, dict[str, Any]]:
+    """A small, coarse scene with `changes`; C10 and nu stand for a compound of one's own."""
+    tables: dict[str, Any] = {"name": "hostile", "model": model, "rubber": {"compound": "B"}}
+    start = ["load.pressure=1bar", "load.speed=3", "load.duration=0.5ms", "numerics.tolerance=1e-2"]
+    if model != "point":
+        start += ["numerics.refinement=0.25", f"numerics.time_limit={TIME_LIMIT}"]
+    for change in [*start, *KINEMATICS[kinematics], *changes]:
+        key, _, text = change.partition("=")
+        if key in ("C10", "nu"):
+            own = {"C01": 0.0, "nu": 0.49, **tables["rubber"]}
+            own.pop("compound", None)
+            tables["rubber"] = own | {key: parsed(text)}
+            tables["film"] = {"k": 0.266, "D": 29e-6, "H_V": 2.86e-6} | tables.get("film", {})
+        else:
+            put(tables, key, parsed(text))
+    return f"{model}, {kinematics}: {' '.join(changes)}", tables
+
+
+def _sentence(kind: str, words: str) -> Outcome:
+    """The outcome with its sentence, or wrong if that is none."""
+    good = words and "\n" not in words and "nan" not in words.lower().split()
+    return Outcome(kind, words) if good else Outcome("wrong", f"no sentence: {words!r}")
+
+
+def _faults(folder: Path) -> str:
+    """What is wrong with the results in `folder`, in words; nothing if there are none."""
+    if not (folder / "summary.json").is_file():
+        return ""
+    with open(folder / "history.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    values = [{key: float(value) for key, value in row.items()} for row in rows]
+    if not all(math.isfinite(value) for row in values for value in row.values()):
+        return "values that are not finite"
+    smallest = min(row["mu"] for row in values)
+    if smallest <= 0.0:
+        return f"mu = {smallest:.3g}"
+    summary = json.loads((folder / "summary.json").read_text())
+    imbalance = summary["energy_imbalance"]
+    warned = any("energies do not close" in warning for warning in summary["warnings"])
+    if not abs(imbalance) <= LARGEST_IMBALANCE and not warned:
+        return f"energies off by {imbalance:.3g} without a warning"
+    return ""
+
+
+def main() -> None:
+    parser = options(__doc__)
+    parser.add_argument("--quick", action="store_true", help="every fortieth scene")
+    parser.add_argument("--all", action="store_true", help="print every scene and its sentence")
+    parser.add_argument("-j", "--processes", type=int, default=2)
+    arguments = parser.parse_args()
+    chosen = list(scenes())[:: 40 if arguments.quick else 1]
+    found = outcomes(chosen, arguments.processes)
+    for (name, _), (kind, words) in zip(chosen, found, strict=True):
+        if kind == "wrong" or arguments.all:
+            print(f"{kind}: {name}\n    {words}")
+    counts = Counter(kind for kind, _ in found)
+    late = sum("numerics.time_limit" in words for _, words in found)
+    print(f"{late} of those that stopped did so at the time limit of {TIME_LIMIT:g} s.")
+    table(("scenes", *OUTCOMES), [(len(chosen), *(counts[kind] for kind in OUTCOMES))])
+
+
+if __name__ == "__main__":
+    main()
