@@ -6,6 +6,7 @@ import pkgutil
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -139,3 +140,35 @@ def test_readings_of_k_are_drawn(tmp_path):
     rows = {tuple(line.split(" | ")[:2]): line.split(" | ") for line in lines if line[:3] == "| 0"}
     assert rows["| 0.405", "3.0"][2] == "0.1200" and rows["| 0.605", "3.0"][5] == "5.30"
     assert (tmp_path / "readings_of_k.png").stat().st_size > 10_000
+
+
+def test_hostile_scenes_are_told_apart():
+    hostile = importlib.import_module("scripts.studies.hostile")
+    scenes = dict(hostile.scenes())
+    assert len(scenes) >= 250
+    expected = {
+        "point, attached: film.k=0.266": "refused well",
+        "point, attached: load.pressure=100bar": "finished well",
+        "slice, attached: C10=0.05MPa nu=0.49 load.pressure=5bar": "stopped with its cause",
+    }
+    for name, kind in expected.items():
+        assert hostile.outcome(scenes[name]).kind == kind, name
+
+
+def test_a_hostile_scene_without_a_sentence_or_with_wrong_numbers_is_wrong(tmp_path, monkeypatch):
+    hostile = importlib.import_module("scripts.studies.hostile")
+    tables = dict(hostile.scenes())["point, attached: load.pressure=100bar"]
+    run = importlib.import_module("iceslide_fem.simulate").run
+
+    def spoilt(scene, folder):
+        summary = run(scene, folder)
+        history = Path(folder) / "history.csv"
+        history.write_text(history.read_text().replace("\n0.0,", "\nnan,", 1))
+        return summary
+
+    def failing(scene, folder):
+        raise ZeroDivisionError("division by zero")
+
+    for faulty in (spoilt, failing):
+        monkeypatch.setattr("iceslide_fem.simulate.run", faulty)
+        assert hostile.outcome(tables).kind == "wrong"

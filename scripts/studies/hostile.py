@@ -132,7 +132,7 @@ def outcome(tables: dict[str, Any]) -> Outcome:
         )
 
 
-def outcomes(chosen: list[tuple[str, dict[str, Any]]], processes: int) -> list[Outcome]:
+def outcomes(chosen: list[tuple[str, dict[str, Any]]], processes: int) -> Iterator[Outcome]:
     """Outcomes of scenes, which `processes` work on; one that gives no answer is ended."""
     workers: list[_Worker] = [_Worker() for _ in range(processes)]
 
@@ -144,10 +144,9 @@ def outcomes(chosen: list[tuple[str, dict[str, Any]]], processes: int) -> list[O
             workers.append(worker)
 
     with ThreadPoolExecutor(processes) as pool:
-        found = list(pool.map(one, chosen))
+        yield from pool.map(one, chosen)
     for worker in workers:
         worker.end()
-    return found
 
 
 class _Worker:
@@ -242,10 +241,11 @@ def main() -> None:
     parser.add_argument("-j", "--processes", type=int, default=2)
     arguments = parser.parse_args()
     chosen = list(scenes())[:: 40 if arguments.quick else 1]
-    found = outcomes(chosen, arguments.processes)
-    for (name, _), (kind, words) in zip(chosen, found, strict=True):
-        if kind == "wrong" or arguments.all:
-            print(f"{kind}: {name}\n    {words}")
+    found = []
+    for (name, _), result in zip(chosen, outcomes(chosen, arguments.processes), strict=True):
+        found.append(result)
+        if result.kind == "wrong" or arguments.all:
+            print(f"{result.kind}: {name}\n    {result.words}", flush=True)
     counts = Counter(kind for kind, _ in found)
     late = sum("numerics.time_limit" in words for _, words in found)
     print(f"{late} of those that stopped did so at the time limit of {TIME_LIMIT:g} s.")
