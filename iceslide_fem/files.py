@@ -12,7 +12,10 @@ from iceslide_fem.errors import OutputError, SceneError
 
 def check_writable(out: Path) -> None:
     """Raise SceneError if `out` is not, or cannot become, a directory one may write to."""
-    existing = next(path for path in (out, *out.absolute().parents) if path.exists())
+    try:
+        existing = next(path for path in (out, *out.absolute().parents) if path.exists())
+    except (OSError, ValueError) as error:  # a name too long, or with a null character
+        raise SceneError(f"cannot write to {out}: {getattr(error, 'strerror', error)}") from None
     if not existing.is_dir() or not os.access(existing, os.W_OK):
         raise SceneError(f"cannot write to {out}: {existing} is not a directory one may write to")
 

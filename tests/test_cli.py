@@ -102,6 +102,7 @@ def test_run_says_that_the_pressure_is_outside_the_table(simulated, capsys):
         (["run", CASE, "second.toml"], '"second.toml" is one too many'),
         (["run", CASE, "--out", CASE], "is not a directory one may write to"),
         (["run", CASE, "--out", CASE + "/deeper"], "is not a directory one may write to"),
+        (["run", CASE, "--out", "x" * 300], "File name too long"),
         (["run", "--restart", "."], "holds no checkpoint"),
         (["run", "--restart", ".", "--set", "model=slice"], "as it is"),
         (["run", CASE, "--checkpoint-at", "2mm"], '--checkpoint-at "2mm" has the wrong unit'),

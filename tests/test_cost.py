@@ -140,7 +140,7 @@ def test_nodes_of_sipes_are_counted_without_a_mesh():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        (["rubber.length=1m", "rubber.height=10um"], "and is refused"),
+        (["rubber.length=1m", "rubber.height=10um"], "a run is refused"),
         (
             ["load.pressure=0.2bar", "load.speed=30", "film.initial_height=1nm"],
             "friction of a point",

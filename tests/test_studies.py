@@ -173,3 +173,12 @@ def test_a_hostile_scene_without_a_sentence_or_with_wrong_numbers_is_wrong(tmp_p
     for faulty in (spoilt, failing):
         monkeypatch.setattr("iceslide_fem.simulate.run", faulty)
         assert hostile.outcome(tables).kind == "wrong"
+
+
+def test_hostile_inputs_are_many_and_none_ends_badly():
+    from scripts.studies.hostile_inputs import inputs
+
+    assert len(inputs(ROOT)) >= 600
+    counted = output("hostile_inputs", "--quick").splitlines()[-5:]
+    assert counted[-1] == "wrong: 0"
+    assert int(counted[0].split()[0]) >= 15

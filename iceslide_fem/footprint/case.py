@@ -12,7 +12,6 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
-    FilePath,
     ValidationError,
     field_validator,
     model_validator,
@@ -23,6 +22,7 @@ from iceslide_fem.footprint.film_map import Ride
 from iceslide_fem.footprint.image import Box
 from iceslide_fem.materials import BAR, CONTACT_TABLES, ContactTable
 from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.units import Quantity
 
@@ -87,7 +87,7 @@ class FootprintCase(BaseModel):
     slip: Annotated[float, Quantity("", "1e-6", "1"), Number] = 1.0
     temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC"), Number] = 269.15
     compound: str = "B"
-    contact: FilePath | None = None
+    contact: InputFile | None = None
     static_friction: Annotated[float, Quantity("", "0.001", "2"), Number] = 0.1
     depth: Annotated[float, Quantity("m", "1 um", "1 m"), Number] = 1e-4
     thesis_slip: Annotated[float, Quantity("", "1e-9", "1"), Number] = 1e-5

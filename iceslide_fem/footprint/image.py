@@ -12,6 +12,7 @@ from PIL import Image, UnidentifiedImageError
 from PIL.ImageColor import getrgb
 
 from iceslide_fem.errors import SceneError
+from iceslide_fem.scene.input_file import check_regular
 
 Picture = NDArray[np.uint8]
 FORMATS = ("PNG", "JPEG", "TIFF")
@@ -31,6 +32,7 @@ def read_picture(path: Path | str, behind: tuple[int, int, int] = (255, 255, 255
 
     Transparent pixels become `behind`. Raises SceneError if it is not a readable PNG, JPEG or TIFF.
     """
+    check_regular(Path(path), "the picture")
     try:
         with warnings.catch_warnings(action="ignore"), Image.open(path, formats=FORMATS) as image:
             # Warnings are of damage that leaves a readable picture.

@@ -20,11 +20,13 @@ import tomlkit
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.folder import claimed, clear_results
+from iceslide_fem.mesh.size import check_memory, shortage
 from iceslide_fem.parallel import from_root
 from iceslide_fem.planning.rungs import Rung, on_rung, rung_name
 from iceslide_fem.planning.simplifications import Simplifications, simplifications
 from iceslide_fem.results import Run, differences, read_run
 from iceslide_fem.scene import REFINEMENTS, Scene, load_scene, override, put
+from iceslide_fem.scene.input_file import read_text
 from iceslide_fem.simulate import difference, run
 
 MODELS, HEATS = ("point", "slice", "block"), ("half-space", "column", "continuum")
@@ -116,11 +118,13 @@ def climb(
     """Run `scene` on every rung worth it, into directories below `out`. Collective.
 
     `tell` is called with a line before every run; `force`: replace what else `out` holds. Raises
-    SceneError where it may not write there.
+    SceneError where it may not write there, or the user's mesh can't be used.
     """
     with ExitStack() as claim:
 
         def take() -> None:
+            if scene.rubber.mesh is not None:
+                check_memory(on_rung(scene, Rung("block", scene.ice.heat, 1.0)))
             claim.enter_context(claimed(out, partial(_other_results, scene), force))
             clear_results(out)
 
@@ -143,6 +147,11 @@ def _climb(
 ) -> tuple[list[RungResult], Simplifications]:
     found = simplifications(scene)
     chosen, skipped = rungs(scene, found, factors)
+    for rung in chosen.copy():
+        short = from_root(partial(shortage, on_rung(scene, rung)), MPI.COMM_WORLD)
+        if short:
+            chosen.remove(rung)
+            skipped[rung] = f"not run: it {short}"
     outcomes = []
     warm: set[tuple[str, str]] = set()
     for number, rung in enumerate(chosen, 1):
@@ -188,7 +197,7 @@ def cheapest_of(outcomes: Sequence[RungResult], tolerance: float) -> RungResult 
 
 def write_scene(source: Path, overrides: Sequence[str], rung: Rung, path: Path) -> None:
     """Write the scene file `source` with `overrides` on `rung`; comments and units stay."""
-    document = tomlkit.parse(source.read_text(encoding="utf-8"))
+    document = tomlkit.parse(read_text(source, "the scene file"))
     for change in overrides:
         override(document, change)
     scene = load_scene(source, overrides)

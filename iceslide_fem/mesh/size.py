@@ -45,14 +45,13 @@ def unknowns(scene: Scene) -> Unknowns:
 
 
 def memory_needed(size: Unknowns) -> float:
-    """Bytes of a run in one process. Factors grow as n log n in a plane, as n^(4/3) in space."""
-    n = size.rubber + size.ice
-    factors = (
-        PLANE_FACTORS * n * math.log2(max(n, 2))
-        if size.dimensions == 2
-        else FACTORS * (size.rubber ** (4 / 3) + size.ice ** (4 / 3))
-    )
-    return PROGRAMS + PER_UNKNOWN * n + factors + PER_COLUMN * size.columns
+    """Bytes of a run in one process. The rubber's factors grow as n log n in a plane, as n^(4/3) in
+    space; ice has none.
+    """
+    n = size.rubber
+    plane = size.dimensions == 2
+    factors = PLANE_FACTORS * n * math.log2(max(n, 2)) if plane else FACTORS * n ** (4 / 3)
+    return PROGRAMS + PER_UNKNOWN * (n + size.ice) + factors + PER_COLUMN * size.columns
 
 
 def memory_of_machine() -> float:
@@ -64,18 +63,29 @@ def memory_of_machine() -> float:
         return memory
 
 
-def check_memory(scene: Scene) -> None:
-    """Raise SceneError if a run of `scene` needs more memory than there is."""
+def shortage(scene: Scene) -> str | None:
+    """How much memory a run of `scene` needs, if that is more than there is, else None.
+
+    Raises SceneError if the user's mesh can't be used.
+    """
     if scene.model == "point":
-        return
+        return None
     size = unknowns(scene)
     needed, present = memory_needed(size), memory_of_machine()
-    if needed > present:
-        what = f"{size.rubber} unknowns of rubber, {size.ice} of ice"
-        if size.columns:
-            what = f"{size.rubber} unknowns of rubber, {size.columns} columns of ice"
+    if needed <= present:
+        return None
+    ice = f"{size.columns} columns of ice" if size.columns else f"{size.ice} of ice"
+    return (
+        f"needs about {needed / 1e9:.3g} GB of memory ({size.rubber} unknowns of rubber, {ice}), "
+        f"and there are {present / 1e9:.3g} GB"
+    )
+
+
+def check_memory(scene: Scene) -> None:
+    """Raise SceneError if a run of `scene` needs more memory than there is."""
+    short = shortage(scene)
+    if short:
         raise SceneError(
-            f"{scene.name} needs about {needed / 1e9:.3g} GB of memory ({what}), and there are "
-            f"{present / 1e9:.3g} GB: its lengths are too far apart, or numerics.refinement, "
+            f"{scene.name} {short}: its lengths are too far apart, or numerics.refinement, "
             "ice.cell, ice.trail or ice.margin ask for too much"
         )

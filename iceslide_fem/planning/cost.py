@@ -70,7 +70,7 @@ def step_seconds(dimensions: int, rubber: int, ice: int) -> float:
     """
     ice_seconds = 1e-3 + 5e-6 * ice if ice else 0.0
     if dimensions == 2:
-        return 3e-3 + 3e-8 * rubber**1.5 + ice_seconds
+        return 3e-3 + 5e-8 * rubber**1.5 + ice_seconds
     return 0.03 + 0.45 * (rubber / 12e3) ** (4 / 3) + ice_seconds
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from iceslide_fem.planning.cost import estimate, point_rows
+from iceslide_fem.planning.cost import point_rows
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.notes import ENVELOPE, LARGEST_FRICTION
 from iceslide_fem.scene.units import readable
@@ -32,14 +32,10 @@ def _film(scene: Scene) -> list[str]:
 
 def _memory(scene: Scene) -> list[str]:
     """A run that will be refused."""
-    from iceslide_fem.mesh.size import memory_of_machine  # loads gmsh
+    from iceslide_fem.mesh.size import shortage  # loads gmsh
 
-    needed, present = estimate(scene).memory, memory_of_machine()
-    if needed <= present:
-        return []
-    return [
-        f"a run needs about {needed / 1e9:.3g} GB and is refused: there are {present / 1e9:.3g}"
-    ]
+    short = shortage(scene)
+    return [f"a run is refused, because it {short}"] if short else []
 
 
 def _passing(scene: Scene) -> list[str]:

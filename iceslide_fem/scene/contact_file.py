@@ -27,8 +27,12 @@ def read_contact_table(path: Path, key: str) -> ContactTable:
     text = read_text(path, key)
     lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
     table = csv.DictReader(lines, skipinitialspace=True)
-    heading = [name.strip() for name in table.fieldnames or []]
-    table.fieldnames = heading
+    try:
+        heading = [name.strip() for name in table.fieldnames or []]
+        table.fieldnames = heading
+        entries = list(table)
+    except csv.Error as error:
+        raise SceneError(f"{key}: {path} is no table: {error}") from None
     missing = [name for name, _, _ in COLUMNS if name not in heading]
     if missing:
         raise SceneError(
@@ -37,7 +41,7 @@ def read_contact_table(path: Path, key: str) -> ContactTable:
         )
     rows = [
         tuple(_number(row[column[0]], column, number, f"{key}: {path}") for column in COLUMNS)
-        for number, row in enumerate(table, start=1)
+        for number, row in enumerate(entries, start=1)
     ]
     if len(rows) < 2:
         raise SceneError(f"{key}: {path} has {len(rows)} pressures; allowed: 2 or more")

@@ -28,16 +28,27 @@ InputFile = Annotated[
 ]  # as pydantic's FilePath, but never an OSError
 
 
+def check_regular(path: Path, what: str) -> None:
+    """Raise SceneError if `path`, of which the message speaks as `what`, is no regular file."""
+    try:
+        special = path.exists() and not path.is_file()
+    except (OSError, ValueError) as error:  # a name that no file can have
+        raise SceneError(
+            f"cannot read {what} {path}: {getattr(error, 'strerror', error)}"
+        ) from None
+    if special:
+        raise SceneError(f"cannot read {what} {path}: it is not a regular file")
+
+
 def read_text(path: Path, what: str) -> str:
     """Text of the file at `path`, of which messages speak as `what`; a byte order mark is skipped.
 
     Raises SceneError if it is no regular file (a device has no end), is larger than 10 MB or
     cannot be read as UTF-8.
     """
+    check_regular(path, what)
     try:
-        if path.exists() and not path.is_file():
-            reason = "it is not a regular file"
-        elif (size := path.stat().st_size) > LARGEST_TEXT:
+        if (size := path.stat().st_size) > LARGEST_TEXT:
             reason = f"it has {size / 1e6:.0f} MB; allowed: up to {LARGEST_TEXT / 1e6:.0f} MB"
         else:
             return path.read_text(encoding="utf-8-sig")

@@ -13,11 +13,13 @@ from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 LONGEST = 100  # letters of a quantity
-_NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
+_NUMBER_AND_UNIT = re.compile(
+    r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(.*?)\s*"
+)
 # Pint evaluates arithmetic in a unit, 9**9**9 for ever: names, 1, products, quotients, brackets and
 # exponents of one digit are all that may stand there.
 _PART = re.compile(
-    r"(?P<power>\s*(?:\^|\*\*)\s*[+-]?\d(?![\w.])|⁻?[⁰¹²³⁴⁵⁶⁷⁸⁹])"
+    r"(?P<power>\s*(?:\^|\*\*)\s*[+-]?[0-9](?![\w.])|⁻?[⁰¹²³⁴⁵⁶⁷⁸⁹])"
     r"|[A-Za-z_µμΩÅ°Δ%][A-Za-z0-9_µμΩÅ°]*|1(?![\w.])|[()*/·⋅\s]"
 )
 

@@ -28,7 +28,7 @@ SCENES = [
     ("thesis_1bar", "model=slice numerics.refinement=3 numerics.tolerance=1e-2 load.duration=2ms"),
     ("thesis_1bar", "model=slice numerics.refinement=8 numerics.tolerance=1e-2 load.duration=20us"),
     ("thesis_1bar", "model=slice rubber.heat=true ice.heat=column numerics.tolerance=1e-2"),
-    ("thesis_1bar", "model=slice rubber.height=3mm ice.heat=column numerics.tolerance=1e-2"),
+    ("thesis_1bar", "model=slice rubber.height=0.5mm ice.heat=column numerics.tolerance=1e-2"),
     ("thesis_sliding_1bar", "model=slice"),
     ("tread_block", "model=slice load.duration=2ms"),
     ("user_mesh", "numerics.tolerance=1e-2"),
