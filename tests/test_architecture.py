@@ -2,6 +2,7 @@
 
 import ast
 import re
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -88,6 +89,20 @@ def test_imports_lead_down(module):
         assert "reference" not in rooms(imported(tree))
     if room in WITHOUT_FENICS:
         assert not {name.split(".")[0] for name in imported_at_once(tree)} & FINITE_ELEMENTS
+
+
+def test_no_module_imports_itself_through_others():
+    """Not for types, either: what two modules share has a module of its own."""
+    names = {}
+    for module in MODULES:
+        parts = module.relative_to(PACKAGE.parent).with_suffix("").parts
+        names[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = module
+    needs = {
+        name: {found for found in imported(ast.parse(module.read_text("utf-8"))) if found in names}
+        for name, module in names.items()
+    }
+    order = TopologicalSorter({name: found - {name} for name, found in needs.items()})
+    order.prepare()  # raises CycleError, which names the circle
 
 
 @pytest.mark.parametrize("folder", sorted(path.name for path in PACKAGE.iterdir() if path.is_dir()))

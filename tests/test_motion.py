@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
-from iceslide_fem.coupling.energy import Ledger  # noqa: E402
+from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.sliding import Sliding  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402

@@ -22,7 +22,7 @@ import meshio  # noqa: E402
 from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
 from runs import a_scene, rows_of  # noqa: E402
 
-from iceslide_fem.coupling.energy import Ledger  # noqa: E402
+from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.sliding import Sliding  # noqa: E402
 from iceslide_fem.errors import OutputError, SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
-from iceslide_fem.coupling.energy import Ledger  # noqa: E402
+from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.sliding import Refused, Sliding  # noqa: E402
 from iceslide_fem.coupling.step_error import StepError  # noqa: E402
 from iceslide_fem.errors import NotConverged, SimulationStopped  # noqa: E402

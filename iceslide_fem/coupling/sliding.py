@@ -9,13 +9,14 @@ block and film are solved again. Nothing of the old state is touched before the 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.coupling.energy import Energies, Mechanics, mechanics_of, step_energies
+from iceslide_fem.coupling.energy import Mechanics, mechanics_of, step_energies
 from iceslide_fem.coupling.restart import layouts_of, node_layout
+from iceslide_fem.coupling.state import Accepted, CoupledState
 from iceslide_fem.coupling.step_error import COUPLING, CouplingControl, StepError
 from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
@@ -25,7 +26,6 @@ from iceslide_fem.interface.build import carrier_of
 from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep
 from iceslide_fem.mesh.ice import window_cell
 from iceslide_fem.rubber.block import Block, SpeedLaw
-from iceslide_fem.rubber.contact import ContactState
 from iceslide_fem.rubber.time_discretisation import (
     Dynamic,
     Motion,
@@ -43,43 +43,6 @@ MANY_ITERATIONS = 10
 MOVES = ("displacements", "velocity", "acceleration")  # of a Motion, at the nodes
 # What is told of a trial that is refused: its length (s), and why.
 Refusal = Callable[[float, Exception], None]
-
-
-class CoupledState(NamedTuple):
-    """Everything that a step starts from: committed as a whole, or not at all.
-
-    time (s); motion: of the block when it was last solved for; contact and solved_shear (of the
-    points, Pa): of then; loads: the rubber's points, (n,); interface: film and ice; mechanics: what
-    the block does and stores; steady: whether the last step changed the shear so little that the
-    block may rest.
-    """
-
-    time: float
-    motion: Motion
-    contact: ContactState
-    loads: ContactLoads
-    interface: InterfaceState
-    mechanics: Mechanics
-    solved_shear: Array
-    steady: bool
-
-
-class Accepted(NamedTuple):
-    """An accepted step: the state it leads to, and what happened on the way.
-
-    interface_step: film and heat; energies: its entries in the ledger; loads: the rubber's points
-    at its end, before the window moved; iterations: Newton's; solved: whether the block was solved;
-    rejected: steps refused before.
-    """
-
-    state: CoupledState
-    dt: float
-    interface_step: InterfaceStep
-    energies: Energies
-    loads: ContactLoads
-    iterations: int
-    solved: bool
-    rejected: int
 
 
 class Refused(ArithmeticError):

@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.coupling.sliding import Accepted, Sliding
+from iceslide_fem.coupling.sliding import Sliding
+from iceslide_fem.coupling.state import Accepted
 from iceslide_fem.interface.surface_grid import Profile, SurfaceGrid
 from iceslide_fem.materials import MELTING_TEMPERATURE
 from iceslide_fem.output.grids import (

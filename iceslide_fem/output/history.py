@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.coupling.energy import Ledger
-from iceslide_fem.coupling.sliding import Accepted, CoupledState, Sliding
+from iceslide_fem.coupling.ledger import Ledger
+from iceslide_fem.coupling.sliding import Sliding
+from iceslide_fem.coupling.state import Accepted, CoupledState
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.materials import MELTING_TEMPERATURE
 from iceslide_fem.output.table import HistoryRow, PreloadRow

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.coupling.sliding import Accepted, Sliding
+from iceslide_fem.coupling.sliding import Sliding
+from iceslide_fem.coupling.state import Accepted
 from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics import compat
 from iceslide_fem.materials import MELTING_TEMPERATURE

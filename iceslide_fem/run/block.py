@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from iceslide_fem.coupling.energy import Ledger
+from iceslide_fem.coupling.ledger import Ledger
 from iceslide_fem.coupling.sliding import Refusal, Sliding, place_at_start
 from iceslide_fem.errors import Interrupted, OutputError, SceneError, SimulationStopped
 from iceslide_fem.fenics.compat import MPI

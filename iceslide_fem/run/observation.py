@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
-from iceslide_fem.coupling.sliding import Accepted, Sliding
+from iceslide_fem.coupling.sliding import Sliding
+from iceslide_fem.coupling.state import Accepted
 from iceslide_fem.output.table import HistoryRow
 
 

@@ -11,8 +11,9 @@ from pathlib import Path
 from time import process_time
 from typing import get_args
 
-from iceslide_fem.coupling.energy import Ledger
-from iceslide_fem.coupling.sliding import Accepted, Sliding
+from iceslide_fem.coupling.ledger import Ledger
+from iceslide_fem.coupling.sliding import Sliding
+from iceslide_fem.coupling.state import Accepted
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.output.block_fields import BlockFields
 from iceslide_fem.output.fields import Fields

@@ -1,0 +1,43 @@
+"""The energy ledger: what the plate gives against what film, ice and rubber take."""
+
+from __future__ import annotations
+
+from iceslide_fem.coupling.energy import Energies
+from iceslide_fem.coupling.sliding import Sliding
+from iceslide_fem.coupling.state import Accepted
+
+
+class Ledger:
+    """Energies of the whole block since t = 0, J: attributes named as those of `Energies`."""
+
+    def __init__(self, sliding: Sliding) -> None:
+        """Start at the present moment of `sliding`."""
+        self._sliding = sliding
+        self.friction_work = self.load_work = 0.0
+        self.ice_heat = self.rubber_heat = self.latent_heat = 0.0
+        self.elastic_energy = self.kinetic_energy = 0.0
+
+    def add(self, accepted: Accepted) -> None:
+        """Enter an accepted step."""
+        for name, energy in accepted.energies._asdict().items():
+            setattr(self, name, getattr(self, name) + energy)
+
+    def state(self) -> dict[str, float]:
+        """The energies, J."""
+        return {name: getattr(self, name) for name in Energies._fields}
+
+    def restore(self, state: dict[str, float]) -> None:
+        """Go on from `state`, at the moment to which `sliding` was restored."""
+        for name in Energies._fields:
+            setattr(self, name, state[name])
+
+    @property
+    def imbalance(self) -> float:
+        """What is missing or too much, relative to the friction work."""
+        if self.friction_work == 0.0:
+            return 0.0
+        return Energies(**self.state()).missing / self.friction_work
+
+    def friction_force(self) -> float:
+        """Friction force of the whole block at the present moment, N."""
+        return self._sliding.current.mechanics.friction_force

@@ -1,0 +1,49 @@
+"""The state of a sliding block between steps, and what an accepted step is."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.coupling.energy import Energies, Mechanics
+from iceslide_fem.film.integrators import InterfaceState
+from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep
+from iceslide_fem.rubber.contact import ContactState
+from iceslide_fem.rubber.time_discretisation import Motion
+
+
+class CoupledState(NamedTuple):
+    """Everything that a step starts from: committed as a whole, or not at all.
+
+    time (s); motion: of the block when it was last solved for; contact and solved_shear (of the
+    points, Pa): of then; loads: the rubber's points, (n,); interface: film and ice; mechanics: what
+    the block does and stores; steady: whether the last step changed the shear so little that the
+    block may rest.
+    """
+
+    time: float
+    motion: Motion
+    contact: ContactState
+    loads: ContactLoads
+    interface: InterfaceState
+    mechanics: Mechanics
+    solved_shear: Array
+    steady: bool
+
+
+class Accepted(NamedTuple):
+    """An accepted step: the state it leads to, and what happened on the way.
+
+    interface_step: film and heat; energies: its entries in the ledger; loads: the rubber's points
+    at its end, before the window moved; iterations: Newton's; solved: whether the block was solved;
+    rejected: steps refused before.
+    """
+
+    state: CoupledState
+    dt: float
+    interface_step: InterfaceStep
+    energies: Energies
+    loads: ContactLoads
+    iterations: int
+    solved: bool
+    rejected: int
