@@ -6,14 +6,11 @@ They are found before the step is accepted: one whose energy does not close is r
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.interface.carriers import InterfaceStep
 from iceslide_fem.rubber.block import Block
-
-if TYPE_CHECKING:
-    pass
 
 
 class Mechanics(NamedTuple):
