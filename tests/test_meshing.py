@@ -365,7 +365,7 @@ def test_a_run_on_a_bad_mesh_leaves_what_was_there(tmp_path):
     (tmp_path / "old").mkdir()
     (tmp_path / "old" / "summary.json").write_text("{}")
     with pytest.raises(SceneError, match='no facets tagged "plate"'):
-        run(scene, tmp_path / "old")
+        run(scene, tmp_path / "old", force=True)
     assert (tmp_path / "old" / "summary.json").read_text() == "{}"
 
 

@@ -358,5 +358,8 @@ def test_a_killed_run_leaves_readable_rows_and_can_be_run_again(tmp_path):
     assert len(rows) >= 19 and all(np.isfinite(float(row["mu"])) for row in rows)
     assert not (tmp_path / "summary.json").exists()
     again = [*command, "--set", "load.duration=0.5ms", "--out", str(tmp_path)]
-    assert subprocess.run(again, env=environment, capture_output=True).returncode == 0
+    refused = subprocess.run(again, env=environment, capture_output=True, text=True)
+    assert refused.returncode == 2 and "--restart" in refused.stderr
+    assert history.read_text() == text  # nothing is lost
+    assert subprocess.run([*again, "--force"], env=environment).returncode == 0
     assert (tmp_path / "report.png").stat().st_size > 10_000
