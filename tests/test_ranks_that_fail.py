@@ -36,9 +36,9 @@ WAYS = {
         2,
         "mesh x cannot be read",
     ),
-    "a rank cannot write its piece": (
-        "from iceslide_fem.output import fields\n"
-        "failing(fields, '_check_whole', OutputError('cannot write: disk full'), 1, 2)\n",
+    "rank 0 cannot write the fields": (
+        "from iceslide_fem.output.fields import Fields\n"
+        "failing(Fields, 'write', OutputError('cannot write: disk full'), 0, 2)\n",
         3,
         "cannot write: disk full",
     ),
