@@ -197,6 +197,7 @@ def test_missing_heights_of_every_format(heights, tmp_path):
         ("a.csv", b"1,2\n3,4,5\n", ["--pixel", "1um"], "lines with different numbers of values"),
         ("a.csv", b"1,2\n3,x\n", ["--pixel", "1um"], '"x" is not a number'),
         ("a.csv", b"\n# nothing\n", ["--pixel", "1um"], "has no numbers in it"),
+        ("a.xyz", b"x y z\n", ["--pixel", "1um"], "has no numbers in it"),
         ("a.txt", b"\xff\xfe\x00\x01", ["--pixel", "1um"], "is not a text file"),
         ("a.xyz", b"0 0 1\n1 0 1\n2.5 0 1\n3 7 1\n", [], "do not lie on a regular grid"),
         ("a.xyz", b"0 0 1\n0 1 1\n0 2 1\n0 3 1\n", [], "all points have the same x"),

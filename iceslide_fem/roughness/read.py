@@ -94,6 +94,8 @@ def _text(path: Path, unit: float) -> _Map:
     comma = separator == r"\s+" or "," not in lines[-1] or separator == ","
     if any(character.isalpha() for character in lines[0].replace("nan", "").replace("e", "")):
         del lines[0]  # names of the columns
+    if not lines:
+        raise SceneError(f"{path} has no numbers in it")
     try:
         table = pd.read_csv(
             io.StringIO("\n".join(lines)),
