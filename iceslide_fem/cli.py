@@ -113,11 +113,9 @@ def run(
     if not math.isfinite(checkpoint_every):
         raise SceneError(f"--checkpoint-every {checkpoint_every} is no number of seconds")
     if restart is not None:
-        if overrides or out is not None or force:
-            raise SceneError(
-                "--restart goes on with a run as it is: --set, --out and --force do not fit"
-            )
-        scene, resumed, out = *_resumed(restart, scene_file), restart
+        if out is not None or force:
+            raise SceneError("--restart goes on with a run as it is: --out and --force do not fit")
+        scene, resumed, out = *_resumed(restart, scene_file, overrides or []), restart
     elif scene_file is None:
         raise typer.BadParameter("give a scene file, or --restart DIR")
     else:
@@ -368,13 +366,15 @@ def _print_notes(scene: Scene) -> list[str]:
     return found
 
 
-def _resumed(folder: Path, scene_file: Path | None) -> tuple[Scene, Checkpoint]:
+def _resumed(
+    folder: Path, scene_file: Path | None, overrides: Sequence[str]
+) -> tuple[Scene, Checkpoint]:
     """Scene and checkpoint of the run in `folder`; a scene file must be of that scene."""
-    from iceslide_fem.run.checkpoint import read_checkpoint, same_scene
+    from iceslide_fem.run.checkpoint import read_changed, read_checkpoint, same_scene
 
-    checkpoint = read_checkpoint(folder)
+    checkpoint = read_changed(folder, overrides) if overrides else read_checkpoint(folder)
     if scene_file is not None:
-        same_scene(_load(scene_file, None), checkpoint, folder)
+        same_scene(_load(scene_file, overrides), checkpoint, folder)
     return checkpoint.scene, checkpoint
 
 

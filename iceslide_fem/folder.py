@@ -29,6 +29,7 @@ LOCK = ".lock"
 RESULTS = {
     "run": (
         "checkpoint",  # first: without it nobody goes on with a run that is half removed
+        "finished",
         "summary.json",
         "stopped.txt",
         "history.csv",

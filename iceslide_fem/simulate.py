@@ -25,7 +25,7 @@ from iceslide_fem.planning.rungs import resolved
 from iceslide_fem.results import Run, read_run
 from iceslide_fem.results.report import report
 from iceslide_fem.run.checkpoint import FILE as CHECKPOINT
-from iceslide_fem.run.checkpoint import Checkpoint
+from iceslide_fem.run.checkpoint import Checkpoint, finish
 from iceslide_fem.scene import Scene, flat
 from iceslide_fem.scene.fingerprint import fingerprint, scene_hash, sources_hash
 from iceslide_fem.scene.notes import notes
@@ -137,7 +137,7 @@ def _run_block(
         if stopped:
             raise stopped
         # Only now: until everything is written, a kill must leave a way on.
-        from_root(lambda: (out / CHECKPOINT).unlink(missing_ok=True), comm)
+        from_root(lambda: finish(out), comm)
     return summary
 
 

@@ -27,6 +27,8 @@ from iceslide_fem.output.table import Table  # noqa: E402
 from iceslide_fem.results import field_files, read_run  # noqa: E402
 from iceslide_fem.run.checkpoint import (  # noqa: E402
     FILE,
+    FINISHED,
+    read_changed,
     read_checkpoint,
     same_scene,
     write_checkpoint,
@@ -241,12 +243,55 @@ def test_lists_name_no_fields_that_are_gone(tmp_path, monkeypatch, capsys):
     shutil.rmtree(tmp_path / "fields")
     run(scene, tmp_path, resumed=read_checkpoint(tmp_path))
     assert (
-        "has lost ice-0-000000.pvtu: fields are written from here on only"
-        in capsys.readouterr().out
+        "has lost ice_000000.vtu: fields are written from here on only" in capsys.readouterr().out
     )
     for name in ("rubber", "interface"):
         files = field_files(tmp_path, name)
         assert files and all(path.is_file() for _, path in files)
+
+
+@pytest.mark.mpi
+def test_a_finished_run_goes_on_longer(shared):
+    """Ice that passes in columns is as deep for any longer run: the curve is that of one run."""
+    passing = ["ice.motion=sliding", "ice.heat=column", "output.probes.foot=[0, 0, 0]"]
+    whole = small_scene(*passing, "load.duration=1.1ms", "output.times=0.1ms")
+    run(whole, shared / "whole")
+    run(small_scene(*passing, "load.duration=0.9ms", "output.times=0.1ms"), shared / "parts")
+    MPI.COMM_WORLD.Barrier()
+    with pytest.raises(SceneError, match="does not let the run in .* longer than its 0.9 ms"):
+        read_changed(shared / "parts", ["output.times=3"])
+    with pytest.raises(SceneError, match="load.speed cannot be changed"):
+        read_changed(shared / "parts", ["load.speed=4"])
+    longer = read_changed(shared / "parts", ["load.duration=1.1ms"])
+    summary = run(longer.scene, shared / "parts", resumed=longer)
+    MPI.COMM_WORLD.Barrier()
+    columns = ("mu", "film_height_m", "friction_work_J", "ice_heat_J")
+    for one, two in zip(
+        *(curves(shared / part, *columns) for part in ("whole", "parts")), strict=True
+    ):
+        assert np.abs(two - one).max() <= 2e-3 * np.abs(one).max()
+    history = read_run(shared / "parts").history
+    assert history["time_s"][-1] == 1.1e-3 and len(history["mu"]) == summary["steps"] + 1
+    assert len((shared / "parts" / "probes.csv").read_text().splitlines()) == summary["steps"] + 2
+    times = [
+        [time for time, _ in field_files(shared / part, "rubber")] for part in ("whole", "parts")
+    ]
+    assert len(times[0]) == 12 and len(times[1]) == 12 and times[1] == sorted(times[1])
+
+
+@pytest.mark.parametrize(
+    "changes, sentence",
+    [
+        (["ice.heat=column"], "load.duration cannot grow from 0.05 ms.*sliding"),
+        (["ice.motion=sliding", "ice.heat=column"], "allowed where that is more than the 0.624 ms"),
+    ],
+)
+def test_ice_that_would_be_deeper_is_refused(changes, sentence, tmp_path):
+    run(small_scene("load.duration=0.05ms", *changes), tmp_path)
+    files = sorted(path.name for path in tmp_path.iterdir())
+    with pytest.raises(SceneError, match=sentence):
+        read_changed(tmp_path, ["load.duration=1ms"])
+    assert sorted(path.name for path in tmp_path.iterdir()) == files and FINISHED in files
 
 
 def test_the_state_of_another_mesh_is_refused(tmp_path, monkeypatch):
@@ -331,7 +376,7 @@ def test_checkpoints_at_chosen_times(tmp_path, monkeypatch):
     for module in ("block", "observers"):
         monkeypatch.setattr(f"iceslide_fem.run.{module}.write_checkpoint", noted)
     run(small_scene("load.duration=1ms"), tmp_path, (), Schedule(1e9, (0.3e-3, 0.6e-3)))
-    assert times[:2] == [None, 0.0] and len(times) == 4
+    assert times[:2] == [None, 0.0] and len(times) == 5 and times[-1] == 1e-3
     assert 0.3e-3 <= times[2] < 0.4e-3 and 0.6e-3 <= times[3] < 0.7e-3
 
 

@@ -18,7 +18,7 @@ from iceslide_fem.coupling.energy import Mechanics, mechanics_of, step_energies
 from iceslide_fem.coupling.restart import layouts_of, node_layout
 from iceslide_fem.coupling.state import Accepted, CoupledState
 from iceslide_fem.coupling.step_error import COUPLING, CouplingControl, StepError
-from iceslide_fem.errors import NotConverged, SimulationStopped
+from iceslide_fem.errors import NotConverged, SceneError, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.step_control import step_factor
@@ -118,6 +118,7 @@ class Sliding:
             "points": layouts.points.gather(points),
             "films": layouts.films.gather(films),
             "ice": layouts.ice.gather({"content": state.ice}),
+            "depth": self._depth(),
             "rubber": layouts.rubber.gather({"content": state.rubber}),
         }
 
@@ -128,6 +129,10 @@ class Sliding:
         SceneError if the state does not fit the meshes.
         """
         layouts = self._layouts
+        if not np.isclose(state["depth"], self._depth(), rtol=1e-9):
+            raise SceneError(
+                "the ice of this run reaches deeper than that of its checkpoint: start it anew"
+            )
         nodes = {name: v.T.ravel() for name, v in layouts.nodes.own(state["nodes"]).items()}
         time, span = state["solved"]
         motion = Motion(time, span, **{name: nodes[name] for name in MOVES})
@@ -148,6 +153,11 @@ class Sliding:
             steady=state["steady"],
         )
         self._dt = state["step"]
+
+    def _depth(self) -> float:
+        """How deep the ice reaches, m; 0 of a closed form. Collective."""
+        profile = self.carrier.ice.profile(self.current.interface.ice)
+        return 0.0 if profile is None else float(profile.depths[-1])
 
     def shear(self, interface: InterfaceState, loads: ContactLoads) -> Array:
         """Friction stress on the ice at the points, (n,), Pa. Collective."""

@@ -13,10 +13,11 @@ import contextlib
 import hashlib
 import io
 import json
+import os
 import shutil
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,13 +25,17 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
-from iceslide_fem.files import replace_file
+from iceslide_fem.files import replace_file, writing
 from iceslide_fem.scene import Scene, flat, scene_from_dict
 from iceslide_fem.scene.fingerprint import fingerprint
+from iceslide_fem.scene.messages import shortened
+from iceslide_fem.scene.toml import key_and_text, override
 
 FILE = "checkpoint"
+FINISHED = "finished"  # the last one of a run that has ended
 # What a run that goes on needs.
-GOES_ON = (FILE, "history.csv", "preload.csv", "probes.csv", "log.jsonl", "fields")
+GOES_ON = (FILE, FINISHED, "history.csv", "preload.csv", "probes.csv", "log.jsonl", "fields")
+WIDER = 1.2  # than that of the undeformed block a window of ice may be
 _FIRST_LINE = b"iceslide_fem checkpoint 1\n"
 # What reading or using foreign content ends in; none of it is a fault of the program.
 _NOT_OURS = (
@@ -77,14 +82,21 @@ def write_checkpoint(folder: Path, scene: Scene, state: Mapping[str, Any]) -> No
     replace_file(folder / FILE, _FIRST_LINE + digest + b"\n" + body)
 
 
-def read_checkpoint(folder: Path) -> Checkpoint:
+def finish(folder: Path) -> None:
+    """Keep the last checkpoint of a run that has ended under its own name. Call it on one rank."""
+    with writing(folder / FINISHED):
+        os.replace(folder / FILE, folder / FINISHED)
+
+
+def read_checkpoint(folder: Path, name: str = FILE) -> Checkpoint:
     """The checkpoint in `folder`. Raises SceneError if there is none that can be trusted."""
-    path = folder / FILE
+    path = folder / name
     try:
         content = path.read_bytes()
     except FileNotFoundError:
         raise SceneError(
-            f"{folder} holds no checkpoint: no run was begun there, or it has finished"
+            f"{folder} holds no checkpoint: no run was begun there, or it has finished "
+            "(--set load.duration=TIME may let it go on)"
         ) from None
     except OSError as error:
         raise SceneError(f"cannot read the checkpoint {path}: {error.strerror}") from None
@@ -109,6 +121,58 @@ def read_checkpoint(folder: Path) -> Checkpoint:
         state = _nested(numbers | arrays)
         _check(state, scene)
     return Checkpoint(scene, state)
+
+
+def read_changed(folder: Path, changes: Sequence[str]) -> Checkpoint:
+    """The last checkpoint in `folder`, of a finished run, too, with `changes` of its scene.
+
+    They may be a longer `load.duration` and what is written. Raises SceneError where there is no
+    such checkpoint, and where what conducts heat is meshed for the duration that the run had.
+    """
+    finished = not (folder / FILE).is_file()
+    checkpoint = read_checkpoint(folder, FINISHED if finished else FILE)
+    before, changed = checkpoint.scene, checkpoint.scene.as_dict()
+    for change in changes:
+        key, _ = key_and_text(change)
+        if key != "load.duration" and not key.startswith("output."):
+            raise SceneError(
+                f"--restart goes on with a run as it is: {shortened(key)} cannot be changed; "
+                "allowed: load.duration and the keys of output"
+            )
+        override(changed, change)
+    scene = scene_from_dict(changed)
+    duration, first = scene.load.duration, before.load.duration
+    if duration < first or (duration == first and finished):
+        raise SceneError(
+            f"load.duration = {1e3 * duration:.4g} ms does not let the run in {folder} go on; "
+            f"allowed: longer than its {1e3 * first:.4g} ms"
+        )
+    if duration > first:
+        _check_depths(scene, first)
+    return Checkpoint(scene, checkpoint.state)
+
+
+def _check_depths(scene: Scene, first: float) -> None:
+    """Raise SceneError unless ice that was meshed for the duration `first` (s) serves longer."""
+    reason = (
+        f"load.duration cannot grow from {1e3 * first:.4g} ms: what conducts heat is meshed as "
+        "deep as heat comes in that time; "
+    )
+    if scene.ice.motion == "attached" or scene.ice.heat != "column" or scene.rubber.heat:
+        raise SceneError(
+            reason + 'allowed with ice.motion = "sliding" and ice.heat = "column" without '
+            "rubber.heat"
+        )
+    from iceslide_fem.mesh.ice import window_lines
+    from iceslide_fem.mesh.rubber import block_shape
+
+    along = window_lines(scene, block_shape(scene).ranges)[0]
+    passing = WIDER * float(along[-1] - along[0]) / scene.load.speed
+    if first < passing:
+        raise SceneError(
+            reason + f"allowed where that is more than the {1e3 * passing:.3g} ms in which ice "
+            "passes the block and its surroundings"
+        )
 
 
 @contextlib.contextmanager

@@ -121,8 +121,9 @@ class Checkpoints:
         self._due = Saves(watch.schedule, sliding.current.time, self._comm)
 
     def __call__(self, step: Observation) -> None:
-        """Save if it is due, and at t = 0."""
-        if self._due(step.time) or step.accepted is None:
+        """Save if it is due, at t = 0 and at the end."""
+        ends = step.time >= self._sliding.block.scene.load.duration
+        if self._due(step.time) or step.accepted is None or ends:
             self.save()
 
     def save(self) -> None:
