@@ -81,6 +81,20 @@ def test_no_rank_waits_for_one_that_failed(way, tmp_path):
         assert sentence in (out / "stopped.txt").read_text()
 
 
+def test_no_rank_of_a_ladder_waits_for_one_that_failed(tmp_path):
+    script = tmp_path / "fails.py"
+    code = (
+        "from iceslide_fem.ladder import runs\n"
+        "failing(runs, 'simplifications', SceneError('mesh x cannot be read'), 1)\n"
+    )
+    script.write_text(HEAD + code + COMMAND)
+    words = [sys.executable, str(script), "ladder", str(CASE), "--out", str(tmp_path / "out")]
+    done = subprocess.run(
+        under_mpi(2, words), env=ENVIRONMENT, capture_output=True, text=True, timeout=90
+    )
+    assert done.returncode == 2 and "mesh x cannot be read" in done.stderr
+
+
 def test_from_python_a_failing_rank_ends_all(tmp_path):
     script = tmp_path / "fails.py"
     code = WAYS["a rank finds no film"][0]

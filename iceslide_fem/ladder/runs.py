@@ -21,7 +21,7 @@ from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.folder import claimed, clear_results
 from iceslide_fem.mesh.size import check_memory, shortage
-from iceslide_fem.parallel import from_root
+from iceslide_fem.parallel import failing_together, from_root
 from iceslide_fem.planning.rungs import Rung, on_rung, rung_name
 from iceslide_fem.planning.simplifications import Simplifications, simplifications
 from iceslide_fem.results import Run, differences, read_run
@@ -120,7 +120,7 @@ def climb(
     `tell` is called with a line before every run; `force`: replace what else `out` holds. Raises
     SceneError where it may not write there, or the user's mesh can't be used.
     """
-    with ExitStack() as claim:
+    with failing_together(MPI.COMM_WORLD), ExitStack() as claim:
 
         def take() -> None:
             if scene.rubber.mesh is not None:
