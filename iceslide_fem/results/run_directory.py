@@ -58,7 +58,7 @@ def read_run(directory: Path | str) -> Run:
     except OSError as error:
         missing = Path(error.filename).name
         raise SceneError(f"{directory} holds no finished run (no readable {missing})") from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise SceneError(f"{directory} holds no finished run ({error})") from None
     if not _is_of_a_run(summary, history):
         raise SceneError(f"{directory} holds no finished run (its files are of something else)")
@@ -71,6 +71,10 @@ def _is_of_a_run(summary: Any, history: Mapping[str, Array]) -> bool:
         return False
     tables = (summary["scene"].get(name) for name in ("rubber", "load", "ice", "numerics"))
     if not all(isinstance(table, dict) for table in tables):
+        return False
+    if not all(
+        isinstance(summary.get(name), float | int) for name in ("mu_peak", "mu_peak_time_s")
+    ):
         return False
     curves = [history.get(name, np.empty(0)) for name in ("time_s", "mu")]
     return all(

@@ -591,7 +591,7 @@ def damaged(point: Path, block: Path, stopped: Path) -> Iterator[Input]:
             ("summary.json", lambda _: b"[" * 100_000, "refused"),
             ("summary.json", json_with(scene=3), "refused"),
             ("summary.json", json_with(scene={}), "refused"),
-            ("summary.json", json_with(mu_peak="x"), "any"),
+            ("summary.json", json_with(mu_peak="x"), "refused"),
             ("history.csv", half, "any"),
             ("history.csv", noise, "refused"),
             ("history.csv", lambda _: b"", "refused"),
@@ -609,8 +609,6 @@ def damaged(point: Path, block: Path, stopped: Path) -> Iterator[Input]:
         ("fields/*.vtu", half, "refused"),
         ("fields/*.vtu", noise, "refused"),
         ("fields/*.vtu", None, "refused"),
-        ("fields/*.pvtu", half, "refused"),
-        ("fields/*.pvtu", None, "refused"),
     ):
         yield Input(("view", "run"), "", copy(block, (name, change)), ends)
 
@@ -743,11 +741,17 @@ def all_endings(asked: Sequence[Input], where: str, at_a_time: int) -> Iterator[
 
 
 def content(folder: Path) -> dict[str, tuple[int, int]]:
-    """Every path below a folder, with its time and size."""
+    """Every file below a folder, with its time and size, and every folder; locks and logs do not
+    count, nor what a killed run had half written, nor the page that `view` draws of a whole history
+    before it comes to damaged fields.
+    """
     found = {}
     for path in sorted(folder.rglob("*")):
+        if path.name in (".lock", "log.jsonl", "report.png") or path.suffix == ".part":
+            continue
         status = path.lstat()
-        found[str(path.relative_to(folder))] = (status.st_mtime_ns, status.st_size)
+        seen = (0, 0) if path.is_dir() else (status.st_mtime_ns, status.st_size)
+        found[str(path.relative_to(folder))] = seen
     return found
 
 
@@ -789,7 +793,7 @@ def judged(child: Child, code: int | None) -> Ending:
 def prepared(folder: Path) -> None:
     """A finished point, a finished slice, and a slice that was killed after its first rows."""
     (folder / "scene.toml").write_text(SCENE)
-    long = (*SLICE, "load.duration=7ms", "numerics.max_step=1us")
+    long = (*SLICE, "load.duration=0.2ms", "numerics.max_step=1us")
     for name, changes in (("point", POINT), ("slice", SLICE), ("stopped", long)):
         words = (*changed(command="run", base=changes), "--out", name, "--checkpoint-every", "0")
         child = launched(Input(words), folder, 600.0)
