@@ -2,6 +2,7 @@
 
 import csv
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -9,12 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import iceslide_fem
 from iceslide_fem.errors import SceneError
 from iceslide_fem.folder import claimed
 from iceslide_fem.planning.rungs import resolved
 from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import load_scene
-from iceslide_fem.scene.fingerprint import fingerprint
+from iceslide_fem.scene.fingerprint import fingerprint, scene_hash, sources_hash
 from iceslide_fem.simulate import run as simulate_run
 from iceslide_fem.sweep import make_plan, read_sweep, run_sweep, share_cores
 from iceslide_fem.sweep import points as sweep_points
@@ -96,6 +98,25 @@ def test_a_fingerprint_is_of_everything_but_the_name(monkeypatch, tmp_path):
     assert fingerprint(with_table) != one
     monkeypatch.setattr("iceslide_fem.__version__", "99")
     assert fingerprint(scene) != first
+
+
+def test_a_fingerprint_knows_the_sources(monkeypatch, tmp_path):
+    """Whoever changes the program gets no results of the old one."""
+    scene = load_scene(CASE, POINT)
+    first, of_scene, of_sources = fingerprint(scene), scene_hash(scene), sources_hash()
+    package = tmp_path / "iceslide_fem"
+    shutil.copytree(Path(iceslide_fem.__file__).parent, package)
+    monkeypatch.setattr("iceslide_fem.__file__", str(package / "__init__.py"))
+    sources_hash.cache_clear()
+    assert sources_hash() == of_sources  # wherever they lie
+    with open(package / "film" / "law.py", "a") as file:
+        file.write("\n# another law\n")
+    sources_hash.cache_clear()
+    assert sources_hash() != of_sources
+    assert fingerprint(scene) != first and scene_hash(scene) == of_scene
+    monkeypatch.undo()
+    sources_hash.cache_clear()
+    assert fingerprint(scene) == first
 
 
 def test_points_are_those_of_single_runs(tmp_path):
