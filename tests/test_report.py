@@ -81,3 +81,13 @@ def test_no_dolfinx_is_needed():
     code = f"import sys, {modules}; print('dolfinx' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
+
+
+@pytest.mark.parametrize("damage", ["[" * 100_000, '"mu_peak": "x"', '"mu_peak_time_s": null'])
+def test_a_summary_that_no_run_wrote_is_refused(damage, tmp_path):
+    write_run(tmp_path, "point", preload=False)
+    path = tmp_path / "summary.json"
+    whole = path.read_text()
+    path.write_text(damage if damage[0] == "[" else whole.rstrip()[:-1] + f", {damage}}}")
+    with pytest.raises(SceneError, match="holds no finished run"):
+        read_run(tmp_path)
