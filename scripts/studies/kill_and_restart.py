@@ -125,11 +125,11 @@ def kills(count: int, ranks: int, folder: Path, dice: random.Random) -> None:
 
 
 def full_disk(folder: Path) -> None:
-    """Fill a file system of 1.5 MB, look at what is left, make room, go on."""
+    """Fill a file system of 0.8 MB, look at what is left, make room, go on."""
     alone, disk = folder / "alone", folder / "disk"
     disk.mkdir()
     silently(command(1, *beginning(alone)))
-    subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1500k", "tmpfs", disk], check=True)
+    subprocess.run(["mount", "-t", "tmpfs", "-o", "size=800k", "tmpfs", disk], check=True)
     try:
         out = disk / "run"
         full = subprocess.run(command(1, *beginning(out)), capture_output=True, text=True)
