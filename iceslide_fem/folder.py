@@ -53,7 +53,7 @@ RESULTS = {
         "mu.png",
         "thesis.png",
         "comparison.png",
-        "scenes",
+        "scenes/block_*.toml",
     ),
     "roughness": (
         "contact.csv",
@@ -64,6 +64,7 @@ RESULTS = {
         "spectrum.png",
     ),
 }
+FOLDERS = ("fields", "cases", "scenes", "point_*", "slice_*", "block_*")
 # May lie beside results, and stays: scenes, and what a queue or a sweep writes down.
 BESIDE = ("*.toml", "*.log", "log.txt", "slurm-*", ".*")
 
@@ -78,11 +79,7 @@ def check_folder(out: Path, same: Callable[[Path], str | None], force: bool) -> 
     if not out.is_dir():
         return
     with _reading(out):
-        foreign = sorted(
-            path.name
-            for path in out.iterdir()
-            if not any(path.match(pattern) for pattern in (*_patterns(), *BESIDE))
-        )
+        foreign = sorted(path.name for path in out.iterdir() if not _is_known(path))
     if foreign:
         more = f" and {len(foreign) - 1} more" if len(foreign) > 1 else ""
         raise SceneError(
@@ -150,6 +147,16 @@ def clear_results(out: Path, keep: Sequence[str] = ()) -> None:
                 shutil.rmtree(path)
             else:
                 path.unlink(missing_ok=True)
+            if path.parent != out:
+                with contextlib.suppress(OSError):  # something else is in it
+                    path.parent.rmdir()
+
+
+def _is_known(path: Path) -> bool:
+    """Whether what lies in a folder is a result, or may lie beside results."""
+    if path.is_dir() and not path.name.startswith("."):
+        return any(path.match(pattern) for pattern in FOLDERS)
+    return any(path.match(pattern) for pattern in (*_patterns(), *BESIDE))
 
 
 def _patterns() -> list[str]:

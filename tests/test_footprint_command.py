@@ -130,17 +130,25 @@ def test_wrong_input_is_a_sentence_and_exit_code_2(arguments, words, tmp_path, m
     assert [path.name for path in tmp_path.iterdir()] == ["grey.png"]
 
 
-def test_scenes_of_an_earlier_run_go_and_what_cannot_be_written_is_named(tmp_path, capsys):
+def test_scenes_of_an_earlier_run_go_and_what_cannot_be_written_is_named(
+    tmp_path, capsys, monkeypatch
+):
     picture = save(grey_picture(TRUTH, HIGH), tmp_path / "grey.png")
     out = tmp_path / "out"
     for count in (2, 1):
-        assert iceslide("footprint", picture, *OPTIONS, "--scenes", count, "--out", out) == 0
+        words = ("--scenes", count, "--force", "--out", out)
+        assert iceslide("footprint", picture, *OPTIONS, *words) == 0
     assert [path.name for path in (out / "scenes").iterdir()] == ["block_01.toml"]
     assert capsys.readouterr().out.count("block_02") == 1
-    (out / "mu.png").unlink()
-    (out / "mu.png").mkdir()
-    assert iceslide("footprint", picture, *OPTIONS, "--out", out) == 3
+    (out / "scenes" / "mine.toml").write_text("a scene of one's own")
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("iceslide_fem.footprint.command.draw_maps", full)
+    assert iceslide("footprint", picture, *OPTIONS, "--force", "--out", out) == 3
     assert "cannot write" in capsys.readouterr().err
+    assert [path.name for path in (out / "scenes").iterdir()] == ["mine.toml"]
 
 
 def test_only_rank_0_works(tmp_path):
