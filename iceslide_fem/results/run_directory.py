@@ -111,7 +111,7 @@ def _columns(path: Path) -> dict[str, Array]:
 
     if not path.read_bytes().endswith(b"\n"):
         raise ValueError(f"the last row of {path.name} is not whole")
-    table = pd.read_csv(path, float_precision="round_trip", index_col=False)
+    table = pd.read_csv(path, index_col=False)
     if table.iloc[:, -1].isna().any():
         raise ValueError(f"a row of {path.name} is not whole")
     integers = {name: float for name in table.select_dtypes("integer")}
