@@ -104,7 +104,7 @@ def test_run_says_that_the_pressure_is_outside_the_table(simulated, capsys):
         (["run", CASE, "--out", CASE + "/deeper"], "is not a directory one may write to"),
         (["run", CASE, "--out", "x" * 300], "File name too long"),
         (["run", "--restart", "."], "holds no checkpoint"),
-        (["run", "--restart", ".", "--set", "model=slice"], "as it is"),
+        (["run", "--restart", ".", "--set", "model=slice"], "holds no checkpoint"),
         (["run", CASE, "--checkpoint-at", "2mm"], '--checkpoint-at "2mm" has the wrong unit'),
         (["run", CASE, "--checkpoint-at", "-1ms"], '--checkpoint-at "-1ms" is out of range'),
         (["run", CASE, "--checkpoint-at", "8ms"], "allowed: 0 to the duration of the run, 7 ms"),
