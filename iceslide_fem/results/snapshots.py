@@ -73,7 +73,7 @@ def times(directory: Path) -> Array:
 
 def read_mises(directory: Path, number: int) -> Array | None:
     """Von Mises stresses (Pa) at the rubber's nodes, if they were written."""
-    data = pv.read(field_files(directory, "rubber")[number][1]).point_data
+    data = _read(field_files(directory, "rubber")[number][1]).point_data
     return np.asarray(data[MISES]) if MISES in data else None
 
 
