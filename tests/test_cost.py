@@ -1,5 +1,6 @@
 """Cost estimates against the measured runs that they were made from, and what they count."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -7,7 +8,7 @@ import pytest
 pytest.importorskip("iceslide_fem.fenics.compat")
 from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.mesh.ice import ice_mesh, ice_nodes, window_lines
+from iceslide_fem.mesh.ice import ice_mesh, ice_shape, window_lines
 from iceslide_fem.mesh.rubber import (  # noqa: E402
     block_size,
     divisions,
@@ -16,6 +17,7 @@ from iceslide_fem.mesh.rubber import (  # noqa: E402
 )
 from iceslide_fem.mesh.size import (  # noqa: E402
     Unknowns,
+    check_memory,
     memory_needed,
     memory_of_machine,
 )
@@ -72,7 +74,7 @@ def test_there_are_enough_measured_runs():
 def test_unknowns_are_those_of_the_meshes(model):
     scene = thesis(f"model={model}", "ice.margin=0.2mm")
     ice = ice_mesh(scene, MPI.COMM_SELF).mesh
-    assert ice_nodes(scene) == ice.topology.index_map(0).size_global
+    assert math.prod(ice_shape(scene)) == ice.topology.index_map(0).size_global
     rubber = rubber_mesh(scene, MPI.COMM_SELF).mesh
     dim = 2 if model == "slice" else 3
     assert estimate(scene).rubber_unknowns > dim * rubber.topology.index_map(0).size_global
@@ -158,3 +160,11 @@ def test_info_warns_of_what_it_knows(changes, words):
 def test_info_does_not_warn_of_the_cases():
     for case in sorted((ROOT / "cases").glob("*.toml")):
         assert warnings(load_scene(case)) == []
+
+
+def test_more_modes_of_ice_than_can_be_found_are_refused():
+    """A metre of trail in cells of 20 um: it took 20 GB and no signal ended it."""
+    sliding = ["model=slice", "ice.motion=sliding", "ice.trail=1", "ice.cell=20um"]
+    scene = load_scene(ROOT / "cases" / "thesis_1bar.toml", [*sliding, "ice.heat=continuum"])
+    with pytest.raises(SceneError, match="nodes in a line, and continuum ice may have 3000"):
+        check_memory(scene)

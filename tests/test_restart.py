@@ -372,6 +372,7 @@ def test_checkpoints_at_chosen_times(tmp_path, monkeypatch):
 
     def noted(folder, scene, state):
         times.append(state["sliding"]["time"] if state else None)
+        write_checkpoint(folder, scene, state)
 
     for module in ("block", "observers"):
         monkeypatch.setattr(f"iceslide_fem.run.{module}.write_checkpoint", noted)

@@ -125,14 +125,14 @@ def window_lines(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[L
     return [x, *patch_lines(scene, footprint, WINDOW_BULGE * block.height)[1:]]
 
 
-def ice_nodes(scene: Scene) -> int:
-    """Number of nodes, and so of temperature unknowns, of the scene's ice mesh.
+def ice_shape(scene: Scene) -> tuple[int, ...]:
+    """Number of nodes along x, (y,) z of the scene's ice mesh.
 
     Of a window of sliding ice as long as the undeformed block; the contact's length decides.
     """
     sliding = scene.ice.motion == "sliding"
     surface = window_lines(scene, block_shape(scene).ranges) if sliding else None
-    return math.prod(len(line) for line in ice_lines(scene, surface))
+    return tuple(len(line) for line in ice_lines(scene, surface))
 
 
 def ice_lines(

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import psutil
 
 from iceslide_fem.errors import SceneError
-from iceslide_fem.mesh.ice import ice_nodes, window_lines
+from iceslide_fem.mesh.ice import ice_shape, window_lines
 from iceslide_fem.mesh.rubber import block_shape, divisions
 from iceslide_fem.scene import Scene
 
@@ -19,6 +19,8 @@ PER_UNKNOWN = 2e3  # mesh, forms, vectors and matrix
 PLANE_FACTORS = 50.0  # of the direct solver in a slice, times n log2(n)
 FACTORS = 400.0  # in a block, times n^(4/3)
 PER_COLUMN = 5e3  # of sliding ice
+# Continuum ice has as many modes along each axis as nodes: so many are found in some 15 s.
+MOST_MODES = 3000
 
 
 class Unknowns(NamedTuple):
@@ -37,7 +39,7 @@ def unknowns(scene: Scene) -> Unknowns:
     dimensions = 2 if scene.model == "slice" else 3
     rubber = dimensions * int(divisions(scene)["quadratic_nodes"])
     if scene.ice.heat == "continuum":
-        return Unknowns(dimensions, rubber, ice_nodes(scene), 0)
+        return Unknowns(dimensions, rubber, math.prod(ice_shape(scene)), 0)
     if scene.ice.motion == "attached":
         return Unknowns(dimensions, rubber, 0, 0)
     lines = window_lines(scene, block_shape(scene).ranges)
@@ -64,7 +66,7 @@ def memory_of_machine() -> float:
 
 
 def shortage(scene: Scene) -> str | None:
-    """How much memory a run of `scene` needs, if that is more than there is, else None.
+    """What a run of `scene` needs of memory, or of modes, if that is more than there is, else None.
 
     Raises SceneError if the user's mesh can't be used.
     """
@@ -72,17 +74,23 @@ def shortage(scene: Scene) -> str | None:
         return None
     size = unknowns(scene)
     needed, present = memory_needed(size), memory_of_machine()
-    if needed <= present:
-        return None
-    ice = f"{size.columns} columns of ice" if size.columns else f"{size.ice} of ice"
-    return (
-        f"needs about {needed / 1e9:.3g} GB of memory ({size.rubber} unknowns of rubber, {ice}), "
-        f"and there are {present / 1e9:.3g} GB"
-    )
+    if needed > present:
+        ice = f"{size.columns} columns of ice" if size.columns else f"{size.ice} of ice"
+        return (
+            f"needs about {needed / 1e9:.3g} GB of memory ({size.rubber} unknowns of rubber, {ice}), "
+            f"and there are {present / 1e9:.3g} GB"
+        )
+    longest = max(ice_shape(scene)) if scene.ice.heat == "continuum" else 0
+    if longest > MOST_MODES:
+        return (
+            f"needs a mesh of the ice with {longest} nodes in a line, and continuum ice may have "
+            f'{MOST_MODES} (ice.heat = "column" any number)'
+        )
+    return None
 
 
 def check_memory(scene: Scene) -> None:
-    """Raise SceneError if a run of `scene` needs more memory than there is."""
+    """Raise SceneError if a run of `scene` needs more memory, or modes, than there is."""
     short = shortage(scene)
     if short:
         raise SceneError(
