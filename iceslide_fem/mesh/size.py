@@ -77,8 +77,8 @@ def shortage(scene: Scene) -> str | None:
     if needed > present:
         ice = f"{size.columns} columns of ice" if size.columns else f"{size.ice} of ice"
         return (
-            f"needs about {needed / 1e9:.3g} GB of memory ({size.rubber} unknowns of rubber, {ice}), "
-            f"and there are {present / 1e9:.3g} GB"
+            f"needs about {needed / 1e9:.3g} GB of memory "
+            f"({size.rubber} unknowns of rubber, {ice}), and there are {present / 1e9:.3g} GB"
         )
     longest = max(ice_shape(scene)) if scene.ice.heat == "continuum" else 0
     if longest > MOST_MODES:
