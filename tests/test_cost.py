@@ -24,6 +24,7 @@ from iceslide_fem.mesh.size import (  # noqa: E402
 from iceslide_fem.mesh.user_mesh import mesh_size  # noqa: E402
 from iceslide_fem.planning import cost  # noqa: E402
 from iceslide_fem.planning.cost import estimate, expected_steps, step_seconds  # noqa: E402
+from iceslide_fem.planning.info import covered_load, describe  # noqa: E402
 from iceslide_fem.planning.warnings import warnings  # noqa: E402
 from iceslide_fem.run.point import point_history  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
@@ -168,3 +169,13 @@ def test_more_modes_of_ice_than_can_be_found_are_refused():
     scene = load_scene(ROOT / "cases" / "thesis_1bar.toml", [*sliding, "ice.heat=continuum"])
     with pytest.raises(SceneError, match="nodes in a line, and continuum ice may have 3000"):
         check_memory(scene)
+
+
+def test_load_that_the_table_covers():
+    table = thesis().contact_parameters
+    assert covered_load(table, 2e5, 0.0) == 1.0 and covered_load(table, 0.9e5, 0.0) == 0.0
+    assert covered_load(table, 1e5, 0.6) == pytest.approx(0.65, abs=1e-3)  # (1 + 0.6 / 2) / 2
+    rows = {row.quantity: row.value for row in describe(thesis("model=slice", "ice.heat=column"))}
+    assert rows["load within the table"] == "60%"
+    constant = thesis("film.k=0.3", "film.D=30um", "film.H_V=3um")
+    assert "load within the table" not in {row.quantity for row in describe(constant)}

@@ -5,6 +5,8 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
+import numpy as np
+
 from iceslide_fem.film.law import squeeze_rate
 from iceslide_fem.materials import (
     BAR,
@@ -43,12 +45,14 @@ def describe(scene: Scene) -> list[Row]:
     """
     if scene.model == "point":
         size: tuple[float, ...] = (scene.rubber.length, scene.rubber.height)
-        return _heat(scene, size) + _film(scene) + _cost(estimate(scene))
+        return _heat(scene, size) + _film(scene, size) + _cost(estimate(scene))
 
     from iceslide_fem.mesh.rubber import block_size  # loads gmsh, which a point does not need
 
     size, cost = block_size(scene), estimate(scene)
-    return _heat(scene, size) + _film(scene) + _rubber(scene, size) + _mesh(scene) + _cost(cost)
+    return (
+        _heat(scene, size) + _film(scene, size) + _rubber(scene, size) + _mesh(scene) + _cost(cost)
+    )
 
 
 def _heat(scene: Scene, size: tuple[float, ...]) -> list[Row]:
@@ -84,7 +88,7 @@ def _heat(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     ]
 
 
-def _film(scene: Scene) -> list[Row]:
+def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     """Contact parameters, friction at t = 0 (5.29, 5.30) and the film law's two time scales.
 
     Squeeze-out alone: h0^2/h^2 = 1 + 2 K3 h0^2 t with K3 of (6.5); melting
@@ -102,7 +106,7 @@ def _film(scene: Scene) -> list[Row]:
     squeeze_time = 1.0 / (2.0 * squeeze_rate(p, D) * h0**2)
     melt_time = h0**2 / (2.0 * k * eta * v**2 / MELTING_ENTHALPY)
     return [
-        _table(scene),
+        *_table(scene, size, tau / p),
         Row("film", "k", f"{k:.3g}", "relative contact area at the nominal pressure"),
         Row("film", "D", readable(D, "m"), "mean asperity diameter"),
         Row("film", "H_V", readable(H_V, "m"), "mean free height; saturated when squeezed full"),
@@ -113,16 +117,39 @@ def _film(scene: Scene) -> list[Row]:
     ]
 
 
-def _table(scene: Scene) -> Row:
-    """Whose k, D and H_V are taken, and the range of local pressures that they cover."""
+def _table(scene: Scene, size: tuple[float, ...], mu: float) -> list[Row]:
+    """Whose k, D and H_V are taken, the range of local pressures and the load that they cover."""
     table, p = scene.contact_parameters, scene.load.pressure
     if not isinstance(table, ContactTable):
-        return Row("film", "k, D, H_V", "constant", "given in the scene, at every pressure")
+        return [Row("film", "k, D, H_V", "constant", "given in the scene, at every pressure")]
     low, high = table.pressure[0], table.pressure[-1]
     covers = f"{low / p:.2g} to {high / p:.2g} times the nominal pressure; outside: its ends"
-    return Row(
-        "film", "k, D, H_V", f"{low / BAR:.3g} to {high / BAR:.3g} bar", f"{table.source}: {covers}"
-    )
+    mean, tilt = p, 0.0
+    if scene.model != "point":
+        E = scene.mooney_rivlin.youngs_modulus
+        mean, tilt = p * E / (E + p), 3.0 * mu * size[-1] / size[0]
+    span = f"{low / BAR:.3g} to {high / BAR:.3g} bar"
+    return [
+        Row("film", "k, D, H_V", span, f"{table.source}: {covers}"),
+        Row(
+            "film",
+            "load within the table",
+            f"{covered_load(table, mean, tilt):.0%}",
+            "about: flattened by p / E, tilted by 3 μ H / L with μ at t = 0",
+        ),
+    ]
+
+
+def covered_load(table: ContactTable, pressure: float, tilt: float) -> float:
+    """Share of the load under local pressures that the table covers.
+
+    `pressure` (Pa) is its mean over the contact: along the block it is the line 1 + tilt x, x from
+    -1 to 1, cut off at 0 where the edge lifts. The edges' peaks are left out.
+    """
+    x = np.linspace(-1.0, 1.0, 2001)
+    local = np.maximum(1.0 + tilt * x, 0.0)
+    local *= pressure / local.mean()
+    return float(local[~table.outside(local)].sum() / local.sum())
 
 
 def _rubber(scene: Scene, size: tuple[float, ...]) -> list[Row]:
