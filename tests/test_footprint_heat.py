@@ -16,15 +16,10 @@ from iceslide_fem.footprint.jaeger import (
     jaeger_rise,
     moving_source_rise,
     next_pixel_rise,
-    slip_ratio,
 )
 from iceslide_fem.materials import ICE_EFFUSIVITY, MELTING_TEMPERATURE
 
 SLIDING = SlidingLine(mean_pressure=2e5, speed=3.0, slip=0.5)
-
-
-def test_slip_ratio_of_rolling_and_of_a_locked_wheel():
-    assert slip_ratio([10.0, 0.0], 0.3, 3.0) == pytest.approx([0.0, 1.0])
 
 
 def test_friction_flux_with_table_2_is_a_watt():
@@ -133,12 +128,6 @@ def test_table_1_and_derived_properties():
     assert TABLE_1_RUBBER == Solid(conductivity=0.19, density=940.0, heat_capacity=1500.0)
 
 
-def test_macnabb_is_uniform_braking():
-    v = 36.0 / 3.6
-    assert empirical.macnabb(36.0, 20.0) == pytest.approx(v**2 / (2 * 9.81 * 20.0), rel=2e-3)
-    assert empirical.macnabb(36.0, empirical.stopping_distance(36.0, 0.1)) == pytest.approx(0.1)
-
-
 def test_navin_on_ice_at_minus_4():
     assert empirical.navin(-4.0) == pytest.approx(0.1308)
     assert empirical.navin(-4.0, 500.0) == pytest.approx(0.2308)
@@ -169,3 +158,8 @@ def test_pengs_formulas_between_dry_and_wet():
     # As printed, a wet contact keeps most of its dry friction.
     printed = empirical.peng_rectangle_as_printed(U, h, p, length, length, dry)
     assert printed > dry * (1.0 - 1.0 / np.pi)
+
+
+def test_stopping_distance_is_that_of_uniform_braking():
+    expected = (36.0 / 3.6) ** 2 / (2.0 * 9.81 * 0.1)
+    assert empirical.stopping_distance(36.0, 0.1) == pytest.approx(expected, rel=2e-3)

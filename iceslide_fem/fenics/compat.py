@@ -95,18 +95,10 @@ def vector_space(mesh: Any, degree: int) -> Any:
 
 
 @_compiling
-def discontinuous_space(mesh: Any, degree: int) -> Any:
-    """Discontinuous Lagrange space of scalars; degree 0 is one value per cell."""
-    if _HAS_BASIX_UFL:
-        return fem.functionspace(mesh, ("Discontinuous Lagrange", degree))
-    return fem.FunctionSpace(mesh, ("Discontinuous Lagrange", degree))
-
-
-@_compiling
 def polynomial_space(mesh: Any, degree: int) -> Any:
     """Complete polynomials of the given degree in every quadrilateral or hexahedron, no continuity.
 
-    Fewer than in `discontinuous_space`: 1, x, y, z for degree 1.
+    Fewer than in a Lagrange space: 1, x, y, z for degree 1.
     """
     if _HAS_BASIX_UFL:
         return fem.functionspace(mesh, ("DPC", degree))
@@ -193,14 +185,6 @@ def petsc_vector(function: Any) -> PETSc.Vec:
 def cell_name(mesh: Any) -> str:
     """Name of the cells: triangle, quadrilateral, tetrahedron or hexahedron."""
     return str(mesh.topology.cell_name())
-
-
-def geometry_dofmap(mesh: Any) -> IntArray:
-    """Rows of `mesh.geometry.x` of every cell, ghosts included: (cells, nodes per cell)."""
-    maps = getattr(mesh.geometry, "dofmaps", None)
-    if maps is None:
-        return _as_rows(mesh.geometry.dofmap, _local_cells(mesh))
-    return _as_rows(maps(0) if callable(maps) else maps[0], _local_cells(mesh))
 
 
 def cell_dofs(space: Any) -> IntArray:

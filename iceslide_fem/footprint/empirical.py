@@ -20,16 +20,6 @@ def _arrays(*values: ArrayLike) -> list[Array]:
     return [np.asarray(value, dtype=float) for value in values]
 
 
-def macnabb(V: ArrayLike, d: ArrayLike) -> Array:
-    """mu = V^2 / (254 d), (1.1): V in km/h, stopping distance d in m; braking from V > 0.
-
-    Uniform deceleration: 254 is 2 g 3.6^2 (254.2). A definition of the mean friction, no
-    prediction.
-    """
-    V, d = _arrays(V, d)
-    return V**2 / (254.0 * d)
-
-
 def stopping_distance(V: ArrayLike, mu: ArrayLike) -> Array:
     """d (m) of (1.1) at speed V (km/h) and friction mu."""
     V, mu = _arrays(V, mu)

@@ -19,12 +19,6 @@ TABLE_1_ICE = Solid(conductivity=2.22, density=917.8, heat_capacity=2020.0)
 TABLE_1_RUBBER = rubber_solid(940.0)
 
 
-def slip_ratio(wheel_speed: ArrayLike, rolling_radius: ArrayLike, speed: ArrayLike) -> Array:
-    """S = 1 - omega R / V, (3.1); 1 of a locked wheel. rad/s, m and m/s, so that S has no unit."""
-    omega, R, V = (np.asarray(value, dtype=float) for value in (wheel_speed, rolling_radius, speed))
-    return 1.0 - omega * R / V
-
-
 def friction_flux(mu_st: ArrayLike, p: ArrayLike, V: ArrayLike, S: ArrayLike) -> Array:
     """Q = mu_st p V S, (3.2), in W/m2: 1 x Pa x m/s x 1.
 
