@@ -292,7 +292,9 @@ def view(
 ) -> None:
     """Make pictures of a finished run and print their paths."""
     if not (directory / "summary.json").is_file():
-        raise SceneError(f"{directory} holds no finished run (there is no summary.json in it)")
+        stopped = (directory / "checkpoint").is_file()
+        hint = f"iceslide run --restart {directory} goes on" if stopped else "no summary.json in it"
+        raise SceneError(f"{directory} holds no finished run ({hint})")
     if rank() > 0:  # one process is enough to make pictures
         return
 

@@ -230,8 +230,8 @@ def test_wrong_readings_are_refused(tmp_path, options, words):
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({}, "--length is missing"),
-        ({"length": "0.18"}, "--width is missing"),
+        ({}, "^--length, --width and --max-pressure are missing$"),
+        ({"length": "0.18", "max_pressure": 4e5}, "^--width is missing$"),
         ({**SIZE, "width": "14 kg"}, '--width = "14 kg" has the wrong unit'),
         ({**SIZE, "length": -1}, "--length = .* is out of range"),
         ({**SIZE, "min_pressure": "5bar"}, r"--max-pressure \(4 bar\) is not above"),

@@ -290,7 +290,7 @@ def test_missing_keys():
     del data["load"]["speed"]
     with pytest.raises(SceneError, match=r"^load\.speed is missing$"):
         scene_from_dict(data)
-    with pytest.raises(SceneError, match="^name is missing$"):
+    with pytest.raises(SceneError, match="^name, model, .* and .* are missing$"):
         scene_from_dict({})
 
 

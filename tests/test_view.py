@@ -101,6 +101,15 @@ def test_directory_that_is_no_run_is_said_in_one_sentence(tmp_path):
     assert done.stderr.count("\n") == 1
 
 
+def test_a_run_that_was_killed_says_how_it_goes_on(tmp_path):
+    (tmp_path / "checkpoint").write_bytes(b"any")
+    done = view(tmp_path)
+    assert done.returncode == 2
+    assert done.stderr == (
+        f"iceslide: {tmp_path} holds no finished run (iceslide run --restart {tmp_path} goes on)\n"
+    )
+
+
 @pytest.mark.fe
 def test_damaged_results_are_one_sentence(tmp_path):
     """A cut grid, list, history or summary: named, and no traceback."""

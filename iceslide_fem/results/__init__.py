@@ -1,6 +1,6 @@
 """Finished runs, read and drawn; no DOLFINx.
 
-Imports `errors` and `materials` only.
+Imports `errors`, `materials`, `progress` and types only.
 """
 
 from iceslide_fem.results.run_directory import Run, differences, field_files, read_run

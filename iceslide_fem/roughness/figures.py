@@ -39,7 +39,7 @@ def _map(result: Survey) -> Figure:
     image = left.imshow(
         heights, extent=_extent(result), origin="lower", cmap="BrBG_r", vmin=-limit, vmax=limit
     )
-    figure.colorbar(image, ax=left, label="height towards the ice (µm)")
+    figure.colorbar(image, ax=left, extend="both", label="height towards the ice (µm)")
     left.set(xlabel="x (mm)", ylabel="y (mm)", title="the surface as it is pressed")
     right.hist(heights.ravel(), bins=80, density=True, orientation="horizontal", color="C5")
     mean = result.statistics[0]

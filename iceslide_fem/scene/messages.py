@@ -14,7 +14,7 @@ def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
     """The first fault in `error` as one sentence: the dotted key, what was given, what is allowed.
 
     `keys` are all dotted keys of a scene. Unknown keys come first, because a misspelt key is also
-    reported as a missing one.
+    reported as a missing one. What is missing is named all at once.
     """
     fault = min(error.errors(), key=lambda fault: fault["type"] != "extra_forbidden")
     key = ".".join(str(part) for part in fault["loc"])
@@ -23,7 +23,7 @@ def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
         case "extra_forbidden":
             return unknown_key(key, keys)
         case "missing":
-            return f"{key} is missing"
+            return _missing(error)
         case "value_error":
             return str(fault["ctx"]["error"])
         case "quantity":
@@ -43,6 +43,13 @@ def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
             return f"{given} is not a table; write its keys under [{key}]"
         case _:
             return f"{given} is not allowed: {fault['msg'][:1].lower()}{fault['msg'][1:]}"
+
+
+def _missing(error: ValidationError) -> str:
+    """A sentence that names all keys that are missing."""
+    faults = [fault for fault in error.errors() if fault["type"] == "missing"]
+    *others, last = (shortened(".".join(map(str, fault["loc"]))) for fault in faults)
+    return f"{', '.join(others)} and {last} are missing" if others else f"{last} is missing"
 
 
 def _shown(value: Any) -> str:
