@@ -28,13 +28,23 @@ class State(IntEnum):
     WET = 3
 
 
-# Conductivity across the interface by state, W/(m K): rubber and ice; rubber, ice and water;
-# rubber and water. The thesis prints none for water: the project's.
-CONDUCTIVITY = {
-    State.DRY: TABLE_1_RUBBER.conductivity + TABLE_1_ICE.conductivity,
-    State.MIXED: TABLE_1_RUBBER.conductivity + TABLE_1_ICE.conductivity + WATER_CONDUCTIVITY,
-    State.WET: TABLE_1_RUBBER.conductivity + WATER_CONDUCTIVITY,
-}
+STATES = (State.DRY, State.MIXED, State.WET)
+
+
+class Conductivities(NamedTuple):
+    """Conductivity of each body, W/(m K). The thesis prints none for water: the project's."""
+
+    ice: float = TABLE_1_ICE.conductivity
+    tread: float = TABLE_1_RUBBER.conductivity
+    water: float = WATER_CONDUCTIVITY
+
+    def of_ice_and_water(self) -> dict[State, float]:
+        """What conducts beside the tread, by state: ice; ice and water; water."""
+        return {
+            State.DRY: self.ice,
+            State.MIXED: self.ice + self.water,
+            State.WET: self.water,
+        }
 
 
 def classify(temperature: Array, contact: Mask) -> NDArray[np.uint8]:
@@ -45,6 +55,9 @@ def classify(temperature: Array, contact: Mask) -> NDArray[np.uint8]:
     """
     state = State.DRY + np.digitize(temperature, [MIXED_FROM, WET_FROM])
     return np.where(contact, state, State.NO_CONTACT).astype(np.uint8)
+
+
+PRINTED = Conductivities()
 
 
 class SlidingLine(NamedTuple):
@@ -61,20 +74,28 @@ class SlidingLine(NamedTuple):
 
 
 def friction_map(
-    state: NDArray[np.uint8], rise: Array, depth: float, sliding: SlidingLine
+    state: NDArray[np.uint8],
+    rise: Array,
+    depth: float,
+    sliding: SlidingLine,
+    conductivities: Conductivities = PRINTED,
+    tread_rise: Array | None = None,
 ) -> Array:
     """mu = K / d A dT / (p_av V S A_tot) per pixel, (4.7) to (4.9); 0 outside of the contact.
 
     `rise` dT (K), `depth` d (m); K is the state's conductivity, A the area of all pixels in that
     state and A_tot that of the contact, so that A / A_tot is the state's share of the contact.
-    The right sides are printed without brackets around their last four factors.
+    The right sides are printed without brackets around their last four factors. `tread_rise` (K):
+    that of the tread, if it was not as cold as the ice.
     """
     mu = np.zeros_like(rise)
     contact = np.count_nonzero(state)
-    for each, conductivity in CONDUCTIVITY.items():
+    above = rise if tread_rise is None else tread_rise
+    for each, conductivity in conductivities.of_ice_and_water().items():
         here = state == each
         share = np.count_nonzero(here) / contact
-        mu[here] = conductivity / depth * share * rise[here] / sliding.power
+        heat = conductivity * rise[here] + conductivities.tread * above[here]
+        mu[here] = share / depth * heat / sliding.power
     return mu
 
 
@@ -88,20 +109,24 @@ class HeatBalance(NamedTuple):
 
 
 def heat_balance(
-    state: NDArray[np.uint8], rise: Array, depth: float, pixel_area: float, sliding: SlidingLine
+    state: NDArray[np.uint8],
+    rise: Array,
+    depth: float,
+    pixel_area: float,
+    sliding: SlidingLine,
+    conductivities: Conductivities = PRINTED,
+    tread_rise: Array | None = None,
 ) -> HeatBalance:
     """Solve (3.8), q_generated = q_ice + q_tread + q_water, for the mean friction mu_av of (3.4).
 
     q = k / d A dT for ice (3.5) on dry and mixed areas, tread (3.6) on all, water (3.7) on mixed
     and wet ones, with A dT summed over the pixels. (3.8) itself is lost in print; this is how the
-    text describes it and what (4.7) to (4.9) use.
+    text describes it and what (4.7) to (4.9) use. `tread_rise` (K) as for `friction_map`.
     """
-    dry, mixed, wet = (
-        float(rise[state == each].sum()) * pixel_area / depth
-        for each in (State.DRY, State.MIXED, State.WET)
-    )
-    ice = TABLE_1_ICE.conductivity * (dry + mixed)
-    tread = TABLE_1_RUBBER.conductivity * (dry + mixed + wet)
-    water = WATER_CONDUCTIVITY * (mixed + wet)
+    dry, mixed, wet = (float(rise[state == each].sum()) * pixel_area / depth for each in STATES)
+    above = rise if tread_rise is None else tread_rise
     area = pixel_area * np.count_nonzero(state)
+    ice = conductivities.ice * (dry + mixed)
+    tread = conductivities.tread * float(above[state > 0].sum()) * pixel_area / depth
+    water = conductivities.water * (mixed + wet)
     return HeatBalance(ice, tread, water, (ice + tread + water) / (sliding.power * area))

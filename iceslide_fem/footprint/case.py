@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -20,6 +21,7 @@ from pydantic import (
 from iceslide_fem.errors import SceneError
 from iceslide_fem.footprint.film_map import Ride
 from iceslide_fem.footprint.image import Box
+from iceslide_fem.footprint.macroscopic import Macroscopic
 from iceslide_fem.materials import BAR, CONTACT_TABLES, ContactTable
 from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.input_file import InputFile
@@ -156,6 +158,25 @@ class FootprintCase(BaseModel):
         if self.contact is not None:
             return read_contact_table(self.contact, "--contact")
         return CONTACT_TABLES[self.compound]
+
+    @property
+    def moving(self) -> Macroscopic:
+        """The macroscopic model with a source that moves."""
+        return Macroscopic(
+            speed=self.speed,
+            slip=self.slip,
+            static_friction=self.static_friction,
+            ice_temperature=self.temperature,
+            source="moving",
+            depth=self.depth,
+        )
+
+    @property
+    def thesis(self) -> Macroscopic:
+        """The macroscopic model as printed, with slip and time of its own."""
+        return replace(
+            self.moving, source="next pixel", slip=self.thesis_slip, time=self.thesis_time
+        )
 
     @property
     def ride(self) -> Ride:

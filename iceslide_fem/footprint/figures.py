@@ -17,8 +17,9 @@ from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.footprint.balance import State
 from iceslide_fem.footprint.comparison import Curves
 from iceslide_fem.footprint.empirical import stopping_distance
+from iceslide_fem.footprint.macroscopic import HeatModel
 from iceslide_fem.footprint.pressure_map import PressureMap
-from iceslide_fem.footprint.survey import HeatModel, Survey
+from iceslide_fem.footprint.survey import Survey
 from iceslide_fem.materials import BAR, MELTING_TEMPERATURE
 from iceslide_fem.results.style import BLACK, BLUE, GREEN, NO_CONTACT, ORANGE, PURPLE, RED
 

@@ -10,14 +10,7 @@ from numpy.typing import NDArray
 
 from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.film.doubts import doubts
-from iceslide_fem.footprint.balance import (
-    HeatBalance,
-    SlidingLine,
-    State,
-    classify,
-    friction_map,
-    heat_balance,
-)
+from iceslide_fem.footprint.balance import STATES, classify
 from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.colours import (
     FAR,
@@ -30,12 +23,7 @@ from iceslide_fem.footprint.colours import (
 )
 from iceslide_fem.footprint.film_map import FilmMap, film_map
 from iceslide_fem.footprint.image import colour, cut, read_picture, rotate
-from iceslide_fem.footprint.jaeger import (
-    TABLE_1_ICE,
-    friction_flux,
-    moving_source_rise,
-    next_pixel_rise,
-)
+from iceslide_fem.footprint.macroscopic import Edges, HeatModel, edge_temperatures, heat_model
 from iceslide_fem.footprint.pressure_map import (
     PressureMap,
     gaussian_centre_line,
@@ -56,20 +44,6 @@ class ReadFootprint(NamedTuple):
     distance: Array
     unclear: Mask
     load_factor: float
-
-
-class HeatModel(NamedTuple):
-    """Modules 2 and 3 for one heat model; maps (ny, nx).
-
-    rise: of the temperature (K); state: dry, mixed, wet; mu: (4.7) to (4.9); sliding: V and S of
-    the model; balance: (3.4) to (3.8).
-    """
-
-    rise: Array
-    state: NDArray[np.uint8]
-    mu: Array
-    sliding: SlidingLine
-    balance: HeatBalance
 
 
 class Survey(NamedTuple):
@@ -126,17 +100,11 @@ def survey(
     `tell` is called with the share of the pixels that is done.
     """
     footprint = read.pressure_map
-    thesis_flux = friction_flux(
-        case.static_friction, footprint.pressure, case.speed, case.thesis_slip
-    )
-    thesis_rise = next_pixel_rise(thesis_flux, footprint.dx, case.thesis_time, TABLE_1_ICE)
-    flux = friction_flux(case.static_friction, footprint.pressure, case.speed, case.slip)
-    moving_rise = moving_source_rise(flux, footprint.dx, case.speed)
     return Survey(
         case,
         read,
-        _heat_model(case, footprint, thesis_rise, case.thesis_slip),
-        _heat_model(case, footprint, moving_rise, case.slip),
+        heat_model(footprint, case.thesis),
+        heat_model(footprint, case.moving),
         film_map(footprint, case.ride, case.contact_table, case.tolerance, tell=tell),
     )
 
@@ -170,6 +138,7 @@ def summary(result: Survey) -> dict[str, Any]:
             "saturated_share": float(film.saturated[contact].mean()),
             "outside_table_share": float(outside.mean()),
         }
+        | _edges(edge_temperatures(film.temperature, contact))
         | _shares(result.state),
         "thesis": _heat_summary(result.thesis, contact),
         "moving_source": _heat_summary(result.moving, contact),
@@ -178,18 +147,6 @@ def summary(result: Survey) -> dict[str, Any]:
         ),
         "case": case.model_dump(mode="json"),
     }
-
-
-def _heat_model(case: FootprintCase, footprint: PressureMap, rise: Array, slip: float) -> HeatModel:
-    sliding = SlidingLine(footprint.mean_pressure, case.speed, slip)
-    state = classify(case.temperature - MELTING_TEMPERATURE + rise, footprint.contact)
-    return HeatModel(
-        rise,
-        state,
-        friction_map(state, rise, case.depth, sliding),
-        sliding,
-        heat_balance(state, rise, case.depth, footprint.pixel_area, sliding),
-    )
 
 
 def _heat_summary(model: HeatModel, contact: Mask) -> dict[str, Any]:
@@ -201,13 +158,19 @@ def _heat_summary(model: HeatModel, contact: Mask) -> dict[str, Any]:
         "heat_into_ice_W": model.balance.ice,
         "heat_into_tread_W": model.balance.tread,
         "heat_into_water_W": model.balance.water,
-    } | _shares(model.state)
+    } | (_edges(model.edges) | _shares(model.state))
+
+
+def _edges(edges: Edges) -> dict[str, float]:
+    return {
+        "leading_edge_temperature_C": edges.leading - MELTING_TEMPERATURE,
+        "trailing_edge_temperature_C": edges.trailing - MELTING_TEMPERATURE,
+    }
 
 
 def _shares(state: NDArray[np.uint8]) -> dict[str, float]:
     contact = np.count_nonzero(state)
-    states = (State.DRY, State.MIXED, State.WET)
     return {
         f"{each.name.lower()}_share": float(np.count_nonzero(state == each) / contact)
-        for each in states
+        for each in STATES
     }

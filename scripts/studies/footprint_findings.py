@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from iceslide_fem.footprint import empirical
-from iceslide_fem.footprint.balance import CONDUCTIVITY, SlidingLine, State, classify, heat_balance
+from iceslide_fem.footprint.balance import STATES, SlidingLine, classify, heat_balance
 from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.colours import FAR
 from iceslide_fem.footprint.film_map import Ride, film_map
@@ -23,8 +23,9 @@ from iceslide_fem.footprint.jaeger import (
     moving_source_rise,
     next_pixel_rise,
 )
+from iceslide_fem.footprint.macroscopic import HeatModel
 from iceslide_fem.footprint.pressure_map import GaussianLine, PressureMap
-from iceslide_fem.footprint.survey import HeatModel, read_footprint, survey
+from iceslide_fem.footprint.survey import read_footprint, survey
 from iceslide_fem.footprint.synthetic import Tread, coloured_picture, grey_picture, save
 from iceslide_fem.materials import BAR, CONTACT_TABLES
 from iceslide_fem.reference import band_source_rise
@@ -139,7 +140,7 @@ def friction_by_balance() -> None:
         state = classify(T_0 + slip * rise, contact)
         sliding = SlidingLine(footprint.mean_pressure, V, slip)
         balance = heat_balance(state, slip * rise, DEPTH, footprint.pixel_area, sliding)
-        shares = [f"{np.mean(state[contact] == each):.0%}" for each in CONDUCTIVITY]
+        shares = [f"{np.mean(state[contact] == each):.0%}" for each in STATES]
         rows.append([f"{slip:g}", f"{slip * rise.max():.2f}", *shares, f"{balance.mu:.4f}"])
     show("Moving source over slip", ["S", "peak (K)", "dry", "mixed", "wet", "mu (3.8)"], rows)
 
@@ -154,11 +155,10 @@ class _Read:
 def _heat_row(footprint: PressureMap, model: HeatModel, film: float) -> list[str]:
     contact = footprint.contact
     mean = float(model.mu[contact].mean())
-    states = (State.DRY, State.MIXED, State.WET)
     return [
         f"{model.rise.max():.2f}",
         f"{model.rise[contact].mean():.2f}",
-        *(f"{np.mean(model.state[contact] == each):.0%}" for each in states),
+        *(f"{np.mean(model.state[contact] == each):.0%}" for each in STATES),
         f"{mean:.4g}",
         f"{model.balance.mu:.4g}",
         f"{1e3 * DEPTH * mean / film:.3g} mm",
