@@ -10,7 +10,8 @@ from types import ModuleType
 import pytest
 
 import iceslide_fem
-from iceslide_fem.cli import _print_summary, main
+from iceslide_fem.cli import main
+from iceslide_fem.commands.run import print_summary
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.results import read_run
 
@@ -231,7 +232,7 @@ def test_info_says_what_inertia_would_change(capsys):
 
 def test_a_summary_says_what_did_not_happen_and_nothing_of_what_there_is_not(capsys, tmp_path):
     summary = {"mu_peak": 0.5, "saturation_s": None, "sipe_opening_m": None, "stopped": None}
-    _print_summary(summary, tmp_path, [])
+    print_summary(summary, tmp_path, [])
     printed = capsys.readouterr().out
     assert printed.count("did not happen") == 1 and "saturation_s" in printed
     assert "sipe" not in printed and "stopped" not in printed

@@ -1,0 +1,33 @@
+"""`iceslide info`: what a scene means, and what it will cost."""
+
+from __future__ import annotations
+
+import typer
+
+from iceslide_fem.commands.scene import load, print_notes
+from iceslide_fem.options import Overrides, SceneFile
+
+
+def info(scene_file: SceneFile, overrides: Overrides = None) -> None:
+    """Show what a scene means: dimensionless numbers, time scales, mesh and expected cost."""
+    scene = load(scene_file, overrides)
+
+    from rich.console import Console
+    from rich.table import Table
+
+    from iceslide_fem.planning.info import describe
+    from iceslide_fem.planning.warnings import warnings
+
+    table = Table(title=f"{scene.name} ({scene.model})", title_justify="left")
+    for heading in ("", "quantity", "value", "meaning"):
+        table.add_column(heading, justify="right" if heading == "value" else "left")
+    group = ""
+    for row in describe(scene):
+        if group and row.group != group:
+            table.add_section()
+        table.add_row(row.group if row.group != group else "", row.quantity, row.value, row.meaning)
+        group = row.group
+    Console().print(table)
+    print_notes(scene)
+    for warning in warnings(scene):
+        typer.echo(f"Note: {warning}.")

@@ -1,0 +1,67 @@
+"""`iceslide ladder`: a scene on every rung."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.files import check_writable
+from iceslide_fem.launch import rank
+from iceslide_fem.options import Force, Overrides, SceneFile, folder_option
+
+
+def ladder(
+    scene_file: SceneFile,
+    overrides: Overrides = None,
+    out: Annotated[
+        Path | None, folder_option("Where to write; else results/<name>_ladder.")
+    ] = None,
+    force: Force = False,
+    refine: Annotated[
+        list[float] | None,
+        typer.Option(
+            min=0.1,
+            max=4.0,
+            metavar="FACTOR",
+            help="Mesh refinement relative to the scene's; may be repeated. Else 0.5 and 1.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Run a scene on every rung that matters: error, time, memory, and which is enough."""
+    from iceslide_fem.scene import load_scene
+
+    scene = load_scene(scene_file, overrides or [])
+    out = out or Path("results") / f"{scene.name}_ladder"
+    check_writable(out)
+    from iceslide_fem.fenics.start import start_petsc
+
+    start_petsc()
+    from rich.console import Console
+
+    from iceslide_fem.ladder.chart import ladder_chart
+    from iceslide_fem.ladder.runs import cheapest_of, climb, finest_of, write_scene
+    from iceslide_fem.ladder.table import ladder_table, not_run, simplification_table
+
+    outcomes, found = climb(scene, out, refine or [0.5, 1.0], typer.echo, force)
+    console, tolerance = Console(), scene.numerics.tolerance
+    console.print(simplification_table(found, tolerance))
+    console.print(ladder_table(outcomes))
+    for sentence in not_run(outcomes):
+        typer.echo(sentence)
+    best, finest = cheapest_of(outcomes, tolerance), finest_of(outcomes)
+    if best is None or finest is None:
+        raise SimulationStopped("no rung of the ladder ran to its end")
+    typer.echo(
+        f"Within {tolerance:g} of {finest.name} at every time: {best.name} is the cheapest."
+        if best is not finest
+        else f"No cheaper rung is within {tolerance:g} of {finest.name} at every time."
+    )
+    if rank() == 0:
+        ladder_chart(f"{scene.name}: every rung", outcomes, tolerance, best, out / "ladder.png")
+        write_scene(scene_file, overrides or [], best.rung, out / f"{scene.name}.toml")
+    for name in ("ladder.png", f"{scene.name}.toml"):
+        typer.echo(str(out / name))

@@ -1,0 +1,142 @@
+"""`iceslide run`: one scene, from its beginning or from a checkpoint."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from iceslide_fem.commands.scene import load, print_notes
+from iceslide_fem.errors import SceneError
+from iceslide_fem.files import check_writable
+from iceslide_fem.options import Force, Overrides, folder_option
+
+if TYPE_CHECKING:
+    from iceslide_fem.run.checkpoint import Checkpoint
+    from iceslide_fem.scene import Scene
+
+
+def run(
+    scene_file: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="SCENE.toml", help="The scene file; not with --restart.", show_default=False
+        ),
+    ] = None,
+    petsc_options: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="-- PETSC_OPTIONS",
+            help="Options for PETSc, after a double dash: -- -log_view",
+            show_default=False,
+        ),
+    ] = None,
+    overrides: Overrides = None,
+    out: Annotated[Path | None, folder_option("Where to write; else results/<name>.")] = None,
+    force: Force = False,
+    restart: Annotated[
+        Path | None, folder_option("Go on with the run in DIR from its last checkpoint.")
+    ] = None,
+    checkpoint_every: Annotated[
+        float, typer.Option(metavar="SECONDS", min=0.0, help="Checkpoints by the clock.")
+    ] = 60.0,
+    checkpoint_at: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TIME",
+            help="A checkpoint after this time of the run, e.g. 2ms. May be repeated.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Run a scene and write mu(t), fields and a report."""
+    words = petsc_options or []
+    if restart is not None and scene_file is not None and str(scene_file).startswith("-"):
+        scene_file, words = None, [str(scene_file), *words]
+    if words and not words[0].startswith("-"):
+        raise SceneError(
+            f'one scene file at a time: "{words[0]}" is one too many '
+            "(options for PETSc follow after --)"
+        )
+    if not math.isfinite(checkpoint_every):
+        raise SceneError(f"--checkpoint-every {checkpoint_every} is no number of seconds")
+    if restart is not None:
+        if out is not None or force:
+            raise SceneError("--restart goes on with a run as it is: --out and --force do not fit")
+        scene, resumed, out = *_resumed(restart, scene_file, overrides or []), restart
+    elif scene_file is None:
+        raise typer.BadParameter("give a scene file, or --restart DIR")
+    else:
+        scene, resumed = load(scene_file, overrides), None
+        out = out or Path("results") / scene.name
+    times = tuple(_time(text, scene.load.duration) for text in checkpoint_at or [])
+    check_writable(out)
+    said = print_notes(scene)
+
+    from iceslide_fem.simulate import run as simulate
+
+    if scene.model == "point":
+        summary = simulate(scene, out, words, force=force)
+    else:
+        from iceslide_fem.run.schedule import Schedule
+
+        schedule = Schedule(checkpoint_every, times)
+        summary = simulate(scene, out, words, schedule, resumed, force)
+    print_summary(summary, out, said)
+
+
+def _resumed(
+    folder: Path, scene_file: Path | None, overrides: Sequence[str]
+) -> tuple[Scene, Checkpoint]:
+    """Scene and checkpoint of the run in `folder`; a scene file must be of that scene."""
+    from iceslide_fem.run.checkpoint import read_changed, read_checkpoint, same_scene
+
+    checkpoint = read_changed(folder, overrides) if overrides else read_checkpoint(folder)
+    if scene_file is not None:
+        same_scene(load(scene_file, overrides), checkpoint, folder)
+    return checkpoint.scene, checkpoint
+
+
+def _time(text: str, duration: float) -> float:
+    """Seconds of "2 ms", a time within a run's `duration` (s)."""
+    from iceslide_fem.scene.units import to_si
+
+    try:
+        time = to_si(text, "s")
+    except ValueError as error:
+        raise SceneError(f'--checkpoint-at "{text}" {error}') from None
+    if not 0.0 <= time <= duration:
+        raise SceneError(
+            f'--checkpoint-at "{text}" is out of range; allowed: 0 to the duration of the run, '
+            f"{1e3 * duration:g} ms"
+        )
+    return time
+
+
+def print_summary(summary: dict[str, Any], out: Path, said: list[str]) -> None:
+    """The run in a few numbers, and its warnings that have not been `said` before it began."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(show_header=False)
+    for key, value in summary.items():
+        if isinstance(value, float):
+            table.add_row(key, f"{value:.4g}")
+        elif isinstance(value, int):
+            table.add_row(key, str(value))
+        elif value is None and key in _MOMENTS:
+            table.add_row(key, "did not happen")
+        # versions, the scene and its hashes: in summary.json
+    Console().print(table)
+    for warning in summary.get("warnings", []):
+        if warning not in said:
+            typer.echo(f"Note: {warning}.")
+    for name in ("summary.json", "history.csv", "report.png", "fields"):
+        if (out / name).exists():
+            typer.echo(str(out / name))
+
+
+_MOMENTS = ("melt_onset_s", "saturation_s")  # of the summary: null if they did not come

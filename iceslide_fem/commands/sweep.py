@@ -1,0 +1,77 @@
+"""`iceslide sweep`: a scene for all combinations of some of its values."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from iceslide_fem.errors import Interrupted, SceneError, SimulationStopped
+from iceslide_fem.files import check_writable, writing
+from iceslide_fem.launch import started_by_mpirun, termination_as_interrupt
+from iceslide_fem.options import Force, Overrides, SceneFile, folder_option
+
+
+def sweep(
+    scene_file: SceneFile,
+    varied: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--vary",
+            metavar="KEY=VALUES",
+            help="load.pressure=1bar:5bar:5 (first:last:count) or load.speed=1,2,3. May be "
+            "repeated: every combination is a case.",
+            show_default=False,
+        ),
+    ] = None,
+    overrides: Overrides = None,
+    out: Annotated[Path | None, folder_option("Where to write; else results/<name>-sweep.")] = None,
+    force: Force = False,
+    cores_per_case: Annotated[
+        int, typer.Option(min=1, help="Processes of each slice or block.")
+    ] = 1,
+    cases_at_a_time: Annotated[
+        int | None,
+        typer.Option(min=1, help="Else as many as there are cores for.", show_default=False),
+    ] = None,
+    no_run: Annotated[
+        bool,
+        typer.Option(
+            "--no-run",
+            help="Run no slice or block: write their scenes, collect those that others have run.",
+        ),
+    ] = False,
+) -> None:
+    """Run a scene for all combinations of some of its values; again: only what is missing."""
+    if started_by_mpirun():
+        raise SceneError(
+            "iceslide sweep starts its own processes: run it without mpirun, with --cores-per-case"
+        )
+    from iceslide_fem.sweep import failures, make_plan, run_sweep, share_cores
+    from iceslide_fem.sweep.plots import plot_sweep
+
+    plan = make_plan(scene_file, overrides or [], varied or [])
+    cores = None if no_run else share_cores(cores_per_case, cases_at_a_time)
+    out = out or Path("results") / f"{plan.cases[0].scene.name}-sweep"
+    check_writable(out)
+    try:
+        with termination_as_interrupt():
+            dataset = run_sweep(plan, out, cores, typer.echo, force)
+    except KeyboardInterrupt:
+        raise Interrupted(
+            f"the sweep was stopped; {out / 'sweep.csv'} says what is done, and the same command "
+            "goes on"
+        ) from None
+    with writing(out):
+        pictures = plot_sweep(dataset, out)
+    for path in (out / "sweep.csv", out / "sweep.nc", *pictures):
+        typer.echo(str(path))
+    lines = failures(dataset)
+    for line in lines:
+        typer.echo(line)
+    if lines and not no_run:
+        raise SimulationStopped(
+            f"{int((dataset.status != 'done').sum())} of {len(plan.cases)} cases are not done; "
+            "the same command tries them again"
+        )

@@ -1,0 +1,31 @@
+"""`iceslide view`: pictures of a finished run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.launch import rank
+
+
+def view(
+    directory: Annotated[
+        Path, typer.Argument(metavar="DIR", help="What `iceslide run` wrote.", show_default=False)
+    ],
+    animate: Annotated[bool, typer.Option("--animate", help="Make a film, too.")] = False,
+) -> None:
+    """Make pictures of a finished run and print their paths."""
+    if not (directory / "summary.json").is_file():
+        stopped = (directory / "checkpoint").is_file()
+        hint = f"iceslide run --restart {directory} goes on" if stopped else "no summary.json in it"
+        raise SceneError(f"{directory} holds no finished run ({hint})")
+    if rank() > 0:  # one process is enough to make pictures
+        return
+
+    from iceslide_fem.results.view import view as make_pictures
+
+    for picture in make_pictures(directory, animate):
+        typer.echo(str(picture))
