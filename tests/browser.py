@@ -1,0 +1,63 @@
+"""Headless Chromium for the tests of pages: Debian's package `chromium`, driven by playwright.
+
+Import `chromium` and `open_page` into a test module. Where there is no browser its tests are
+skipped.
+"""
+
+import shutil
+
+import pytest
+
+NAMES = ("chromium", "chromium-browser", "google-chrome")
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    """The browser, started once."""
+    playwright = pytest.importorskip(
+        "playwright.sync_api", reason="no playwright here: scripts/setup --browser"
+    )
+    program = next(filter(None, map(shutil.which, NAMES)), None)
+    if program is None:
+        pytest.skip("no Chromium here: scripts/setup --browser")
+    with playwright.sync_playwright() as driver:
+        try:
+            # no sandbox: root cannot have one; nothing but the tests' own pages is opened
+            browser = driver.chromium.launch(
+                executable_path=program, args=["--no-sandbox", "--enable-unsafe-swiftshader"]
+            )
+        except playwright.Error as error:
+            pytest.skip(f"Chromium does not start: {str(error).splitlines()[0]}")
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def open_page(chromium):
+    """A function that opens a new page and gives playwright's `Page`.
+
+    Its keywords are those of playwright's `new_context`: `color_scheme="dark"`, `offline=True`,
+    `viewport={"width": 390, "height": 844}`. After the test no page may have thrown an error,
+    written one to the console, or asked the network for something it did not get: a test that
+    wants such a thing empties `page.complaints` after having looked.
+    """
+    contexts, complaints = [], []
+
+    def listen(page):
+        page.on("pageerror", lambda error: complaints.append(f"thrown: {error}"))
+        page.on(
+            "console",
+            lambda said: said.type == "error" and complaints.append(f"console: {said.text}"),
+        )
+        page.complaints = complaints
+
+    def open_new(**options):
+        contexts.append(chromium.new_context(**options))
+        page = contexts[-1].new_page()
+        listen(page)
+        return page
+
+    yield open_new
+    for context in contexts:
+        context.close()
+    assert complaints == []
