@@ -7,14 +7,15 @@ between rough rubber and smooth ice*, Politecnico di Torino, 2017-18 ("the thesi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.arrays import Array, Index, Mask
 
 BAR = 1.0e5
+ZERO_CELSIUS = 273.15  # K
 
 # Heat reaches so many thermal layers sqrt(alpha t) deep: erfc(2) = 0.5 % of the rise is left there.
 HEATED_LAYERS = 4.0
@@ -36,29 +37,48 @@ RUBBER_HEAT_CAPACITY = 1500.0  # J/(kg K)
 
 
 class Solid(NamedTuple):
-    """What conducts heat: conductivity (W/(m K)), density (kg/m3), heat capacity (J/(kg K))."""
+    """What conducts heat: conductivity (W/(m K)), density (kg/m3), heat capacity (J/(kg K)).
 
-    conductivity: float
-    density: float
-    heat_capacity: float
+    melting_temperature (K), infinite of what does not melt, and latent_heat (J/kg). Numbers, or
+    arrays of one value for each point.
+    """
+
+    conductivity: Any
+    density: Any
+    heat_capacity: Any
+    melting_temperature: Any = np.inf
+    latent_heat: Any = 0.0
 
     @property
-    def diffusivity(self) -> float:
+    def diffusivity(self) -> Any:
         """alpha = lambda / (rho c), m2/s."""
         return self.conductivity / (self.density * self.heat_capacity)
 
     @property
-    def effusivity(self) -> float:
+    def effusivity(self) -> Any:
         """e = sqrt(lambda rho c), W s^0.5/(m2 K)."""
         return (self.conductivity * self.density * self.heat_capacity) ** 0.5
 
+    @property
+    def melting_enthalpy(self) -> Any:
+        """rho L, J/m3."""
+        return self.density * self.latent_heat
 
-ICE = Solid(ICE_CONDUCTIVITY, ICE_DENSITY, ICE_HEAT_CAPACITY)
+    def at(self, index: Index) -> Solid:
+        """The same at the points of `index` only."""
+        return Solid(*(part[index] if np.ndim(part) else part for part in self))
 
 
-def rubber_solid(density: float) -> Solid:
+ICE = Solid(ICE_CONDUCTIVITY, ICE_DENSITY, ICE_HEAT_CAPACITY, MELTING_TEMPERATURE, LATENT_HEAT)
+
+
+def rubber_solid(
+    density: float,
+    conductivity: float = RUBBER_CONDUCTIVITY,
+    heat_capacity: float = RUBBER_HEAT_CAPACITY,
+) -> Solid:
     """Rubber of this density (kg/m3)."""
-    return Solid(RUBBER_CONDUCTIVITY, density, RUBBER_HEAT_CAPACITY)
+    return Solid(conductivity, density, heat_capacity)
 
 
 @dataclass(frozen=True)

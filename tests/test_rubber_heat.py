@@ -9,7 +9,7 @@ from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
 from iceslide_fem.film.law import FilmLoads, FilmOnIce, Surface, implicit_stage
 from iceslide_fem.film.point import Conditions, simulate
-from iceslide_fem.film.rubber_heat import FilmBetween, RubberColumns, RubberSurface
+from iceslide_fem.film.rubber_heat import FilmBetween, HalfFilm, RubberColumns, RubberSurface
 from iceslide_fem.materials import (
     ICE_EFFUSIVITY,
     MELTING_TEMPERATURE,
@@ -20,7 +20,8 @@ from iceslide_fem.reference import constant_flux_rise
 
 DURATION, DENSITY = 7e-3, 940.0
 T_0 = MELTING_TEMPERATURE - 4.0
-RUBBER_EFFUSIVITY = rubber_solid(DENSITY).effusivity
+RUBBER = rubber_solid(DENSITY)
+RUBBER_EFFUSIVITY = RUBBER.effusivity
 RUBBER_SHARE = RUBBER_EFFUSIVITY / (RUBBER_EFFUSIVITY + ICE_EFFUSIVITY)
 
 
@@ -58,7 +59,7 @@ def test_effusivity_of_the_data():
 
 
 def test_heat_split_between_two_half_spaces_at_equal_surface_temperature():
-    q, rubber = 5e4, RubberColumns(T_0, DURATION, DENSITY)
+    q, rubber = 5e4, RubberColumns(T_0, DURATION, RUBBER)
     ice, state, taken = rubbed(q, rubber)
     assert taken.sum() == pytest.approx(q * DURATION, rel=1e-12)
     assert taken[1] / taken.sum() == pytest.approx(RUBBER_SHARE, rel=0.01)
@@ -72,7 +73,7 @@ def test_heat_split_between_two_half_spaces_at_equal_surface_temperature():
 
 def test_warm_rubber_on_cold_ice_meets_at_the_contact_temperature():
     """T = (e_i T_i + e_r T_r) / (e_i + e_r) of two half-spaces brought together."""
-    warm = RubberColumns(T_0 + 3.0, DURATION, DENSITY)
+    warm = RubberColumns(T_0 + 3.0, DURATION, RUBBER)
     ice, state, taken = rubbed(0.0, warm, initial_height=1e-9)
     expected = T_0 + RUBBER_SHARE * 3.0
     assert ice.surface_temperature(state.ice) == pytest.approx(expected, abs=3e-3)
@@ -83,7 +84,7 @@ def test_warm_rubber_on_cold_ice_meets_at_the_contact_temperature():
 
 
 def test_an_insulating_contact_leaves_the_rubber_cold():
-    ice, state, taken = rubbed(0.0, RubberColumns(T_0 + 3.0, DURATION, DENSITY, 10.0))
+    ice, state, taken = rubbed(0.0, RubberColumns(T_0 + 3.0, DURATION, RUBBER, HalfFilm(10.0)))
     assert abs(taken[1]) <= 0.5 * 10.0 * 3.0 * DURATION * (1 + 1e-9)
 
 
@@ -138,7 +139,7 @@ def test_the_first_guess_of_the_film_height_does_not_matter(monkeypatch):
     means = []
     for tolerance in (1e-6, 1e-12):
         monkeypatch.setattr(rubber_heat, "HEIGHT_TOLERANCE", tolerance)
-        rubber = RubberColumns(T_0, DURATION, DENSITY)
+        rubber = RubberColumns(T_0, DURATION, RUBBER)
         means.append(simulate(thesis_conditions(), rubber=rubber).mu_mean[0])
     assert means[0] == pytest.approx(means[1], rel=1e-7)
 
@@ -154,7 +155,7 @@ def test_no_contact_no_heat_for_the_rubber():
 @pytest.mark.parametrize("start", [1e-3, 5e-3])
 def test_the_coupled_law_has_the_order_of_its_integrator(method, order, start):
     """Half a millisecond of halved steps before melting begins (4.3 ms) and after it."""
-    rubber, ice = RubberColumns(T_0, DURATION, DENSITY), Column(T_0, DURATION)
+    rubber, ice = RubberColumns(T_0, DURATION, RUBBER), Column(T_0, DURATION)
     loads = thesis_conditions().loads()
     state = InterfaceState(
         np.full(1, np.log(70e-9)), np.zeros(1), ice.initial(1), rubber.initial(1)
@@ -178,14 +179,14 @@ def test_the_coupled_law_has_the_order_of_its_integrator(method, order, start):
 def test_heat_in_the_rubber_delays_melting_by_its_share():
     """The same temperature needs the effusivity of both: onset at 4.27 instead of 3.30 ms."""
     alone = simulate(thesis_conditions())
-    both = simulate(thesis_conditions(), rubber=RubberColumns(T_0, DURATION, 1100.0))
+    both = simulate(thesis_conditions(), rubber=RubberColumns(T_0, DURATION, rubber_solid(1100.0)))
     assert alone.melt_onset[0] == pytest.approx(3.297e-3, rel=2e-3)
     assert both.melt_onset[0] == pytest.approx(4.27e-3, rel=2e-3)
     assert both.mu_peak[0] > alone.mu_peak[0]
 
 
 def test_conditions_of_several_durations_are_independent():
-    rubber = RubberColumns(T_0, DURATION, DENSITY)
+    rubber = RubberColumns(T_0, DURATION, RUBBER)
     conditions = thesis_conditions(np.array([2e-3, 5e-3, 7e-3]))
     together = simulate(conditions, rubber=rubber)
     alone = simulate(thesis_conditions(np.array([5e-3])), rubber=rubber)

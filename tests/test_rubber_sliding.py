@@ -12,6 +12,7 @@ from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.film.rubber_heat import RubberColumns  # noqa: E402
 from iceslide_fem.interface.rubber_columns import RubberOverGrid  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
+from iceslide_fem.materials import rubber_solid  # noqa: E402
 
 pytestmark = pytest.mark.fe
 
@@ -26,7 +27,7 @@ def warm(**changes):
 def test_points_over_nodes_take_the_heat_that_the_nodes_give():
     rng = np.random.default_rng(4)
     grid = SurfaceGrid([np.linspace(0.0, 1e-3, 21)], np.arange(21), MPI.COMM_SELF)
-    rubber = RubberOverGrid(grid, T_0, 1e-3, 1100.0)
+    rubber = RubberOverGrid(grid, T_0, 1e-3, rubber_solid(1100.0))
     at = grid.place(rng.uniform(0.2e-3, 0.8e-3, (100, 1)))
     area = rng.uniform(0.0, 1e-5, 100) * (rng.uniform(size=100) > 0.3)
     rubber = rubber.above(Contacts(at, area))
@@ -55,7 +56,7 @@ def test_uniform_pressure_gives_the_point_rung(heat):
         initial_height=70e-9,
         duration=3e-3,
     )
-    above = RubberColumns(T_0, 3e-3, 1100.0)
+    above = RubberColumns(T_0, 3e-3, rubber_solid(1100.0))
     times = rows["time_s"]
     point = simulate(conditions, "column", tolerance=1e-5, times=times, rubber=above)
     difference = np.abs(rows["mu"] / point.samples[:, 0] - 1.0)

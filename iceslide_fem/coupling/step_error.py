@@ -15,7 +15,6 @@ from iceslide_fem.coupling.energy import Energies
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import InterfaceState, error_norms
 from iceslide_fem.interface.carriers import InterfaceStep
-from iceslide_fem.materials import MELTING_TEMPERATURE
 from iceslide_fem.rubber.block import Block
 
 # Errors of single steps add up to one of mu(t) that falls as their power 2/3 to 3/4 (see
@@ -57,7 +56,7 @@ class StepError:
         self._block, self._control = block, control
         self._tolerance = scene.numerics.tolerance
         self._local_tolerance = LOCAL_SHARE * self._tolerance**LOCAL_POWER
-        self._temperature_scale = MELTING_TEMPERATURE - scene.ice.temperature
+        self._temperature_scale = scene.ice.melting_temperature - scene.ice.temperature
         if scene.ice.motion == "sliding":
             self._temperature_scale *= PASSING_EASE
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.point import Conditions
-from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
+from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns
 from iceslide_fem.scene import Scene
 
 # Steps of a run whose integrator has no error estimate, unless numerics.max_step is given.
@@ -54,9 +54,15 @@ def rubber_columns(scene: Scene) -> RubberColumns | Insulated:
     return RubberColumns(
         scene.ice.temperature,
         scene.load.duration,
-        scene.rubber.density,
-        scene.film.conductance,
+        scene.rubber.solid,
+        half_film(scene),
+        scene.ice.melting_temperature,
     )
+
+
+def half_film(scene: Scene) -> HalfFilm:
+    """What conducts from the middle of the film to either body."""
+    return HalfFilm(scene.film.conductance, scene.water.conductivity)
 
 
 def scene_conditions(scene: Scene) -> Conditions:
@@ -71,4 +77,6 @@ def scene_conditions(scene: Scene) -> Conditions:
         H_V=H_V,
         initial_height=scene.film.initial_height,
         duration=exposure(scene),
+        viscosity=scene.water.viscosity,
+        **scene.ice.solid._asdict(),
     )

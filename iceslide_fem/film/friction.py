@@ -18,24 +18,25 @@ class FilmFriction:
     parameters: k, D, H_V of the pressure; nominal: the pressure (Pa) that they and the squeeze
     term follow instead of the local one, or None; ramp_pressure: shear is faded in over this
     pressure (Pa), because the film's shear does not vanish with p and would jump where an edge
-    touches down.
+    touches down; viscosity: eta of the water (Pa s).
     """
 
     parameters: ContactTable | ConstantContact
     nominal: float | None
     ramp_pressure: float
+    viscosity: float = WATER_VISCOSITY
 
     def loads(self, pressure: Array, speed: Array) -> FilmLoads:
         """Loads of the film at local `pressure` (Pa) and `speed` (m/s)."""
         p, k, D, H_V, _ = self._parameters(pressure)
         ramp, _ = self._ramp(pressure)
-        return film_loads(np.where(pressure > 0.0, p, 0.0), speed, ramp * k, D, H_V)
+        return film_loads(np.where(pressure > 0.0, p, 0.0), speed, ramp * k, D, H_V, self.viscosity)
 
     def shear(self, pressure: Array, speed: Array, film_height: Array) -> tuple[Array, Array]:
         """tau = k eta v / h (5.29), faded in with pressure (Pa), and d tau / d p."""
         _, k, _, _, dk_dp = self._parameters(pressure)
         ramp, slope = self._ramp(pressure)
-        factor = WATER_VISCOSITY * speed / film_height
+        factor = self.viscosity * speed / film_height
         return ramp * k * factor, (slope * k + ramp * dk_dp) * factor
 
     def outside(self, pressure: Array) -> Mask:

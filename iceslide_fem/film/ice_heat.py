@@ -16,7 +16,7 @@ from scipy.linalg import eigh
 
 from iceslide_fem.arrays import Array, Index, Mask
 from iceslide_fem.film.law import Film, FilmStage, Surface
-from iceslide_fem.materials import HEATED_LAYERS, ICE, MELTING_TEMPERATURE, Solid
+from iceslide_fem.materials import HEATED_LAYERS, ICE, Solid
 
 # First layer relative to the thermal layer sqrt(alpha t) of the whole run, growth of the layers
 # below (the column is HEATED_LAYERS deep): the surface temperature under constant flux
@@ -50,7 +50,9 @@ class Column:
     With the modes orthonormal in the heat capacity, each amplitude obeys
     d theta_j / dt = -lambda_j theta_j + phi_j q, where q (W/m2) enters at the surface and phi_j
     is the mode's value there: an implicit stage costs one division per mode, for any step and
-    any number of points. Content: amplitudes, shape (n_modes, n_points), in (J K)^0.5 / m.
+    any number of points. Where points have solids of their own, each has the mesh in thermal layers
+    of its own: the rates are then the same for all, and phi_j goes with 1 / sqrt(effusivity), by
+    the `gain`. Content: amplitudes, shape (n_modes, n_points), in (J K)^0.5 / m.
     depths: of the nodes, from 0 downwards, m.
     """
 
@@ -69,6 +71,8 @@ class Column:
         and of the longest run.
         """
         self.temperature = np.asarray(temperature, dtype=float)
+        self.solid, solid = solid, Solid(*(np.ravel(part)[0] for part in solid))
+        self._gain = np.sqrt(solid.effusivity / self.solid.effusivity)
         first = first_layer * np.sqrt(solid.diffusivity * np.min(duration))
         total = depth * np.sqrt(solid.diffusivity * np.max(duration))
         count = int(np.ceil(np.log1p(total / first * (ratio - 1.0)) / np.log(ratio)))
@@ -86,6 +90,8 @@ class Column:
         """The column below the points at `index` only (its mesh stays as it is)."""
         part = copy(self)
         part.temperature = self.temperature[index] if self.temperature.ndim else self.temperature
+        part.solid = self.solid.at(index)
+        part._gain = self._gain[index] if np.ndim(self._gain) else self._gain
         return part
 
     def initial(self, n_points: int) -> Array:
@@ -98,16 +104,17 @@ class Column:
 
     def response(self, start: Array, decay: Array, dt: Array | float) -> Surface:
         """The surface at the end of a stage under a flux that is still to be found."""
-        offset = self.temperature + self.surface @ (start * decay)
-        return Surface.of(offset, np.broadcast_to(self.resistance(decay, dt), offset.shape))
+        offset = self.temperature + self._gain * (self.surface @ (start * decay))
+        resistance = np.broadcast_to(self.resistance(decay, dt), offset.shape)
+        return Surface.of(offset, resistance, self.solid)
 
     def resistance(self, decay: Array, dt: Array | float) -> Array:
         """Temperature per flux at the end of a stage (K m2/W), one for each of `dt`."""
-        return np.asarray((self.surface**2 @ decay) * dt)
+        return np.asarray(self._gain**2 * (self.surface**2 @ decay) * dt)
 
     def heated(self, start: Array, decay: Array, heat: Array) -> Array:
         """Content at the end of the stage in which the surface took `heat` (J/m2, per point)."""
-        return (start + np.multiply.outer(self.surface, heat)) * decay
+        return (start + np.multiply.outer(self.surface, self._gain * heat)) * decay
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """One implicit stage of all amplitudes with the film at the surface."""
@@ -117,15 +124,15 @@ class Column:
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature of the surface (K), shape (n_points,)."""
-        return self.temperature + self.surface @ content
+        return self.temperature + self._gain * (self.surface @ content)
 
     def at_depths(self, content: Array) -> Array:
-        """Temperature (K) at the `depths`, (n_depths, n_points)."""
-        return self.temperature + self._modes @ content
+        """Temperature (K) at the `depths`, (n_depths, n_points), of the first point's solid."""
+        return self.temperature + self._gain * (self._modes @ content)
 
     def heat(self, content: Array) -> Array:
         """Heat above the initial temperature (J/m2), shape (n_points,)."""
-        return self._storage @ content
+        return (self._storage @ content) / self._gain
 
 
 class HalfSpace:
@@ -138,9 +145,11 @@ class HalfSpace:
     T_m and remembers so that melting has begun: a quantity that stages can be formed of.
     """
 
-    def __init__(self, temperature: float | Array, duration: float | Array) -> None:
+    def __init__(
+        self, temperature: float | Array, duration: float | Array, solid: Solid = ICE
+    ) -> None:
         """Half-space at `temperature` (K) for runs of `duration` (s); both scalar or per point."""
-        self._column = Column(temperature, duration)
+        self._column = Column(temperature, duration, solid=solid)
 
     def take(self, index: Index) -> HalfSpace:
         """The half-space below the points at `index` only."""
@@ -155,12 +164,15 @@ class HalfSpace:
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """One implicit stage: conduction decides when melting begins, (5.6) what it loses."""
         amplitudes, time = start[:-1], start[-1] + dt
-        melting = self.surface_temperature(start) >= MELTING_TEMPERATURE - ROUNDING
+        solid = self._column.solid
+        T_m = solid.melting_temperature
+        melting = self.surface_temperature(start) >= T_m - ROUNDING
         decay = self._column.decay(dt)
         resolved = self._column.response(amplitudes, decay, dt)
-        undercooling = MELTING_TEMPERATURE - self._column.temperature
-        flux = ICE.conductivity * undercooling / np.sqrt(np.pi * ICE.diffusivity * time)
-        closed_form = Surface(np.full_like(flux, MELTING_TEMPERATURE), resolved.resistance, flux)
+        undercooling = T_m - self._column.temperature
+        flux = solid.conductivity * undercooling / np.sqrt(np.pi * solid.diffusivity * time)
+        at_T_m = np.broadcast_to(T_m, flux.shape)
+        closed_form = Surface(at_T_m, resolved.resistance, flux, solid)
         result = film.solve(_chosen(melting, closed_form, resolved))
         begins = result.melting & ~melting
         if begins.any():
@@ -177,7 +189,10 @@ class HalfSpace:
 
 def _chosen(first: Mask, one: Surface, other: Surface) -> Surface:
     """`one` at the points where `first` is true, `other` elsewhere."""
-    return Surface(*(np.where(first, a, b) for a, b in zip(one, other, strict=True)))
+    offset, resistance, flux = (
+        np.where(first, a, b) for a, b in zip(one[:3], other[:3], strict=True)
+    )
+    return Surface(offset, resistance, flux, one.solid)
 
 
 def _quadratic_elements(thickness: Array, solid: Solid) -> tuple[Array, Array]:

@@ -24,7 +24,6 @@ from iceslide_fem.film.law import (
     interpolate,
 )
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
-from iceslide_fem.materials import MELTING_TEMPERATURE
 
 
 class Integrator(NamedTuple):
@@ -189,9 +188,9 @@ def error_norms(
     return np.where(good, error, np.inf)
 
 
-def surface_excess(step: Step) -> Array:
-    """Dry surface temperature above T_m at the end of the step (K)."""
-    return step.last.dry_temperature - MELTING_TEMPERATURE
+def surface_excess(step: Step, melting_temperature: Array | float) -> Array:
+    """Dry surface temperature above T_m (K) at the end of the step (K)."""
+    return step.last.dry_temperature - melting_temperature
 
 
 def _combine(

@@ -21,12 +21,12 @@ relative error of the shear stress.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
 from iceslide_fem.arrays import Array, Mask
-from iceslide_fem.materials import MELTING_ENTHALPY, MELTING_TEMPERATURE, WATER_VISCOSITY
+from iceslide_fem.materials import ICE, WATER_VISCOSITY, Solid
 
 T = TypeVar("T", float, Array)
 
@@ -52,18 +52,26 @@ class FilmLoads(NamedTuple):
     free_height: Array
 
 
-def squeeze_rate(pressure: T, D: T) -> T:
+def squeeze_rate(pressure: T, D: T, viscosity: Any = WATER_VISCOSITY) -> T:
     """K3 = 8 p / (3 eta D^2), 1/(m2 s): squeeze-out alone is dh/dt = -K3 h^3, (6.5)."""
-    return 8.0 * pressure / (3.0 * WATER_VISCOSITY * D**2)
+    result: T = 8.0 * pressure / (3.0 * viscosity * D**2)
+    return result
 
 
-def film_loads(pressure: Array, speed: Array, k: Array, D: Array, H_V: Array) -> FilmLoads:
+def film_loads(
+    pressure: Array,
+    speed: Array,
+    k: Array,
+    D: Array,
+    H_V: Array,
+    viscosity: Array | float = WATER_VISCOSITY,
+) -> FilmLoads:
     """Loads at `pressure` (Pa) and `speed` (m/s) for contact parameters k, D (m), H_V (m).
 
-    c = k eta v of (5.29); no squeeze-out where p <= 0.
+    c = k eta v of (5.29), eta the `viscosity` (Pa s); no squeeze-out where p <= 0.
     """
-    K3 = squeeze_rate(np.maximum(pressure, 0.0), D)
-    return FilmLoads(k * WATER_VISCOSITY * speed, speed, K3, H_V)
+    K3 = squeeze_rate(np.maximum(pressure, 0.0), D, viscosity)
+    return FilmLoads(k * viscosity * speed, speed, K3, H_V)
 
 
 def interpolate(start: FilmLoads, end: FilmLoads, fraction: float) -> FilmLoads:
@@ -77,19 +85,20 @@ class Surface(NamedTuple):
     """A body's answer within one implicit stage, as the film sees it; arrays.
 
     The surface takes the temperature `offset` + `resistance` * q (K, K m2/W) under the flux q,
-    and draws the flux `melted_flux` (W/m2) when it is at the melting temperature: it melts
-    where the friction power is larger. With heat in the rubber this is the answer of both bodies
-    together, and q what both of them take.
+    and draws the flux `melted_flux` (W/m2) when it is at the melting temperature of its `solid`: it
+    melts where the friction power is larger. With heat in the rubber this is the answer of both
+    bodies together, and q what both of them take.
     """
 
     offset: Array
     resistance: Array
     melted_flux: Array
+    solid: Solid = ICE
 
     @classmethod
-    def of(cls, offset: Array, resistance: Array) -> Surface:
+    def of(cls, offset: Array, resistance: Array, solid: Solid = ICE) -> Surface:
         """The surface that conduction alone holds at the melting temperature."""
-        return cls(offset, resistance, (MELTING_TEMPERATURE - offset) / resistance)
+        return cls(offset, resistance, (solid.melting_temperature - offset) / resistance, solid)
 
 
 class FilmStage(NamedTuple):
@@ -154,11 +163,14 @@ def implicit_stage(
     power = loads.viscous * loads.speed
     room = loads.free_height - squeezed
     squeezing = dt * loads.squeeze_rate
-    y = _log_height(log_height, squeezing, room, dt * power, dt * ice.melted_flux)
+    enthalpy = ice.solid.melting_enthalpy
+    y = _log_height(
+        log_height, squeezing, room, dt * power / enthalpy, dt * ice.melted_flux / enthalpy
+    )
     h = np.exp(y)
     q_f = power / h
     q_ice = np.minimum(q_f, ice.melted_flux)
-    melted = dt * (q_f - q_ice) / MELTING_ENTHALPY
+    melted = dt * (q_f - q_ice) / enthalpy
     overfill = squeezing * h**3 - room
     melting = q_f > ice.melted_flux
     return FilmStage(
@@ -196,7 +208,7 @@ def explicit_stage(
     room = loads.free_height - squeezed
     overfill = dt * loads.squeeze_rate * h**3 - room
     squeeze = np.minimum(dt * loads.squeeze_rate * h**3, room)
-    new = h + dt * (q_f - q_ice) / MELTING_ENTHALPY - squeeze
+    new = h + dt * (q_f - q_ice) / ice.solid.melting_enthalpy - squeeze
     kept = (new > h / largest_change) & (new < h * largest_change)
     y = np.log(np.where(kept, new, np.nan))
     melting = q_f > ice.melted_flux
@@ -220,12 +232,11 @@ def _log_height(
 ) -> Array:
     """Root y = ln h of y - y_start + min(squeezing h^3, room) / h - melted / h = 0.
 
-    melted = max(heating / h - cooling, 0) / (rho L). The residual falls to minus infinity with y
-    and rises to infinity with it. Newton's method, kept inside the bracket that the residual's
-    signs give where it is far from the root or not settled after a few iterations. NaN where it has
-    not settled at all.
+    melted = max(heating / h - cooling, 0), heating and cooling in J/m2 over rho L. The residual
+    falls to minus infinity with y and rises to infinity with it. Newton's method, kept inside the
+    bracket that the residual's signs give where it is far from the root or not settled after a few
+    iterations. NaN where it has not settled at all.
     """
-    heating, cooling = heating / MELTING_ENTHALPY, cooling / MELTING_ENTHALPY
     y = y_start.copy()
     low = np.full_like(y, -np.inf)
     high = np.full_like(y, np.inf)

@@ -26,7 +26,7 @@ from iceslide_fem.film.integrators import (
 from iceslide_fem.film.law import FilmLoads, film_loads
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 from iceslide_fem.film.step_control import StepControl
-from iceslide_fem.materials import MELTING_TEMPERATURE
+from iceslide_fem.materials import ICE, MELTING_TEMPERATURE, WATER_VISCOSITY, Solid
 
 ICE_MODELS: dict[str, type[Column] | type[HalfSpace]] = {
     "column": Column,
@@ -48,14 +48,24 @@ RANGES = {
     "H_V": (1e-10, 0.1, "m"),
     "initial_height": (1e-9, 1e-5, "m"),
     "duration": (1e-9, 1e3, "s"),
+    "viscosity": (1e-5, 10.0, "Pa s"),
+    "conductivity": (1e-3, 1e3, "W/(m K)"),
+    "density": (1.0, 1e5, "kg/m3"),
+    "heat_capacity": (1.0, 1e5, "J/(kg K)"),
+    "melting_temperature": (193.15, 373.15, "K"),
+    "latent_heat": (1.0, 1e8, "J/kg"),
 }
+
+
+DEFAULTS: dict[str, ArrayLike] = {"viscosity": WATER_VISCOSITY, **ICE._asdict()}
 
 
 class Conditions(NamedTuple):
     """What distinguishes the points; arrays of one shape (n,).
 
     pressure (Pa), speed (m/s), temperature of the ice (K), k, D (m), H_V (m), initial_height
-    (m), duration (s).
+    (m), duration (s); viscosity of the water (Pa s); of the ice conductivity (W/(m K)), density
+    (kg/m3), heat_capacity (J/(kg K)), melting_temperature (K), latent_heat (J/kg).
     """
 
     pressure: Array
@@ -66,13 +76,20 @@ class Conditions(NamedTuple):
     H_V: Array
     initial_height: Array
     duration: Array
+    viscosity: Array
+    conductivity: Array
+    density: Array
+    heat_capacity: Array
+    melting_temperature: Array
+    latent_heat: Array
 
     @classmethod
     def of(cls, **values: ArrayLike) -> Conditions:
-        """Conditions from anything that broadcasts to one dimension.
+        """Conditions from anything that broadcasts to one dimension; water and ice as by default.
 
         Raises ValueError, with a sentence, where a value is missing, unknown, or outside `RANGES`.
         """
+        values = DEFAULTS | values
         for name in sorted({*cls._fields} ^ {*values}):
             raise ValueError(f"{name} is {'unknown' if name in values else 'missing'}")
         for name, (low, high, unit) in RANGES.items():
@@ -86,7 +103,13 @@ class Conditions(NamedTuple):
 
     def loads(self) -> FilmLoads:
         """The film's loads, constant in time."""
-        return film_loads(self.pressure, self.speed, self.k, self.D, self.H_V)
+        contact = self.k, self.D, self.H_V
+        return film_loads(self.pressure, self.speed, *contact, self.viscosity)
+
+    @property
+    def solid(self) -> Solid:
+        """The ice."""
+        return Solid(*(getattr(self, name) for name in Solid._fields))
 
     def take(self, index: Index) -> Conditions:
         """The conditions at `index`."""
@@ -194,7 +217,7 @@ def simulate(
     result = PointResult.at_start(conditions, sample_times)
 
     if isinstance(ice, str):
-        ice = ICE_MODELS[ice](conditions.temperature, conditions.duration)
+        ice = ICE_MODELS[ice](conditions.temperature, conditions.duration, solid=conditions.solid)
     heat = ice
     active = np.arange(n)
     here = conditions
@@ -209,7 +232,7 @@ def simulate(
     while active.size:
         left = here.duration - time
         dt_try = np.minimum(np.minimum(dt, max_step), left)
-        undercooling = MELTING_TEMPERATURE - here.temperature
+        undercooling = here.melting_temperature - here.temperature
         step, good, wanted = control.trial(state, loads, dt_try, heat, undercooling, rubber)
         power = loads.viscous * loads.speed * np.exp(-state.log_height)
         on_ice = heat.surface_temperature(state.ice)
@@ -262,9 +285,9 @@ def _events(
     `warmth` is that temperature (K) at the start of the step. A step that ends within `share` of
     an event (relative to T_m - T_0 and to H_V) ends on it.
     """
-    slack = share * (MELTING_TEMPERATURE - here.temperature)
-    lack = MELTING_TEMPERATURE - warmth
-    melts, melted = _crossing(lack, surface_excess(step), slack)
+    slack = share * (here.melting_temperature - here.temperature)
+    lack = here.melting_temperature - warmth
+    melts, melted = _crossing(lack, surface_excess(step, here.melting_temperature), slack)
     slack = share * here.H_V
     fills, filled = _crossing(here.H_V - start.squeezed_height, step.last.overfill, slack)
     return _Event(np.maximum(np.minimum(melts, fills), 0.01), melted, filled)

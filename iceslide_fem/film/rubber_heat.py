@@ -25,7 +25,7 @@ import numpy as np
 from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.law import Film, FilmOnIce, FilmStage, Surface
-from iceslide_fem.materials import MELTING_TEMPERATURE, WATER_CONDUCTIVITY, rubber_solid
+from iceslide_fem.materials import MELTING_TEMPERATURE, WATER_CONDUCTIVITY, Solid
 
 # Passes over film law and conductance stop when ln h changes by no more than this. 1/G is a few
 # per cent of the bodies' resistances, so what is left is a hundredth of it.
@@ -97,17 +97,37 @@ class Insulated:
 INSULATED = Insulated()
 
 
+class HalfFilm(NamedTuple):
+    """What conducts from the middle of a film to either body.
+
+    conductance: G (W/(m2 K)) where it is given, else None and G = 2 k_w / h with the `water`'s
+    conductivity k_w (W/(m K)).
+    """
+
+    conductance: float | None = None
+    water: float = WATER_CONDUCTIVITY
+
+    def resistance(self, log_height: Array) -> Array:
+        """1/G (K m2/W) of films of ln h."""
+        if self.conductance is not None:
+            return np.full_like(log_height, 1.0 / self.conductance)
+        return np.asarray(np.exp(log_height) / (2.0 * self.water))
+
+
+WATER_FILM = HalfFilm()
+
+
 class RubberSurface(NamedTuple):
     """The rubber's answer within one implicit stage: T_r = offset + resistance * q; arrays.
 
     offset (K) and resistance (K m2/W) where there is contact; cover: share of the film's area
-    that is in contact, 0 to 1; conductance: G (W/(m2 K)), None if it follows the film height.
+    that is in contact, 0 to 1; half_film: what conducts between it and the ice.
     """
 
     offset: Array
     resistance: Array
     cover: Array
-    conductance: float | None = None
+    half_film: HalfFilm = WATER_FILM
 
 
 class RubberColumns:
@@ -121,16 +141,17 @@ class RubberColumns:
         self,
         temperature: float | Array,
         duration: float | Array,
-        density: float,
-        conductance: float | None = None,
+        solid: Solid,
+        half_film: HalfFilm = WATER_FILM,
+        melting_temperature: float = MELTING_TEMPERATURE,
     ) -> None:
-        """Rubber of `density` (kg/m3) at `temperature` (K) for runs of `duration` (s).
+        """Rubber `solid` at `temperature` (K) for runs of `duration` (s).
 
-        `conductance` is G (W/(m2 K)) from the film to either body, 2 k_w / h if it is None.
+        `half_film` conducts to it and to ice of that `melting_temperature` (K).
         """
-        self.column = Column(temperature, duration, solid=rubber_solid(density))
+        self.column = Column(temperature, duration, solid=solid)
         self._cover: Array = np.ones(1)
-        self.conductance = conductance
+        self.half_film, self.melting_temperature = half_film, melting_temperature
 
     def initial(self, n_points: int) -> Array:
         """Rubber at its initial temperature."""
@@ -143,7 +164,7 @@ class RubberColumns:
     def response(self, start: Array, dt: Array | float) -> RubberSurface:
         """The rubber's surface at the films at the end of a stage of `dt` (s)."""
         answer = self.column.response(start, self.column.decay(dt), dt)
-        return RubberSurface(answer.offset, answer.resistance, self._cover, self.conductance)
+        return RubberSurface(answer.offset, answer.resistance, self._cover, self.half_film)
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
         """Content after a stage with `flux` (W/m2) at the points."""
@@ -157,9 +178,9 @@ class RubberColumns:
         self, ice: Array, content: Array, power: Array, log_height: Array
     ) -> Array:
         """T_f = min(T_m, (T_i + T_r + q_f / G) / 2) at the points (K)."""
-        rise = power * half_film(log_height, self.conductance)
+        rise = power * self.half_film.resistance(log_height)
         free = 0.5 * (ice + self.surface_temperature(content) + rise)
-        return np.minimum(MELTING_TEMPERATURE, free)
+        return np.minimum(self.melting_temperature, free)
 
     def take(self, index: Index) -> RubberColumns:
         """The columns above the points at `index` only."""
@@ -174,13 +195,6 @@ class RubberColumns:
         return part
 
 
-def half_film(log_height: Array, conductance: float | None = None) -> Array:
-    """Resistance 1/G (K m2/W) between a film and either body: h / (2 k_w), or as given."""
-    if conductance is not None:
-        return np.full_like(log_height, 1.0 / conductance)
-    return np.asarray(np.exp(log_height) / (2.0 * WATER_CONDUCTIVITY))
-
-
 class Parallel(NamedTuple):
     """Ice and rubber, each behind half of a film: conductances (W/(m2 K)) and joint answer."""
 
@@ -191,13 +205,13 @@ class Parallel(NamedTuple):
 
 def parallel(ice: Surface, rubber: RubberSurface, log_height: Array) -> Parallel:
     """What both bodies answer together to a film of height h; only T and R of `ice` count."""
-    half = half_film(log_height, rubber.conductance)
+    half = rubber.half_film.resistance(log_height)
     to_ice = 1.0 / (ice.resistance + half)
     to_rubber = rubber.cover / (rubber.resistance + half)
     both = to_ice + to_rubber
     offset = (to_ice * ice.offset + to_rubber * rubber.offset) / both
-    melted_flux = (MELTING_TEMPERATURE - offset) * both
-    return Parallel(to_ice, to_rubber, Surface(offset, 1.0 / both, melted_flux))
+    melted_flux = (ice.solid.melting_temperature - offset) * both
+    return Parallel(to_ice, to_rubber, Surface(offset, 1.0 / both, melted_flux, ice.solid))
 
 
 class FilmBetween(NamedTuple):
@@ -219,7 +233,7 @@ class FilmBetween(NamedTuple):
             log_height = result.log_height
             if not change.max(initial=0.0) > HEIGHT_TOLERANCE:
                 break
-        to_ice, to_rubber, (offset, resistance, _) = bodies
+        to_ice, to_rubber, (offset, resistance, *_) = bodies
         temperature = offset + resistance * result.ice_flux
         # Where the film does not melt, what the ice does not take the rubber does.
         split = np.where(result.melting, 1.0, to_rubber * resistance)

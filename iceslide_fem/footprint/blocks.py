@@ -13,7 +13,7 @@ from scipy.ndimage import find_objects, label
 from iceslide_fem.errors import SceneError
 from iceslide_fem.footprint.film_map import Ride
 from iceslide_fem.footprint.pressure_map import PressureMap
-from iceslide_fem.materials import BAR, MELTING_TEMPERATURE
+from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.scene import scene_from_dict
 
 # Smaller patches are noise, not blocks: share of the mean area of all patches.
@@ -121,7 +121,7 @@ speed = "{ride.sliding_speed:.6g} m/s"
 duration = "{1e3 * duration:.5g} ms"
 
 [ice]
-temperature = "{ride.temperature - MELTING_TEMPERATURE:.6g} degC"
+temperature = "{ride.temperature - ZERO_CELSIUS:.6g} degC"
 motion = "sliding"
 heat = "column"
 

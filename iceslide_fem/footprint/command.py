@@ -20,7 +20,7 @@ from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.comparison import friction_curves
 from iceslide_fem.footprint.figures import draw_comparison, draw_maps
 from iceslide_fem.footprint.survey import ReadFootprint, Survey, read_footprint, summary, survey
-from iceslide_fem.materials import BAR, MELTING_TEMPERATURE
+from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.progress import LongTask
 
 
@@ -73,7 +73,7 @@ def image_data(result: Survey) -> pv.ImageData:
         "pressure (Pa)": footprint.pressure,
         "contact": footprint.contact.astype(np.uint8),
         "distance to the colour bar": result.read.distance,
-        "surface temperature (degC)": film.temperature - MELTING_TEMPERATURE,
+        "surface temperature (degC)": film.temperature - ZERO_CELSIUS,
         "film height (m)": film.height,
         "squeezed-out height (m)": film.squeezed,
         "shear stress (Pa)": film.shear,

@@ -20,7 +20,7 @@ from iceslide_fem.film.law import FilmLoads, film_loads
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.step_control import StepControl
 from iceslide_fem.footprint.pressure_map import PressureMap
-from iceslide_fem.materials import MELTING_TEMPERATURE, ConstantContact, ContactTable
+from iceslide_fem.materials import ICE, WATER_VISCOSITY, ConstantContact, ContactTable, Solid
 
 METHOD = INTEGRATORS["sdirk2"]
 # Lines that advance together: their columns of ice stay in the processor's cache.
@@ -32,13 +32,16 @@ SHORTEST, SLACK = 1e-9, 1e-6
 class Ride(NamedTuple):
     """How ice passes the footprint: V and the sliding speed V S (m/s), T_0 (K), h0 (m).
 
-    T_0 may be an array (ny,), one temperature for each line.
+    T_0 may be an array (ny,), one temperature for each line. solid: the ice; viscosity: of the
+    water (Pa s).
     """
 
     speed: float
     sliding_speed: float
     temperature: float | Array
     initial_height: float = 70e-9
+    solid: Solid = ICE
+    viscosity: float = WATER_VISCOSITY
 
 
 class FilmMap(NamedTuple):
@@ -80,13 +83,14 @@ def film_map(
     ride: Ride,
     contact_of: ContactTable | ConstantContact,
     tolerance: float = 1e-2,
-    ice: Callable[[float | Array, float], Column] = Column,
+    ice: Callable[..., Column] = Column,
     tell: Callable[[float], None] = lambda share: None,
 ) -> FilmMap:
     """Film, temperature and friction at every pixel of the footprint.
 
     `contact_of` gives k, D and H_V of the local pressure; `tolerance` is the relative error of
-    mu aimed at; `ice` makes the columns of a temperature (K) and a duration (s);
+    mu aimed at; `ice` makes the columns of a temperature (K), a duration (s) and the ride's
+    solid;
     `tell` is called with the share of the pixels that is done. Raises SimulationStopped where a
     step cannot be made.
     """
@@ -96,7 +100,8 @@ def film_map(
         lines = slice(first, first + LINES)
         pressure, part = footprint.pressure[lines], ride._replace(temperature=temperature[lines])
         passing = footprint.dx / ride.speed
-        below = ice(part.temperature, footprint.pressure.shape[1] * passing)
+        duration = footprint.pressure.shape[1] * passing
+        below = ice(part.temperature, duration, solid=part.solid)
         for column, values in _pass(pressure, passing, part, below, contact_of, tolerance):
             for field, value in zip(result, values, strict=True):
                 field[lines, column] = value
@@ -123,7 +128,7 @@ def _pass(
     for column in range(columns - 1, -1, -1):
         p = np.ascontiguousarray(pressure[:, column])
         k, D, H_V, _ = contact_of(p)
-        loads = film_loads(p, sliding, np.where(p > 0.0, k, 0.0), D, H_V)
+        loads = film_loads(p, sliding, np.where(p > 0.0, k, 0.0), D, H_V, ride.viscosity)
         state, dt, values = _cross(state, dt, loads, passing, ice, tolerance)
         yield column, values
 
@@ -150,7 +155,7 @@ def _cross(
         start, load = _at(state, here), FilmLoads(*(part[here] for part in loads))
         trial = left[here] / np.ceil(left[here] / dt[here] - SLACK)
         below = ice.take(here)
-        undercooling = MELTING_TEMPERATURE - below.temperature
+        undercooling = below.solid.melting_temperature - below.temperature
         step, good, wanted = control.trial(start, load, trial, below, undercooling)
         dt[here] = wanted
         if (wanted[~good] < SHORTEST * passing).any():
@@ -170,7 +175,8 @@ def _cross(
         here = here[left[here] > SLACK * passing]
     result.height[:], result.squeezed[:] = np.exp(state.log_height), state.squeezed_height
     result.temperature[:] = ice.surface_temperature(state.ice)
-    result.temperature[result.melting] = MELTING_TEMPERATURE  # rounding apart, it has that
+    # rounding apart, it has that
+    result.temperature[result.melting] = ice.solid.melting_temperature
     return state, dt, result
 
 

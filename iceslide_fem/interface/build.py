@@ -6,7 +6,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.film.conditions import rubber_columns
+from iceslide_fem.film.conditions import half_film, rubber_columns
 from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints, OwnColumns
 from iceslide_fem.interface.ice_continuum import Continuum
@@ -25,43 +25,48 @@ def carrier_of(block: Block) -> Attached | OnRubber | OnIce:
 
 def _attached(block: Block) -> Attached:
     scene = block.scene
-    temperature, duration = scene.ice.temperature, scene.load.duration
+    temperature, duration, solid = scene.ice.temperature, scene.load.duration, scene.ice.solid
     rubber = rubber_columns(scene)
     if scene.ice.heat == "column":
-        columns = OwnColumns(Column(temperature, duration))
+        columns = OwnColumns(Column(temperature, duration, solid=solid))
         return Attached(block.friction, columns, own_points(block.surface.n_points), rubber)
     if scene.ice.heat == "half-space":
-        half_spaces = OwnColumns(HalfSpace(temperature, duration))
+        half_spaces = OwnColumns(HalfSpace(temperature, duration, solid))
         return Attached(block.friction, half_spaces, own_points(block.surface.n_points))
     points, footprint = _footprint(block)
     mesh = ice_mesh(scene, block.surface.comm, patch_lines(scene, footprint))
-    ice = Continuum(mesh, temperature)
+    ice = Continuum(mesh, temperature, solid)
     # The ice stays under the point of the rubber that it lies under at t = 0.
     return Attached(block.friction, ice, ice.grid.place(points), rubber)
 
 
 def _sliding(block: Block) -> OnRubber | OnIce:
     scene, comm = block.scene, block.surface.comm
-    temperature, duration = scene.ice.temperature, scene.load.duration
+    temperature, duration, solid = scene.ice.temperature, scene.load.duration, scene.ice.solid
     _, footprint = _footprint(block)
     lines = window_lines(scene, footprint)
     passing = min(duration, float(np.ptp(lines[0])) / scene.load.speed)  # no ice is there longer
     ice: Continuum | GridColumns
     if scene.ice.heat == "continuum":
-        ice = Continuum(ice_mesh(scene, comm, lines), temperature)
+        ice = Continuum(ice_mesh(scene, comm, lines), temperature, solid)
     else:
         count = int(np.prod([line.size for line in lines]))
         own = np.array_split(np.arange(count), comm.size)[comm.rank]
         grid = SurfaceGrid(lines, own, comm)
         columns = GridColumns if scene.film.carrier == "ice" else GridColumnsUnderPoints
-        ice = columns(grid, temperature, passing)
+        ice = columns(grid, temperature, passing, solid)
     if scene.film.carrier == "rubber":
         return OnRubber(block.friction, ice, rubber_columns(scene))
     height = scene.film.initial_height
     if not scene.rubber.heat:
         return OnIce(block.friction, ice, height)
     rubber = RubberOverGrid(
-        ice.grid, temperature, duration, scene.rubber.density, scene.film.conductance
+        ice.grid,
+        temperature,
+        duration,
+        scene.rubber.solid,
+        half_film(scene),
+        scene.ice.melting_temperature,
     )
     return OnIce(block.friction, ice, height, rubber)
 

@@ -17,6 +17,7 @@ from iceslide_fem.film.ice_heat import Column, HalfSpace, IceHeat
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.interface.line_search import search
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile, SurfaceGrid
+from iceslide_fem.materials import ICE, Solid
 
 # Where points of the rubber carry the film, each is joined to the columns through this share of
 # a column's resistance: its flux is then a function of its temperature, and unique.
@@ -58,9 +59,11 @@ class GridColumns(Column):
 
     n_dofs = 0  # of a mesh
 
-    def __init__(self, grid: SurfaceGrid, temperature: float, duration: float) -> None:
+    def __init__(
+        self, grid: SurfaceGrid, temperature: float, duration: float, solid: Solid = ICE
+    ) -> None:
         """Ice at `temperature` (K); `duration` (s) that any of it is heated or watched."""
-        super().__init__(temperature, duration)
+        super().__init__(temperature, duration, solid=solid)
         self.grid = grid
         self.nodes = grid.nodes
 
@@ -93,9 +96,11 @@ class GridColumnsUnderPoints(GridColumns):
     Points share the columns around them, so their fluxes are found together.
     """
 
-    def __init__(self, grid: SurfaceGrid, temperature: float, duration: float) -> None:
+    def __init__(
+        self, grid: SurfaceGrid, temperature: float, duration: float, solid: Solid = ICE
+    ) -> None:
         """As `GridColumns`, without points yet."""
-        super().__init__(grid, temperature, duration)
+        super().__init__(grid, temperature, duration, solid)
         self._contacts = Contacts(grid.own_nodes(), np.zeros(grid.own.size))
 
     def under(self, contacts: Contacts) -> GridColumnsUnderPoints:
@@ -125,7 +130,7 @@ class GridColumnsUnderPoints(GridColumns):
 
         def balance(trial: Array, near: Array | None) -> tuple[Array, FilmStage, Array]:
             """A temperature of the nodes, the films above it, and the heat that they give (W)."""
-            result = film.solve(Surface.of(grid.interpolate(trial, at), link), near)
+            result = film.solve(Surface.of(grid.interpolate(trial, at), link, self.solid), near)
             return trial, result, grid.scatter(area * result.ice_flux, at)
 
         temperature, result, heat = balance(temperature, None)

@@ -23,7 +23,7 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.interface.ice_modes import GridModes, line_matrices
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile, SurfaceGrid
-from iceslide_fem.materials import ICE
+from iceslide_fem.materials import ICE, Solid
 from iceslide_fem.mesh.ice import IceMesh
 
 # Where it melts, the surface is held at T_m through a resistance of this share of the first
@@ -43,9 +43,9 @@ class Continuum:
     share evenly. T_0 in K.
     """
 
-    def __init__(self, mesh: IceMesh, temperature: float) -> None:
+    def __init__(self, mesh: IceMesh, temperature: float, solid: Solid = ICE) -> None:
         """Ice at `temperature` (K), without points yet."""
-        self._initial, self._comm = temperature, mesh.mesh.comm
+        self._initial, self._comm, self._solid = temperature, mesh.mesh.comm, solid
         self.space = compat.scalar_space(mesh.mesh, 1)
         lines = [line for line in (mesh.x, mesh.y, mesh.z) if line.size]
         self._shape = tuple(line.size for line in lines)
@@ -63,7 +63,7 @@ class Continuum:
         own = np.array_split(surface, self._comm.size)[self._comm.rank]
         self.grid = SurfaceGrid(lines[:-1], own, self._comm)
         self._depths = -mesh.z[::-1]  # of the nodes, from 0 downwards, m
-        self._link = RESISTANCE_SHARE * float(mesh.z[-1] - mesh.z[-2]) / ICE.conductivity
+        self._link = RESISTANCE_SHARE * float(mesh.z[-1] - mesh.z[-2]) / solid.conductivity
         self._contacts = Contacts(self.grid.own_nodes(), np.zeros(own.size))
 
     @property
@@ -100,16 +100,17 @@ class Continuum:
         heat, too), its flux depends on the temperature. Raises NotConverged.
         """
         grid, modes, (at, area) = self.grid, self._modes, self._contacts
-        per_heat = float(dt) / (ICE.density * ICE.heat_capacity)
+        per_heat = float(dt) / (self._solid.density * self._solid.heat_capacity)
         before = self._everywhere(start)
         amplitudes = modes.amplitudes(before)
-        decay = np.reciprocal(1.0 + float(dt) * ICE.diffusivity * modes.rates)
+        decay = np.reciprocal(1.0 + float(dt) * self._solid.diffusivity * modes.rates)
         resistance = per_heat * (decay @ modes.surface**2)
         offset = self._initial + modes.surface_values((amplitudes * decay) @ modes.surface)
         link, near = np.full(area.shape, self._link), None
         temperature = self._initial + before[..., -1]
         for iteration in range(MAX_ITERATIONS):
-            result = film.solve(Surface.of(grid.interpolate(temperature.ravel(), at), link), near)
+            below = grid.interpolate(temperature.ravel(), at)
+            result = film.solve(Surface.of(below, link, self._solid), near)
             near = result.log_height
             heat = modes.load_amplitudes(
                 grid.scatter(area * result.ice_flux, at).reshape(grid.shape)
@@ -131,12 +132,13 @@ class Continuum:
         total = self._everywhere(content)
         for volumes in self._volumes:
             total = np.tensordot(volumes, total, axes=(0, 0))
-        return float(ICE.density * ICE.heat_capacity * total)
+        return float(self._solid.density * self._solid.heat_capacity * total)
 
     def profile(self, content: Array) -> Profile:
         """Temperature and heat below the nodes of the grid. Collective."""
         rise = self._everywhere(content).reshape(-1, self._shape[-1]).T[::-1]
-        heat = ICE.density * ICE.heat_capacity * self._volumes[-1][::-1] @ rise
+        capacity = self._solid.density * self._solid.heat_capacity
+        heat = capacity * self._volumes[-1][::-1] @ rise
         return Profile(self._depths, self._initial + rise, heat, self.grid)
 
     def _correction(self, imbalance: Array, resistance: Array, conductance: Array) -> Array:

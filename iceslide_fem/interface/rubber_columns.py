@@ -7,8 +7,15 @@ from copy import copy
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.film.rubber_heat import Insulated, RubberColumns, RubberSurface
+from iceslide_fem.film.rubber_heat import (
+    WATER_FILM,
+    HalfFilm,
+    Insulated,
+    RubberColumns,
+    RubberSurface,
+)
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid
+from iceslide_fem.materials import MELTING_TEMPERATURE, Solid
 
 
 class InsulatedOverGrid(Insulated):
@@ -31,11 +38,12 @@ class RubberOverGrid(RubberColumns):
         grid: SurfaceGrid,
         temperature: float,
         duration: float,
-        density: float,
-        conductance: float | None = None,
+        solid: Solid,
+        half_film: HalfFilm = WATER_FILM,
+        melting_temperature: float = MELTING_TEMPERATURE,
     ) -> None:
         """As `RubberColumns`, without points yet."""
-        super().__init__(temperature, duration, density, conductance)
+        super().__init__(temperature, duration, solid, half_film, melting_temperature)
         self.grid = grid
         self._contacts = Contacts(grid.own_nodes(), np.zeros(grid.own.size))
 
@@ -54,7 +62,7 @@ class RubberOverGrid(RubberColumns):
         decay = self.column.decay(dt)
         mean = self._mean(self.column.response(start, decay, dt).offset)
         resistance = self.column.resistance(decay, dt)  # one for all
-        return RubberSurface(mean, resistance, self._node_cover(), self.conductance)
+        return RubberSurface(mean, resistance, self._node_cover(), self.half_film)
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
         """Content after a stage with `flux` (W/m2) at this rank's nodes. Collective."""

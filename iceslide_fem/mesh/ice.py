@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.materials import ICE_DIFFUSIVITY
+from iceslide_fem.materials import ICE
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.box import box_lines, from_edge, reference_cell
 from iceslide_fem.mesh.cache import cached
@@ -143,7 +143,8 @@ def ice_lines(
     if depth is None:
         depth = DEPTH * thermal_layer(scene, float(np.ptp(lines[0])))
     length = block_shape(scene).ranges[0]
-    first, ratio = surface_layers(thermal_layer(scene, length[1] - length[0]), scene.numerics)
+    thermal, diffusivity = thermal_layer(scene, length[1] - length[0]), scene.ice.solid.diffusivity
+    first, ratio = surface_layers(thermal, scene.numerics, diffusivity)
     slope = math.log(ratio)
     # so that graded starts with the surface's layer
     return [*lines, -graded(depth, first * slope / math.expm1(slope), slope)[::-1]]
@@ -154,13 +155,18 @@ def thermal_layer(scene: Any, length: float) -> float:
     time = scene.load.duration
     if scene.ice.motion == "sliding":
         time = min(time, length / scene.load.speed)
-    return math.sqrt(ICE_DIFFUSIVITY * time)
+    return math.sqrt(scene.ice.solid.diffusivity * time)
 
 
-def surface_layers(thermal: float, numerics: Any) -> tuple[float, float]:
-    """First layer (m) and ratio of neighbouring layers below ice with that `thermal` layer (m)."""
+def surface_layers(
+    thermal: float, numerics: Any, diffusivity: float = ICE.diffusivity
+) -> tuple[float, float]:
+    """First layer (m) and ratio of neighbouring layers below ice with that `thermal` layer (m).
+
+    `diffusivity` is that of the ice, m2/s.
+    """
     size = min(max((numerics.tolerance / REFERENCE) ** 0.5, FINEST), COARSEST) / numerics.refinement
-    first = FIRST_LAYER * min(thermal, math.sqrt(ICE_DIFFUSIVITY * LATEST))
+    first = FIRST_LAYER * min(thermal, math.sqrt(diffusivity * LATEST))
     return size * first, LAYER_RATIO**size
 
 

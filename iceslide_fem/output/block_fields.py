@@ -10,7 +10,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import Accepted
 from iceslide_fem.interface.surface_grid import Profile, SurfaceGrid
-from iceslide_fem.materials import MELTING_TEMPERATURE
+from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.output.grids import (
     TEMPERATURE,
     FacetGrid,
@@ -75,7 +75,7 @@ class BlockFields:
 
     def _ice(self, accepted: Accepted | None) -> Grid | None:
         profile = self._profile()
-        celsius = _celsius(profile.kelvin)
+        celsius = self._celsius(profile.kelvin)
         if profile.grid is None:
             return self._below_facets(profile.depths, celsius)
         if profile.grid.comm.rank > 0:
@@ -97,7 +97,7 @@ class BlockFields:
         grid = profile.grid
         assert grid is not None  # sliding ice lies on one
         values = {
-            "surface temperature (degC)": _celsius(profile.kelvin[0]),
+            "surface temperature (degC)": self._celsius(profile.kelvin[0]),
             "heat (J/m^2)": profile.heat,
         }
         if self._sliding.carrier.nodes is not None:
@@ -115,7 +115,7 @@ class BlockFields:
         assert profile is not None
         return profile
 
-
-def _celsius(kelvin: Array) -> Array:
-    """Temperature in degC; no reading may be above T_m."""
-    return np.asarray(np.minimum(kelvin, MELTING_TEMPERATURE) - MELTING_TEMPERATURE)
+    def _celsius(self, kelvin: Array) -> Array:
+        """Temperature in degC; no reading may be above T_m."""
+        T_m = self._sliding.block.scene.ice.melting_temperature
+        return np.asarray(np.minimum(kelvin, T_m) - ZERO_CELSIUS)

@@ -11,7 +11,7 @@ from iceslide_fem.coupling.ledger import Ledger
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import Accepted, CoupledState
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.materials import MELTING_TEMPERATURE
+from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.output.table import HistoryRow, PreloadRow
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import ContactState
@@ -60,7 +60,7 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Hi
         mu=friction / normal,
         film_height_m=mean(carrier.film_height(current.interface, current.loads)),
         squeezed_height_m=mean(carrier.at_points(current.interface.squeezed_height, current.loads)),
-        surface_temperature_C=mean(_surface(sliding, current)) - MELTING_TEMPERATURE,
+        surface_temperature_C=mean(_surface(sliding, current)) - ZERO_CELSIUS,
         contact_fraction=touching / block.area,
         normal_force_N=normal,
         friction_force_N=friction,
@@ -94,7 +94,7 @@ def interface_fields(sliding: Sliding, accepted: Accepted | None) -> dict[str, A
         "friction stress (Pa)": sliding.shear(current.interface, current.loads),
         "film height (m)": sliding.carrier.film_height(current.interface, current.loads),
         "squeezed height (m)": squeezed,
-        "surface temperature (degC)": _surface(sliding, current) - MELTING_TEMPERATURE,
+        "surface temperature (degC)": _surface(sliding, current) - ZERO_CELSIUS,
         "melted (1)": melted,
         "saturated (1)": saturated,
     }
@@ -128,7 +128,7 @@ def _contact_area(block: Block, contact: ContactState) -> float:
 def _surface(sliding: Sliding, current: CoupledState) -> Array:
     """Temperature of the ice at the points (K); no reading may be above T_m. Collective."""
     temperature = sliding.carrier.ice_temperature(current.interface, current.loads)
-    return np.minimum(temperature, MELTING_TEMPERATURE)
+    return np.minimum(temperature, sliding.block.scene.ice.melting_temperature)
 
 
 def _switches(sliding: Sliding, accepted: Accepted | None) -> tuple[Array, Array]:

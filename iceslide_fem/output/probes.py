@@ -13,7 +13,7 @@ from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import Accepted
 from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics import compat
-from iceslide_fem.materials import MELTING_TEMPERATURE
+from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.output.history import interface_fields
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
@@ -148,7 +148,8 @@ class Probes:
             nodes, shares = at.node[0], at.share[0]
         columns = profile.kelvin[:, nodes].T
         kelvin = [np.interp(-probe.place[-1], profile.depths, column) for column in columns]
-        return min(float(shares @ kelvin), MELTING_TEMPERATURE) - MELTING_TEMPERATURE
+        T_m = sliding.block.scene.ice.melting_temperature
+        return min(float(shares @ kelvin), T_m) - ZERO_CELSIUS
 
     def _found(self, name: str, place: Sequence[float]) -> Probe:
         """The probe at `place` (x, y, z), m. Collective."""

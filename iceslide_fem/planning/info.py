@@ -10,11 +10,6 @@ import numpy as np
 from iceslide_fem.film.law import squeeze_rate
 from iceslide_fem.materials import (
     BAR,
-    ICE_DIFFUSIVITY,
-    MELTING_ENTHALPY,
-    RUBBER_CONDUCTIVITY,
-    RUBBER_HEAT_CAPACITY,
-    WATER_VISCOSITY,
     ContactTable,
 )
 from iceslide_fem.planning.cost import Cost, estimate
@@ -65,8 +60,9 @@ def _heat(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     heated, when = duration, "√(α t) at the end"
     if scene.ice.motion == "sliding" and scene.model != "point":
         heated, when = min(duration, L / v), "√(α t) after the time under the block"
-    rubber_diffusivity = RUBBER_CONDUCTIVITY / (scene.rubber.density * RUBBER_HEAT_CAPACITY)
-    thermal = sqrt(ICE_DIFFUSIVITY * heated)
+    diffusivity = scene.ice.solid.diffusivity
+    rubber_diffusivity = scene.rubber.solid.diffusivity
+    thermal = sqrt(diffusivity * heated)
     lateral = thermal / min(size[:-1])
     enough = "columns of ice suffice" if lateral <= LATERAL_SHARE else "take continuum ice"
     return [
@@ -84,7 +80,7 @@ def _heat(scene: Scene, size: tuple[float, ...]) -> list[Row]:
             f"√(α t) / L: {enough}; at 0.09 worth 0.8 % of mean μ, 3 % with cold ice beside",
         ),
         Row("heat", "transit time", readable(L / v, "s"), "L / v, an ice point's time under it"),
-        Row("heat", "Péclet number", f"{v * L / ICE_DIFFUSIVITY:.3g}", "v L / α in ice"),
+        Row("heat", "Péclet number", f"{v * L / diffusivity:.3g}", "v L / α in ice"),
     ]
 
 
@@ -98,13 +94,13 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
         scene.load.pressure,
         scene.load.speed,
         scene.film.initial_height,
-        WATER_VISCOSITY,
+        scene.water.viscosity,
     )
     contact = scene.contact_parameters(p)
     k, D, H_V = float(contact.k), float(contact.D), float(contact.H_V)
     tau = k * eta * v / h0
-    squeeze_time = 1.0 / (2.0 * squeeze_rate(p, D) * h0**2)
-    melt_time = h0**2 / (2.0 * k * eta * v**2 / MELTING_ENTHALPY)
+    squeeze_time = 1.0 / (2.0 * squeeze_rate(p, D, eta) * h0**2)
+    melt_time = h0**2 / (2.0 * k * eta * v**2 / scene.ice.solid.melting_enthalpy)
     return [
         *_table(scene, size, tau / p),
         Row("film", "k", f"{k:.3g}", "relative contact area at the nominal pressure"),

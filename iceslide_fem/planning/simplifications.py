@@ -15,7 +15,6 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.film.point import RANGES, Conditions, simulate
-from iceslide_fem.materials import ICE_DIFFUSIVITY
 from iceslide_fem.scene import Scene
 
 TIMES = 200  # at which mu(t) is compared
@@ -91,7 +90,7 @@ def simplifications(scene: Scene) -> Simplifications:
     bending_effect = _largest(bending @ weights, alone)
     uneven = strain + confinement_effect + bending_effect
     # Heat that leaves the edges of a warm patch sideways, over that which goes down.
-    share = sqrt(pi * ICE_DIFFUSIVITY * heated) * (1.0 / L + 1.0 / W)
+    share = sqrt(pi * scene.ice.solid.diffusivity * heated) * (1.0 / L + 1.0 / W)
     exchanged = 1.0
     if not sliding and scene.ice.margin == 0.0:  # insulated sides: heat only evens out
         exchanged = float(np.max(np.std(bending / alone[:, None], axis=1))) + strain
@@ -128,6 +127,8 @@ def _friction(
         H_V=H_V,
         initial_height=scene.film.initial_height,
         duration=duration,
+        viscosity=scene.water.viscosity,
+        **scene.ice.solid._asdict(),
     )
     found = simulate(conditions, ice, min(ACCURACY, scene.numerics.tolerance), times=times)
     return np.asarray(found.samples * law)

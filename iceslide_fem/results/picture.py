@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.materials import BAR, ICE_DIFFUSIVITY, MELTING_TEMPERATURE
+from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.results import Run
 from iceslide_fem.results.snapshots import (
     MISES,
@@ -66,8 +66,8 @@ def scales_of(run: Run, n_times: int) -> Scales:
     """Scales that suit all times at which fields were written."""
     parts = [read_interface(run.directory, number) for number in range(n_times)]
     robust = 100.0 if parts[0].flat else ROBUST
-    coldest = run.scene["ice"]["temperature"] - MELTING_TEMPERATURE
-    ranges = {SURFACE.name: (coldest, 0.0)}
+    coldest = run.scene["ice"]["temperature"] - ZERO_CELSIUS
+    ranges = {SURFACE.name: (coldest, run.ice.melting_temperature - ZERO_CELSIUS)}
     for quantity in (CONTACT, FILM):
         values = np.concatenate([part.values[quantity.name][part.touching] for part in parts])
         low, high = np.nanpercentile(quantity.factor * values, (100.0 - robust, robust))
@@ -248,7 +248,7 @@ def _ice(panel: Axes, run: Run, snapshot: Snapshot, scales: Scales) -> None:
         x, depth, ice.point_data[TEMPERATURE], triangles=ice.regular_faces,
         shading="gouraud", cmap=SURFACE.colours, norm=Normalize(*scales.ranges[SURFACE.name]),
     )  # fmt: skip
-    shown = THERMAL_LENGTHS * math.sqrt(ICE_DIFFUSIVITY * run.history["time_s"][-1])
+    shown = THERMAL_LENGTHS * math.sqrt(run.ice.diffusivity * run.history["time_s"][-1])
     panel.set(
         xlabel="x (mm)", ylabel="z (µm)", ylim=(-UM * shown, 0.06 * UM * shown),
         xlim=(min(scales.x[0], x.min()), max(scales.x[1], x.max())),

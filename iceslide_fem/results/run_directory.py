@@ -12,7 +12,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
-from iceslide_fem.materials import BAR, MELTING_TEMPERATURE
+from iceslide_fem.materials import BAR, ICE, ZERO_CELSIUS, Solid
 
 
 class Run(NamedTuple):
@@ -33,10 +33,16 @@ class Run(NamedTuple):
         return dict(self.summary["scene"])
 
     @property
+    def ice(self) -> Solid:
+        """The ice as it was resolved; by default where the run is older than the keys."""
+        given = {name: self.scene["ice"].get(name, usual) for name, usual in ICE._asdict().items()}
+        return Solid(**given)
+
+    @property
     def title(self) -> str:
         """The scene in one line: name, model, pressure, speed, temperature and the ice's model."""
         scene, load, ice = self.scene, self.scene["load"], self.scene["ice"]
-        celsius = ice["temperature"] - MELTING_TEMPERATURE
+        celsius = ice["temperature"] - ZERO_CELSIUS
         return (
             f"{scene['name']}: {scene['model']}, {load['pressure'] / BAR:.3g} bar, "
             f"{load['speed']:.3g} m/s, {ice['motion']} ice at {celsius:.3g} °C ({ice['heat']})"

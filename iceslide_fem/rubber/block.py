@@ -172,6 +172,7 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
         scene.contact_parameters,
         pressure if scene.film.pressure == "nominal" else None,
         scene.numerics.shear_ramp_pressure or RAMP_SHARE * pressure,
+        scene.water.viscosity,
     )
     return Block(
         scene,

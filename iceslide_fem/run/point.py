@@ -19,7 +19,7 @@ from iceslide_fem.film.doubts import doubts
 from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.film.point import ICE_MODELS, Conditions, PointResult, Record, simulate
 from iceslide_fem.launch import rank
-from iceslide_fem.materials import MELTING_TEMPERATURE
+from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.output.table import HistoryRow
 from iceslide_fem.progress import LongTask
 from iceslide_fem.scene import Scene
@@ -130,7 +130,7 @@ class _History:
         self._area = scene.rubber.length * scene.rubber.width
         self._shear_height = float(conditions.loads().viscous[0])
         self._ice: Column | HalfSpace = ICE_MODELS[ice_model(scene)](
-            conditions.temperature, conditions.duration
+            conditions.temperature, conditions.duration, solid=conditions.solid
         )
         self._work = self._ice_heat = self._rubber_heat = self._latent_heat = 0.0
         self.rows = [self._row(0.0, 0.0, scene.film.initial_height, 0.0, scene.ice.temperature)]
@@ -173,7 +173,7 @@ class _History:
             mu=shear / load.pressure,
             film_height_m=height,
             squeezed_height_m=squeezed,
-            surface_temperature_C=temperature - MELTING_TEMPERATURE,
+            surface_temperature_C=temperature - ZERO_CELSIUS,
             contact_fraction=1.0,
             normal_force_N=load.pressure * self._area,
             friction_force_N=shear * self._area,

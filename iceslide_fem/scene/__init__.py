@@ -11,6 +11,7 @@ from iceslide_fem.scene.model import (
     Numerics,
     Rubber,
     Scene,
+    Water,
 )
 from iceslide_fem.scene.toml import (
     flat,
@@ -31,6 +32,7 @@ __all__ = [
     "Numerics",
     "Rubber",
     "Scene",
+    "Water",
     "flat",
     "key_and_text",
     "load_scene",

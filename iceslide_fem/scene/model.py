@@ -5,12 +5,15 @@ Numbers are SI (temperatures in kelvin); a file may give strings with a unit ins
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
+    AliasChoices,
     BaseModel,
     ConfigDict,
+    Field,
     StrictBool,
     StringConstraints,
     field_validator,
@@ -22,11 +25,17 @@ from iceslide_fem.materials import (
     COMPOUNDS,
     CONTACT_TABLES,
     HEATED_LAYERS,
+    ICE,
+    RUBBER_CONDUCTIVITY,
+    RUBBER_HEAT_CAPACITY,
+    WATER_CONDUCTIVITY,
+    WATER_VISCOSITY,
     YOUNGS_MODULUS_ONLY,
+    ZERO_CELSIUS,
     ConstantContact,
     ContactTable,
     MooneyRivlin,
-    rubber_solid,
+    Solid,
 )
 from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.input_file import InputFile
@@ -37,6 +46,7 @@ Length = Annotated[float, Quantity("m", "10 um", "1 m")]
 Stiffness = Annotated[float, Quantity("Pa", "0 MPa", "10000 MPa")]
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$", strict=True)]
 
+WARMEST = 1e-3  # K below its melting temperature
 DEEPEST = 0.1  # that contact may sink in, of the height
 REFINEMENTS = (0.25, 8.0)  # allowed of meshes
 FILE_KEYS = (("rubber", "mesh"), ("film", "contact"))  # table and key of what names a file
@@ -52,9 +62,11 @@ class _Table(BaseModel):
 class Rubber(_Table):
     """The rubber block: a compound or its Mooney-Rivlin constants, size (m), density (kg/m3).
 
-    C10, C01 in Pa; compressibility by D1 (1/Pa) or by Poisson's ratio nu. `heat` resolves heat
-    conduction in the rubber, `inertia` its motion. `sipes` evenly spaced slots across the sliding
-    direction are cut into the box from below. `mesh` replaces the box by a mesh file, whose
+    C10, C01 in Pa; compressibility by D1 (1/Pa) or by Poisson's ratio nu (also `poisson_ratio`),
+    which may be given beside a compound, too, instead of its D1. `heat` resolves heat
+    conduction in the rubber, with its `conductivity` (W/(m K)) and `heat_capacity` (J/(kg K)) by
+    default of the thesis's table 1, `inertia` its motion. `sipes` evenly spaced slots across the
+    sliding direction are cut into the box from below. `mesh` replaces the box by a mesh file, whose
     coordinates are in `mesh_unit`.
     """
 
@@ -62,7 +74,9 @@ class Rubber(_Table):
     C10: Stiffness | None = None
     C01: Stiffness | None = None
     D1: Annotated[float, Quantity("1/Pa", "1e-6 1/MPa", "1000 1/MPa")] | None = None
-    nu: Annotated[float, Quantity("", "0", "0.4995")] | None = None
+    nu: Annotated[float, Quantity("", "0", "0.4995")] | None = Field(
+        None, validation_alias=AliasChoices("nu", "poisson_ratio")
+    )
     length: Length = 1e-3
     width: Length = 1e-3
     height: Length = 1e-3
@@ -70,6 +84,12 @@ class Rubber(_Table):
     sipe_width: Length = 0.5e-3
     sipe_depth: Length = 4e-3
     density: Annotated[float, Quantity("kg/m^3", "100 kg/m^3", "10000 kg/m^3")] = 1100.0
+    conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K")] = (
+        RUBBER_CONDUCTIVITY
+    )
+    heat_capacity: Annotated[float, Quantity("J/kg/K", "100 J/kg/K", "10000 J/kg/K")] = (
+        RUBBER_HEAT_CAPACITY
+    )
     heat: StrictBool = False
     inertia: StrictBool = False
     mesh: InputFile | None = None
@@ -118,15 +138,15 @@ class Rubber(_Table):
     @model_validator(mode="after")
     def _one_description(self) -> Self:
         given = [name for name in ("C10", "C01", "D1", "nu") if getattr(self, name) is not None]
+        if "D1" in given and "nu" in given:
+            raise ValueError("rubber.D1 and rubber.nu contradict each other; give one of them")
         if self.compound is not None:
-            if given:
+            if given and given[0] in ("C10", "C01"):
                 raise ValueError(
                     f'rubber.compound = "{self.compound}" and rubber.{given[0]} contradict each '
                     "other; give the compound or the constants"
                 )
             return self
-        if "D1" in given and "nu" in given:
-            raise ValueError("rubber.D1 and rubber.nu contradict each other; give one of them")
         if len(given) < 3:
             raise ValueError(
                 'rubber needs compound = "B", or C10, C01 and one of D1 and nu; '
@@ -135,6 +155,11 @@ class Rubber(_Table):
         if self.C10 == self.C01 == 0.0:
             raise ValueError("rubber.C10 and rubber.C01 are both 0; one of them must be positive")
         return self
+
+    @property
+    def solid(self) -> Solid:
+        """The rubber as heat sees it."""
+        return Solid(self.conductivity, self.density, self.heat_capacity)
 
 
 class Load(_Table):
@@ -152,6 +177,10 @@ class Ice(_Table):
     `margin` (m) is how far continuum ice extends beside the contact. The attached ice of a
     sample of a long block has none: its neighbours are as warm. Ice that slides lies in cells of
     width `cell` (m, along x), kept until they are `trail` (m) behind the block.
+
+    conductivity (W/(m K)), density (kg/m3), heat_capacity (J/(kg K)), latent_heat (J/kg) and
+    melting_temperature (K), which salt and pressure lower; by default those of the thesis's film
+    model (its table 4).
     """
 
     temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC")] = 269.15
@@ -160,6 +189,43 @@ class Ice(_Table):
     trail: Annotated[float, Quantity("m", "0 m", "1 m")] = 0.0
     motion: Literal["attached", "sliding"] = "attached"
     heat: Literal["half-space", "column", "continuum"] = "column"
+    conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K")] = ICE.conductivity
+    density: Annotated[float, Quantity("kg/m^3", "10 kg/m^3", "10000 kg/m^3")] = ICE.density
+    heat_capacity: Annotated[float, Quantity("J/kg/K", "100 J/kg/K", "10000 J/kg/K")] = (
+        ICE.heat_capacity
+    )
+    melting_temperature: Annotated[float, Quantity("K", "-60 degC", "0.01 degC")] = (
+        ICE.melting_temperature
+    )
+    latent_heat: Annotated[float, Quantity("J/kg", "1 kJ/kg", "10000 kJ/kg")] = ICE.latent_heat
+
+    @model_validator(mode="after")
+    def _is_frozen(self) -> Self:
+        highest = self.melting_temperature - WARMEST
+        if self.temperature > highest + 1e-9:
+            raise ValueError(
+                f"ice.temperature = {self.temperature - ZERO_CELSIUS:.6g} degC is not below "
+                f"ice.melting_temperature = {self.melting_temperature - ZERO_CELSIUS:.6g} degC; "
+                f"allowed: up to {highest - ZERO_CELSIUS:.6g} degC"
+            )
+        return self
+
+    @property
+    def solid(self) -> Solid:
+        """The ice as heat sees it."""
+        return Solid(*(getattr(self, name) for name in Solid._fields))
+
+
+class Water(_Table):
+    """The water of the film: viscosity (Pa s), conductivity k_w (W/(m K)).
+
+    By default the thesis's.
+    """
+
+    viscosity: Annotated[float, Quantity("Pa*s", "0.01 mPa*s", "10 Pa*s")] = WATER_VISCOSITY
+    conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K")] = (
+        WATER_CONDUCTIVITY
+    )
 
 
 class Film(_Table):
@@ -260,6 +326,7 @@ class Scene(_Table):
     rubber: Rubber
     load: Load
     ice: Ice = Ice()
+    water: Water = Water()
     film: Film = Film()
     numerics: Numerics = Numerics()
     output: Output = Output()
@@ -339,10 +406,7 @@ class Scene(_Table):
                 "form gives the ice a flux that does not depend on the rubber; "
                 "allowed with heat in the rubber: 'column' or 'continuum'"
             )
-        needed = (
-            HEATED_LAYERS
-            * (rubber_solid(self.rubber.density).diffusivity * self.load.duration) ** 0.5
-        )
+        needed = HEATED_LAYERS * (self.rubber.solid.diffusivity * self.load.duration) ** 0.5
         if self.rubber.height < needed:
             raise ValueError(
                 f"rubber.height = {1e3 * self.rubber.height:.3g} mm is too thin for rubber.heat = "
@@ -355,12 +419,13 @@ class Scene(_Table):
         """Constants of the rubber (SI), of the compound or as given."""
         rubber = self.rubber
         if rubber.compound is not None:
-            return COMPOUNDS[rubber.compound]
-        assert rubber.C10 is not None and rubber.C01 is not None  # by Rubber's validation
-        if rubber.D1 is not None:
-            return MooneyRivlin(rubber.C10, rubber.C01, rubber.D1)
-        assert rubber.nu is not None
-        return MooneyRivlin.from_nu(rubber.C10, rubber.C01, rubber.nu)
+            C10, C01, D1 = astuple(COMPOUNDS[rubber.compound])
+        else:
+            assert rubber.C10 is not None and rubber.C01 is not None  # by Rubber's validation
+            C10, C01, D1 = rubber.C10, rubber.C01, 0.0
+        if rubber.nu is not None:
+            return MooneyRivlin.from_nu(C10, C01, rubber.nu)
+        return MooneyRivlin(C10, C01, D1 if rubber.D1 is None else rubber.D1)
 
     @property
     def contact_parameters(self) -> ContactTable | ConstantContact:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from math import pi, sqrt
 
-from iceslide_fem.materials import BAR, MELTING_TEMPERATURE, WATER_VISCOSITY
+from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.scene.model import Scene
 from iceslide_fem.scene.units import readable
 
@@ -59,6 +59,14 @@ def _unused(scene: Scene) -> list[str]:
         reasons["without rubber.sipes"] = ["rubber.sipe_width", "rubber.sipe_depth"]
     if not scene.rubber.heat and not scene.rubber.inertia:
         reasons["without rubber.heat or rubber.inertia"] = ["rubber.density"]
+    if not scene.rubber.heat:
+        reasons["without rubber.heat"] = [
+            "rubber.conductivity",
+            "rubber.heat_capacity",
+            "water.conductivity",
+        ]
+    elif scene.film.conductance is not None:
+        reasons["beside film.conductance"] = ["water.conductivity"]
     found = []
     for reason, keys in reasons.items():
         given = [key for key in keys if _is_given(scene, key)]
@@ -101,7 +109,7 @@ def _outside_envelope(scene: Scene) -> list[str]:
                 f"{table}.{key} = {_text(value, unit)} is outside the range that is known to work, "
                 f"{_text(low, unit)} to {_text(high, unit)}"
             )
-    celsius = scene.ice.temperature - MELTING_TEMPERATURE
+    celsius = scene.ice.temperature - ZERO_CELSIUS
     if not COLDEST - 1e-9 <= celsius <= WARMEST + 1e-9:
         found.append(
             f"ice.temperature = {celsius:g} degC is outside the range that is known to work, "
@@ -113,7 +121,9 @@ def _outside_envelope(scene: Scene) -> list[str]:
 def _friction(scene: Scene) -> list[str]:
     """Friction at t = 0, mu = k eta v / (h0 p) (5.29, 5.30), of a film that has not grown yet."""
     p, h0 = scene.load.pressure, scene.film.initial_height
-    friction = float(scene.contact_parameters(p).k) * WATER_VISCOSITY * scene.load.speed / (h0 * p)
+    friction = (
+        float(scene.contact_parameters(p).k) * scene.water.viscosity * scene.load.speed / (h0 * p)
+    )
     if friction <= LARGEST_FRICTION:
         return []
     return [

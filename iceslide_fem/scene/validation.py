@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
-from pydantic import BaseModel, ValidationError
+from pydantic import AliasChoices, BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.scene.messages import first_sentence, unknown_key
@@ -29,12 +30,23 @@ def unit_of(key: str) -> str | None:
     model: Any = Scene
     for part in key.split("."):
         fields = getattr(model, "model_fields", {})
+        part = _by_alias(fields).get(part, part)
         if part not in fields:
             raise SceneError(unknown_key(key, list(_dotted_keys(Scene))))
         model = fields[part].annotation
     field = fields[part]
     parts = [*field.metadata, *(part for arm in get_args(model) for part in get_args(arm))]
     return next((part.unit for part in parts if isinstance(part, Quantity)), None)
+
+
+def _by_alias(fields: Mapping[str, FieldInfo]) -> dict[str, str]:
+    """Name of the field by any other name that it may be given."""
+    return {
+        str(alias): name
+        for name, field in fields.items()
+        if isinstance(field.validation_alias, AliasChoices)
+        for alias in field.validation_alias.choices
+    }
 
 
 def _dotted_keys(model: type[BaseModel], prefix: str = "") -> Iterator[str]:

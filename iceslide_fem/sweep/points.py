@@ -63,7 +63,9 @@ def _rubber_key(scene: Scene) -> tuple[Any, ...]:
     """What scenes must share to share columns of rubber; those are as cold as the ice at first."""
     if not scene.rubber.heat:
         return ()
-    return scene.ice.temperature, scene.rubber.density, scene.film.conductance
+    ice, rubber = scene.ice, scene.rubber
+    film = scene.film.conductance, scene.water.conductivity
+    return ice.temperature, ice.melting_temperature, *rubber.solid, *film
 
 
 def _outcomes(scenes: list[Scene]) -> Iterator[CaseResult]:
