@@ -294,15 +294,16 @@ def test_a_shift_moves_whole_cells_and_lets_fresh_ice_in():
     state = carrier.start(50e-9, 0)
     state = state._replace(
         log_height=state.log_height + np.arange(11.0),
-        squeezed_height=np.arange(11.0),
+        squeezed_height=np.array([*range(8), 0.0, 0.0, 0.0]),
         ice=state.ice + np.arange(11.0),
     )
-    moved, rest = carrier.window_shifted(state, 2.25e-4)
+    moved, rest, water = carrier.window_shifted(state, 2.25e-4)
     assert rest == pytest.approx(0.25e-4)
-    np.testing.assert_array_equal(moved.squeezed_height, [*range(2, 11), 0, 0])
+    assert water == pytest.approx((0.5 * 0.0 + 1.0 + 0.5 * 2.0) * 1e-4)  # half cells at the ends
+    np.testing.assert_array_equal(moved.squeezed_height, [*range(2, 8), 0, 0, 0, 0, 0])
     np.testing.assert_array_equal(moved.ice[3], [*range(2, 11), 0, 0])
     np.testing.assert_allclose(np.exp(moved.log_height[-2:]), 70e-9)
-    assert carrier.window_shifted(state, 0.9e-4) == (state, 0.9e-4)
+    assert carrier.window_shifted(state, 0.9e-4) == (state, 0.9e-4, 0.0)
 
 
 def test_rubber_carrier_conserves_heat_with_points_that_share_strips():

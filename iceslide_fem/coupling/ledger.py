@@ -1,4 +1,4 @@
-"""The energy ledger: what the plate gives against what film, ice and rubber take."""
+"""The ledger: what the plate gives against what film, ice and rubber take; and the water."""
 
 from __future__ import annotations
 
@@ -6,9 +6,15 @@ from iceslide_fem.coupling.energy import Energies
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import Accepted
 
+WATER = ("squeezed_water", "lost_water")
+
 
 class Ledger:
-    """Energies of the whole block since t = 0, J: attributes named as those of `Energies`."""
+    """Energies of the whole block since t = 0, J: attributes named as those of `Energies`.
+
+    squeezed_water: what the contact has squeezed out; lost_water: what of it is neither below the
+    rubber nor on the ice of the window; m3.
+    """
 
     def __init__(self, sliding: Sliding) -> None:
         """Start at the present moment of `sliding`."""
@@ -16,19 +22,22 @@ class Ledger:
         self.friction_work = self.load_work = 0.0
         self.ice_heat = self.rubber_heat = self.latent_heat = 0.0
         self.elastic_energy = self.kinetic_energy = 0.0
+        self.squeezed_water = self.lost_water = 0.0
 
     def add(self, accepted: Accepted) -> None:
         """Enter an accepted step."""
         for name, energy in accepted.energies._asdict().items():
             setattr(self, name, getattr(self, name) + energy)
+        self.squeezed_water += accepted.squeezed_water
+        self.lost_water += accepted.lost_water
 
     def state(self) -> dict[str, float]:
-        """The energies, J."""
-        return {name: getattr(self, name) for name in Energies._fields}
+        """The energies, J, and the water, m3."""
+        return {name: getattr(self, name) for name in (*Energies._fields, *WATER)}
 
     def restore(self, state: dict[str, float]) -> None:
         """Go on from `state`, at the moment to which `sliding` was restored."""
-        for name in Energies._fields:
+        for name in (*Energies._fields, *WATER):
             setattr(self, name, state[name])
 
     @property
@@ -36,7 +45,8 @@ class Ledger:
         """What is missing or too much, relative to the friction work."""
         if self.friction_work == 0.0:
             return 0.0
-        return Energies(**self.state()).missing / self.friction_work
+        energies = Energies(*(getattr(self, name) for name in Energies._fields))
+        return energies.missing / self.friction_work
 
     def friction_force(self) -> float:
         """Friction force of the whole block at the present moment, N."""

@@ -113,6 +113,7 @@ class Sliding:
             "solved": current.motion[:2],
             "offset": current.loads.offset,
             "steady": current.steady,
+            "way": current.way,
             "step": self._dt,
             "nodes": layouts.nodes.gather({k: v.reshape(-1, dim).T for k, v in nodes.items()}),
             "points": layouts.points.gather(points),
@@ -151,6 +152,7 @@ class Sliding:
             mechanics=self._mechanics(self.shear(interface, loads), loads, motion),
             solved_shear=points["shear"],
             steady=state["steady"],
+            way=state["way"],
         )
         self._dt = state["step"]
 
@@ -298,9 +300,20 @@ class Sliding:
         shorter = float(step_factor(unclosed, 2))
         if unclosed > 1.0 and self._adaptive:  # else nobody could choose a better step
             raise Refused("the step's energy does not close: the block snaps", shorter)
-        shifted = self._window_shifted(after)
+        rise = after.interface.squeezed_height - self.current.interface.squeezed_height
+        squeezed = self.block.scale * self.block.surface.total(rise, interface_step.area)
+        shifted, lost = self._window_shifted(after)
         accepted = Accepted(
-            shifted, dt, interface_step, energies, after.loads, iterations, solved, 0
+            shifted,
+            dt,
+            interface_step,
+            energies,
+            after.loads,
+            iterations,
+            solved,
+            0,
+            squeezed,
+            lost,
         )
         return accepted, dt * min(factor, shorter)
 
@@ -332,12 +345,17 @@ class Sliding:
                 raise
             return iterations
 
-    def _window_shifted(self, state: CoupledState) -> CoupledState:
-        """The state after the window of sliding ice has caught up with the block."""
+    def _window_shifted(self, state: CoupledState) -> tuple[CoupledState, float]:
+        """The state after water and the window of ice have followed the block; lost water, m3."""
         if not self._all(self.carrier.reaches(state.loads)):
             raise Refused("the block leaves its window of ice", 0.25)
-        interface, offset = self.carrier.window_shifted(state.interface, state.loads.offset)
-        return state._replace(interface=interface, loads=state.loads._replace(offset=offset))
+        carrier, loads, start = self.carrier, state.loads, self.current
+        moved, lost = carrier.water_moved(state.interface, start.loads, loads, start.way)
+        way = start.way + (loads.offset - start.loads.offset)
+        interface, offset, left = carrier.window_shifted(moved, loads.offset)
+        loads = loads._replace(offset=offset)
+        after = state._replace(interface=interface, loads=loads, way=way)
+        return after, self.block.scale * (lost + left)
 
     def _speed(self, rate: Rate) -> SpeedLaw:
         """Slip speed: the plate's and that of the rubber relative to it.

@@ -18,7 +18,7 @@ class CoupledState(NamedTuple):
     time (s); motion: of the block when it was last solved for; contact and solved_shear (of the
     points, Pa): of then; loads: the rubber's points, (n,); interface: film and ice; mechanics: what
     the block does and stores; steady: whether the last step changed the shear so little that the
-    block may rest.
+    block may rest; way: of the block over the ice since t = 0, m.
     """
 
     time: float
@@ -29,6 +29,7 @@ class CoupledState(NamedTuple):
     mechanics: Mechanics
     solved_shear: Array
     steady: bool
+    way: float = 0.0
 
 
 class Accepted(NamedTuple):
@@ -36,7 +37,8 @@ class Accepted(NamedTuple):
 
     interface_step: film and heat; energies: its entries in the ledger; loads: the rubber's points
     at its end, before the window moved; iterations: Newton's; solved: whether the block was solved;
-    rejected: steps refused before.
+    rejected: steps refused before; squeezed_water: what contact has squeezed out in it, lost_water:
+    what was scraped off or has left the window of ice, m3.
     """
 
     state: CoupledState
@@ -47,3 +49,5 @@ class Accepted(NamedTuple):
     iterations: int
     solved: bool
     rejected: int
+    squeezed_water: float
+    lost_water: float

@@ -57,18 +57,18 @@ def _sliding(block: Block) -> OnRubber | OnIce:
         ice = columns(grid, temperature, passing, solid)
     if scene.film.carrier == "rubber":
         return OnRubber(block.friction, ice, rubber_columns(scene))
-    height = scene.film.initial_height
-    if not scene.rubber.heat:
-        return OnIce(block.friction, ice, height)
-    rubber = RubberOverGrid(
-        ice.grid,
-        temperature,
-        duration,
-        scene.rubber.solid,
-        half_film(scene),
-        scene.ice.melting_temperature,
-    )
-    return OnIce(block.friction, ice, height, rubber)
+    rubber = None
+    if scene.rubber.heat:
+        rubber = RubberOverGrid(
+            ice.grid,
+            temperature,
+            duration,
+            scene.rubber.solid,
+            half_film(scene),
+            scene.ice.melting_temperature,
+        )
+    film = scene.film
+    return OnIce(block.friction, ice, film.initial_height, rubber, film.water_speed)
 
 
 def _footprint(block: Block) -> tuple[Array, list[tuple[float, float]]]:

@@ -44,6 +44,16 @@ class ContactLoads(NamedTuple):
         return np.where(self.pressure > 0.0, self.area, 0.0)
 
 
+class Shifted(NamedTuple):
+    """The interface after a shift of the window, the offset (m) that remains, and the water that
+    has left the window with the ice, m3 (m2 in a slice), of all ranks.
+    """
+
+    state: InterfaceState
+    offset: float
+    water: float = 0.0
+
+
 class InterfaceStep(NamedTuple):
     """Film and heat over a step: the step, what each film stands for (m2), loads at its end.
 
@@ -118,7 +128,18 @@ class Carrier(Protocol):
     def reaches(self, contact: ContactLoads) -> bool:
         """Whether there is ice below all points that touch, on this rank."""
 
-    def window_shifted(self, state: InterfaceState, offset: float) -> tuple[InterfaceState, float]:
+    def water_moved(
+        self, state: InterfaceState, start: ContactLoads, end: ContactLoads, way: float
+    ) -> tuple[InterfaceState, float]:
+        """State after squeezed-out water has gone its way from `start` to `end`, and what got lost.
+
+        `way`: the block's over the ice before, m; lost: m3 (m2 in a slice), of all ranks.
+        """
+
+    def water_areas(self, contact: ContactLoads) -> tuple[Array, Array]:
+        """What each film's squeezed-out height covers below the rubber, and beside it, m2."""
+
+    def window_shifted(self, state: InterfaceState, offset: float) -> Shifted:
         """State and offset after the window has caught up with the block by whole cells."""
 
 

@@ -8,9 +8,10 @@ from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.film.friction import FilmFriction
 from iceslide_fem.film.integrators import Integrator, InterfaceState, advance
 from iceslide_fem.film.law import FilmLoads
-from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep, fresh
+from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep, Shifted, fresh
 from iceslide_fem.interface.rubber_columns import InsulatedOverGrid, RubberOverGrid
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes
+from iceslide_fem.interface.water import HALF, cells_passed, moved_by_a_cell
 from iceslide_fem.interface.window import PassingIce, passed_over, place, reaches, whole_cells
 
 
@@ -27,11 +28,15 @@ class OnIce:
         ice: PassingIce,
         film_height: float,
         rubber: RubberOverGrid | InsulatedOverGrid | None = None,
+        water_speed: float = 1.0,
     ) -> None:
-        """`film_height` (m) is that of fresh ice; no `rubber` takes no heat."""
+        """`film_height` (m) is that of fresh ice; no `rubber` takes no heat.
+
+        `water_speed` is that of squeezed-out water, a share of the sliding speed (see `water`).
+        """
         self.ice = ice
         self._friction, self._rubber = friction, rubber or InsulatedOverGrid()
-        self._fresh_height = film_height
+        self._fresh_height, self._drag = film_height, 1.0 - water_speed
 
     @property
     def nodes(self) -> OwnNodes:
@@ -81,12 +86,46 @@ class OnIce:
         """Whether the window is below all points that touch."""
         return reaches(self.ice.grid, contact)
 
-    def window_shifted(self, state: InterfaceState, offset: float) -> tuple[InterfaceState, float]:
-        """Shift ice and films together. Collective."""
+    def water_moved(
+        self, state: InterfaceState, start: ContactLoads, end: ContactLoads, way: float
+    ) -> tuple[InterfaceState, float]:
+        """Water below the rubber goes with it, cell by cell, at its share of the speed. Collective.
+
+        What the leading edges scrape off, or push out where the voids are full, is lost.
+        """
+        if self._drag == 0.0:
+            return state, 0.0
+        grid = self.ice.grid
+        cell = float(grid.lines[0][1] - grid.lines[0][0])
+        height, cover = grid.allgather(state.squeezed_height), self._cover(end)
+        touched = (cover > 0.0) & (self._cover(start) == 0.0)
+        covered, scraped = cover > HALF, np.where(touched, self._drag * height, 0.0)
+        shape = grid.shape
+        height = height - scraped
+        ways = way, way + end.offset - start.offset
+        for _ in range(cells_passed(*(self._drag * w for w in ways), cell)):
+            free = grid.allgather(self._on_nodes(end)[1].free_height)
+            moved = moved_by_a_cell(*(one.reshape(shape) for one in (height, covered, free)))
+            height, scraped = moved[0].ravel(), scraped + moved[1].ravel()
+        return state._replace(squeezed_height=height[grid.own]), float(grid.cell_area @ scraped)
+
+    def water_areas(self, contact: ContactLoads) -> tuple[Array, Array]:
+        """Cells of this rank's nodes that are covered, and those that are not. Collective."""
+        grid = self.ice.grid
+        cell, covered = grid.cell_area[grid.own], self._cover(contact)[grid.own] > HALF
+        return np.where(covered, cell, 0.0), np.where(covered, 0.0, cell)
+
+    def _cover(self, contact: ContactLoads) -> Array:
+        """Share of the cells of all nodes that is in contact. Collective."""
+        grid = self.ice.grid
+        return np.asarray(grid.scatter(contact.touching, place(grid, contact)) / grid.cell_area)
+
+    def window_shifted(self, state: InterfaceState, offset: float) -> Shifted:
+        """Shift ice and films together; water goes with what leaves. Collective."""
         grid = self.ice.grid
         cells, rest = whole_cells(grid, offset)
         if cells == 0:
-            return state, offset
+            return Shifted(state, offset)
 
         def moved(own: Array, fresh: float) -> Array:
             nodes = grid.allgather(own).reshape(grid.shape)
@@ -94,16 +133,11 @@ class OnIce:
             full[: grid.shape[0] - cells] = nodes[cells:]
             return np.asarray(full.ravel()[grid.own])
 
-        fresh = float(np.log(self._fresh_height))
-        return (
-            InterfaceState(
-                moved(state.log_height, fresh),
-                moved(state.squeezed_height, 0.0),
-                self.ice.shifted(state.ice, cells),
-                state.rubber,
-            ),
-            rest,
-        )
+        fresh, water = float(np.log(self._fresh_height)), moved(state.squeezed_height, 0.0)
+        left = float(grid.cell_area @ grid.allgather(state.squeezed_height - water))
+        heat = self.ice.shifted(state.ice, cells)
+        after = InterfaceState(moved(state.log_height, fresh), water, heat, state.rubber)
+        return Shifted(after, rest, left)
 
     def _on_nodes(self, contact: ContactLoads) -> tuple[Mask, FilmLoads]:
         """Which of this rank's nodes are covered, and their loads per area of the node's cell.

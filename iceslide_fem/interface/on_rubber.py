@@ -8,7 +8,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.film.friction import FilmFriction
 from iceslide_fem.film.integrators import Integrator, InterfaceState, advance
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
-from iceslide_fem.interface.carriers import ContactLoads, Ice, InterfaceStep, fresh
+from iceslide_fem.interface.carriers import ContactLoads, Ice, InterfaceStep, Shifted, fresh
 from iceslide_fem.interface.surface_grid import Contacts, Placement
 from iceslide_fem.interface.window import PassingIce, passed_over, reaches, whole_cells
 
@@ -70,9 +70,19 @@ class Attached:
         """Attached ice is below every point."""
         return True
 
-    def window_shifted(self, state: InterfaceState, offset: float) -> tuple[InterfaceState, float]:
-        """Attached ice has no window to move."""
+    def water_moved(
+        self, state: InterfaceState, start: ContactLoads, end: ContactLoads, way: float
+    ) -> tuple[InterfaceState, float]:
+        """Water stays where its film is."""
         return state, 0.0
+
+    def water_areas(self, contact: ContactLoads) -> tuple[Array, Array]:
+        """All water is below the points."""
+        return contact.area, np.zeros_like(contact.area)
+
+    def window_shifted(self, state: InterfaceState, offset: float) -> Shifted:
+        """Attached ice has no window to move."""
+        return Shifted(state, 0.0)
 
     def _contacts(self, start: ContactLoads, end: ContactLoads) -> Contacts:
         """The points in the middle of a step."""
@@ -96,12 +106,12 @@ class OnRubber(Attached):
         """Whether the window is below all points that touch."""
         return reaches(self.ice.grid, contact)
 
-    def window_shifted(self, state: InterfaceState, offset: float) -> tuple[InterfaceState, float]:
+    def window_shifted(self, state: InterfaceState, offset: float) -> Shifted:
         """Shift the ice; the films stay with the rubber. Collective."""
         cells, rest = whole_cells(self.ice.grid, offset)
         if cells == 0:
-            return state, offset
-        return state._replace(ice=self.ice.shifted(state.ice, cells)), rest
+            return Shifted(state, offset)
+        return Shifted(state._replace(ice=self.ice.shifted(state.ice, cells)), rest)
 
     def _contacts(self, start: ContactLoads, end: ContactLoads) -> Contacts:
         return passed_over(self.ice.grid, start, end)

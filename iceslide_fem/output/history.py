@@ -53,6 +53,10 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Hi
     carrier = sliding.carrier
     melted, saturated = _switches(sliding, accepted)
     normal, friction = block.normal_force(contact), ledger.friction_force()
+    below, beside = (
+        block.scale * block.surface.total(current.interface.squeezed_height, area)
+        for area in carrier.water_areas(current.loads)
+    )
     return HistoryRow(
         time_s=current.time,
         step_s=accepted.dt if accepted else 0.0,
@@ -75,6 +79,9 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Hi
         elastic_energy_J=ledger.elastic_energy,
         kinetic_energy_J=ledger.kinetic_energy,
         energy_imbalance=ledger.imbalance,
+        water_squeezed_m3=ledger.squeezed_water,
+        water_below_m3=below,
+        water_left_m3=beside + ledger.lost_water,
         newton_iterations=accepted.iterations if accepted else 0,
     )
 

@@ -20,7 +20,7 @@ class HistoryRow(NamedTuple):
     """A row of `history.csv`, the fields its columns: an accepted step, or t = 0 (docs/outputs.md).
 
     Forces and energies are those of the whole block, heights, temperature and the melted and
-    saturated fractions means over the contact; the energies count from t = 0.
+    saturated fractions means over the contact; the energies and the water count from t = 0.
     """
 
     time_s: float
@@ -44,6 +44,9 @@ class HistoryRow(NamedTuple):
     elastic_energy_J: float
     kinetic_energy_J: float
     energy_imbalance: float
+    water_squeezed_m3: float
+    water_below_m3: float
+    water_left_m3: float
     newton_iterations: int
 
 

@@ -25,10 +25,14 @@ from iceslide_fem.progress import LongTask
 from iceslide_fem.scene import Scene
 
 # Columns of a history that are means over the contact, and those that switch within none of its
-# rows' steps but at their ends; energies, which add up over it.
-MEANS = ("mu", "film_height_m", "squeezed_height_m", "surface_temperature_C")
+# rows' steps but at their ends; energies and water, which add up over it.
+MEANS = (
+    "mu", "film_height_m", "squeezed_height_m", "surface_temperature_C", "water_below_m3",
+)  # fmt: skip
 SWITCHES = ("melted_fraction", "saturated_fraction")
-ENERGIES = ("friction_work_J", "ice_heat_J", "rubber_heat_J", "latent_heat_J")
+AMOUNTS = (
+    "friction_work_J", "ice_heat_J", "rubber_heat_J", "latent_heat_J", "water_squeezed_m3",
+)  # fmt: skip
 
 
 def point_history(scene: Scene) -> tuple[list[HistoryRow], dict[str, Any]]:
@@ -82,11 +86,12 @@ def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
         table[name] = (whole + rest * values) / transit
     table["friction_force_N"] = table["mu"] * table["normal_force_N"]
     rates = {}
-    for name in ENERGIES:
+    for name in AMOUNTS:
         values = table[name]
         rates[name] = values[-1] / transit
         whole = cumulative_trapezoid(values, time, initial=0)
         table[name] = (2.0 * whole + rest * values) / transit
+    table["water_left_m3"] = table["water_squeezed_m3"] - table["water_below_m3"]
     found = [HistoryRow(*values) for values in zip(*table.values(), strict=True)]
     left = duration - float(time[-1])
     if left > 1e-9 * duration:
@@ -94,6 +99,7 @@ def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
         last |= {name: last[name] + left * rate for name, rate in rates.items()}
         slip = scene.load.speed * duration
         last |= {"time_s": duration, "step_s": left, "slip_m": slip}
+        last["water_left_m3"] = last["water_squeezed_m3"] - last["water_below_m3"]
         found.append(HistoryRow(**last))
     return [row._replace(energy_imbalance=_imbalance(row), newton_iterations=0) for row in found]
 
@@ -188,6 +194,9 @@ class _History:
             elastic_energy_J=0.0,
             kinetic_energy_J=0.0,
             energy_imbalance=missing / self._work if self._work else 0.0,
+            water_squeezed_m3=squeezed * self._area,
+            water_below_m3=squeezed * self._area,
+            water_left_m3=0.0,
             newton_iterations=0,
         )
 

@@ -234,6 +234,8 @@ class Film(_Table):
     k, D and H_V override the compound's table, all three together; `contact`, the path of a CSV
     file, is another table (`read_contact_table`). `initial_height` is h0, m.
     `conductance` is that from the film to either body with heat in the rubber, W/(m2 K).
+    `water_speed` is that of squeezed-out water relative to the rubber, a share of the sliding
+    speed: 1 with the ice, 0 with the rubber, 0.5 in Couette flow (docs/theory.md).
     """
 
     carrier: Literal["ice", "rubber"] = "ice"
@@ -244,6 +246,7 @@ class Film(_Table):
     contact: InputFile | None = None
     initial_height: Annotated[float, Quantity("m", "1 nm", "10 um")] = 70e-9
     conductance: Annotated[float, Quantity("W/m^2/K", "10 W/m^2/K", "1e9 W/m^2/K")] | None = None
+    water_speed: Annotated[float, Quantity("", "0", "1")] = 1.0
 
     @model_validator(mode="after")
     def _all_or_none(self) -> Self:
@@ -396,6 +399,12 @@ class Scene(_Table):
             raise ValueError(
                 'rubber.heat = true and model = "point" contradict each other where ice slides: '
                 'the rubber is older than the ice below it; allowed: model = "slice" or "block"'
+            )
+        if self.film.water_speed < 1.0:
+            raise ValueError(
+                f'film.water_speed = {self.film.water_speed:g} and model = "point" contradict each '
+                "other where ice slides: water that lags behind the ice is older than the ice; "
+                'allowed: model = "slice" or "block", or film.water_speed = 1'
             )
 
     def _rubber_can_take_heat(self) -> None:

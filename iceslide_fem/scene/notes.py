@@ -25,7 +25,7 @@ LARGEST_FRICTION = 2.0  # at t = 0
 
 NOT_OF_A_POINT = (
     "rubber.sipes rubber.mesh rubber.inertia ice.margin ice.cell ice.trail film.carrier "
-    "film.pressure load.static_friction numerics.refinement numerics.penalty "
+    "film.water_speed film.pressure load.static_friction numerics.refinement numerics.penalty "
     "numerics.shear_ramp_pressure numerics.time_limit"
 ).split()
 
@@ -44,8 +44,12 @@ def _unused(scene: Scene) -> list[str]:
         reasons['with model = "point"'] = NOT_OF_A_POINT
     else:
         if not sliding:
-            of_sliding = ["ice.cell", "ice.trail", "film.carrier"]
+            of_sliding = ["ice.cell", "ice.trail", "film.carrier", "film.water_speed"]
             reasons['with ice.motion = "attached"'] = of_sliding
+        elif scene.film.carrier == "rubber":
+            reasons['with film.carrier = "rubber", where water stays with its film'] = [
+                "film.water_speed"
+            ]
         if ice.heat != "continuum" and not (sliding and scene.model == "block"):
             reasons[f'with ice.heat = "{ice.heat}"'] = ["ice.margin"]
         elif sliding and scene.model == "slice":
