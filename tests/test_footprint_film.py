@@ -18,6 +18,7 @@ from iceslide_fem.materials import (
     MELTING_ENTHALPY,
     MELTING_TEMPERATURE,
     WATER_VISCOSITY,
+    ConstantContact,
 )
 from iceslide_fem.scene import scene_from_dict
 
@@ -100,6 +101,30 @@ def test_energy_and_water_are_conserved():
     melted = found.latent_heat.sum(axis=1) / MELTING_ENTHALPY
     water = found.height[:, 0] + found.squeezed[:, 0] - 70e-9
     assert water == pytest.approx(melted, rel=1e-3, abs=1e-10)
+
+
+def test_water_that_lags_behind_the_ice_fills_the_voids():
+    """Steady: at half the speed voids fill as those of half the height do; a gap drains a half."""
+    B_half = ConstantContact(0.3, 40e-6, 0.1e-6)
+    B_whole = ConstantContact(0.3, 40e-6, 0.2e-6)
+    even = strip(3e5)
+    slow = film_map(even, LOCKED._replace(water_speed=0.5), B_whole, tolerance=1e-3)
+    half = film_map(even, LOCKED, B_half, tolerance=1e-3)
+    assert half.saturated.any()
+    np.testing.assert_allclose(slow.shear, half.shear, rtol=1e-12)
+    np.testing.assert_allclose(slow.squeezed, 2.0 * half.squeezed, rtol=1e-12)
+    full = film_map(even, LOCKED._replace(water_speed=0.0), B_whole, tolerance=1e-3)
+    assert full.saturated.all() and (full.squeezed == 0.2e-6).all()
+    assert full.mean_friction(even) < slow.mean_friction(even)
+    rolling = LOCKED._replace(sliding_speed=0.1 * LOCKED.speed, water_speed=0.5)
+    assert rolling.water_share == pytest.approx(0.95)  # 0.9 V of the tread and half of 0.1 V
+    pressure = np.full((1, 90), 3e5)
+    pressure[0, 30:60] = 0.0
+    gap = film_map(
+        PressureMap(pressure, 0.25e-3, 1e-3), LOCKED._replace(water_speed=0.5), B, tolerance=1e-3
+    ).squeezed[0]
+    assert gap[45] == pytest.approx(0.5 * gap[60], rel=1e-12)
+    assert 0.5 * gap[60] < gap[29] < 0.6 * gap[60]
 
 
 def test_lines_do_not_depend_on_each_other(monkeypatch):

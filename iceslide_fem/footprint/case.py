@@ -87,6 +87,7 @@ class FootprintCase(BaseModel):
     load: Annotated[float, Quantity("N", "1 N", "1e6 N"), Number] | None = None
     speed: Annotated[float, Quantity("m/s", "0.001 m/s", "100 m/s"), Number] = 3.0
     slip: Annotated[float, Quantity("", "1e-6", "1"), Number] = 1.0
+    water_speed: Annotated[float, Quantity("", "0", "1"), Number] = 1.0
     temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC"), Number] = 269.15
     compound: str = "B"
     contact: InputFile | None = None
@@ -181,4 +182,9 @@ class FootprintCase(BaseModel):
     @property
     def ride(self) -> Ride:
         """How the ice passes: V and V S."""
-        return Ride(self.speed, self.slip * self.speed, self.temperature)
+        return Ride(
+            self.speed,
+            self.slip * self.speed,
+            self.temperature,
+            water_speed=self.water_speed,
+        )

@@ -2,7 +2,12 @@
 
 An ice point comes in at the leading edge (the last column) with film h0 and cold ice, and sees
 the pressure of one pixel after the other, each for dx / V. All lines advance together, every line
-with steps of its own; film, squeezed-out water and warmth stay with the ice, also across gaps.
+with steps of its own; film and warmth stay with the ice, also across gaps.
+
+Squeezed-out water moves at a share of the ice's speed (`Ride.water_share`; `interface.water` for a
+block that slides). Where it is steady its flux is the same: below the rubber it is deeper than
+the layer that the ice alone would carry. So what a line carries along is that layer, w H_s / V,
+and the layer that voids of H_V can pass on is the same share of H_V.
 """
 
 from __future__ import annotations
@@ -27,21 +32,31 @@ METHOD = INTEGRATORS["sdirk2"]
 LINES = 2048
 # Relative to a pixel's time: the shortest step, and what is left over to rounding.
 SHORTEST, SLACK = 1e-9, 1e-6
+NOTHING = 1e-15  # m, that voids can pass on whose water stays where it is: they are full
 
 
 class Ride(NamedTuple):
     """How ice passes the footprint: V and the sliding speed V S (m/s), T_0 (K), h0 (m).
 
-    T_0 may be an array (ny,), one temperature for each line. solid: the ice; viscosity: of the
-    water (Pa s).
+    T_0 may be an array (ny,), one temperature for each line. water_speed: of squeezed-out water
+    relative to the rubber, a share of the sliding speed.
     """
 
     speed: float
     sliding_speed: float
     temperature: float | Array
     initial_height: float = 70e-9
+<<<<<<< HEAD
     solid: Solid = ICE
     viscosity: float = WATER_VISCOSITY
+=======
+    water_speed: float = 1.0
+
+    @property
+    def water_share(self) -> float:
+        """w / V of the water below the rubber, which itself passes the footprint at V (1 - S)."""
+        return 1.0 - self.sliding_speed / self.speed * (1.0 - self.water_speed)
+>>>>>>> 2d1d125 (The film under a footprint and a study know water that lags behind the ice)
 
 
 class FilmMap(NamedTuple):
@@ -125,12 +140,24 @@ def _pass(
         np.log(height), np.zeros(lines), ice.initial(lines), INSULATED.initial(lines)
     )
     dt = np.full(lines, passing)
+    share, covered = ride.water_share, np.zeros(lines, dtype=bool)
+    least = 0.0 if share > 0.0 else NOTHING
     for column in range(columns - 1, -1, -1):
         p = np.ascontiguousarray(pressure[:, column])
         k, D, H_V, _ = contact_of(p)
+<<<<<<< HEAD
         loads = film_loads(p, sliding, np.where(p > 0.0, k, 0.0), D, H_V, ride.viscosity)
+=======
+        voids = np.maximum(share * H_V, least)
+        loads = film_loads(p, sliding, np.where(p > 0.0, k, 0.0), D, voids)
+        # At a leading edge voids take in as deep a layer as lies on the ice, of that share.
+        enters, covered = ~covered & (p > 0.0), p > 0.0
+        layer = np.where(enters, share, 1.0) * state.squeezed_height
+        state = state._replace(squeezed_height=np.maximum(layer, least))
+>>>>>>> 2d1d125 (The film under a footprint and a study know water that lags behind the ice)
         state, dt, values = _cross(state, dt, loads, passing, ice, tolerance)
-        yield column, values
+        deep = values.squeezed / share if share > 0.0 else H_V
+        yield column, values._replace(squeezed=np.where(covered, deep, values.squeezed))
 
 
 def _cross(

@@ -48,6 +48,9 @@ def footprint(
     slip: Annotated[
         Text, _option("S", "Slip ratio of film and moving source.", "1, a locked wheel")
     ] = None,
+    water_speed: Annotated[
+        Text, _option("S", "Of squeezed-out water on the rubber, over that of the ice.", "1")
+    ] = None,
     temperature: Annotated[Text, _option("T", "Temperature of the ice.", "-4degC")] = None,
     compound: Annotated[Text, _option("NAME", "Rubber compound.", "B")] = None,
     contact: Annotated[

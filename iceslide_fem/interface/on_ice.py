@@ -99,15 +99,15 @@ class OnIce:
         cell = float(grid.lines[0][1] - grid.lines[0][0])
         height, cover = grid.allgather(state.squeezed_height), self._cover(end)
         touched = (cover > 0.0) & (self._cover(start) == 0.0)
-        covered, scraped = cover > HALF, np.where(touched, self._drag * height, 0.0)
-        shape = grid.shape
-        height = height - scraped
-        ways = way, way + end.offset - start.offset
-        for _ in range(cells_passed(*(self._drag * w for w in ways), cell)):
-            free = grid.allgather(self._on_nodes(end)[1].free_height)
-            moved = moved_by_a_cell(*(one.reshape(shape) for one in (height, covered, free)))
-            height, scraped = moved[0].ravel(), scraped + moved[1].ravel()
-        return state._replace(squeezed_height=height[grid.own]), float(grid.cell_area @ scraped)
+        lost = np.where(touched, self._drag * height, 0.0)
+        height = (height - lost).reshape(grid.shape)
+        here, there = self._drag * way, self._drag * (way + end.offset - start.offset)
+        for _ in range(cells_passed(here, there, cell)):
+            free = grid.allgather(self._on_nodes(end)[1].free_height).reshape(grid.shape)
+            height, pushed = moved_by_a_cell(height, (cover > HALF).reshape(grid.shape), free)
+            lost += pushed.ravel()
+        height = height.ravel()[grid.own]
+        return state._replace(squeezed_height=height), float(grid.cell_area @ lost)
 
     def water_areas(self, contact: ContactLoads) -> tuple[Array, Array]:
         """Cells of this rank's nodes that are covered, and those that are not. Collective."""
