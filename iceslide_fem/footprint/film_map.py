@@ -46,17 +46,14 @@ class Ride(NamedTuple):
     sliding_speed: float
     temperature: float | Array
     initial_height: float = 70e-9
-<<<<<<< HEAD
     solid: Solid = ICE
     viscosity: float = WATER_VISCOSITY
-=======
     water_speed: float = 1.0
 
     @property
     def water_share(self) -> float:
         """w / V of the water below the rubber, which itself passes the footprint at V (1 - S)."""
         return 1.0 - self.sliding_speed / self.speed * (1.0 - self.water_speed)
->>>>>>> 2d1d125 (The film under a footprint and a study know water that lags behind the ice)
 
 
 class FilmMap(NamedTuple):
@@ -145,16 +142,13 @@ def _pass(
     for column in range(columns - 1, -1, -1):
         p = np.ascontiguousarray(pressure[:, column])
         k, D, H_V, _ = contact_of(p)
-<<<<<<< HEAD
-        loads = film_loads(p, sliding, np.where(p > 0.0, k, 0.0), D, H_V, ride.viscosity)
-=======
         voids = np.maximum(share * H_V, least)
-        loads = film_loads(p, sliding, np.where(p > 0.0, k, 0.0), D, voids)
+        k = np.where(p > 0.0, k, 0.0)
+        loads = film_loads(p, sliding, k, D, voids, ride.viscosity)
         # At a leading edge voids take in as deep a layer as lies on the ice, of that share.
         enters, covered = ~covered & (p > 0.0), p > 0.0
         layer = np.where(enters, share, 1.0) * state.squeezed_height
         state = state._replace(squeezed_height=np.maximum(layer, least))
->>>>>>> 2d1d125 (The film under a footprint and a study know water that lags behind the ice)
         state, dt, values = _cross(state, dt, loads, passing, ice, tolerance)
         deep = values.squeezed / share if share > 0.0 else H_V
         yield column, values._replace(squeezed=np.where(covered, deep, values.squeezed))
