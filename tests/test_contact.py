@@ -57,9 +57,9 @@ def both(pressure, displacement):
     return blend(static(pressure, displacement), film_shear(pressure, displacement), 0.4)
 
 
-def traction(law, surface, u):
-    pressure = contact_state(surface, u, PENALTY).pressure
-    return law(pressure, surface.displacements(u)[..., :-1])
+def state_and_traction(law, surface, u):
+    state = contact_state(surface, u, PENALTY)
+    return state, law(state.pressure, surface.displacements(u)[..., :-1])
 
 
 def assembled_by_ufl(rubber, friction):
@@ -102,7 +102,7 @@ def ramped(pressure, displacement):
 def test_assembly_equals_ufl(bent, law, friction):
     rubber, surface = bent
     u = rubber.displacements
-    forces = contact_forces(surface, u, PENALTY, traction(law, surface, u))
+    forces = contact_forces(surface, *state_and_traction(law, surface, u))
     own = rubber.create_vector()
     with own.localForm() as local:
         surface.scatter(forces, local.array.reshape(u.shape))
@@ -119,13 +119,13 @@ def test_tangent_is_the_derivative_of_the_forces(bent, law):
     rubber, surface = bent
     u = rubber.displacements.copy()
     change = 0.1 * np.cos(3e3 * u + 0.2) * SIZE
-    tangent = contact_tangent(surface, u, PENALTY, traction(law, surface, u))
+    tangent = contact_tangent(surface, u, PENALTY, *state_and_traction(law, surface, u))
     predicted = np.einsum("faibj,fbj->fai", tangent, change[surface.dofs])
     step = 1e-6
 
     def forces(side):
         there = u + side * step * change
-        return contact_forces(surface, there, PENALTY, traction(law, surface, there))
+        return contact_forces(surface, *state_and_traction(law, surface, there))
 
     scale = abs(predicted).max(initial=0.0)
     difference = (forces(1) - forces(-1)) / (2 * step)

@@ -11,6 +11,7 @@ from iceslide_fem.errors import NotConverged  # noqa: E402
 from iceslide_fem.fenics import direct_solver as factors  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.materials import BAR, COMPOUNDS  # noqa: E402
+from iceslide_fem.rubber import tangent  # noqa: E402
 from iceslide_fem.rubber.contact import contact_state, sliding_friction, static_friction  # noqa: E402
 from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
 from iceslide_fem.rubber.equilibrium import Equilibrium  # noqa: E402
@@ -114,7 +115,7 @@ def test_newton_direction_solves_the_linearised_bordered_system(cells):
         return np.append(system._residual.array, system._plate_imbalance)
 
     start, here = values.copy(), imbalance()
-    system._linearise(static)
+    system._linearise()
     change = system._direction()
     step = 1e-6
     values[:] = start + step * change
@@ -124,6 +125,27 @@ def test_newton_direction_solves_the_linearised_bordered_system(cells):
     assert MPI.COMM_WORLD.allreduce(np.linalg.norm(here)) > 0.0
     largest = MPI.COMM_WORLD.allreduce(abs(here).max(), op=MPI.MAX)
     np.testing.assert_allclose(slope, -here, atol=2e-6 * largest)
+
+
+@pytest.mark.parametrize("cells", CELLS)
+def test_kept_factors_give_the_change_of_the_present_contact(cells, monkeypatch):
+    monkeypatch.setattr(tangent, "FORCING", 1e-10)
+    monkeypatch.setattr(tangent, "MOST_SOLVES", 60)
+    fresh, kept = equilibrium_of(cells), equilibrium_of(cells)
+    for system in (fresh, kept):
+        bend(system.rubber, 0.03)
+        system.rubber.displacements[system.rubber.plate] = 0.0
+        system.rubber.displacements[system.rubber.symmetry, 1] = 0.0
+    kept._imbalance(1.0, lambda pressure, u: sliding(0.8 * pressure, u))
+    kept._linearise()
+    without = kept._direction()
+    for system in (fresh, kept):
+        system._imbalance(1.0, static)
+    fresh._linearise()
+    exact = fresh._direction()
+    size = fresh._tangent.length(exact)
+    assert fresh._tangent.length(kept._direction() - exact) < 1e-8 * size
+    assert fresh._tangent.length(without - exact) > 1e-2 * size
 
 
 def test_too_large_a_load_is_refused_and_the_caller_can_restore():
@@ -146,7 +168,7 @@ def test_factors_get_more_room_where_theirs_is_too_small(cells, monkeypatch):
     tight = equilibrium_of(cells)
     for system in (enough, tight):
         press(system, sliding)
-    assert tight._ksp.getPC().getFactorMatrix().getMumpsIcntl(14) == factors.MORE_ROOM
+    assert tight._tangent.ksp.getPC().getFactorMatrix().getMumpsIcntl(14) == factors.MORE_ROOM
     assert tight.plate_displacement() == pytest.approx(enough.plate_displacement(), rel=1e-9)
 
 
@@ -163,7 +185,7 @@ def test_a_tangent_without_a_direction_is_not_converged(size, monkeypatch):
 def test_a_plate_without_resistance_is_not_converged():
     system = equilibrium_of("quadrilateral")
     press(system, static)
-    system._plate_stiffness, system._plate_row = 0.0, system.rubber.create_vector()
+    system._tangent._stiffness, system._tangent._row = 0.0, system.rubber.create_vector()
     with pytest.raises(NotConverged, match="no resistance"):
         system._direction()
 

@@ -80,16 +80,19 @@ def contact_state(surface: ContactSurface, u: Array, penalty: float) -> ContactS
     return ContactState(gap, normal_pressure(gap, penalty), surface.footprint(u))
 
 
-def contact_forces(surface: ContactSurface, u: Array, penalty: float, traction: Traction) -> Array:
+def contact_forces(surface: ContactSurface, state: ContactState, traction: Traction) -> Array:
     """Nodal forces (f, a, d), N (N/m in a slice), of pressure and tangential traction."""
-    state = contact_state(surface, u, penalty)
     stress = np.concatenate([traction.value, state.pressure[..., None]], axis=-1)
     return np.asarray(surface.shape.transpose(0, 2, 1) @ (stress * state.area[..., None]))
 
 
-def contact_tangent(surface: ContactSurface, u: Array, penalty: float, traction: Traction) -> Array:
-    """Derivative of `contact_forces` by the nodal displacements: (f, a, d, a, d), N/m."""
-    state = contact_state(surface, u, penalty)
+def contact_tangent(
+    surface: ContactSurface, u: Array, penalty: float, state: ContactState, traction: Traction
+) -> Array:
+    """Derivative of `contact_forces` by the nodal displacements `u`: (f, a, d, a, d), N/m.
+
+    `state` and `traction` are those at `u`.
+    """
     d_area = surface.footprint_slopes(u)
     stress = np.concatenate([traction.value, state.pressure[..., None]], axis=-1)
     d_pressure = np.where(state.gap < 0.0, -penalty, 0.0)

@@ -3,9 +3,11 @@
 Unknowns are the nodal displacements and the plate's vertical displacement, which is that of all
 nodes on the plate; the last equation is that the plate carries the given force.
 
-Each iteration is a damped trial: it is accepted, or asks for a new tangent, or leaps past a kink of
-the contact, or is an error. PETSc's SNES counts iterations to lag its Jacobian, and its line search
-looks at the residual's norm: in that way the scenes of `cases/` took 1.5 to 4 times the tangents.
+Each iteration goes along a change that is exact for the present contact, and uses the rubber's
+factors of an earlier tangent (`tangent`). It is accepted, or leaps past a kink of the contact, or
+asks for new factors, or is an error. PETSc's SNES counts iterations to lag its Jacobian, and its
+line search looks at the residual's norm: in that way the scenes of `cases/` took 1.5 to 4 times the
+tangents.
 """
 
 from __future__ import annotations
@@ -18,21 +20,28 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics import compat
-from iceslide_fem.fenics.compat import MPI, PETSc
-from iceslide_fem.fenics.direct_solver import factorise, solve
-from iceslide_fem.rubber.contact import Traction, contact_forces, contact_state, contact_tangent
+from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.rubber.contact import (
+    ContactState,
+    Traction,
+    contact_forces,
+    contact_state,
+    contact_tangent,
+)
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
+from iceslide_fem.rubber.tangent import Tangent
 
 MAX_ITERATIONS = 60
-# So many iterations with a kept tangent are worth it: a new one costs as much as five in a slice,
-# fifteen in a block.
+# So many iterations with kept factors are worth it: new ones cost as much as five in a slice,
+# twenty in a block.
 PATIENCE = 12
-# Of a new tangent's change; a kept one is taken whole or not at all.
+# Of a change by new factors; one by kept factors is taken whole or not at all.
 DAMPINGS = tuple(0.5**n for n in range(8))
-# Where no damping shortens the next change, a point of the contact touches down or lifts off on
-# the way; a full step leads past it (watchdog). So many in one solve.
-LEAPS = 4
+# Where a change does not shorten the next one, a point of the contact touches down or lifts off on
+# the way: a full step leads past it (watchdog), with kept factors if the next change is not
+# lengthened by more than this, with new ones if no damping helps. So many of either in one solve.
+STRIDE, LEAPS = 2.0, 4
 
 # Tangential traction on the rubber of the contact pressure (f, q) and displacement (f, q, d-1).
 TractionLaw = Callable[[Array, Array], Traction]
@@ -51,15 +60,16 @@ class Trial(NamedTuple):
     change by the same tangent and its length over this one's; `finite` is the first damping that
     turned no element inside out, if any.
 
-    Accepted is what makes the next change shorter (the natural monotonicity test of P. Deuflhard,
-    Newton Methods for Nonlinear Problems, Springer 2004, ch. 3), or what reaches the tolerance.
+    With the tolerance reached there is no next one. Accepted is what makes the next change shorter
+    (the natural monotonicity test of P. Deuflhard, Newton Methods for Nonlinear Problems, Springer
+    2004, ch. 3), or what reaches the tolerance.
     """
 
     accepted: bool
     damping: float
     size: float
     contraction: float
-    following: Array
+    following: Array | None
     finite: float | None
 
 
@@ -67,7 +77,7 @@ class Equilibrium:
     """Solves for the displacements of `rubber` and the plate.
 
     force (N; N/m in a slice; half of it in a half model) and the traction law are given per
-    solve; the factorised tangent is kept from one solve to the next.
+    solve; the tangent's factors are kept from one solve to the next.
     """
 
     def __init__(
@@ -84,34 +94,13 @@ class Equilibrium:
         full Newton.
         """
         self.rubber, self.surface, self.penalty = rubber, surface, penalty
-        self._matrix = rubber.create_matrix()
-        self._residual, self._newton = rubber.create_vector(), rubber.create_vector()
-        self._plate_column, self._plate_row = rubber.create_vector(), rubber.create_vector()
-        self._border = rubber.create_vector()
-        self._plate_stiffness = 0.0
+        self._tangent = Tangent(rubber, surface, prefix)
+        self._residual, self._plate_imbalance = rubber.create_vector(), 0.0
         self._patience = patience
         self._has_tangent = False
-        dim = rubber.mesh.geometry.dim
-        index_map = rubber.space.dofmap.index_map
-        n_owned = index_map.size_local
-        owned = rubber.plate[rubber.plate < n_owned]
-        self._plate_z = owned * dim + dim - 1
-        symmetry = rubber.symmetry[rubber.symmetry < n_owned] * dim + 1
-        plate = (owned[:, None] * dim + np.arange(dim)).ravel()
-        self._fixed = np.unique(np.concatenate([plate, symmetry])).astype(np.int32)
-        self._first = index_map.local_range[0] * dim
-        self._lift = rubber.create_vector()
-        self._lift.array[self._plate_z] = 1.0
-        self._ksp = self._solver(prefix)
-
-    def _solver(self, prefix: str) -> PETSc.KSP:
-        ksp = PETSc.KSP().create(self.rubber.mesh.comm)
-        ksp.setType("preonly")
-        ksp.setOptionsPrefix(prefix)
-        ksp.setOperators(self._matrix)
-        factorise(ksp, self.rubber.mesh.geometry.dim)
-        ksp.setFromOptions()
-        return ksp
+        self._contact: ContactState  # where the imbalance was last found, and its traction
+        self._traction: Traction
+        self._linearised: ContactState | None = None  # where the tangent was
 
     def solve(self, force: float, law: TractionLaw, tolerance: float) -> Solution:
         """Find equilibrium from the present displacements; plate force `force`, downwards.
@@ -121,31 +110,34 @@ class Equilibrium:
         """
         values = self.rubber.u.x.array
         tolerance = max(tolerance, self.rubber.force_rounding())
-        tangents = leaps = 0
+        tangents = leaps = strides = 0
         size = smallest = self._imbalance(force, law)
-        change = self._kept_direction()
+        change: Array | None = None
+        safe = values.copy()
         for iteration in range(MAX_ITERATIONS):
             if size <= tolerance:
                 return Solution(iteration, tangents, size)
             smallest = min(size, smallest)
+            if change is None:
+                change = self._kept_direction()
             fresh = change is None
             if change is None:
-                change, tangents = self._new_direction(law, size), tangents + 1
-            start = values.copy()
+                change, tangents = self._new_direction(size), tangents + 1
             trial = self._trial(force, law, tolerance, change, DAMPINGS if fresh else DAMPINGS[:1])
             if trial.accepted:
-                size = trial.size
+                size, safe = trial.size, values.copy()
                 soon = size * trial.contraction**self._patience <= tolerance
-                self._has_tangent = soon and trial.damping == 1.0
-                change = trial.following if self._has_tangent else None
+                self._has_tangent, change = soon, trial.following if soon else None
                 continue
-            if not fresh:  # a kept tangent: the one that belongs here is another
-                values[:] = start
-            elif leaps < LEAPS and trial.finite is not None:
-                values[:] = start + trial.finite * change
+            if not fresh and strides < LEAPS and trial.contraction < STRIDE:
+                size, change, strides = trial.size, trial.following, strides + 1
+                continue
+            self._has_tangent, values[:] = False, safe
+            if fresh:
+                if leaps == LEAPS or trial.finite is None:
+                    raise NotConverged(_stuck(smallest, force))
+                values += trial.finite * change
                 leaps += 1
-            else:
-                raise NotConverged(_stuck(smallest, force))
             size, change = self._imbalance(force, law), None
         raise NotConverged(_stuck(smallest, force))
 
@@ -158,32 +150,36 @@ class Equilibrium:
         dampings: tuple[float, ...],
     ) -> Trial:
         """Go along `change` by the first of `dampings` that is accepted, or the last of them."""
-        values, length = self.rubber.u.x.array, self._length(change)
+        values, length = self.rubber.u.x.array, self._tangent.length(change)
         start, finite = values.copy(), None
         for damping in dampings:
             values[:] = start + damping * change
             size = self._imbalance(force, law)
             if finite is None and np.isfinite(size):
                 finite = damping
+            if size <= tolerance:
+                return Trial(True, damping, size, 0.0, None, finite)
             following = self._direction()
-            contraction = self._length(following) / length if length > 0.0 else np.inf
-            accepted = size <= tolerance or contraction <= 1.0 - 0.25 * damping  # not if NaN
+            contraction = self._tangent.length(following) / length if length > 0.0 else np.inf
+            accepted = contraction <= 1.0 - 0.25 * damping  # not if NaN
             if accepted:
                 break
         return Trial(accepted, damping, size, contraction, following, finite)
 
     def _kept_direction(self) -> Array | None:
         """Newton's change by the tangent of an earlier solve, if it is there and gives one."""
-        change = self._direction() if self._has_tangent else None
-        return change if change is not None and self._is_finite(change) else None
+        if not self._has_tangent:
+            return None
+        change = self._direction()
+        return change if 0.0 < self._tangent.length(change) < np.inf else None
 
-    def _new_direction(self, law: TractionLaw, size: float) -> Array:
+    def _new_direction(self, size: float) -> Array:
         """Newton's change by the tangent at the present displacements, with a residual `size`."""
         if not np.isfinite(size):
             raise NotConverged("elements of the rubber are inverted")
-        self._linearise(law)
+        self._linearise()
         change = self._direction()
-        if not self._is_finite(change):
+        if not 0.0 < self._tangent.length(change) < np.inf:
             raise NotConverged("the tangent is singular")
         return change
 
@@ -193,75 +189,43 @@ class Equilibrium:
 
     def plate_displacement(self) -> float:
         """Downward displacement of the plate, m. Collective."""
-        own = self.rubber.u.x.array[self._plate_z]
+        own = self.rubber.u.x.array[self._tangent.plate_z]
         down = float(-own[0]) if own.size else -np.inf
         return float(self.rubber.mesh.comm.allreduce(down, op=MPI.MAX))
 
-    def _traction(self, law: TractionLaw) -> Traction:
-        u = self.rubber.displacements
-        pressure = contact_state(self.surface, u, self.penalty).pressure
-        return law(pressure, self.surface.displacements(u)[..., :-1])
-
     def _imbalance(self, force: float, law: TractionLaw) -> float:
         """Norm of internal minus external forces (N); leaves the residual and the plate's."""
-        u, residual = self.rubber.displacements, self._residual
+        u, residual, surface = self.rubber.displacements, self._residual, self.surface
         self.rubber.internal_forces(residual)
-        forces = contact_forces(self.surface, u, self.penalty, self._traction(law))
+        self._contact = contact_state(surface, u, self.penalty)
+        self._traction = law(self._contact.pressure, surface.displacements(u)[..., :-1])
+        forces = contact_forces(surface, self._contact, self._traction)
         with residual.localForm() as local:
-            self.surface.scatter(-forces, local.array.reshape(u.shape))
+            surface.scatter(-forces, local.array.reshape(u.shape))
         compat.sum_ghosts(residual)
-        self._plate_imbalance = residual.dot(self._lift) + force
-        residual.array[self._fixed] = 0.0
+        self._plate_imbalance = self._tangent.imbalance(residual) + force
         return float(np.hypot(residual.norm(), self._plate_imbalance))
 
-    def _linearise(self, law: TractionLaw) -> None:
-        """Assemble and factorise the tangent at the present displacements."""
-        u, matrix, dim = self.rubber.displacements, self._matrix, self.rubber.mesh.geometry.dim
-        self.rubber.tangent(matrix)
-        blocks = contact_tangent(self.surface, u, self.penalty, self._traction(law))
-        rows = self.surface.dofs[:, :, None] * dim + np.arange(dim, dtype=np.int32)
-        for row, block in zip(rows, blocks, strict=True):
-            values = -block.reshape(row.size, row.size)
-            matrix.setValuesLocal(row.ravel(), row.ravel(), values, PETSc.InsertMode.ADD_VALUES)
-        matrix.assemble()
-        matrix.mult(self._lift, self._plate_column)
-        matrix.multTranspose(self._lift, self._plate_row)
-        self._plate_stiffness = self._plate_column.dot(self._lift)
-        for vector in (self._plate_column, self._plate_row):
-            vector.array[self._fixed] = 0.0
-        matrix.zeroRowsColumns(self._fixed + self._first, diag=1.0)
-        self._ksp.setOperators(matrix)
-        self._solve_linear(self._plate_column, self._border)
-        self._has_tangent = True
+    def _contact_tangent(self) -> Array:
+        """Derivatives of the contact's forces where the imbalance was last found."""
+        u = self.rubber.displacements
+        return contact_tangent(self.surface, u, self.penalty, self._contact, self._traction)
 
-    def _solve_linear(self, right: PETSc.Vec, solution: PETSc.Vec) -> None:
-        """Solve with the kept factors. Raises NotConverged where PETSc's solver fails."""
-        if not solve(self._ksp, right, solution):
-            self._has_tangent = False
-            reason = self._ksp.getConvergedReason()
-            raise NotConverged(f"the linear solver fails (PETSc's reason {reason})")
+    def _linearise(self) -> None:
+        """Assemble and factorise the tangent where the imbalance was last found."""
+        self._has_tangent = False
+        self._tangent.factorise(self._contact_tangent())
+        self._has_tangent, self._linearised = True, self._contact
 
     def _direction(self) -> Array:
-        """Newton's change of the bordered system from the kept factors, by block elimination."""
-        self._solve_linear(self._residual, self._newton)
-        schur = self._plate_stiffness - self._plate_row.dot(self._border)
-        if schur == 0.0:
+        """Newton's change from the kept factors, with the contact as it is."""
+        if self._contact is not self._linearised:
+            self._tangent.touch(self._contact_tangent())
+        try:
+            return self._tangent.change(self._residual, self._plate_imbalance)
+        except NotConverged:
             self._has_tangent = False
-            raise NotConverged("the plate meets no resistance")
-        lift = -(self._plate_imbalance - self._plate_row.dot(self._newton)) / schur
-        self._newton.scale(-1.0)
-        self._newton.axpy(-lift, self._border)
-        self._newton.axpy(lift, self._lift)
-        compat.update_ghosts(self._newton)
-        with self._newton.localForm() as local:
-            return np.array(local.array)
-
-    def _is_finite(self, change: Array) -> bool:
-        return 0.0 < self._length(change) < np.inf
-
-    def _length(self, change: Array) -> float:
-        own = change[: self._newton.getLocalSize()]
-        return float(np.sqrt(self.rubber.mesh.comm.allreduce(float(own @ own), op=MPI.SUM)))
+            raise
 
 
 def _stuck(residual: float, force: float) -> str:

@@ -1,0 +1,172 @@
+"""Newton's changes of rubber and plate: factors of an earlier tangent, the contact as it is now.
+
+A tangent costs as much as some forty solves with its factors. What changes from one iteration to
+the next is hardly the rubber, but the contact: points touch down and lift off, and the film's shear
+follows the slip by a slope that belongs to the step. That part is exact in every change: the
+difference D of the present contact to that of the factors M is left to GMRES,
+
+    (M + D) x = b,    x = M^-1 y,    (1 + D M^-1) y = b,
+
+which needs as many solves as D has independent parts of importance, two or three as a rule.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.errors import NotConverged
+from iceslide_fem.fenics import compat
+from iceslide_fem.fenics.compat import MPI, PETSc
+from iceslide_fem.fenics.direct_solver import factorise, solve
+from iceslide_fem.rubber.contact_surface import ContactSurface
+from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
+
+# What GMRES leaves of the imbalance: Newton's method gains no more from less, because the rubber's
+# part of the tangent is an earlier one. And so many solves at most.
+FORCING, MOST_SOLVES = 0.1, 20
+
+
+class Tangent:
+    """The tangent of `rubber` on its contact `surface`, bordered by the plate's displacement.
+
+    That is what all nodes on the plate move downwards, and its equation is that the plate carries
+    its force. Changes are of all dofs of this rank, ghosts included.
+    """
+
+    def __init__(self, rubber: HyperelasticBody, surface: ContactSurface, prefix: str) -> None:
+        """`prefix` selects PETSc options of the linear solver."""
+        self._rubber, self._surface, self._comm = rubber, surface, rubber.mesh.comm
+        self._dim = rubber.mesh.geometry.dim
+        self._matrix = rubber.create_matrix()
+        vectors = (rubber.create_vector() for _ in range(6))
+        self._column, self._row, self._border, self._load, self._answer, self._lift = vectors
+        self._stiffness = 0.0  # of the plate alone
+        index_map = rubber.space.dofmap.index_map
+        n_owned = index_map.size_local
+        owned = rubber.plate[rubber.plate < n_owned]
+        self.plate_z = owned * self._dim + self._dim - 1
+        symmetry = rubber.symmetry[rubber.symmetry < n_owned] * self._dim + 1
+        plate = (owned[:, None] * self._dim + np.arange(self._dim)).ravel()
+        self._fixed = np.unique(np.concatenate([plate, symmetry])).astype(np.int32)
+        self._first = index_map.local_range[0] * self._dim
+        self._lift.array[self.plate_z] = 1.0
+        self._factored = self._difference = np.zeros(0)  # contact's part of the factors; present
+        self._differs = False
+        self.ksp = PETSc.KSP().create(self._comm)
+        self.ksp.setType("preonly")
+        self.ksp.setOptionsPrefix(prefix)
+        self.ksp.setOperators(self._matrix)
+        factorise(self.ksp, self._dim)
+        self.ksp.setFromOptions()
+
+    def imbalance(self, residual: PETSc.Vec) -> float:
+        """Take what holds the plate out of the `residual`: its vertical resultant (N). Collective.
+
+        In 3-D also what holds the plane of symmetry.
+        """
+        plate = residual.dot(self._lift)
+        residual.array[self._fixed] = 0.0
+        return float(plate)
+
+    def factorise(self, contact: Array) -> None:
+        """Assemble and factorise at the present displacements.
+
+        `contact`: derivatives (f, a, d, a, d) of the contact's forces. Raises NotConverged where
+        the linear solver fails.
+        """
+        matrix, dim, dofs = self._matrix, self._dim, self._surface.dofs
+        self._rubber.tangent(matrix)
+        self._factored, self._differs = contact, False
+        rows = dofs[:, :, None] * dim + np.arange(dim, dtype=np.int32)
+        for row, block in zip(rows, contact, strict=True):
+            values = -block.reshape(row.size, row.size)
+            matrix.setValuesLocal(row.ravel(), row.ravel(), values, PETSc.InsertMode.ADD_VALUES)
+        matrix.assemble()
+        matrix.mult(self._lift, self._column)
+        matrix.multTranspose(self._lift, self._row)
+        self._stiffness = self._column.dot(self._lift)
+        for vector in (self._column, self._row):
+            vector.array[self._fixed] = 0.0
+        matrix.zeroRowsColumns(self._fixed + self._first, diag=1.0)
+        self.ksp.setOperators(matrix)
+        self._solve(self._column, self._border)
+
+    def touch(self, contact: Array) -> None:
+        """Take the present `contact` (as in `factorise`) from now on, with the same factors."""
+        nodes = contact.shape[1] * contact.shape[2]
+        self._difference = (self._factored - contact).reshape(len(contact), nodes, nodes)
+        self._differs = True
+
+    def change(self, residual: PETSc.Vec, plate: float) -> Array:
+        """Newton's change where `residual` (N) and the plate's imbalance (N) are left. Collective.
+
+        Raises NotConverged where the linear solver fails or the plate meets no resistance.
+        """
+        load = np.append(-residual.array, -plate)
+        if not self._differs:
+            return self._solved(load)
+        size = float(np.sqrt(self._dots(load[None], load)[0]))
+        if not 0.0 < size < np.inf:
+            return self._solved(load)
+        basis, answers = load[None] / size, []
+        hessenberg = np.zeros((MOST_SOLVES + 1, MOST_SOLVES))
+        for n in range(1, MOST_SOLVES + 1):
+            answers.append(self._solved(basis[-1]))
+            image = basis[-1] + self._differing(answers[-1])
+            for _ in range(2):  # Gram and Schmidt, and once more against rounding
+                shares = self._dots(basis, image)
+                hessenberg[:n, n - 1] += shares
+                image -= shares @ basis
+            length = float(np.sqrt(self._dots(image[None], image)[0]))
+            hessenberg[n, n - 1] = length
+            aim = np.append(size, np.zeros(n))
+            weights, *_ = np.linalg.lstsq(hessenberg[: n + 1, :n], aim, rcond=None)
+            left = np.linalg.norm(aim - hessenberg[: n + 1, :n] @ weights)
+            if not left > FORCING * size or length == 0.0:
+                break
+            basis = np.vstack([basis, image / length])
+        return np.asarray(weights @ np.array(answers))
+
+    def length(self, change: Array) -> float:
+        """Norm of a change over all ranks' dofs, m. Collective."""
+        own = change[: self._answer.getLocalSize()]
+        return float(np.sqrt(self._comm.allreduce(float(own @ own), op=MPI.SUM)))
+
+    def _dots(self, rows: Array, vector: Array) -> Array:
+        """Products of `rows` with a `vector`: own dofs, and at the end the plate on every rank."""
+        own = np.asarray(rows[:, :-1] @ vector[:-1])
+        self._comm.Allreduce(MPI.IN_PLACE, own, op=MPI.SUM)
+        return np.asarray(own + rows[:, -1] * vector[-1])
+
+    def _differing(self, change: Array) -> Array:
+        """Loads of own dofs and plate by which the present tangent's answer differs."""
+        dofs, load = self._surface.dofs, self._load
+        moved = change.reshape(-1, self._dim)[dofs].reshape(len(dofs), -1, 1)
+        with load.localForm() as local:
+            local.set(0.0)
+            forces = (self._difference @ moved).reshape(*dofs.shape, self._dim)
+            self._surface.scatter(forces, local.array.reshape(-1, self._dim))
+        compat.sum_ghosts(load)
+        plate = self.imbalance(load)
+        return np.append(load.array, plate)
+
+    def _solved(self, load: Array) -> Array:
+        """The change that the factors give to `load` (own dofs, plate), by block elimination."""
+        self._load.array[:] = load[:-1]
+        self._solve(self._load, self._answer)
+        schur = self._stiffness - self._row.dot(self._border)
+        if schur == 0.0:
+            raise NotConverged("the plate meets no resistance")
+        lift = (load[-1] - self._row.dot(self._answer)) / schur
+        self._answer.axpy(-lift, self._border)
+        self._answer.axpy(lift, self._lift)
+        compat.update_ghosts(self._answer)
+        with self._answer.localForm() as local:
+            return np.array(local.array)
+
+    def _solve(self, right: PETSc.Vec, solution: PETSc.Vec) -> None:
+        """Solve with the kept factors. Raises NotConverged where PETSc's solver fails."""
+        if not solve(self.ksp, right, solution):
+            reason = self.ksp.getConvergedReason()
+            raise NotConverged(f"the linear solver fails (PETSc's reason {reason})")
