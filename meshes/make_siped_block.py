@@ -23,7 +23,7 @@ def outline(place):
     """Face of the slice, whose points are at `place(x, height)`; its contact and plate lines.
 
     The walls of the sipe belong to the contact, since they fold onto the ice when the two halves
-    bend. (They do not see each other: contact is with the ice only.)
+    bend. (They would press on each other if they were named `walls`.)
     """
     half, slot = LENGTH / 2, SIPE_WIDTH / 2
     corners = {  # counterclockwise from the trailing end, with the wanted cell sizes

@@ -34,7 +34,16 @@ def a_scene(model, refinement=1.0):
         name="ice",
         model=model,
         rubber=SimpleNamespace(
-            length=1e-3, width=1e-3, height=1e-3, mesh=None, sipes=0, sipe_width=0.0, sipe_depth=0.0
+            length=1e-3,
+            width=1e-3,
+            height=1e-3,
+            mesh=None,
+            outline=None,
+            cuts=(),
+            grooves=(),
+            edge_radius=0.0,
+            chamfer=0.0,
+            draft_angle=0.0,
         ),
         load=SimpleNamespace(duration=DURATION),
         ice=SimpleNamespace(margin=0.0, motion="attached"),

@@ -211,6 +211,15 @@ def facet_cell_pairs(mesh: Any, facets: IntArray) -> tuple[IntArray, IntArray]:
     return cells, local.argmax(axis=1).astype(np.int32)
 
 
+def midpoints(mesh: Any, facets: IntArray) -> FloatArray:
+    """Middles (n, 3) of facets by their local numbers."""
+    dim = mesh.topology.dim
+    mesh.topology.create_connectivity(dim - 1, dim)
+    return np.array(
+        dolfinx.mesh.compute_midpoints(mesh, dim - 1, np.asarray(facets, dtype=np.int32))
+    ).reshape(-1, 3)
+
+
 def basix_lagrange(name: str, degree: int) -> Any:
     """Basix element whose dofs are numbered as those of the spaces above.
 

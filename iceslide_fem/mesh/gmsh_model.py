@@ -1,4 +1,4 @@
-"""Meshes with named parts, to and from gmsh. The only module that imports gmsh.
+"""Meshes with named parts, to and from gmsh, which only this module and `patches` import.
 
 gmsh is GPL-2.0-or-later with exceptions; everything else here only sees `TaggedMesh` arrays and
 DOLFINx meshes.
@@ -65,7 +65,7 @@ def distribute(tagged: TaggedMesh, comm: MPI.Comm) -> DistributedMesh:
 
     dim = tagged.points.shape[1]
     if comm.rank == 0:
-        with _model() as model:
+        with empty_model() as model:
             _fill(model, tagged)
             mesh, _, facet_tags = compat.mesh_from_gmsh(model, comm, 0, dim)
     else:
@@ -77,7 +77,7 @@ def distribute(tagged: TaggedMesh, comm: MPI.Comm) -> DistributedMesh:
 
 def save(tagged: TaggedMesh, path: Path) -> None:
     """Write a mesh with its names as physical groups, in the format of the file's suffix."""
-    with _model() as model:
+    with empty_model() as model:
         _fill(model, tagged)
         gmsh.option.setNumber("Mesh.Binary", 1)
         gmsh.write(str(path))
@@ -89,7 +89,7 @@ def load(path: Path, dim: int, body: str) -> TaggedMesh:
     Raises SceneError where the file is no .msh file of gmsh, or the cells of `body` are missing, of
     another dimension, of several types or of higher order.
     """
-    with _model() as model:
+    with empty_model() as model:
         _merge(path)
         blocks = []
         for group_dim, group in model.getPhysicalGroups():
@@ -183,7 +183,7 @@ def from_blocks(
 
 
 @contextmanager
-def _model() -> Iterator[Any]:
+def empty_model() -> Iterator[Any]:
     """An empty gmsh model; leaves a gmsh session of the caller as it was."""
     own = not gmsh.isInitialized()
     if own:

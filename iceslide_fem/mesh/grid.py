@@ -1,4 +1,4 @@
-"""Tensor-product grids with graded lines (NumPy only)."""
+"""Graded lines, tensor-product grids on them, and parts of such meshes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,11 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.mesh.gmsh_model import TaggedMesh
+from iceslide_fem.mesh.gmsh_model import IntArray, TaggedMesh
+from iceslide_fem.mesh.patches import mesh_patches, rectangle
+from iceslide_fem.mesh.soundness import outer_facets
+
+ROUNDING = 1e-10  # of a line's length
 
 Lines = NDArray[np.float64]
 Chooser = Callable[[Lines], NDArray[np.bool_]]
@@ -32,57 +36,44 @@ def graded(length: float, first: float, slope: float, largest: float = math.inf)
     return lines
 
 
-def tensor_grid(
-    lines: list[Lines], body: str, parts: Mapping[str, Chooser], holes: Chooser | None = None
-) -> TaggedMesh:
-    """Tensor-product grid; `parts` choose outer facets, `holes` cells to leave out, by centres.
+def tensor_grid(lines: list[Lines], body: str, parts: Mapping[str, Chooser]) -> TaggedMesh:
+    """Tensor-product grid on `lines` of x, (y,) z; `parts` choose outer facets by their centres.
 
     Centres have the shape (n, dim). In 3-D a side at y = 0 is the part `symmetry`.
     """
-    dim = len(lines)
-    shape = [len(line) for line in lines]
-    number = np.arange(math.prod(shape)).reshape(shape)
-    points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, dim)
-    cells = _corners(number)
-    kept = np.ones(len(cells), dtype=bool)
-    if holes is not None:
-        kept = ~holes(points[cells].mean(axis=1))
-    facets = _outer_facets(number, kept.reshape([n - 1 for n in shape]))
-    centre = points[facets].mean(axis=1)
-    if dim == 3:
+    x, *y, z = lines
+    points, cells = mesh_patches([rectangle(x, z)], y[0] if y else None)
+    for axis, line in enumerate(lines):
+        points[:, axis] = snapped(points[:, axis], line)
+    if y:
         parts = {**parts, "symmetry": lambda centre: centre[:, 1] == 0.0}
+
+    def by_centre(choose: Chooser) -> Chooser:
+        return lambda corners: choose(corners.mean(axis=1))
+
+    return with_parts(points, cells, body, {name: by_centre(parts[name]) for name in parts})
+
+
+def snapped(values: Lines, line: Lines) -> Lines:
+    """Values that rounding has moved off the sorted `line`, back on it; others as they are."""
+    nearest = line[np.searchsorted(0.5 * (line[1:] + line[:-1]), values)]
+    return np.where(np.abs(values - nearest) <= ROUNDING * (line[-1] - line[0]), nearest, values)
+
+
+def with_parts(
+    points: Lines, cells: IntArray, body: str, parts: Mapping[str, Chooser]
+) -> TaggedMesh:
+    """Quadrilaterals or hexahedra whose outer facets are chosen by corners (n, corners, dim).
+
+    A part that no facet is in is left out. Nodes that no cell has are left out, too.
+    """
+    used, cells = np.unique(cells, return_inverse=True)
+    points, cells = points[used], cells.reshape(-1, 2 ** points.shape[1])
+    kind = "quadrilateral" if points.shape[1] == 2 else "hexahedron"
+    whole = TaggedMesh(points, kind, cells, {}, body)
+    facets = outer_facets(whole)
+    corners = points[facets]
     chosen = {
-        name: facets[inside] for name, choose in parts.items() if (inside := choose(centre)).any()
+        name: facets[some] for name, choose in parts.items() if (some := choose(corners)).any()
     }
-    kind = "quadrilateral" if dim == 2 else "hexahedron"
-    used, corners = np.unique(cells[kept], return_inverse=True)
-    new = np.zeros(len(points), dtype=np.int64)
-    new[used] = np.arange(len(used))
-    chosen = {name: new[some] for name, some in chosen.items()}
-    return TaggedMesh(points[used], kind, corners.reshape(-1, 2**dim), chosen, body)
-
-
-def _outer_facets(number: NDArray[np.int64], kept: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Corner nodes of all facets that have a kept cell on one side only."""
-    facets = []
-    for axis in range(number.ndim):
-        sides = np.moveaxis(
-            np.pad(kept, [(int(a == axis),) * 2 for a in range(kept.ndim)]), axis, 0
-        )
-        outer = sides[1:] != sides[:-1]
-        for nodes, some in zip(np.moveaxis(number, axis, 0), outer, strict=True):
-            facets.append(_corners(nodes)[some.ravel()])
-    return np.concatenate(facets)
-
-
-def _corners(number: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Corner nodes (cells, 2**dim) of the cells of a grid of node numbers, in gmsh's order."""
-    ends = (slice(None, -1), slice(1, None))
-    around = [(0, 0), (1, 0), (1, 1), (0, 1)]
-    order: dict[int, list[tuple[int, ...]]] = {
-        1: [(0,), (1,)],
-        2: [*around],
-        3: [(*corner, above) for above in (0, 1) for corner in around],
-    }
-    corners = [number[tuple(ends[end] for end in corner)] for corner in order[number.ndim]]
-    return np.stack([corner.ravel() for corner in corners], axis=-1)
+    return whole._replace(facets=chosen)

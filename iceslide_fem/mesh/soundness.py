@@ -51,6 +51,26 @@ def facets_of(tagged: TaggedMesh) -> IntArray:
     return facets.reshape(-1, facets.shape[-1])
 
 
+def outer_facets(tagged: TaggedMesh) -> IntArray:
+    """Facets of one cell only, (n, corners)."""
+    facets = facets_of(tagged)
+    _, first, count = np.unique(
+        np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    return facets[np.sort(first[count == 1])]
+
+
+def smallest_angle(tagged: TaggedMesh) -> float:
+    """Smallest angle between two edges that meet in a corner of a cell's face, degrees."""
+    faces = np.array(FACETS[tagged.cell_type])
+    flat = tagged.points.shape[1] == 2
+    corners = tagged.points[tagged.cells if flat else tagged.cells[:, faces]]
+    before, after = (np.roll(corners, way, axis=-2) - corners for way in (1, -1))
+    lengths = np.linalg.norm(before, axis=-1) * np.linalg.norm(after, axis=-1)
+    cosine = np.clip((before * after).sum(axis=-1) / lengths, -1.0, 1.0)
+    return float(np.degrees(np.arccos(cosine.max())))
+
+
 class Soundness:
     """Facets of a mesh and how its cells hang together."""
 

@@ -3,8 +3,8 @@
 What a mesh must be: coordinates in `rubber.mesh_unit`, vertical last (a slice lies in the file's
 x-y plane, y up), the ice plane at 0. Cells of one type (triangles, quadrilaterals, tetrahedra or
 hexahedra, first order) named `rubber`, which fill the body once (`soundness`); outer facets named
-`contact` (all that may touch the ice, with all that lie on it), `plate` (on the flat top) and, for
-half a block, `symmetry` (at y = 0).
+`contact` (all that may touch the ice, with all that lie on it), `plate` (on the flat top), for half
+a block `symmetry` (at y = 0), and, where walls of sipes shall meet, `walls`.
 
 gmsh files name parts by physical groups. In other files, read by meshio, a name is a cell set, a
 MED family, or cell data of that name that are not zero; facets must be cells of their own.
@@ -28,7 +28,7 @@ from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.gmsh_model import IntArray, TaggedMesh
 from iceslide_fem.mesh.soundness import Soundness, facets_of
 
-PARTS = ("contact", "plate", "symmetry")
+PARTS = ("contact", "plate", "symmetry", "walls")
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}  # of coordinates, in m
 SMALLEST, LARGEST = 1e-5, 0.3  # m; what is smaller or larger was drawn in another unit
 LARGEST_FILE = 1_000_000_000  # bytes

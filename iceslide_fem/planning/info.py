@@ -176,19 +176,26 @@ def _inertia(scene: Scene) -> list[Row]:
 
 
 def _mesh(scene: Scene) -> list[Row]:
-    """Cells of the rubber's mesh and their size."""
-    from iceslide_fem.mesh.rubber import divisions
+    """Cells of the rubber's mesh, their size, and their sharpest corner (if there is memory)."""
+    from iceslide_fem.mesh.rubber import divisions, tagged_rubber
+    from iceslide_fem.mesh.size import shortage
+    from iceslide_fem.mesh.soundness import smallest_angle
 
     size = divisions(scene)
     counts = " x ".join(f"{size[name]:.0f}" for name in ("nx", "ny", "nz") if name in size)
     smallest, largest = readable(size["smallest_m"], "m"), readable(size["largest_m"], "m")
     own = scene.rubber.mesh is not None
+    shape = counts or ("own mesh" if own else "by gmsh")
     half = "plane strain" if scene.model == "slice" else "3-D" if own else "the half with y ≥ 0"
-    where = "shortest and longest" if own else "finest at the contact's edges"
-    return [
-        Row("mesh", "cells of rubber", f"{size['cells']:.0f}", f"{counts or 'own mesh'}, {half}"),
+    where = "finest at the contact's edges" if counts else "shortest and longest"
+    rows = [
+        Row("mesh", "cells of rubber", f"{size['cells']:.0f}", f"{shape}, {half}"),
         Row("mesh", "cell edges", f"{smallest} to {largest}", where),
     ]
+    if shortage(scene) is None:
+        angle = f"{smallest_angle(tagged_rubber(scene)):.0f}°"
+        rows.append(Row("mesh", "smallest angle", angle, "between edges of a cell"))
+    return rows
 
 
 def _cost(cost: Cost) -> list[Row]:

@@ -32,7 +32,8 @@ def cheapest(scene: Scene) -> Rung:
     heat = "column" if columns else "continuum"
     if "heat" in scene.ice.model_fields_set:
         heat = scene.ice.heat
-    if scene.rubber.mesh is not None:
+    rubber = scene.rubber
+    if rubber.mesh is not None or rubber.outline is not None or rubber.grooves:
         return Rung("block", heat, scene.numerics.refinement)
     attached = scene.ice.motion == "attached"  # estimates of passing ice are rougher
     if attached and found.uniform_pressure <= tolerance and heat != "continuum":

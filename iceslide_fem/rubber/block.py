@@ -8,12 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.arrays import Array, Index
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.film.friction import FilmFriction
 from iceslide_fem.mesh.ice import window_cell
-from iceslide_fem.mesh.rubber import rubber_mesh
+from iceslide_fem.mesh.profile import CONTACT_HEIGHT
+from iceslide_fem.mesh.rubber import nominal_area, rubber_mesh
 from iceslide_fem.mesh.size import check_memory
 from iceslide_fem.parallel import from_root
 from iceslide_fem.rubber.contact import (
@@ -123,15 +124,29 @@ class Block:
     def slenderness(self) -> Slenderness:
         """The block or a lug between its sipes, whichever is more slender. Collective."""
         x = self.rubber.mesh.geometry.x[:, 0]
-        ends = np.array([-x.min(initial=np.inf), x.max(initial=-np.inf)])
-        self.surface.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MAX)
-        whole = Slenderness("the block", self.height, float(ends.sum()))
-        rubber = self.scene.rubber
-        if rubber.sipes == 0:
+        outer = np.array([-x.min(initial=np.inf), x.max(initial=-np.inf)])
+        self.surface.comm.Allreduce(MPI.IN_PLACE, outer, op=MPI.MAX)
+        whole = Slenderness("the block", self.height, float(outer.sum()))
+        cuts, half = self.scene.rubber.cuts, self.scene.rubber.length / 2
+        if not cuts:
             return whole
-        lug = (rubber.length - rubber.sipes * rubber.sipe_width) / (rubber.sipes + 1)
-        lugs = Slenderness("every lug between the sipes", rubber.sipe_depth, lug)
-        return max(whole, lugs, key=lambda part: part.height / part.thickness)
+        ends = [-half, *(end for cut in cuts for end in cut.walls), half]
+        lugs = [
+            Slenderness(
+                "a lug between the sipes",
+                max(cut.depth for cut in cuts[max(number - 1, 0) : number + 1]),
+                ends[2 * number + 1] - ends[2 * number],
+            )
+            for number in range(len(cuts) + 1)
+        ]
+        return max(whole, *lugs, key=lambda part: part.height / part.thickness)
+
+    def smallest_opening(self) -> float:
+        """Smallest distance of facing walls of sipes and grooves, m; below 0 by what they press
+        into each other, infinite without walls. Collective.
+        """
+        walls = self.rubber.walls
+        return np.inf if walls is None else walls.smallest_opening(self.rubber.displacements)
 
     def normal_force(self, contact: ContactState) -> float:
         """Contact force of the whole block, N. Collective."""
@@ -149,25 +164,26 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     rubber = HyperelasticBody(
         mesh, material, density=scene.rubber.density if scene.rubber.inertia else 0.0
     )
-    facets = rubber.facets("contact")
+    z = mesh.mesh.geometry.x[:, mesh.mesh.geometry.dim - 1]
+    height = float(comm.allreduce(z.max(initial=0.0), op=MPI.MAX))
+    numerics = scene.numerics
+    penalty = numerics.penalty or default_penalty(material, height, numerics.tolerance)
+    rubber.let_walls_meet(penalty)
+    facets = _facets_near_ice(rubber, height)
     surface = contact_surface(rubber.space, facets, FACET_DEGREE, FACET_PIECES)
     if scene.ice.motion == "sliding":
         widest = float(np.ptp(surface.nodes[..., 0], axis=1).max(initial=0.0))
         widest = comm.allreduce(widest, op=MPI.MAX)
         count = max(int(np.ceil(POINTS_PER_CELL * widest / window_cell(scene))), FEWEST_POINTS)
         surface = contact_surface(rubber.space, facets, FACET_DEGREE, FACET_PIECES, count)
-    z = mesh.mesh.geometry.x[:, mesh.mesh.geometry.dim - 1]
-    height = float(comm.allreduce(z.max(initial=0.0), op=MPI.MAX))
     ds = ufl.Measure("ds", domain=mesh.mesh, subdomain_data=mesh.facet_tags)
     plate = fem.Constant(mesh.mesh, PETSc.ScalarType(1.0)) * ds(mesh.tags["plate"])
-    area = compat.assemble_scalar(compat.form(plate), comm)
+    area = nominal_area(scene) or compat.assemble_scalar(compat.form(plate), comm)
     if scene.model == "slice":
         scale = scene.rubber.width
     else:
         scale = 2.0 if "symmetry" in mesh.tags else 1.0
     pressure = scene.load.pressure
-    numerics = scene.numerics
-    penalty = numerics.penalty or default_penalty(material, height, numerics.tolerance)
     friction = FilmFriction(
         scene.contact_parameters,
         pressure if scene.film.pressure == "nominal" else None,
@@ -185,6 +201,18 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
         scale,
         height,
     )
+
+
+def _facets_near_ice(rubber: HyperelasticBody, height: float) -> Index:
+    """Local numbers of the facets that may touch the ice: `contact`, and the lower ones of `walls`,
+    which roll onto it.
+    """
+    walls = rubber.facets("walls")
+    if not len(walls):
+        return rubber.facets("contact")
+    middles = compat.midpoints(rubber.mesh, walls)
+    low = walls[middles[:, rubber.mesh.geometry.dim - 1] < CONTACT_HEIGHT * height]
+    return np.sort(np.concatenate([rubber.facets("contact"), low]))
 
 
 def _slipping(

@@ -14,6 +14,7 @@ from iceslide_fem.rubber.contact_surface import ContactSurface
 FOLDED = 0.02  # share of the load on the sides from which on an edge counts as folded
 TIPPED = 0.8  # contact over nominal area below which an edge counts as lifted
 CRUSHED = 0.25  # compression of the height
+STEEP = 0.8  # sine of the slope from which on a facet is a side
 SLENDER = 2.0  # height over thickness from which on a block or a lug of it buckles
 
 
@@ -90,9 +91,15 @@ def limit_met(found: Posture, slenderness: Slenderness) -> str:
 
 
 def _side(surface: ContactSurface) -> Mask:
-    """Which facets (f, 1) are not of the bottom: they reach above its level. Collective."""
-    heights = surface.nodes[..., -1]
-    ends = np.array([-heights.min(initial=np.inf), heights.max(initial=-np.inf)])
-    surface.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MAX)
-    level = 1e-6 * (ends[1] + ends[0])
-    return np.asarray((heights.max(axis=1, initial=-np.inf) > level - ends[0])[:, None])
+    """Which facets (f, 1) are not of the bottom: steeper than STEEP in the undeformed body, so that
+    of a round edge the part next to the ice is bottom.
+    """
+    corners = surface.nodes[:, : 2 if surface.nodes.shape[-1] == 2 else 3]
+    sides = corners[:, 1:] - corners[:, :1]
+    if sides.shape[1] == 1:
+        rise, length = sides[:, 0, 1], np.linalg.norm(sides[:, 0], axis=1)
+        sine = np.abs(rise) / length
+    else:
+        normal = np.cross(sides[:, 0], sides[:, 1])
+        sine = np.hypot(normal[:, 0], normal[:, 1]) / np.linalg.norm(normal, axis=1)
+    return np.asarray((sine > STEEP)[:, None])

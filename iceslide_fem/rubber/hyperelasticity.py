@@ -12,6 +12,7 @@ from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.materials import MooneyRivlin
 from iceslide_fem.mesh.rubber import RubberMesh
+from iceslide_fem.rubber.walls import Walls
 
 # The displacement is quadratic and the volumetric term fully integrated: linear tetrahedra lock,
 # and the under-integrated term fails at 17 % compression (see docs/elements.md).
@@ -99,6 +100,7 @@ class HyperelasticBody:
         self._energy = compat.form(functional)
         self._residual = compat.form(residual)
         self._tangent = compat.form(ufl.derivative(residual, self.u, trial))
+        self.walls: Walls | None = None
         self.plate = self._dofs("plate")
         self.symmetry = self._dofs("symmetry") if "symmetry" in block.tags else self.plate[:0]
 
@@ -113,25 +115,43 @@ class HyperelasticBody:
         return int(self.space.dofmap.index_map.size_global * self.mesh.geometry.dim)
 
     def facets(self, name: str) -> Any:
-        """Local facet numbers with the tag `name`."""
+        """Local facet numbers with the tag `name`; none where the mesh has no such part."""
         tags = self.block.facet_tags
+        if name not in self.block.tags:
+            return tags.indices[:0]
         return tags.indices[tags.values == self.block.tags[name]]
+
+    def let_walls_meet(self, penalty: float) -> None:
+        """From now on facets tagged `walls` press on those that they face: penalty, Pa/m.
+
+        What they do belongs to the internal forces, the tangent and the elastic energy. Collective.
+        """
+        if "walls" in self.block.tags:
+            self.walls = Walls(self.space, self.facets("walls"), penalty)
 
     def create_vector(self) -> PETSc.Vec:
         """Vector of nodal forces, with ghosts."""
         return compat.create_vector(self.space)
 
     def create_matrix(self) -> PETSc.Mat:
-        """Matrix with the tangent's sparsity."""
-        return compat.create_matrix(self._tangent)
+        """Matrix with the tangent's sparsity; where walls meet it gets further entries."""
+        matrix = compat.create_matrix(self._tangent)
+        matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, self.walls is None)
+        return matrix
 
     def internal_forces(self, vector: PETSc.Vec) -> None:
         """Overwrite `vector` by this rank's shares of the internal forces (ghosts not summed)."""
         compat.assemble_shares(vector, self._residual)
+        if self.walls is not None:
+            with vector.localForm() as local:
+                forces = local.array.reshape(-1, self.mesh.geometry.dim)
+                self.walls.add_forces(self.displacements, forces)
 
     def tangent(self, matrix: PETSc.Mat) -> None:
         """Overwrite `matrix` with the derivative of the internal forces at `u`."""
         compat.assemble_matrix(matrix, self._tangent)
+        if self.walls is not None:
+            self.walls.add_tangent(self.displacements, matrix)
 
     def set_inertia(self, weight: float, reference: Array) -> None:
         """Inertia forces density * weight * (u - reference); weight in 1/s2, reference in m.
@@ -163,7 +183,8 @@ class HyperelasticBody:
 
     def elastic_energy(self) -> float:
         """Stored energy, J (J/m in a slice), on all ranks. Collective."""
-        return compat.assemble_scalar(self._energy, self.mesh.comm)
+        pressed = self.walls.energy(self.displacements) if self.walls is not None else 0.0
+        return compat.assemble_scalar(self._energy, self.mesh.comm) + pressed
 
     def _dofs(self, name: str) -> Any:
         dim = self.mesh.topology.dim

@@ -11,7 +11,6 @@ from scipy.integrate import trapezoid
 from iceslide_fem.film.doubts import THINNEST_FILM
 from iceslide_fem.output.history import outside_table, thinnest_film
 from iceslide_fem.rubber.failure import FOLDED, TIPPED
-from iceslide_fem.rubber.sipes import smallest_opening
 from iceslide_fem.run.observation import Observation
 
 # From here on what a run gives is doubtful, and its summary says so.
@@ -50,7 +49,7 @@ class Results:
             self.bottom = min(self.bottom, posture.bottom)
             self.sides = max(self.sides, posture.sides)
             self.outside_table_fraction = outside_table(block, step.sliding.current.contact)
-            self.sipe_opening = min(self.sipe_opening, smallest_opening(block))
+            self.sipe_opening = min(self.sipe_opening, block.smallest_opening())
 
     def state(self) -> dict[str, Any]:
         """Everything collected so far."""
@@ -99,11 +98,6 @@ class Results:
         if self.sides > FOLDED:
             found.append(
                 f"an edge folded under: the sides carried up to {self.sides:.0%} of the load"
-            )
-        if self.sipe_opening < 0.0:
-            found.append(
-                f"walls of a sipe overlapped by up to {-1e3 * self.sipe_opening:.2g} mm: "
-                "they do not feel each other"
             )
         if self.outside_table_fraction > LARGEST_OUTSIDE:
             found.append(

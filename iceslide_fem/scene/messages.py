@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,7 +18,7 @@ def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
     reported as a missing one. What is missing is named all at once.
     """
     fault = min(error.errors(), key=lambda fault: fault["type"] != "extra_forbidden")
-    key = ".".join(str(part) for part in fault["loc"])
+    key = _dotted(fault["loc"])
     given = f"{shortened(key)} = {_shown(fault['input'])}"
     match fault["type"]:
         case "extra_forbidden":
@@ -45,10 +46,15 @@ def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
             return f"{given} is not allowed: {fault['msg'][:1].lower()}{fault['msg'][1:]}"
 
 
+def _dotted(place: Sequence[int | str]) -> str:
+    """The key at a place, without the names (in angle brackets) of the forms that it may take."""
+    return ".".join(str(part) for part in place if not str(part).startswith("<"))
+
+
 def _missing(error: ValidationError) -> str:
     """A sentence that names all keys that are missing."""
     faults = [fault for fault in error.errors() if fault["type"] == "missing"]
-    *others, last = (shortened(".".join(map(str, fault["loc"]))) for fault in faults)
+    *others, last = (shortened(_dotted(fault["loc"])) for fault in faults)
     return f"{', '.join(others)} and {last} are missing" if others else f"{last} is missing"
 
 
@@ -73,6 +79,7 @@ def unknown_key(key: str, keys: Sequence[str]) -> str:
     """
     key = shortened(key)
     table, _, name = key.rpartition(".")
+    table = re.sub(r"\.\d+", "", table)  # of a list of tables
     siblings = [known for known in keys if known.rpartition(".")[0] == table]
     for candidates in (siblings, sorted(keys, key=lambda known: not known.startswith("load."))):
         names = [known.rpartition(".")[2].lower() for known in candidates]

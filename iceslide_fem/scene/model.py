@@ -11,8 +11,6 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     AliasChoices,
-    BaseModel,
-    ConfigDict,
     Field,
     StrictBool,
     StringConstraints,
@@ -39,6 +37,17 @@ from iceslide_fem.materials import (
 )
 from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.outline_file import read_outline
+from iceslide_fem.scene.shape import (
+    WIDEST,
+    Cut,
+    Groove,
+    Sipe,
+    Sipes,
+    check_shape,
+    evenly_spaced,
+)
+from iceslide_fem.scene.table import Table
 from iceslide_fem.scene.units import Quantity
 
 Place = Annotated[float, Quantity("m", "-1 m", "1 m")]
@@ -49,25 +58,26 @@ Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,9
 WARMEST = 1e-3  # K below its melting temperature
 DEEPEST = 0.1  # that contact may sink in, of the height
 REFINEMENTS = (0.25, 8.0)  # allowed of meshes
-FILE_KEYS = (("rubber", "mesh"), ("film", "contact"))  # table and key of what names a file
+FILE_KEYS = (
+    ("rubber", "mesh"),
+    ("rubber", "outline"),
+    ("film", "contact"),
+)  # table and key of what names a file
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    def __hash__(self) -> int:
-        return hash(self.model_dump_json())  # a table within may be a dictionary
-
-
-class Rubber(_Table):
+class Rubber(Table):
     """The rubber block: a compound or its Mooney-Rivlin constants, size (m), density (kg/m3).
 
     C10, C01 in Pa; compressibility by D1 (1/Pa) or by Poisson's ratio nu (also `poisson_ratio`),
     which may be given beside a compound, too, instead of its D1. `heat` resolves heat
     conduction in the rubber, with its `conductivity` (W/(m K)) and `heat_capacity` (J/(kg K)) by
-    default of the thesis's table 1, `inertia` its motion. `sipes` evenly spaced slots across the
-    sliding direction are cut into the box from below. `mesh` replaces the box by a mesh file, whose
-    coordinates are in `mesh_unit`.
+    default of the thesis's table 1, `inertia` its motion. The edges across the sliding direction
+    are round (`edge_radius`) or cut off at 45 degrees (`chamfer`), the sides lean by `draft_angle`
+    (rad), so that the block is wider at the plate; length and width are those at the ice. `sipes`:
+    how many evenly spaced slots across the sliding direction are cut into the box from below, or a
+    list of them; `grooves` run along it. `outline` is a file of polygons (x, y), the block seen
+    from above, instead of the rectangle. `mesh` replaces the box by a mesh file, whose coordinates
+    are in `mesh_unit`.
     """
 
     compound: str | None = None
@@ -80,9 +90,14 @@ class Rubber(_Table):
     length: Length = 1e-3
     width: Length = 1e-3
     height: Length = 1e-3
-    sipes: Literal[0, 1, 2, 3, 4, 5, 6, 7, 8] = 0
+    edge_radius: Cut = 0.0
+    chamfer: Cut = 0.0
+    draft_angle: Annotated[float, Quantity("rad", "0 deg", "30 deg")] = 0.0
+    sipes: Sipes = 0
     sipe_width: Length = 0.5e-3
     sipe_depth: Length = 4e-3
+    grooves: tuple[Groove, ...] = ()
+    outline: InputFile | None = None
     density: Annotated[float, Quantity("kg/m^3", "100 kg/m^3", "10000 kg/m^3")] = 1100.0
     conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K")] = (
         RUBBER_CONDUCTIVITY
@@ -113,27 +128,26 @@ class Rubber(_Table):
         return compound
 
     @model_validator(mode="after")
-    def _room_for_sipes(self) -> Self:
-        if self.sipes == 0:
-            return self
-        if self.mesh is not None:
-            raise ValueError(
-                f"rubber.sipes = {self.sipes} and rubber.mesh contradict each other: sipes are cut "
-                "into the built-in box only; draw them in the mesh"
-            )
-        if self.sipe_depth > 0.9 * self.height:
-            raise ValueError(
-                f"rubber.sipe_depth = {1e3 * self.sipe_depth:.3g} mm is too deep; "
-                f"allowed: up to 0.9 rubber.height = {0.9e3 * self.height:.3g} mm"
-            )
-        most = 0.5 * self.length / (self.sipes + 1)
-        if self.sipe_width > most:
-            raise ValueError(
-                f"rubber.sipe_width = {1e3 * self.sipe_width:.3g} mm is too wide for "
-                f"{self.sipes} sipes in {1e3 * self.length:.3g} mm; allowed: up to "
-                f"{1e3 * most:.3g} mm, half of their distance"
-            )
+    def _cuts_fit(self) -> Self:
+        if isinstance(self.sipes, int) and self.sipes:
+            most = WIDEST * self.length / (self.sipes + 1)
+            if self.sipe_width > most:
+                raise ValueError(
+                    f"rubber.sipe_width = {1e3 * self.sipe_width:.3g} mm is too wide for "
+                    f"{self.sipes} sipes in {1e3 * self.length:.3g} mm; allowed: up to "
+                    f"{1e3 * most:.3g} mm, half of their distance"
+                )
+        check_shape(self)
+        if self.outline is not None:
+            read_outline(self.outline, "rubber.outline")
         return self
+
+    @property
+    def cuts(self) -> tuple[Sipe, ...]:
+        """The sipes one by one, along x."""
+        if isinstance(self.sipes, int):
+            return evenly_spaced(self.sipes, self.length, self.sipe_width, self.sipe_depth)
+        return tuple(sorted(self.sipes, key=lambda sipe: sipe.position))
 
     @model_validator(mode="after")
     def _one_description(self) -> Self:
@@ -162,7 +176,7 @@ class Rubber(_Table):
         return Solid(self.conductivity, self.density, self.heat_capacity)
 
 
-class Load(_Table):
+class Load(Table):
     """Nominal pressure (Pa), sliding speed (m/s), sliding time (s), friction before sliding."""
 
     pressure: Annotated[float, Quantity("Pa", "0.01 bar", "100 bar")]
@@ -171,7 +185,7 @@ class Load(_Table):
     static_friction: Annotated[float, Quantity("", "0", "2")] = 0.1
 
 
-class Ice(_Table):
+class Ice(Table):
     """Initial temperature of the ice (K), its motion under the rubber, and its heat model.
 
     `margin` (m) is how far continuum ice extends beside the contact. The attached ice of a
@@ -228,7 +242,7 @@ class Water(_Table):
     )
 
 
-class Film(_Table):
+class Film(Table):
     """The water film: who carries it, the pressure it follows, and constant k, D (m), H_V (m).
 
     k, D and H_V override the compound's table, all three together; `contact`, the path of a CSV
@@ -265,7 +279,7 @@ class Film(_Table):
         return self
 
 
-class Numerics(_Table):
+class Numerics(Table):
     """Accuracy: the target relative error of mu(t), and overrides for those who need them.
 
     `refinement` divides mesh sizes. `penalty` (Pa/m), `shear_ramp_pressure` (Pa) and `max_step`
@@ -286,7 +300,7 @@ FIELDS = Literal["rubber", "stress", "interface", "contact_points", "ice", "trai
 MOST_TIMES = 10_000  # of fields, by their number
 
 
-class Output(_Table):
+class Output(Table):
     """What a slice or block writes beside its histories. None of it changes a result.
 
     `times` of the fields: how many parts of the run end with one (a whole number), or an interval
@@ -318,7 +332,7 @@ class Output(_Table):
         return max(self.times, default=0.0) if isinstance(self.times, tuple) else 0.0
 
 
-class Scene(_Table):
+class Scene(Table):
     """A complete scene: the rung of the model ladder and everything that it needs.
 
     With model "auto" a run takes the cheapest rung that suffices (`rung.resolved`).

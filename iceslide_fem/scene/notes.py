@@ -24,7 +24,8 @@ SHEAR_RAMPS = (0.002, 0.2)  # of the pressure
 LARGEST_FRICTION = 2.0  # at t = 0
 
 NOT_OF_A_POINT = (
-    "rubber.sipes rubber.mesh rubber.inertia ice.margin ice.cell ice.trail film.carrier "
+    "rubber.sipes rubber.grooves rubber.edge_radius rubber.chamfer rubber.draft_angle "
+    "rubber.outline rubber.mesh rubber.inertia ice.margin ice.cell ice.trail film.carrier "
     "film.water_speed film.pressure load.static_friction numerics.refinement numerics.penalty "
     "numerics.shear_ramp_pressure numerics.time_limit"
 ).split()
@@ -59,7 +60,13 @@ def _unused(scene: Scene) -> list[str]:
         reasons["on the shape of the block, which is that of rubber.mesh"] = shape
     else:
         reasons["without rubber.mesh"] = ["rubber.mesh_unit"]
-    if scene.rubber.sipes == 0:
+    if scene.model == "slice":
+        reasons["in a slice, which is as long as rubber.length"] = ["rubber.outline"]
+        reasons["in a slice"] = ["rubber.grooves"]
+    if not isinstance(scene.rubber.sipes, int):
+        kept = ["rubber.sipe_width", "rubber.sipe_depth"]
+        reasons["beside a list of rubber.sipes, which have their own"] = kept
+    elif scene.rubber.sipes == 0:
         reasons["without rubber.sipes"] = ["rubber.sipe_width", "rubber.sipe_depth"]
     if not scene.rubber.heat and not scene.rubber.inertia:
         reasons["without rubber.heat or rubber.inertia"] = ["rubber.density"]
@@ -146,7 +153,7 @@ def _rubber(scene: Scene) -> list[str]:
             f"load.pressure is {load.pressure / E:.0%} of Young's modulus ({_text(E, 'Pa')}); "
             f"up to {LARGEST_STRAIN:.0%} are known to work"
         )
-    if rubber.mesh is None:
+    if rubber.mesh is None and rubber.outline is None:
         length = rubber.length if scene.model == "slice" else min(rubber.length, rubber.width)
         limit = buckling_pressure(E, G, length, rubber.height)
         if load.pressure > limit:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, get_args
+from typing import Any, get_args, get_origin
 
 from pydantic import AliasChoices, BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -52,5 +52,14 @@ def _by_alias(fields: Mapping[str, FieldInfo]) -> dict[str, str]:
 def _dotted_keys(model: type[BaseModel], prefix: str = "") -> Iterator[str]:
     for name, field in model.model_fields.items():
         yield prefix + name
-        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
-            yield from _dotted_keys(field.annotation, f"{prefix}{name}.")
+        for table in _tables(field.annotation):
+            yield from _dotted_keys(table, f"{prefix}{name}.")
+
+
+def _tables(annotation: Any) -> Iterator[type[BaseModel]]:
+    """Tables that a field may hold: itself, or a list of them."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    elif get_origin(annotation) is not dict:  # whose keys are the user's own
+        for part in get_args(annotation):
+            yield from _tables(part)

@@ -1,0 +1,158 @@
+"""A block of any outline: its polygon meshed by quadrilaterals and swept upwards, built by gmsh.
+
+Cells are smallest at the outline and, as in the built-in block, at the ice and at the plate. Where
+the outline is its own mirror image in y, half of it is meshed.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import gmsh
+import numpy as np
+from scipy.spatial import cKDTree
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.errors import SceneError
+from iceslide_fem.mesh.box import EDGE_CELL, EDGE_SLOPE, LARGEST_CELL, block_grid, reference_cell
+from iceslide_fem.mesh.cache import cached
+from iceslide_fem.mesh.gmsh_model import IntArray, TaggedMesh, empty_model
+from iceslide_fem.mesh.grid import snapped, with_parts
+from iceslide_fem.mesh.profile import CONTACT_HEIGHT, NEAR, part_choosers
+from iceslide_fem.mesh.shape import BlockShape
+from iceslide_fem.mesh.soundness import Soundness
+from iceslide_fem.scene.outline_file import read_outline
+
+MIRRORED = 1e-6  # of the size: corners nearer than that to mirrored ones are symmetric
+
+
+def outline_mesh(path: Path, height: float, refinement: float) -> TaggedMesh:
+    """Mesh of the block of the outline at `path` and of this height (m), on this rank alone.
+
+    Raises SceneError if it can't be meshed.
+    """
+    rings = read_outline(path, "rubber.outline")
+    parameters = [CONTACT_HEIGHT, [ring.tolist() for ring in rings], height, refinement]
+    return cached("rubber", 3, parameters, lambda: _build(path, rings, height, refinement))
+
+
+def _build(path: Path, rings: tuple[Array, ...], height: float, refinement: float) -> TaggedMesh:
+    (left, low), (right, high) = rings[0].min(axis=0), rings[0].max(axis=0)
+    symmetric = _is_symmetric(rings)
+    block = BlockShape([(left, right), (0.0 if symmetric else low, high)], height, symmetric)
+    cell, size = reference_cell(block, refinement)
+    z = block_grid(block, refinement).z
+    smallest, slope = EDGE_CELL * cell, EDGE_SLOPE * EDGE_CELL * cell / size
+    try:
+        points, cells = _sweep(rings, symmetric, z, smallest, slope, LARGEST_CELL * cell)
+    except SceneError:
+        raise
+    except Exception as error:  # gmsh raises nothing more specific
+        reason = " ".join(str(error).split())
+        raise SceneError(f"rubber.outline: {path} can't be meshed: {reason}") from None
+    points[:, 2] = snapped(points[:, 2], z)
+    if symmetric:
+        points[np.abs(points[:, 1]) <= NEAR * height, 1] = 0.0
+    tagged = with_parts(points, cells, "rubber", part_choosers(block))
+    fault = Soundness(tagged).fault(tagged.facets["plate"])
+    if fault is not None:
+        place = ", ".join(f"{1e3 * value:.3g}" for value in fault[1])
+        raise SceneError(
+            f"rubber.outline: {path} can't be meshed: near ({place}) mm {fault[0]}; smooth the "
+            "outline or raise numerics.refinement"
+        )
+    return tagged
+
+
+def _sweep(
+    rings: tuple[Array, ...],
+    symmetric: bool,
+    z: Array,
+    smallest: float,
+    slope: float,
+    largest: float,
+) -> tuple[Array, IntArray]:
+    """Nodes (n, 3), m, and hexahedra of the area within `rings` between the heights z.
+
+    Cells along the outline have the `smallest` size, and grow by `slope` to the `largest`.
+    """
+    size = float(np.ptp(rings[0], axis=0).max())
+    with empty_model() as model:
+        loops = []
+        for ring in rings:
+            corners = [model.occ.addPoint(*corner, 0.0) for corner in (ring / size).tolist()]
+            lines = [
+                model.occ.addLine(one, other)
+                for one, other in zip(corners, corners[1:] + corners[:1], strict=True)
+            ]
+            loops.append(model.occ.addCurveLoop(lines))
+        face = [(2, model.occ.addPlaneSurface(loops))]
+        if symmetric:
+            left, right = rings[0][:, 0].min() / size, rings[0][:, 0].max() / size
+            half = model.occ.addRectangle(left - 1.0, 0.0, 0.0, right - left + 2.0, 2.0)
+            face, _ = model.occ.intersect(face, [(2, half)])
+        model.occ.extrude(
+            face,
+            0.0,
+            0.0,
+            float(z[-1]) / size,
+            [1] * (len(z) - 1),
+            (z[1:] / z[-1]).tolist(),
+            recombine=True,
+        )
+        model.occ.synchronize()
+        surfaces = [tag for _, tag in face]
+        border = model.getBoundary(face, oriented=False)
+        outer = [tag for _, tag in border if not (symmetric and _on_axis(model, tag, NEAR))]
+        field = model.mesh.field
+        distance, growth = field.add("Distance"), field.add("MathEval")
+        field.setNumbers(distance, "CurvesList", outer)
+        field.setNumber(distance, "Sampling", 200)
+        field.setString(
+            growth,
+            "F",
+            f"Min({smallest / size:.9g} + {slope:.9g} * F{distance}, {largest / size:.9g})",
+        )
+        field.setAsBackgroundMesh(growth)
+        for name, value in _OPTIONS.items():
+            gmsh.option.setNumber(name, value)
+        for surface in surfaces:
+            model.mesh.setRecombine(2, surface)
+        model.mesh.generate(3)
+        numbers, coordinates, _ = model.mesh.getNodes()
+        kinds, _, nodes = model.mesh.getElements(3)
+    if list(kinds) != [5]:
+        raise SceneError("rubber.outline can't be filled with hexahedra; smooth the outline")
+    order = np.argsort(numbers)
+    kept, cells = np.unique(nodes[0], return_inverse=True)
+    points = coordinates.reshape(-1, 3)[order[np.searchsorted(numbers, kept, sorter=order)]] * size
+    return points, cells.reshape(-1, 8)
+
+
+_OPTIONS = {
+    "Mesh.Algorithm": 8,  # triangles that pair to good quadrilaterals
+    "Mesh.RecombinationAlgorithm": 2,  # leaves quadrilaterals only
+    "Mesh.MeshSizeExtendFromBoundary": 0,
+    "Mesh.MeshSizeFromPoints": 0,
+    "Mesh.MeshSizeFromCurvature": 0,
+}
+
+
+def _on_axis(model: gmsh.model, curve: int, near: float) -> bool:
+    """Whether a curve lies on y = 0."""
+    _, low, _, _, high, _ = model.getBoundingBox(1, curve)
+    return max(abs(low), abs(high)) < 1e-6 + near
+
+
+def _is_symmetric(rings: tuple[Array, ...]) -> bool:
+    """Whether every corner has its mirror image in y among the corners of the same polygon."""
+    near = MIRRORED * float(np.ptp(rings[0], axis=0).max())
+    if any(
+        (np.abs(ring[:, 1]) > near).all() and len({*np.sign(ring[:, 1])}) == 1 for ring in rings
+    ):
+        return False  # a hole beside the middle, and its mirror image: two polygons
+    for ring in rings:
+        distance, _ = cKDTree(ring).query(ring * [1.0, -1.0])
+        if distance.max() > near:
+            return False
+    return True

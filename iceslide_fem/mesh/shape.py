@@ -1,0 +1,140 @@
+"""The built-in block as a pure description: what the rubber covers, what is cut into it.
+
+`BlockShape` is straight: its cuts are upright slots and its sides vertical, so that its mesh has
+straight grid lines but for the cut edges. `leaned` then moves points of that block to where they
+are: slots lean and wave, sides have their draft.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.scene import Scene
+
+
+class Wave(NamedTuple):
+    """A slot's wave: amplitude and length (m), a zigzag or a sine, along y or along its depth."""
+
+    amplitude: float
+    length: float
+    zigzag: bool
+    across: bool
+
+    def at(self, place: Array) -> Array:
+        """Shift along x (m) at y, from a crest at 0, or at the height (m), from 0 at 0."""
+        turns = np.asarray(place / self.length + (0.25 if self.across else 0.0))
+        if not self.zigzag:
+            return self.amplitude * np.sin(2.0 * math.pi * turns)
+        return np.asarray(self.amplitude * (1.0 - 4.0 * np.abs((turns - 0.25) % 1.0 - 0.5)) * -1.0)
+
+
+class Slot(NamedTuple):
+    """A slot across the sliding direction: its range of x at the ice and its depth (m), tan of its
+    lean, and its wave.
+    """
+
+    low: float
+    high: float
+    depth: float
+    lean: float = 0.0
+    wave: Wave | None = None
+
+
+class Channel(NamedTuple):
+    """A slot along the sliding direction: its range of y and its depth, m."""
+
+    low: float
+    high: float
+    depth: float
+
+
+class BlockShape(NamedTuple):
+    """Ranges of x and (in 3-D) y that the rubber covers at the ice, and its height, in m.
+
+    If it is `symmetric`, y begins at 0 and the other half is left out. edge (m): radius of the
+    lower edges across the sliding direction or, if `cut`, what is cut off them on either side;
+    draft: tan of the lean of the sides.
+    """
+
+    ranges: list[tuple[float, float]]
+    height: float
+    symmetric: bool
+    slots: tuple[Slot, ...] = ()
+    channels: tuple[Channel, ...] = ()
+    edge: float = 0.0
+    cut: bool = False
+    draft: float = 0.0
+
+    @property
+    def area(self) -> float:
+        """Nominal contact area, m2 (m in a slice), of what the ranges cover."""
+        return math.prod(high - low for low, high in self.ranges)
+
+    @property
+    def straight(self) -> bool:
+        """Whether nothing leans and nothing waves."""
+        return not self.draft and not any(slot.lean or slot.wave for slot in self.slots)
+
+
+def built_in_shape(scene: Scene) -> BlockShape:
+    """The box of the scene, with its cuts."""
+    rubber, slice_ = scene.rubber, scene.model == "slice"
+    x, y = (-rubber.length / 2, rubber.length / 2), (0.0, rubber.width / 2)
+    slots = []
+    for sipe in rubber.cuts:
+        half, wave = sipe.width / 2, None
+        if sipe.wave != "none" and not (slice_ and sipe.along == "width"):
+            across = sipe.along == "width"
+            wave = Wave(sipe.amplitude, sipe.wavelength, sipe.wave == "zigzag", across)
+        ends = (sipe.position - half, sipe.position + half)
+        slots.append(Slot(*ends, sipe.depth, math.tan(sipe.angle), wave))
+    channels = [
+        Channel(max(groove.position - groove.width / 2, 0.0), high, groove.depth)
+        for groove in sorted(rubber.grooves, key=lambda groove: groove.position)
+        if (high := groove.position + groove.width / 2) and not slice_
+    ]
+    return BlockShape(
+        [x] if slice_ else [x, y],
+        rubber.height,
+        not slice_,
+        tuple(slots),
+        tuple(channels),
+        rubber.edge_radius or rubber.chamfer,
+        rubber.chamfer > 0.0,
+        math.tan(rubber.draft_angle),
+    )
+
+
+def leaned(block: BlockShape, points: Array) -> Array:
+    """Points (n, d), m, of the straight block where they are in the block.
+
+    Each slot and each side shifts what is at it along x; between them the shift is linear. It grows
+    from the ice to the slot's end, and goes back to nothing at the plate. Sides along x lean, too.
+    """
+    points = points.copy()
+    x, z = points[:, 0].copy(), points[:, -1]
+    y = points[:, 1] if points.shape[1] == 3 else np.zeros_like(x)
+    low, high = block.ranges[0]
+    at, shifts = [low], [-block.draft * z]
+    for slot in block.slots:
+        inside = np.minimum(z, slot.depth)
+        shift = slot.lean * inside
+        if slot.wave is not None:
+            shift = shift + slot.wave.at(y if slot.wave.across else inside)
+        shift = shift * np.minimum((block.height - z) / (block.height - slot.depth), 1.0)
+        at += [slot.low, slot.high]
+        shifts += [shift, shift]
+    at.append(high)
+    shifts.append(block.draft * z)
+    knots, by = np.array(at), np.array(shifts)
+    piece = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, len(knots) - 2)
+    share = (x - knots[piece]) / (knots[piece + 1] - knots[piece])
+    number = np.arange(len(x))
+    points[:, 0] = x + (1.0 - share) * by[piece, number] + share * by[piece + 1, number]
+    if points.shape[1] == 3:
+        points[:, 1] = y * (1.0 + block.draft * z / block.ranges[1][1])
+    return points

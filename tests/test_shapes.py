@@ -1,0 +1,206 @@
+"""Shapes of the built-in block: cut edges, sipes, grooves, outlines; what can't be meshed."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
+
+from iceslide_fem.errors import SceneError  # noqa: E402
+from iceslide_fem.mesh.profile import block_mesh  # noqa: E402
+from iceslide_fem.mesh.rubber import block_shape, divisions, nominal_area  # noqa: E402
+from iceslide_fem.mesh.rubber import tagged_rubber as cached_rubber  # noqa: E402
+from iceslide_fem.mesh.shape import Wave  # noqa: E402
+from iceslide_fem.mesh.soundness import Soundness, smallest_angle  # noqa: E402
+from iceslide_fem.mesh.user_mesh import mesh_size  # noqa: E402
+from iceslide_fem.scene import load_scene  # noqa: E402
+
+pytestmark = pytest.mark.fe
+
+CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
+TREAD = ["rubber.length=20mm", "rubber.width=16mm", "rubber.height=8mm", "numerics.refinement=0.5"]
+
+
+def sipe(position, depth, more=""):
+    return f"{{position='{position}', width='0.4 mm', depth='{depth}'{more}}}"
+
+
+LEANING = sipe("-5 mm", "6 mm", ", angle='15 deg'")
+WAVING = sipe("0 mm", "5 mm", ", wave='zigzag', amplitude='0.6 mm', wavelength='4 mm'")
+DEEP_WAVE = sipe(
+    "5 mm", "4 mm", ", wave='wave', along='depth', amplitude='0.3mm', wavelength='2mm'"
+)
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("ICESLIDE_CACHE", str(tmp_path / "cache"))
+
+
+def scene(*changes):
+    return load_scene(CASE, [change.strip() for change in changes])
+
+
+def volume(tagged):
+    """By the divergence theorem over all outer facets (first-order: exact for plane facets)."""
+    from iceslide_fem.mesh.soundness import _gradients
+
+    gradients = _gradients(tagged.cell_type)
+    corners = tagged.points[tagged.cells].swapaxes(1, 2)
+    det = np.abs(np.linalg.det(corners[:, None] @ gradients))
+    simpson = np.array([1.0, 4.0, 1.0]) / 3.0
+    weights = simpson
+    for _ in range(tagged.points.shape[1] - 1):
+        weights = np.multiply.outer(weights, simpson)
+    return float((det @ weights.ravel()).sum())
+
+
+@pytest.mark.parametrize("model", ["slice", "block"])
+@pytest.mark.parametrize(
+    ("changes", "left_out"),
+    [
+        ((), 0.0),
+        (("rubber.edge_radius=1mm",), 2 * (1 - np.pi / 4) * 1.0),
+        (("rubber.chamfer=1mm",), 1.0),
+        ((f"rubber.sipes=[{LEANING},{WAVING},{DEEP_WAVE}]",), 0.4 * 15),
+        (("rubber.draft_angle=5deg",), -8.0 * 8 * np.tan(np.radians(5))),
+    ],
+)
+def test_a_shape_has_its_volume(model, changes, left_out):
+    given = scene(f"model={model}", *TREAD, *changes)
+    block = block_shape(given)
+    tagged = cached_rubber(given)
+    assert Soundness(tagged).fault(tagged.facets["plate"]) is None
+    profile = 20.0 * 8.0 - left_out
+    width = 1.0 if model == "slice" else 8e-3
+    if block.draft and model == "block":  # a pyramid's stump
+        low, high = 20.0 * 16.0, (20 + 16 * block.draft) * (16 + 16 * block.draft)
+        profile, width = 8.0 / 3.0 * (low + high + np.sqrt(low * high)) / 16.0, 8e-3
+    # Polygons of a few cells stand for arcs and waves.
+    assert volume(tagged) == pytest.approx(profile * 1e-6 * width, rel=3e-3)
+    assert nominal_area(given) == pytest.approx(20e-3 * width)
+    assert smallest_angle(tagged) > 35.0
+    assert ("walls" in tagged.facets) == bool(block.slots)
+
+
+@pytest.mark.parametrize("model", ["slice", "block"])
+@pytest.mark.parametrize(
+    "changes", [("rubber.edge_radius=0.5mm",), ("rubber.chamfer=30um", f"rubber.sipes=[{LEANING}]")]
+)
+def test_cells_of_a_shape_are_counted_without_a_mesh(model, changes):
+    given = scene(f"model={model}", *TREAD, *changes)
+    found, built = divisions(given), mesh_size(cached_rubber(given))
+    for name in ("cells", "quadratic_nodes"):
+        assert found[name] == built[name]
+
+
+def test_round_edges_leave_the_bottom_flat_between_them():
+    tagged = cached_rubber(scene("model=slice", "rubber.edge_radius=50um"))
+    bottom = tagged.points[tagged.points[:, 1] == 0.0, 0]
+    assert bottom.min() == pytest.approx(-0.45e-3) and bottom.max() == pytest.approx(0.45e-3)
+    arc = tagged.points[tagged.facets["contact"]].reshape(-1, 2)
+    arc = arc[(arc[:, 0] > 0.4501e-3) & (arc[:, 1] < 49.9e-6)]
+    distance = np.hypot(arc[:, 0] - 0.45e-3, arc[:, 1] - 50e-6)
+    assert len(arc) and distance == pytest.approx(50e-6)
+
+
+def test_finer_meshes_have_rounder_edges():
+    def chords(refinement):
+        tagged = cached_rubber(
+            scene("model=slice", "rubber.edge_radius=50um", f"numerics.refinement={refinement}")
+        )
+        corners = tagged.points[tagged.facets["contact"]]
+        way = np.abs(corners[:, 1] - corners[:, 0])
+        return int(((way > 1e-9).all(axis=1)).sum())
+
+    assert chords(2) == pytest.approx(2 * chords(1), abs=4) and chords(4) > 1.8 * chords(2)
+
+
+def test_a_groove_is_cut_along_the_block():
+    plain, grooved = (
+        cached_rubber(scene("model=block", *TREAD, *more))
+        for more in ((), ("rubber.grooves=[{position='4 mm', width='2 mm', depth='4 mm'}]",))
+    )
+    assert volume(plain) - volume(grooved) == pytest.approx(20e-3 * 2e-3 * 4e-3)
+    walls = grooved.points[grooved.facets["walls"]]
+    assert set(np.round(walls[..., 1].ravel(), 9)) == {3e-3, 5e-3}
+
+
+def test_waves_begin_at_a_crest_and_zigzags_are_straight():
+    y = np.linspace(0.0, 4.0, 9)
+    assert Wave(2.0, 4.0, False, True).at(y)[::2] == pytest.approx([2, 0, -2, 0, 2], abs=1e-12)
+    assert Wave(2.0, 4.0, True, True).at(y) == pytest.approx([2, 1, 0, -1, -2, -1, 0, 1, 2])
+    assert Wave(2.0, 4.0, True, False).at(y)[:4] == pytest.approx([0, 1, 2, 1], abs=1e-12)
+
+
+def outline(folder, rows):
+    path = folder / "block.csv"
+    path.write_text("x_m,y_m,ring\n" + "\n".join(rows))
+    return f"rubber.outline={path}"
+
+
+SQUARE = ["-5e-3,-4e-3,1", "5e-3,-4e-3,1", "5e-3,4e-3,1", "-5e-3,4e-3,1"]
+HOLE = ["-1e-3,-1e-3,2", "1e-3,-1e-3,2", "1e-3,1e-3,2", "-1e-3,1e-3,2"]
+
+
+@pytest.mark.parametrize(
+    ("rows", "area", "half"),
+    [
+        (SQUARE, 80e-6, True),
+        (SQUARE + HOLE, 76e-6, True),
+        (["-5e-3,-4e-3,1", "5e-3,-4e-3,1", "3e-3,4e-3,1"], 40e-6, False),
+    ],
+)
+def test_a_block_of_any_outline(tmp_path, rows, area, half):
+    changes = ["rubber.height=3mm", "numerics.refinement=0.5", outline(tmp_path, rows)]
+    tagged = cached_rubber(scene("model=block", *changes))
+    assert ("symmetry" in tagged.facets) == half
+    assert volume(tagged) == pytest.approx(area * 3e-3 / (2 if half else 1))
+    assert tagged.cell_type == "hexahedron" and smallest_angle(tagged) > 20.0
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        (["0,0,1", "1e-3,1e-3,1", "1e-3,0,1", "0,0.7e-3,1"], "crosses or touches itself"),
+        (["0,0,1", "1e-3,0,1"], "three corners"),
+        (["0,0,1", "1,0,1", "1,1,1"], "is 1 m large"),
+        (["0,0,1", "1e-3,x,1", "1e-3,0,1"], "row 2"),
+        ([*SQUARE, "8e-3,0,2", "9e-3,0,2", "9e-3,1e-3,2"], "two separate parts"),
+        (["0,0,1", "nan,0,1", "1e-3,1e-3,1"], "not all finite"),
+    ],
+)
+def test_outlines_that_are_none(tmp_path, rows, words):
+    with pytest.raises(SceneError, match=words):
+        scene("model=block", outline(tmp_path, rows))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (["rubber.edge_radius=0.3mm"], "rubber.edge_radius = 0.3 mm is too large"),
+        (["rubber.edge_radius=50um", "rubber.chamfer=50um"], "contradict each other"),
+        (["rubber.sipes=12"], "rubber.sipes = 12"),
+        (["rubber.sipes=[{position='0 mm', width='0.1 mm'}]"], r"rubber.sipes.0.depth is missing"),
+        ([f"rubber.sipes=[{sipe('0 mm', '0.95 mm')}]"], "too deep"),
+        ([f"rubber.sipes=[{sipe('0.4 mm', '0.5 mm')}]"], "overlap"),
+        (
+            ["rubber.grooves=[{position='0.1 mm', width='0.4 mm', depth='0.5mm'}]"],
+            "grooves overlap",
+        ),
+    ],
+)
+def test_shapes_that_do_not_fit_are_refused(changes, words):
+    with pytest.raises(SceneError, match=words):
+        scene(*changes)
+
+
+def test_sipes_that_lean_into_each_other_are_refused():
+    crossing = [
+        sipe("-5 mm", "6 mm", ", angle='35 deg'"),
+        sipe("-2 mm", "6 mm", ", angle='-35 deg'"),
+    ]
+    given = scene("model=slice", *TREAD, f"rubber.sipes=[{','.join(crossing)}]")
+    with pytest.raises(SceneError, match="overlap each other near"):
+        block_mesh(block_shape(given), 0.5)
