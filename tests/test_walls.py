@@ -84,3 +84,7 @@ def test_open_sipes_do_nothing():
     forces = np.zeros_like(u)
     block.rubber.walls.add_forces(u, forces)
     assert not forces.any() and block.rubber.walls.energy(u) == 0.0
+    matrix = block.rubber.create_matrix()
+    matrix.assemble()
+    block.rubber.walls.add_tangent(u, matrix)
+    assert matrix.norm() == 0.0

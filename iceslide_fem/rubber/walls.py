@@ -137,6 +137,8 @@ class Walls:
         """Add the second derivative of the energy to this rank's rows of `matrix`. Collective."""
         positions = self._positions(u)
         found = self._pressing(positions)
+        if not len(found.facet):  # on every rank
+            return
         blocks = self._second_derivatives(found, positions[found.facet])
         dofs = np.concatenate([self._dofs[found.point[0]], self._dofs[found.facet]], axis=1)
         d = self._dim
