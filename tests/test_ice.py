@@ -46,7 +46,7 @@ def a_scene(model, refinement=1.0):
             draft_angle=0.0,
         ),
         load=SimpleNamespace(duration=DURATION),
-        ice=SimpleNamespace(margin=0.0, motion="attached"),
+        ice=SimpleNamespace(margin=0.0, motion="attached", solid=ICE),
         numerics=SimpleNamespace(refinement=refinement, tolerance=1e-3),
     )
 

@@ -15,6 +15,7 @@ from mpi4py import MPI  # noqa: E402
 
 from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
+from iceslide_fem.materials import ICE  # noqa: E402
 from iceslide_fem.mesh import box, files, gmsh_model  # noqa: E402
 from iceslide_fem.mesh import cache as mesh_cache
 from iceslide_fem.mesh import ice as ice_meshing
@@ -57,7 +58,7 @@ def a_scene(model, length=1e-3, width=1e-3, height=1e-3, refinement=1.0, mesh=No
             draft_angle=0.0,
         ),
         load=SimpleNamespace(duration=7e-3, speed=3.0),
-        ice=SimpleNamespace(margin=margin, motion="attached"),
+        ice=SimpleNamespace(margin=margin, motion="attached", solid=ICE),
         numerics=SimpleNamespace(refinement=refinement, tolerance=1e-3),
     )
 

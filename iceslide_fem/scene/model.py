@@ -230,7 +230,7 @@ class Ice(Table):
         return Solid(*(getattr(self, name) for name in Solid._fields))
 
 
-class Water(_Table):
+class Water(Table):
     """The water of the film: viscosity (Pa s), conductivity k_w (W/(m K)).
 
     By default the thesis's.
