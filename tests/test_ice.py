@@ -15,6 +15,7 @@ from iceslide_fem.interface.ice_columns import GridColumnsUnderPoints  # noqa: E
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
 from iceslide_fem.materials import (  # noqa: E402
+    ICE,
     ICE_DENSITY,
     ICE_DIFFUSIVITY,
     ICE_HEAT_CAPACITY,
