@@ -44,21 +44,23 @@ def run(
     schedule: Schedule | None = None,
     resumed: Checkpoint | None = None,
     force: bool = False,
+    pictures: bool = True,
 ) -> dict[str, Any]:
     """Run `scene`, write histories, summary, fields and report to `out`, return the summary.
 
     Collective over all ranks of COMM_WORLD; where one rank fails alone, all are ended.
     `petsc_options` are words as on PETSc's command line; `schedule` says when a slice or block
     leaves checkpoints, and `resumed` is the one in `out` that it goes on from. `force`: replace
-    results of another scene or of an unfinished run that `out` holds. Raises SceneError where it
-    may not write there, SimulationStopped where the run cannot go on, Interrupted where it was
-    asked to stop, OutputError where it cannot write; what was accepted is written.
+    results of another scene or of an unfinished run that `out` holds. `pictures`: draw the report.
+    Raises SceneError where it may not write there, SimulationStopped where the run cannot go on,
+    Interrupted where it was asked to stop, OutputError where it cannot write; what was accepted is
+    written.
     """
     scene = resolved(scene)
     return (
-        _run_point(scene, Path(out), force)
+        _run_point(scene, Path(out), force, pictures)
         if scene.model == "point"
-        else _run_block(scene, Path(out), petsc_options, schedule, resumed, force)
+        else _run_block(scene, Path(out), petsc_options, schedule, resumed, force, pictures)
     )
 
 
@@ -114,6 +116,7 @@ def _run_block(
     schedule: Schedule | None,
     resumed: Checkpoint | None,
     force: bool,
+    pictures: bool,
 ) -> dict[str, Any]:
     from iceslide_fem.fenics.start import options_without_effect, start_petsc
 
@@ -130,7 +133,7 @@ def _run_block(
         summary["ranks"] = comm.size
         summary["stopped"] = str(stopped) if stopped else None
         if entries:
-            from_root(functools.partial(_finish, out, summary), comm)
+            from_root(functools.partial(_finish, out, summary, pictures), comm)
         if comm.rank == 0:
             for name in options_without_effect(petsc_options):
                 print(f"Note: PETSc has not asked for the option {name}: it has no effect.")
@@ -141,7 +144,7 @@ def _run_block(
     return summary
 
 
-def _run_point(scene: Scene, out: Path, force: bool) -> dict[str, Any]:
+def _run_point(scene: Scene, out: Path, force: bool, pictures: bool) -> dict[str, Any]:
     from iceslide_fem.run.point import point_history
 
     comm = _world()
@@ -155,7 +158,7 @@ def _run_point(scene: Scene, out: Path, force: bool) -> dict[str, Any]:
             with Table(out / "history.csv", HistoryRow, 0) as history:
                 for row in rows:
                     history.row(row)
-            _finish(out, summary)
+            _finish(out, summary, pictures)
 
         from_root(write, comm)
     return summary
@@ -211,8 +214,10 @@ def _summary(scene: Scene, results: dict[str, Any], started: float) -> dict[str,
     }
 
 
-def _finish(out: Path, summary: dict[str, Any]) -> None:
-    """Write summary and report; on one rank."""
+def _finish(out: Path, summary: dict[str, Any], pictures: bool) -> None:
+    """Write summary and, with pictures, the report; on one rank."""
     write_summary(out / "summary.json", summary)
+    if not pictures:
+        return
     with writing(out / "report.png"):
         report(out)

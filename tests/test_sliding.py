@@ -26,6 +26,7 @@ from iceslide_fem.rubber.block import Block, build_block  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
 from iceslide_fem.run.pace import Pace  # noqa: E402
+from iceslide_fem.run.schedule import Schedule  # noqa: E402
 from iceslide_fem.run.summary import Results  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
@@ -247,7 +248,9 @@ class Clockwork:
             surface=SimpleNamespace(comm=MPI.COMM_SELF),
             limit_met=lambda: "it chatters",
         )
-        self.sliding = SimpleNamespace(block=block, current=SimpleNamespace(time=0.0))
+        self.sliding = SimpleNamespace(
+            block=block, current=SimpleNamespace(time=0.0), moment="some moment"
+        )
         self.shrink, self.saved, self.clock = shrink, [], itertools.count(step=10.0)
 
     def run(self, steps):
@@ -265,9 +268,26 @@ def test_a_run_whose_end_recedes_stops_with_a_checkpoint():
         chattering.run(100_000)
     assert chattering.saved == [1]
     Clockwork(shrink=1.0).run(50_000)  # long, but it comes nearer
-    with pytest.raises(SimulationStopped, match="time_limit = 1000 s is over"):
-        Clockwork(shrink=1.0, time_limit=1000).run(50_000)
     Clockwork(shrink=0.99, time_limit=1e7).run(2000)
+
+
+@pytest.mark.parametrize(
+    ("looks", "stage"),
+    [
+        (1, "before sliding, when its mesh is made"),
+        (2, "before sliding, when pressing it at"),
+        (6, "before sliding, when bringing it to"),
+        (30, "at t = 0.* ms of 7 ms"),
+    ],
+)
+def test_a_time_limit_ends_a_run_at_any_stage_and_says_which(tmp_path, looks, stage):
+    ticks = itertools.chain(itertools.repeat(0.0, looks), itertools.repeat(100.0))
+    schedule = Schedule(every=1e9, clock=lambda: next(ticks))
+    scene = thesis("numerics.time_limit=50", "numerics.refinement=0.25", "numerics.tolerance=0.1")
+    with pytest.raises(SimulationStopped, match=f"{stage}.*: numerics.time_limit = 50 s is over"):
+        run(scene, tmp_path, schedule=schedule)
+    assert stage.split(",")[0].split(".*")[0] in (tmp_path / "stopped.txt").read_text()
+    assert (tmp_path / "summary.json").is_file() == stage.startswith("at")
 
 
 def test_a_rejected_step_leaves_no_trace():

@@ -167,6 +167,11 @@ class Sliding:
         return self.block.friction.shear(loads.pressure, loads.speed, height)[0]
 
     @property
+    def moment(self) -> str:
+        """The present moment, in words."""
+        return f"t = {1e3 * self.current.time:.4g} ms of {1e3 * self._duration:.4g} ms"
+
+    @property
     def n_dofs(self) -> int:
         """Unknowns of rubber and meshed ice on all ranks."""
         return self.block.rubber.n_dofs + self.carrier.ice.n_dofs
@@ -420,7 +425,4 @@ class Sliding:
             )
         else:
             hint = self.block.limit_met()
-        return (
-            f"the run stops at t = {1e3 * self.current.time:.4g} ms of "
-            f"{1e3 * self._duration:.4g} ms: no step is accepted ({reason}); {hint}"
-        )
+        return f"the run stops at {self.moment}: no step is accepted ({reason}); {hint}"

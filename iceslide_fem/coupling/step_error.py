@@ -36,8 +36,8 @@ class CouplingControl(NamedTuple):
     """How closely block and film are solved together.
 
     agreement: change of the film that one more pass over block and film may make, and quiet: change
-    of the shear below which the block is not solved again, in shares of the tolerance; passes: so
-    many at most, then the step is shortened.
+    of the shear below which the block is not solved again, in shares of the tolerance (of 1 % where
+    it is larger); passes: so many at most, then the step is shortened.
     """
 
     agreement: float = 0.3
@@ -54,8 +54,10 @@ class StepError:
     def __init__(self, block: Block, control: CouplingControl = COUPLING) -> None:
         scene = block.scene
         self._block, self._control = block, control
-        self._tolerance = scene.numerics.tolerance
-        self._local_tolerance = LOCAL_SHARE * self._tolerance**LOCAL_POWER
+        tolerance = scene.numerics.tolerance
+        self._local_tolerance = LOCAL_SHARE * tolerance**LOCAL_POWER
+        # However large a tolerance: energies of a block and a film that agree less do not close.
+        self._agreement = min(tolerance, ENERGY_SHARE)
         self._temperature_scale = scene.ice.melting_temperature - scene.ice.temperature
         if scene.ice.motion == "sliding":
             self._temperature_scale *= PASSING_EASE
@@ -87,7 +89,7 @@ class StepError:
     def of_coupling(self, before: InterfaceStep, after: InterfaceStep) -> float:
         """What one more pass over block and film has changed."""
         change = after.step.state.log_height - before.step.state.log_height
-        return self._mean(change, _friction(after)) / (self._control.agreement * self._tolerance)
+        return self._mean(change, _friction(after)) / (self._control.agreement * self._agreement)
 
     def of_energy(self, energies: Energies, dt: float) -> float:
         """What is missing in the energies of a step of `dt` (s), or too much."""
@@ -101,7 +103,7 @@ class StepError:
     def is_quiet(self, shear: Array, solved: Array, area: Array) -> bool:
         """Whether the block may stay as it was solved for under the shear `solved` (Pa)."""
         change = self._mean(shear - solved, area)
-        return change <= self._control.quiet * self._tolerance * self._mean(solved, area)
+        return change <= self._control.quiet * self._agreement * self._mean(solved, area)
 
     def _mean(self, values: Array, weights: Array) -> float:
         """Mean size of `values` over all ranks' points."""

@@ -34,8 +34,10 @@ from iceslide_fem.scene import Scene
 # Newton stops at a residual of these shares of the plate's force and of the friction force, times
 # the scene's tolerance. The second is the smaller one where mu is below 0.1.
 EQUILIBRIUM_SHARE, FRICTION_SHARE = 1e-3, 1e-2
-# Shear is faded in up to this share of the nominal pressure.
-RAMP_SHARE = 0.05
+# Shear is faded in up to this share of the nominal pressure, or more slowly where it would follow
+# the pressure more steeply than this friction coefficient: points that touch and lift under one of
+# hundreds have no single equilibrium, and the block snaps from one to the next.
+RAMP_SHARE, STEEPEST_RAMP = 0.05, 10.0
 # Static friction is fully mobilised after a slip of about this share of the height.
 STICK_SHARE = 1e-3
 # Points of the contact: Gauss points in the halves of each facet, where the ice's cells end.
@@ -153,6 +155,15 @@ class Block:
         return self.scale * self.surface.total(contact.pressure, contact.area)
 
 
+def default_ramp(scene: Scene) -> float:
+    """Pressure (Pa) up to which shear is faded in: from the shear at h0 and the nominal pressure,
+    k eta v / h0; at most that pressure.
+    """
+    pressure, k = scene.load.pressure, float(scene.contact_parameters(scene.load.pressure).k)
+    shear = k * scene.water.viscosity * scene.load.speed / scene.film.initial_height
+    return min(max(RAMP_SHARE * pressure, shear / STEEPEST_RAMP), pressure)
+
+
 def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     """Mesh the scene's block and prepare its forms. Collective.
 
@@ -187,7 +198,7 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     friction = FilmFriction(
         scene.contact_parameters,
         pressure if scene.film.pressure == "nominal" else None,
-        scene.numerics.shear_ramp_pressure or RAMP_SHARE * pressure,
+        scene.numerics.shear_ramp_pressure or default_ramp(scene),
         scene.water.viscosity,
     )
     return Block(

@@ -35,12 +35,19 @@ class PathPoint(NamedTuple):
     solution: Solution
 
 
+# What is told, before each solve on the way, where it stands; it may raise.
+Before = Callable[[str], None]
+
+
 def press(
-    block: Block, observe: Callable[[PathPoint], None], law: TractionLaw | None = None
+    block: Block,
+    observe: Callable[[PathPoint], None],
+    law: TractionLaw | None = None,
+    before: Before = lambda where: None,
 ) -> None:
     """Press the block on the ice under static friction or another `law`, up to the nominal force.
 
-    Raises SimulationStopped where no equilibrium is found.
+    Raises SimulationStopped where no equilibrium is found, and what `before` raises.
     """
     law = law or block.static
     scene, u = block.scene, block.rubber.displacements
@@ -54,13 +61,17 @@ def press(
         observe(PathPoint("press", load, 0.0, law, solution))
         return solution
 
-    _follow(block, solve, first, lambda load: f"pressing it at {load * strain:.0%} of E")
+    _follow(block, solve, first, lambda load: f"pressing it at {load * strain:.0%} of E", before)
 
 
-def start_sliding(block: Block, observe: Callable[[PathPoint], None]) -> None:
+def start_sliding(
+    block: Block,
+    observe: Callable[[PathPoint], None],
+    before: Before = lambda where: None,
+) -> None:
     """Bring the pressed block to its speed: static friction gives way to the film at h0.
 
-    Raises SimulationStopped where no equilibrium is found.
+    Raises SimulationStopped where no equilibrium is found, and what `before` raises.
     """
     scene = block.scene
     height = np.full(block.surface.weights.shape, scene.film.initial_height)
@@ -81,7 +92,7 @@ def start_sliding(block: Block, observe: Callable[[PathPoint], None]) -> None:
     def where(path: float) -> str:
         return f"bringing it to {path**2 * (3.0 - 2.0 * path):.0%} of the sliding speed"
 
-    _follow(block, solve, FIRST_RAMP, where)
+    _follow(block, solve, FIRST_RAMP, where, before)
 
 
 def _follow(
@@ -89,16 +100,18 @@ def _follow(
     solve: Callable[[float], Solution],
     first: float,
     where: Callable[[float], str],
+    before: Before,
 ) -> None:
     """Solve at path parameters from `first` to 1."""
     values = block.rubber.u.x.array
     done, step = 0.0, first
-    before: tuple[float, Array] | None = None
+    last: tuple[float, Array] | None = None
     while done < 1.0:
         path = min(1.0, done + step)
+        before(where(path))
         start = values.copy()
-        if before is not None:
-            values[:] += (start - before[1]) * (path - done) / (done - before[0])
+        if last is not None:
+            values[:] += (start - last[1]) * (path - done) / (done - last[0])
         try:
             solution = solve(path)
         except NotConverged as reason:
@@ -112,7 +125,7 @@ def _follow(
                 ) from reason
             continue
         # A first point is far from the start, which was a guess: no secant through it.
-        before = (done, start) if done > 0.0 else None
+        last = (done, start) if done > 0.0 else None
         done = path
         if solution.iterations <= EASY_ITERATIONS:
             step *= 1.5

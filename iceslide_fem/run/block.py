@@ -38,7 +38,7 @@ from iceslide_fem.run.observers import (
     Stops,
     Watch,
 )
-from iceslide_fem.run.pace import Pace
+from iceslide_fem.run.pace import Pace, TimeLimit
 from iceslide_fem.run.progress import Progress
 from iceslide_fem.run.schedule import Schedule
 from iceslide_fem.run.summary import Results
@@ -56,6 +56,7 @@ def run_block(
     Returns the entries of its summary (none before sliding), and why it stopped early, if it did.
     """
     comm, results = MPI.COMM_WORLD, Results()
+    limit = TimeLimit(scene, comm, schedule.clock)
     with failing_together(comm):
         block = build_block(scene, comm)
         probes = Probes(block)
@@ -76,7 +77,8 @@ def run_block(
             Interruption(comm) as interruption,
             Progress(comm.rank, scene.load.duration) as progress,
         ):
-            watch = Watch(out, schedule, results, progress, interruption, log)
+            watch = Watch(out, schedule, results, progress, interruption, log, limit)
+            limit.heed("when its mesh is made")
             begun = "restart" if state else "begin"
             log(begun, name=scene.name, model=scene.model, ranks=comm.size)
             if state:
@@ -113,11 +115,14 @@ def _bring_to_speed(block: Block, watch: Watch) -> None:
             watch.results.iterations += row.newton_iterations
             mu = row.friction_force_N / row.normal_force_N
             watch.progress.update(0.0, mu, 0.0, row.newton_iterations, row.phase)
+
+        def heed(where: str) -> None:
             if watch.interruption.requested():
                 raise watch.interruption.error("before sliding", watch.out)
+            watch.limit.heed(f"when {where}")
 
-        press(block, observe)
-        start_sliding(block, observe)
+        press(block, observe, before=heed)
+        start_sliding(block, observe, before=heed)
 
 
 def _slide(block: Block, probes: Probes, watch: Watch, state: dict[str, Any]) -> None:

@@ -11,6 +11,7 @@ from types import TracebackType
 from typing import Any, NamedTuple, Protocol, Self
 
 from iceslide_fem.coupling.sliding import Sliding
+from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.output.block_fields import BlockFields
 from iceslide_fem.output.fields import Fields
 from iceslide_fem.output.log import Log
@@ -19,6 +20,7 @@ from iceslide_fem.output.table import Table
 from iceslide_fem.run.checkpoint import write_checkpoint
 from iceslide_fem.run.interruption import Interruption
 from iceslide_fem.run.observation import Observation
+from iceslide_fem.run.pace import TimeLimit
 from iceslide_fem.run.progress import Progress
 from iceslide_fem.run.schedule import FieldTimes, Saves, Schedule
 from iceslide_fem.run.summary import Results
@@ -33,6 +35,7 @@ class Watch(NamedTuple):
     progress: Progress
     interruption: Interruption
     log: Log
+    limit: TimeLimit
 
 
 class Stateful(Protocol):
@@ -137,14 +140,16 @@ class Checkpoints:
 
 
 class Stops:
-    """Ends a run that has been asked to stop, with a checkpoint of its last accepted step."""
+    """Ends a run that has been asked to stop, or whose time is over, with a checkpoint of its last
+    accepted step."""
 
     def __init__(self, sliding: Sliding, checkpoints: Checkpoints, watch: Watch) -> None:
         self._sliding, self._checkpoints, self._watch = sliding, checkpoints, watch
 
     def __call__(self, step: Observation) -> None:
-        """Raise Interrupted if a signal has come."""
-        self._heed()
+        """Raise Interrupted if a signal has come, SimulationStopped if time is over."""
+        if step.time < step.sliding.block.scene.load.duration:
+            self._heed()
 
     def refused(self, dt: float, reason: Exception) -> None:
         """Note a trial step of `dt` (s) that was refused, and heed a signal before the next."""
@@ -153,8 +158,11 @@ class Stops:
         self._heed()
 
     def _heed(self) -> None:
-        if self._watch.interruption.requested():
+        watch, moment = self._watch, self._sliding.moment
+        if watch.interruption.requested():
             self._checkpoints.save()
-            time, duration = self._sliding.current.time, self._sliding.block.scene.load.duration
-            where = f"at t = {1e3 * time:.4g} ms of {1e3 * duration:.4g} ms"
-            raise self._watch.interruption.error(where, self._watch.out)
+            raise watch.interruption.error(f"at {moment}", watch.out)
+        why = watch.limit.over()
+        if why:
+            self._checkpoints.save()
+            raise SimulationStopped(f"the run stops at {moment}: {why}")

@@ -7,7 +7,9 @@ from time import monotonic
 
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.errors import SimulationStopped
-from iceslide_fem.run.observers import Observation
+from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.run.observation import Observation
+from iceslide_fem.scene import Scene
 
 WINDOW = 100  # steps over which the pace is taken
 # The end recedes where at the present pace there are so many steps left, so many times more than
@@ -15,8 +17,32 @@ WINDOW = 100  # steps over which the pace is taken
 MANY_STEPS, GROWTH, LONG = 1e5, 3.0, 3600.0
 
 
+class TimeLimit:
+    """`numerics.time_limit`, counted from when this is made."""
+
+    def __init__(
+        self, scene: Scene, comm: MPI.Comm, clock: Callable[[], float] = monotonic
+    ) -> None:
+        """`clock` gives seconds; that of rank 0 counts."""
+        self._limit, self._comm, self._clock = scene.numerics.time_limit, comm, clock
+        self._start = clock()
+
+    def over(self) -> str:
+        """Why a run should stop now, or nothing. Collective."""
+        if self._limit is None:
+            return ""
+        over = self._comm.bcast(self._clock() - self._start > self._limit)
+        return f"numerics.time_limit = {self._limit:g} s is over" if over else ""
+
+    def heed(self, where: str) -> None:
+        """Raise SimulationStopped if time is over before sliding, and say `where`. Collective."""
+        why = self.over()
+        if why:
+            raise SimulationStopped(f"the run stops before sliding, {where}: {why}")
+
+
 class Pace:
-    """Stops a run at `numerics.time_limit`; without one, where its end recedes: an observer."""
+    """Stops a run whose end recedes, unless it has a `numerics.time_limit`: an observer."""
 
     def __init__(
         self, sliding: Sliding, save: Callable[[], None], clock: Callable[[], float] = monotonic
@@ -24,18 +50,13 @@ class Pace:
         """`save` writes a checkpoint; `clock` gives seconds."""
         self._sliding, self._save, self._clock = sliding, save, clock
         scene = sliding.block.scene
-        self._limit, self._duration = scene.numerics.time_limit, scene.load.duration
-        self._start = self._now()
+        self._limited, self._duration = scene.numerics.time_limit is not None, scene.load.duration
         self._fewest_left = float("inf")
-        self._steps, self._before = 0, (sliding.current.time, self._start)
+        self._steps, self._before = 0, (sliding.current.time, self._now())
 
     def __call__(self, step: Observation) -> None:
         """Raise SimulationStopped if the run should not go on. Collective."""
-        if step.accepted is None or step.time >= self._duration:
-            return
-        if self._limit is not None:
-            if self._now() - self._start > self._limit:
-                self._stop(f"numerics.time_limit = {self._limit:g} s is over")
+        if self._limited or step.accepted is None or step.time >= self._duration:
             return
         self._steps += 1
         if self._steps % WINDOW:
@@ -46,19 +67,13 @@ class Pace:
         seconds = left * (now - clock_before) / WINDOW
         self._fewest_left = min(self._fewest_left, left)
         if left > MANY_STEPS and left > GROWTH * self._fewest_left and seconds > LONG:
-            self._stop(
-                f"its end recedes: at the present pace {left:.2g} steps and {seconds / 3600:.2g} "
-                f"hours are left (numerics.time_limit lets it go on); "
-                f"{self._sliding.block.limit_met()}"
+            self._save()
+            raise SimulationStopped(
+                f"the run stops at {self._sliding.moment}: its end recedes: at the present pace "
+                f"{left:.2g} steps and {seconds / 3600:.2g} hours are left (numerics.time_limit "
+                f"lets it go on); {self._sliding.block.limit_met()}"
             )
 
     def _now(self) -> float:
         """The clock of rank 0. Collective."""
         return float(self._sliding.block.surface.comm.bcast(self._clock()))
-
-    def _stop(self, why: str) -> None:
-        self._save()
-        time, duration = self._sliding.current.time, self._duration
-        raise SimulationStopped(
-            f"the run stops at t = {1e3 * time:.4g} ms of {1e3 * duration:.4g} ms: {why}"
-        )

@@ -1,9 +1,9 @@
-"""When a run writes checkpoints and fields."""
+"""When a run writes checkpoints and fields, and by which clock."""
 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from time import monotonic
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -15,26 +15,29 @@ ROUNDING = 1e-9
 
 class Schedule(NamedTuple):
     """When checkpoints are written: every so many seconds of the clock, and after these times of
-    the run (s)."""
+    the run (s). The clock, which `numerics.time_limit` goes by as well, is the one on the wall, or
+    another such as `time.process_time`."""
 
     every: float = 60.0
     times: tuple[float, ...] = ()
+    clock: Callable[[], float] = monotonic
 
 
 class Saves:
     """Says after which steps a checkpoint is due."""
 
     def __init__(self, schedule: Schedule, time: float, comm: MPI.Comm) -> None:
-        self._every, self._comm, self._last = schedule.every, comm, monotonic()
+        self._every, self._clock, self._comm = schedule.every, schedule.clock, comm
+        self._last = self._clock()
         self._times = sorted(at for at in schedule.times if at > time)
 
     def __call__(self, time: float) -> bool:
         """Whether one is due at `time` (s). Collective: rank 0's clock decides."""
         passed = [at for at in self._times if at <= time]
         self._times = self._times[len(passed) :]
-        late = self._comm.bcast(monotonic() - self._last >= self._every)
+        late = self._comm.bcast(self._clock() - self._last >= self._every)
         if passed or late:
-            self._last = monotonic()
+            self._last = self._clock()
         return bool(passed) or late
 
 

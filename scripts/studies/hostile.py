@@ -3,8 +3,9 @@
 Points, slices and coarse blocks, on attached ice and on ice that slides with either carrier. Each
 is refused well (one sentence), finished well (finite, mu > 0, energies that close to 1 % or a
 warning), stopped with its cause (a sentence; how many of these by the study's time limit is said),
-or wrong: anything else, also no answer in time. Prints the counts, and every wrong scene. --quick
-runs every fortieth.
+or wrong: anything else, also no answer in time. Time is the processor's, so that what else runs on
+the machine does not count. Prints the counts, and every wrong scene. What became of each is kept in
+results/studies/hostile.jsonl as it comes, from where --go-on takes it. --quick runs every fortieth.
 """
 
 from __future__ import annotations
@@ -24,15 +25,20 @@ from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from multiprocessing.connection import Connection
 from pathlib import Path
+from time import monotonic, process_time
 from typing import Any, NamedTuple
+
+import psutil
 
 from iceslide_fem.errors import SceneError, SimulationStopped
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.toml import parsed, put
-from scripts.studies.common import options, table
+from scripts.studies.common import RESULTS, options, table
 
-TIME_LIMIT = 6.0  # s that a slice or block may take, by its own clock
-PATIENCE = 300.0  # s that its process may take longer: to press the block, on a busy machine
+TIME_LIMIT = 20.0  # s of the processor that a slice or block may take: numerics.time_limit
+PATIENCE = 20.0  # s that its process may take longer, for one step, or to find that it can't run
+LOOK = 5.0  # s between two looks at a process
+IDLE = 300.0  # s after which a process that has done nothing hangs
 LARGEST_IMBALANCE = 0.01
 OUTCOMES = ("refused well", "finished well", "stopped with its cause", "wrong")
 
@@ -79,6 +85,7 @@ OF_BLOCKS = """
     film.k=0.266 film.D=0.01um film.H_V=2.86um; C10=0.05MPa nu=0.49; load.pressure=100bar
     ice.temperature=-0.001degC; rubber.heat=true; ice.heat=continuum; load.duration=1us
 """
+KEPT = RESULTS / "hostile.jsonl"
 RANDOM = 60  # combinations of two of these
 
 
@@ -107,14 +114,17 @@ def scenes() -> Iterator[tuple[str, dict[str, Any]]]:
         yield _scene("slice", draw.choice(list(KINEMATICS)), two)
 
 
-def outcome(tables: dict[str, Any]) -> Outcome:
-    """Run a scene in this process."""
+def outcome(tables: dict[str, Any], pictures: bool = False) -> Outcome:
+    """Run a scene in this process; `pictures`: draw its report, too."""
+    from iceslide_fem.run.schedule import Schedule
     from iceslide_fem.simulate import run
 
     with tempfile.TemporaryDirectory() as folder, redirect_stdout(StringIO()):
         try:
             with redirect_stderr(StringIO()):
-                summary = run(scene_from_dict(tables), folder)
+                by_processor = Schedule(clock=process_time)
+                scene = scene_from_dict(tables)
+                summary = run(scene, folder, schedule=by_processor, pictures=pictures)
         except SceneError as refusal:
             return _sentence("refused well", str(refusal))
         except SimulationStopped as stop:
@@ -132,14 +142,16 @@ def outcome(tables: dict[str, Any]) -> Outcome:
         )
 
 
-def outcomes(chosen: list[tuple[str, dict[str, Any]]], processes: int) -> Iterator[Outcome]:
+def outcomes(
+    chosen: list[tuple[str, dict[str, Any]]], processes: int, pictures: bool = False
+) -> Iterator[Outcome]:
     """Outcomes of scenes, which `processes` work on; one that gives no answer is ended."""
     workers: list[_Worker] = [_Worker() for _ in range(processes)]
 
     def one(scene: tuple[str, dict[str, Any]]) -> Outcome:
         worker = workers.pop()
         try:
-            return worker(scene[1])
+            return worker(scene[1], pictures)
         finally:
             workers.append(worker)
 
@@ -155,10 +167,10 @@ class _Worker:
     def __init__(self) -> None:
         self._begin()
 
-    def __call__(self, tables: dict[str, Any]) -> Outcome:
-        self._pipe.send(tables)
+    def __call__(self, tables: dict[str, Any], pictures: bool) -> Outcome:
+        self._pipe.send((tables, pictures))
         try:
-            if self._pipe.poll(TIME_LIMIT + PATIENCE):
+            if self._answers():
                 return Outcome(*self._pipe.recv())
             words = "no answer in time"
         except EOFError:
@@ -166,6 +178,26 @@ class _Worker:
         self.end()
         self._begin()
         return Outcome("wrong", words)
+
+    def _answers(self) -> bool:
+        """Whether it answers within its time of the processor, and does not sit idle."""
+        start = used = self._used()
+        worked = monotonic()
+        while not self._pipe.poll(LOOK):
+            before, used = used, self._used()
+            if used > before:
+                worked = monotonic()
+            if used - start > TIME_LIMIT + PATIENCE or monotonic() - worked > IDLE:
+                return False
+        return True
+
+    def _used(self) -> float:
+        """Time of the processor that it has had, s."""
+        try:
+            times = psutil.Process(self._process.pid).cpu_times()
+        except psutil.NoSuchProcess:
+            raise EOFError from None
+        return float(times.user + times.system)
 
     def end(self) -> None:
         """End the process."""
@@ -182,7 +214,7 @@ class _Worker:
 
 def _serve(pipe: Connection) -> None:
     while True:
-        pipe.send(tuple(outcome(pipe.recv())))
+        pipe.send(tuple(outcome(*pipe.recv())))
 
 
 def _changes(text: str) -> list[list[str]]:
@@ -234,21 +266,38 @@ def _faults(folder: Path) -> str:
     return ""
 
 
+def _kept() -> dict[str, Outcome]:
+    """Outcomes by the names of scenes, from an earlier call."""
+    if not KEPT.is_file():
+        return {}
+    rows = [json.loads(line) for line in KEPT.read_text().splitlines()]
+    return {name: Outcome(kind, words) for name, kind, words in rows}
+
+
 def main() -> None:
     parser = options(__doc__)
     parser.add_argument("--quick", action="store_true", help="every fortieth scene")
     parser.add_argument("--all", action="store_true", help="print every scene and its sentence")
+    parser.add_argument("--go-on", action="store_true", help="take what is kept of an earlier call")
+    parser.add_argument("--pictures", action="store_true", help="let every run draw its report")
     parser.add_argument("-j", "--processes", type=int, default=2)
     arguments = parser.parse_args()
     chosen = list(scenes())[:: 40 if arguments.quick else 1]
-    found = []
-    for (name, _), result in zip(chosen, outcomes(chosen, arguments.processes), strict=True):
-        found.append(result)
+    found = _kept() if arguments.go_on else {}
+    left = [scene for scene in chosen if scene[0] not in found]
+    KEPT.parent.mkdir(parents=True, exist_ok=True)
+    with open(KEPT, "a" if arguments.go_on else "w") as keep:
+        results = outcomes(left, arguments.processes, arguments.pictures)
+        for (name, _), result in zip(left, results, strict=True):
+            found[name] = result
+            print(json.dumps([name, *result]), file=keep, flush=True)
+    found = {name: found[name] for name, _ in chosen}
+    for name, result in found.items():
         if result.kind == "wrong" or arguments.all:
             print(f"{result.kind}: {name}\n    {result.words}", flush=True)
-    counts = Counter(kind for kind, _ in found)
-    late = sum("numerics.time_limit" in words for _, words in found)
-    print(f"{late} of those that stopped did so at the time limit of {TIME_LIMIT:g} s.")
+    counts = Counter(kind for kind, _ in found.values())
+    late = sum("numerics.time_limit" in words for _, words in found.values())
+    print(f"{late} of those that stopped did so after {TIME_LIMIT:g} s of the processor.")
     table(("scenes", *OUTCOMES), [(len(chosen), *(counts[kind] for kind in OUTCOMES))])
 
 
