@@ -22,7 +22,7 @@ from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
 from iceslide_fem.output.table import HistoryRow  # noqa: E402
-from iceslide_fem.rubber.block import Block, build_block  # noqa: E402
+from iceslide_fem.rubber.block import Block, build_block, default_ramp  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
 from iceslide_fem.run.pace import Pace  # noqa: E402
@@ -288,6 +288,39 @@ def test_a_time_limit_ends_a_run_at_any_stage_and_says_which(tmp_path, looks, st
         run(scene, tmp_path, schedule=schedule)
     assert stage.split(",")[0].split(".*")[0] in (tmp_path / "stopped.txt").read_text()
     assert (tmp_path / "summary.json").is_file() == stage.startswith("at")
+
+
+@pytest.mark.parametrize(
+    ("changes", "steps"),
+    [
+        # Block and film that may differ by 3 % do not close the energies of a step to 1 %: 508.
+        (("numerics.tolerance=0.1", "numerics.refinement=0.25"), 80),
+        # Shear that follows pressure like a friction coefficient of 200: it stopped after 41.
+        (
+            (
+                "load.pressure=0.2bar",
+                "load.speed=30",
+                "load.duration=0.1ms",
+                "numerics.tolerance=3e-2",
+                "numerics.refinement=0.25",
+            ),
+            160,
+        ),
+    ],
+)
+def test_steps_do_not_chatter(changes, steps):
+    sliding = started(thesis(*changes))
+    rejected = sum(accepted.rejected for accepted in itertools.islice(sliding.steps(), steps))
+    assert sliding.current.time == sliding.block.scene.load.duration
+    assert rejected < steps / 2
+
+
+def test_shear_fades_in_no_more_steeply_than_a_friction_coefficient_of_ten():
+    assert default_ramp(thesis()) == 0.05e5  # p: mu at t = 0 is 0.2
+    assert default_ramp(thesis("load.pressure=0.2bar", "load.speed=15")) == pytest.approx(
+        0.266 * 1.8e-3 * 15.0 / 70e-9 / 10.0
+    )
+    assert default_ramp(thesis("load.pressure=0.1bar", "load.speed=40")) == 0.1e5  # at most p
 
 
 def test_a_rejected_step_leaves_no_trace():

@@ -85,6 +85,34 @@ OF_BLOCKS = """
     film.k=0.266 film.D=0.01um film.H_V=2.86um; C10=0.05MPa nu=0.49; load.pressure=100bar
     ice.temperature=-0.001degC; rubber.heat=true; ice.heat=continuum; load.duration=1us
 """
+# Several that might be a trap together; one after the other on the kinematics above.
+COMBINED = """
+    load.pressure=0.2bar load.speed=15; load.pressure=0.05bar load.speed=30; load.duration=1ns
+    load.pressure=0.5bar load.speed=30; load.pressure=0.3bar load.speed=25; load.speed=1e4
+    numerics.tolerance=0.1; numerics.tolerance=0.05; numerics.tolerance=0.03 load.pressure=5bar
+    numerics.tolerance=1e-5 load.duration=10us; film.k=0.9 film.D=1mm film.H_V=50nm
+    film.k=0.9 film.D=1mm film.H_V=50nm load.pressure=5bar load.speed=30; film.water_speed=0
+    film.water_speed=0 load.pressure=5bar load.speed=30
+    rubber.heat=true ice.temperature=-0.1degC load.speed=30; rubber.heat=true rubber.inertia=true
+    rubber.inertia=true load.speed=30; rubber.inertia=true numerics.tolerance=0.1
+    rubber.inertia=true rubber.height=5mm; rubber.inertia=true C10=0.05MPa nu=0.49
+    rubber.inertia=true load.pressure=0.2bar load.speed=30
+    rubber.height=0.05mm load.pressure=5bar
+    rubber.length=5mm rubber.height=0.2mm load.pressure=5bar
+    rubber.length=0.2mm rubber.height=0.6mm
+    rubber.sipes=1 rubber.sipe_width=0.9mm rubber.sipe_depth=0.5mm
+    rubber.sipes=1 rubber.sipe_width=1.1mm
+    rubber.sipes=3 rubber.sipe_width=0.02mm rubber.sipe_depth=0.5mm load.pressure=5bar
+    ice.heat=continuum rubber.heat=true; ice.heat=continuum load.duration=1us
+    ice.heat=continuum load.pressure=0.2bar load.speed=20; film.pressure=nominal load.speed=30
+    film.pressure=nominal load.pressure=0.2bar load.speed=30; film.initial_height=0.1nm
+    numerics.shear_ramp_pressure=0.2bar load.pressure=0.2bar load.speed=30
+    numerics.film_integrator=explicit-euler numerics.max_step=1ms
+    load.static_friction=2 load.pressure=5bar
+    numerics.film_integrator=implicit-euler load.pressure=0.2bar load.speed=30
+    ice.temperature=0degC; C10=0.05MPa nu=0.49 load.pressure=0.2bar load.speed=30
+    C10=0.2MPa nu=0.49 load.speed=30
+"""
 KEPT = RESULTS / "hostile.jsonl"
 RANDOM = 60  # combinations of two of these
 
@@ -108,6 +136,8 @@ def scenes() -> Iterator[tuple[str, dict[str, Any]]]:
             continue
         for change in changes[model]:
             yield _scene(model, kinematics, change)
+    for change, kinematics in zip(_changes(COMBINED), itertools.cycle(KINEMATICS), strict=False):
+        yield _scene("slice", kinematics, change)
     draw = random.Random(1)
     for _ in range(RANDOM):
         two = [word for change in draw.sample(changes["slice"], 2) for word in change]
