@@ -212,3 +212,19 @@ def test_content_is_the_integral_of_the_flux_through_all_phases():
 
     result = simulate(conditions, observe=observe)
     assert result.saturation[0] < 5e-3 and ice_heat > 0.0
+
+
+def test_a_column_for_a_longer_run_goes_on_below():
+    """Its first layers are those of the shorter one, and what that held goes on in them."""
+    short, long = Column(T_0, DURATION), Column(T_0, [DURATION, 9.0 * DURATION])
+    n = short.depths.size
+    assert long.depths[-1] > 2.5 * short.depths[-1]
+    np.testing.assert_allclose(long.depths[:n], short.depths, rtol=1e-12)
+    content, heat, _ = heated(short, 5e4, graded(DURATION))
+    kept = long.restored(short.saved(content))
+    np.testing.assert_allclose(short.restored(short.saved(content)), content, rtol=1e-12, atol=1e-9)
+    assert long.surface_temperature(kept) == pytest.approx(short.surface_temperature(content))
+    assert long.heat(kept) == pytest.approx(heat, rel=5e-4)
+    closed = HalfSpace(T_0, DURATION)
+    start = closed.initial(1) + 1.0
+    np.testing.assert_allclose(closed.restored(closed.saved(start)), start, rtol=1e-9)

@@ -190,7 +190,7 @@ def test_modes_diagonalise_the_matrices_that_dolfinx_assembles(model):
     mesh = ice_mesh(a_scene(model, 0.5), MPI.COMM_SELF)
     ice = Continuum(mesh, T_0)
     trial, test = ufl.TrialFunction(ice.space), ufl.TestFunction(ice.space)
-    dim, numbers = mesh.mesh.geometry.dim, ice.nodes.numbers
+    dim, numbers = mesh.mesh.geometry.dim, ice.numbers
 
     def assembled(integrand, lumped_axes):
         """Matrix of the grid's nodes whose entries have moved along the lumped axes."""
@@ -258,3 +258,22 @@ def test_points_that_melt_and_freeze_in_turn_settle():
     assert stage.melting.any() and not stage.melting.all()
     given = float(np.array(area) @ stage.ice_flux) * dt
     assert ice.heat(content) @ grid.cell_area == pytest.approx(given, rel=1e-9)
+
+
+@pytest.mark.parametrize("model", ["slice", "block"])
+def test_ice_for_a_longer_run_goes_on_below(model):
+    scene = a_scene(model, 0.5)
+    short = Continuum(ice_mesh(scene, EVERYWHERE), T_0)
+    scene.load.duration = 4.0 * DURATION
+    long = Continuum(ice_mesh(scene, EVERYWHERE, layers_for=DURATION), T_0)
+    content = np.sin(np.arange(1.0, short.n_dofs + 1.0))[short.numbers]
+    before, after = (
+        ice.profile(one).kelvin
+        for ice, one in ((short, content), (long, long.restored(short.saved(content))))
+    )
+    n = len(before)
+    np.testing.assert_allclose(after[:n], before, rtol=1e-14)
+    assert (after[n:] == T_0).all() and len(after) > n
+    depths = [ice.profile(ice.initial(0)).depths for ice in (short, long)]
+    np.testing.assert_allclose(depths[1][:n], depths[0], rtol=1e-12)
+    assert depths[1][-1] == pytest.approx(2.0 * depths[0][-1], rel=0.15)

@@ -90,6 +90,11 @@ def curves(directory, *columns):
     return [np.interp(times, history["time_s"], history[name]) for name in columns]
 
 
+def contents(directory):
+    """All files of a run by their names."""
+    return {path.name: path.read_bytes() for path in directory.rglob("*") if path.is_file()}
+
+
 ATTACHED, PASSING = "load.duration=2ms", ["ice.motion=sliding", "load.duration=0.2ms"]
 
 
@@ -229,10 +234,11 @@ def test_a_checkpoint_without_its_state_is_one_sentence(tmp_path, monkeypatch):
     del state["ledger"]
     write_checkpoint(tmp_path, scene, state)
     forged = read_checkpoint(tmp_path)
-    rows = (tmp_path / "history.csv").read_bytes()
+    before = contents(tmp_path)
+    assert {"history.csv", "summary.json", "report.png"} <= set(before)
     with pytest.raises(SceneError, match="does not hold what a run writes"):
         run(scene, tmp_path, resumed=forged)
-    assert (tmp_path / "history.csv").read_bytes() == rows
+    assert contents(tmp_path) == before
 
 
 def test_lists_name_no_fields_that_are_gone(tmp_path, monkeypatch, capsys):
@@ -250,48 +256,51 @@ def test_lists_name_no_fields_that_are_gone(tmp_path, monkeypatch, capsys):
         assert files and all(path.is_file() for _, path in files)
 
 
-@pytest.mark.mpi
-def test_a_finished_run_goes_on_longer(shared):
-    """Ice that passes in columns is as deep for any longer run: the curve is that of one run."""
-    passing = ["ice.motion=sliding", "ice.heat=column", "output.probes.foot=[0, 0, 0]"]
-    whole = small_scene(*passing, "load.duration=1.1ms", "output.times=0.1ms")
-    run(whole, shared / "whole")
-    run(small_scene(*passing, "load.duration=0.9ms", "output.times=0.1ms"), shared / "parts")
+@pytest.mark.parametrize(
+    "changes",
+    [
+        ["load.duration=1ms", "ice.heat=column"],
+        ["load.duration=1ms", "ice.heat=continuum", "rubber.heat=true"],
+        pytest.param(
+            ["load.duration=0.3ms", "ice.motion=sliding", "ice.heat=continuum", "rubber.heat=true"],
+            marks=pytest.mark.mpi,
+        ),
+    ],
+    ids=" ".join,
+)
+def test_a_finished_run_goes_on_longer(changes, shared):
+    """Heat comes deeper: ice and rubber go on below; the curve is that of one longer run."""
+    scene = small_scene(*changes, "output.probes.foot=[0, 0, 0]")
+    duration = scene.load.duration
+    longer, often = f"load.duration={2.0 * duration}", f"output.times={0.2 * duration}"
+    run(small_scene(*changes, longer, often), shared / "whole")
+    run(small_scene(*changes, often, "output.probes.foot=[0, 0, 0]"), shared / "parts")
     MPI.COMM_WORLD.Barrier()
-    with pytest.raises(SceneError, match="does not let the run in .* longer than its 0.9 ms"):
+    first = read_checkpoint(shared / "parts", FINISHED).state["sliding"]
+    with pytest.raises(SceneError, match="does not let the run in .* longer than its"):
         read_changed(shared / "parts", ["output.times=3"])
     with pytest.raises(SceneError, match="load.speed cannot be changed"):
         read_changed(shared / "parts", ["load.speed=4"])
-    longer = read_changed(shared / "parts", ["load.duration=1.1ms"])
-    summary = run(longer.scene, shared / "parts", resumed=longer)
+    going_on = read_changed(shared / "parts", [longer])
+    summary = run(going_on.scene, shared / "parts", resumed=going_on)
     MPI.COMM_WORLD.Barrier()
     columns = ("mu", "film_height_m", "friction_work_J", "ice_heat_J")
     for one, two in zip(
         *(curves(shared / part, *columns) for part in ("whole", "parts")), strict=True
     ):
-        assert np.abs(two - one).max() <= 2e-3 * np.abs(one).max()
+        assert np.abs(two - one).max() <= 3e-3 * np.abs(one).max()
+    assert abs(summary["energy_imbalance"]) < 1e-3
     history = read_run(shared / "parts").history
-    assert history["time_s"][-1] == 1.1e-3 and len(history["mu"]) == summary["steps"] + 1
+    assert history["time_s"][-1] == 2.0 * duration and len(history["mu"]) == summary["steps"] + 1
     assert len((shared / "parts" / "probes.csv").read_text().splitlines()) == summary["steps"] + 2
     times = [
         [time for time, _ in field_files(shared / part, "rubber")] for part in ("whole", "parts")
     ]
-    assert len(times[0]) == 12 and len(times[1]) == 12 and times[1] == sorted(times[1])
-
-
-@pytest.mark.parametrize(
-    "changes, sentence",
-    [
-        (["ice.heat=column"], "load.duration cannot grow from 0.05 ms.*sliding"),
-        (["ice.motion=sliding", "ice.heat=column"], "allowed where that is more than the 0.624 ms"),
-    ],
-)
-def test_ice_that_would_be_deeper_is_refused(changes, sentence, tmp_path):
-    run(small_scene("load.duration=0.05ms", *changes), tmp_path)
-    files = sorted(path.name for path in tmp_path.iterdir())
-    with pytest.raises(SceneError, match=sentence):
-        read_changed(tmp_path, ["load.duration=1ms"])
-    assert sorted(path.name for path in tmp_path.iterdir()) == files and FINISHED in files
+    assert len(times[0]) == len(times[1]) == 11 and times[1] == sorted(times[1])
+    slid = read_checkpoint(shared / "parts", FINISHED).state["sliding"]
+    body = "rubber" if scene.rubber.heat else "ice"
+    assert slid["layers_for"] == duration
+    assert len(slid[body]["rise"]) > len(first[body]["rise"])
 
 
 def test_the_state_of_another_mesh_is_refused(tmp_path, monkeypatch):
@@ -301,9 +310,14 @@ def test_the_state_of_another_mesh_is_refused(tmp_path, monkeypatch):
         run(scene, tmp_path)
     state = read_checkpoint(tmp_path).state
     write_checkpoint(tmp_path, small_scene("load.duration=1ms", "rubber.length=2mm"), state)
-    foreign = read_checkpoint(tmp_path)
+    foreign, before = read_checkpoint(tmp_path), contents(tmp_path)
     with pytest.raises(SceneError, match="does not fit the mesh"):
         run(foreign.scene, tmp_path, resumed=foreign)
+    write_checkpoint(tmp_path, scene, state)
+    (tmp_path / "history.csv").write_text("time_s\n")
+    with pytest.raises(SceneError, match="history.csv has other columns"):
+        run(scene, tmp_path, resumed=read_checkpoint(tmp_path))
+    assert before.keys() == contents(tmp_path).keys()
 
 
 class TwoColumns(NamedTuple):

@@ -1,4 +1,4 @@
-"""Where a run's values live, and how they are gathered into arrays that know nothing of ranks.
+"""What a slide remembers, gathered into arrays that know nothing of ranks, and given back.
 
 A layout gathers values (..., n) of this rank's points into (..., N) on rank 0 (nothing elsewhere),
 and picks this rank's own from such arrays, on any number of ranks.
@@ -7,19 +7,24 @@ and picks this rank's own from such arrays, on any number of ranks.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from iceslide_fem.arrays import Array
+from iceslide_fem.coupling.sliding import Sliding
+from iceslide_fem.coupling.state import Memory
 from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.carriers import Carrier
 from iceslide_fem.interface.surface_grid import OwnNodes
 from iceslide_fem.rubber.block import Block
+from iceslide_fem.rubber.time_discretisation import Motion
 
 Arrays = dict[str, Array]
+MOVES = ("displacements", "velocity", "acceleration")  # of a Motion, at the nodes
 # Points are the same if they are this near, relative to the extent of all.
 SAME_PLACE = 1e-7
 
@@ -124,3 +129,61 @@ def layouts_of(block: Block, carrier: Carrier) -> Layouts:
     return Layouts(
         node_layout(block), points, layout(carrier.nodes), layout(carrier.ice.nodes), points
     )
+
+
+def gathered(sliding: Sliding) -> dict[str, Any]:
+    """All that later steps depend on, of all ranks, in tables on rank 0. Collective."""
+    block, carrier, memory = sliding.block, sliding.carrier, sliding.memory()
+    layouts, dim = layouts_of(block, carrier), block.rubber.mesh.geometry.dim
+    state, motion = memory.interface, memory.motion._asdict()
+    nodes = {"start": memory.start} | {name: motion[name] for name in MOVES}
+    films = {"log_height": state.log_height, "squeezed_height": state.squeezed_height}
+    return {
+        "time": memory.time,
+        "step": memory.step,
+        "solved": memory.motion[:2],
+        "offset": memory.offset,
+        "steady": memory.steady,
+        "way": memory.way,
+        "layers_for": sliding.layers_for,
+        "nodes": layouts.nodes.gather({k: v.reshape(-1, dim).T for k, v in nodes.items()}),
+        "points": layouts.points.gather({"speed": memory.speed, "shear": memory.shear}),
+        "films": layouts.films.gather(films),
+        "ice": layouts.ice.gather(carrier.ice.saved(state.ice)),
+        "rubber": layouts.rubber.gather(carrier.rubber.saved(state.rubber)),
+    }
+
+
+def resumed(block: Block, state: Mapping[str, Any]) -> Sliding:
+    """The slide whose tables `gathered` gave, at its moment, on any number of ranks. Collective.
+
+    The scene's duration may be a longer one. Raises SceneError if the state does not fit the
+    meshes, and what forged tables lead to.
+    """
+    nodes = {name: v.T.ravel() for name, v in node_layout(block).own(state["nodes"]).items()}
+    block.rubber.u.x.array[:] = nodes["start"]  # where the ice was meshed
+    sliding = Sliding(block, layers_for=state["layers_for"])
+    carrier = sliding.carrier
+    layouts = layouts_of(block, carrier)
+    points, films = layouts.points.own(state["points"]), layouts.films.own(state["films"])
+    time, span = state["solved"]
+    sliding.recall(
+        Memory(
+            time=state["time"],
+            step=state["step"],
+            start=nodes["start"],
+            motion=Motion(time, span, **{name: nodes[name] for name in MOVES}),
+            speed=points["speed"],
+            shear=points["shear"],
+            offset=state["offset"],
+            interface=InterfaceState(
+                films["log_height"],
+                films["squeezed_height"],
+                carrier.ice.restored(layouts.ice.own(state["ice"])),
+                carrier.rubber.restored(layouts.rubber.own(state["rubber"])),
+            ),
+            steady=state["steady"],
+            way=state["way"],
+        )
+    )
+    return sliding

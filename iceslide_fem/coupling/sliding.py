@@ -9,16 +9,14 @@ block and film are solved again. Nothing of the old state is touched before the 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.energy import Mechanics, mechanics_of, step_energies
-from iceslide_fem.coupling.restart import layouts_of, node_layout
-from iceslide_fem.coupling.state import Accepted, CoupledState
+from iceslide_fem.coupling.state import Accepted, CoupledState, Memory
 from iceslide_fem.coupling.step_error import COUPLING, CouplingControl, StepError
-from iceslide_fem.errors import NotConverged, SceneError, SimulationStopped
+from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.step_control import step_factor
@@ -40,7 +38,6 @@ FIRST_STEP = 1e-5
 LONGEST_STEP = 0.025  # of the duration, so that curves are smooth
 SMALLEST_STEP = 1e-10  # of the duration
 MANY_ITERATIONS = 10
-MOVES = ("displacements", "velocity", "acceleration")  # of a Motion, at the nodes
 # What is told of a trial that is refused: its length (s), and why.
 Refusal = Callable[[float, Exception], None]
 
@@ -53,16 +50,6 @@ class Refused(ArithmeticError):
         self.factor = factor
 
 
-def place_at_start(block: Block, state: dict[str, Any]) -> None:
-    """Put the block where it was at t = 0 of the run that gave `state`.
-
-    Raises SceneError if that was another mesh.
-    """
-    nodes = state["nodes"]
-    own = node_layout(block).own({"x": nodes["x"], "start": nodes["start"]})
-    block.rubber.displacements[:] = own["start"].T
-
-
 def _motion_law(block: Block) -> MotionLaw:
     return Dynamic(block.rubber) if block.scene.rubber.inertia else QuasiStatic()
 
@@ -70,17 +57,27 @@ def _motion_law(block: Block) -> MotionLaw:
 class Sliding:
     """Sliding of a block that has reached its speed, from t = 0, step by step.
 
-    `current` is the last committed state; `motion_law` how the block moves.
+    `current` is the last committed state; `motion_law` how the block moves; `layers_for` (s): the
+    run's duration by which the layers of what conducts heat have been chosen.
     """
 
-    def __init__(self, block: Block, control: CouplingControl = COUPLING) -> None:
-        """Prepare film, ice heat and step control at the block's present displacements."""
+    def __init__(
+        self,
+        block: Block,
+        control: CouplingControl = COUPLING,
+        layers_for: float | None = None,
+    ) -> None:
+        """Prepare film, heat and step control at the block's present displacements.
+
+        `layers_for`: that of the run that this one goes on with; by default the scene's duration.
+        """
         scene = block.scene
         self.block = block
         self._integrator = INTEGRATORS[scene.numerics.film_integrator]
         self._duration = scene.load.duration
         n = block.surface.n_points
-        self.carrier = carrier_of(block)
+        self.layers_for = layers_for or self._duration
+        self.carrier = carrier_of(block, self.layers_for)
         self._error = StepError(block, control)
         state = self.carrier.start(scene.film.initial_height, n)
         loads = self._loads(np.full(n, scene.load.speed), 0.0)
@@ -91,7 +88,7 @@ class Sliding:
         self.current = CoupledState(
             0.0, motion, block.contact, loads, state, mechanics, shear, False
         )
-        self._start, self._layouts = motion.displacements, layouts_of(block, self.carrier)
+        self._start = motion.displacements
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
         self._passes = control.passes
         self._drift = scene.load.speed if scene.ice.motion == "sliding" else 0.0
@@ -100,66 +97,39 @@ class Sliding:
         self._adaptive = bool(self._integrator.estimate)
         self._dt = min(FIRST_STEP * self._duration if self._adaptive else np.inf, self._longest)
 
-    def state(self) -> dict[str, Any]:
-        """All that later steps depend on, of all ranks, in tables on rank 0. Collective."""
-        current, layouts, dim = self.current, self._layouts, self.block.rubber.mesh.geometry.dim
-        motion = current.motion._asdict()
-        nodes = {"start": self._start} | {name: motion[name] for name in MOVES}
-        state = current.interface
-        points = {"speed": current.loads.speed, "shear": current.solved_shear}
-        films = {"log_height": state.log_height, "squeezed_height": state.squeezed_height}
-        return {
-            "time": current.time,
-            "solved": current.motion[:2],
-            "offset": current.loads.offset,
-            "steady": current.steady,
-            "way": current.way,
-            "step": self._dt,
-            "nodes": layouts.nodes.gather({k: v.reshape(-1, dim).T for k, v in nodes.items()}),
-            "points": layouts.points.gather(points),
-            "films": layouts.films.gather(films),
-            "ice": layouts.ice.gather({"content": state.ice}),
-            "depth": self._depth(),
-            "rubber": layouts.rubber.gather({"content": state.rubber}),
-        }
+    def memory(self) -> Memory:
+        """All that later steps depend on, of this rank."""
+        now = self.current
+        return Memory(
+            time=now.time,
+            step=self._dt,
+            start=self._start,
+            motion=now.motion,
+            speed=now.loads.speed,
+            shear=now.solved_shear,
+            offset=now.loads.offset,
+            interface=now.interface,
+            steady=now.steady,
+            way=now.way,
+        )
 
-    def restore(self, state: dict[str, Any]) -> None:
-        """Go to the moment of `state`, which another run of the scene gave. Collective.
-
-        This one has been made at that run's displacements at t = 0 (`place_at_start`). Raises
-        SceneError if the state does not fit the meshes.
-        """
-        layouts = self._layouts
-        if not np.isclose(state["depth"], self._depth(), rtol=1e-9):
-            raise SceneError(
-                "the ice of this run reaches deeper than that of its checkpoint: start it anew"
-            )
-        nodes = {name: v.T.ravel() for name, v in layouts.nodes.own(state["nodes"]).items()}
-        time, span = state["solved"]
-        motion = Motion(time, span, **{name: nodes[name] for name in MOVES})
+    def recall(self, memory: Memory) -> None:
+        """Go to a moment of a run of this scene from the same start. Collective."""
+        interface, motion = memory.interface, memory.motion
         self.block.rubber.u.x.array[:] = motion.displacements
-        points, films = layouts.points.own(state["points"]), layouts.films.own(state["films"])
-        content = layouts.ice.own(state["ice"])["content"]
-        rubber = layouts.rubber.own(state["rubber"])["content"]
-        interface = self.current.interface._replace(**films, ice=content, rubber=rubber)
-        loads = self._loads(points["speed"], state["offset"])
+        loads = self._loads(memory.speed, memory.offset)
         self.current = CoupledState(
-            time=state["time"],
+            time=memory.time,
             motion=motion,
             contact=self.block.contact,
             loads=loads,
             interface=interface,
             mechanics=self._mechanics(self.shear(interface, loads), loads, motion),
-            solved_shear=points["shear"],
-            steady=state["steady"],
-            way=state["way"],
+            solved_shear=memory.shear,
+            steady=memory.steady,
+            way=memory.way,
         )
-        self._dt = state["step"]
-
-    def _depth(self) -> float:
-        """How deep the ice reaches, m; 0 of a closed form. Collective."""
-        profile = self.carrier.ice.profile(self.current.interface.ice)
-        return 0.0 if profile is None else float(profile.depths[-1])
+        self._dt = memory.step
 
     def shear(self, interface: InterfaceState, loads: ContactLoads) -> Array:
         """Friction stress on the ice at the points, (n,), Pa. Collective."""

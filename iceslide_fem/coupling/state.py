@@ -32,6 +32,25 @@ class CoupledState(NamedTuple):
     way: float = 0.0
 
 
+class Memory(NamedTuple):
+    """What a slide remembers between two steps: the rest of its state follows from it.
+
+    time and step, the length of the next (s); start: displacements at t = 0; motion, speed, shear
+    (of the points, m/s and Pa), offset and way (m), interface and steady as in `CoupledState`.
+    """
+
+    time: float
+    step: float
+    start: Array
+    motion: Motion
+    speed: Array
+    shear: Array
+    offset: float
+    interface: InterfaceState
+    steady: bool
+    way: float
+
+
 class Accepted(NamedTuple):
     """An accepted step: the state it leads to, and what happened on the way.
 

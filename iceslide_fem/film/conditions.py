@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.point import Conditions
 from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns
@@ -47,13 +48,18 @@ def simulation_settings(scene: Scene) -> dict[str, Any]:
     }
 
 
-def rubber_columns(scene: Scene) -> RubberColumns | Insulated:
-    """The rubber above the scene's contact points as heat sees it; as warm as the ice at first."""
+def rubber_columns(
+    scene: Scene, duration: float | Array | None = None
+) -> RubberColumns | Insulated:
+    """The rubber above the scene's contact points as heat sees it; as warm as the ice at first.
+
+    duration (s): for which its columns are made (see `Column`), by default the scene's.
+    """
     if not scene.rubber.heat:
         return INSULATED
     return RubberColumns(
         scene.ice.temperature,
-        scene.load.duration,
+        scene.load.duration if duration is None else duration,
         scene.rubber.solid,
         half_film(scene),
         scene.ice.melting_temperature,

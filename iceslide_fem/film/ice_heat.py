@@ -8,6 +8,7 @@ film above it, the content that has taken its heat.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from copy import copy
 from typing import Protocol, Self
 
@@ -68,7 +69,8 @@ class Column:
         """Column at `temperature` (K) for runs of `duration` (s); both scalar or per point.
 
         `first_layer` and `depth` are in thermal layers sqrt(alpha * duration) of the shortest
-        and of the longest run.
+        and of the longest run: a column for two durations has the layers of one for the shorter,
+        and more below them.
         """
         self.temperature = np.asarray(temperature, dtype=float)
         self.solid, solid = solid, Solid(*(np.ravel(part)[0] for part in solid))
@@ -81,7 +83,7 @@ class Column:
         rates, modes = eigh(conduction, capacity)
         rates[0] = 0.0  # uniform warmth does not decay: exactly, so that heat is conserved
         self.rates = rates
-        self.surface, self._modes = modes[0], modes
+        self.surface, self._modes, self._capacity = modes[0], modes, capacity
         edges = np.append(0.0, np.cumsum(thickness))
         self.depths = np.sort(np.concatenate([edges, edges[:-1] + 0.5 * thickness]))
         self._storage = capacity.sum(axis=0) @ modes
@@ -128,7 +130,21 @@ class Column:
 
     def at_depths(self, content: Array) -> Array:
         """Temperature (K) at the `depths`, (n_depths, n_points), of the first point's solid."""
-        return self.temperature + self._gain * (self._modes @ content)
+        return self.temperature + self.rise(content)
+
+    def rise(self, content: Array) -> Array:
+        """The same above the initial temperature."""
+        return np.asarray(self._gain * (self._modes @ content))
+
+    def saved(self, content: Array) -> dict[str, Array]:
+        """What checkpoints keep of a content: temperatures (..., n_points), which know no modes."""
+        return {"rise": self.rise(content)}
+
+    def restored(self, saved: Mapping[str, Array]) -> Array:
+        """Content of what was `saved`, also by a column that ends higher: below is cold ice."""
+        rise = np.zeros((self.depths.size, saved["rise"].shape[-1]))
+        rise[: len(saved["rise"])] = saved["rise"]
+        return np.asarray(self._modes.T @ (self._capacity @ rise) / self._gain)
 
     def heat(self, content: Array) -> Array:
         """Heat above the initial temperature (J/m2), shape (n_points,)."""
@@ -185,6 +201,14 @@ class HalfSpace:
     def surface_temperature(self, content: Array) -> Array:
         """Temperature of the surface (K), shape (n_points,)."""
         return self._column.surface_temperature(content[:-1])
+
+    def saved(self, content: Array) -> dict[str, Array]:
+        """What checkpoints keep of a content: that of `Column`, and the time in contact."""
+        return self._column.saved(content[:-1]) | {"time": content[-1:]}
+
+    def restored(self, saved: Mapping[str, Array]) -> Array:
+        """Content of what was `saved`, also by one for shorter runs."""
+        return np.vstack([self._column.restored(saved), saved["time"]])
 
 
 def _chosen(first: Mask, one: Surface, other: Surface) -> Surface:

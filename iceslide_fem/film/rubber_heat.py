@@ -17,6 +17,7 @@ contact conductance is given instead.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from copy import copy
 from typing import NamedTuple, Protocol
 
@@ -88,6 +89,14 @@ class Insulated:
     def take(self, index: Index) -> Insulated:
         """The same."""
         return self
+
+    def saved(self, content: Array) -> dict[str, Array]:
+        """Nothing, of so many points."""
+        return {"rise": content}
+
+    def restored(self, saved: Mapping[str, Array]) -> Array:
+        """No content."""
+        return saved["rise"]
 
     def covered(self, cover: Array) -> Insulated:
         """The same."""
@@ -187,6 +196,14 @@ class RubberColumns:
         part = copy(self)
         part.column = self.column.take(index)
         return part
+
+    def saved(self, content: Array) -> dict[str, Array]:
+        """What checkpoints keep of a content: that of `Column`."""
+        return self.column.saved(content)
+
+    def restored(self, saved: Mapping[str, Array]) -> Array:
+        """Content of what was `saved`, also by rubber for shorter runs."""
+        return self.column.restored(saved)
 
     def covered(self, cover: Array) -> RubberColumns:
         """The same columns where points have contact (`cover` 1) or none (0), shape (n,)."""

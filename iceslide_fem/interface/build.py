@@ -18,15 +18,21 @@ from iceslide_fem.mesh.ice import ice_mesh, patch_lines, window_lines
 from iceslide_fem.rubber.block import Block
 
 
-def carrier_of(block: Block) -> Attached | OnRubber | OnIce:
-    """Carrier of the films below the block at its present displacements. Collective."""
-    return _attached(block) if block.scene.ice.motion == "attached" else _sliding(block)
+def carrier_of(block: Block, layers_for: float | None = None) -> Attached | OnRubber | OnIce:
+    """Carrier of the films below the block at its present displacements. Collective.
+
+    layers_for (s): what conducts heat has the layers of a run of that duration, and more below them
+    as the scene's duration wants; by default that is the same.
+    """
+    duration = block.scene.load.duration
+    first = duration if layers_for is None else layers_for
+    build = _attached if block.scene.ice.motion == "attached" else _sliding
+    return build(block, np.array([first, duration]))
 
 
-def _attached(block: Block) -> Attached:
-    scene = block.scene
-    temperature, duration, solid = scene.ice.temperature, scene.load.duration, scene.ice.solid
-    rubber = rubber_columns(scene)
+def _attached(block: Block, duration: Array) -> Attached:
+    scene, solid = block.scene, block.scene.ice.solid
+    temperature, rubber = scene.ice.temperature, rubber_columns(scene, duration)
     if scene.ice.heat == "column":
         columns = OwnColumns(Column(temperature, duration, solid=solid))
         return Attached(block.friction, columns, own_points(block.surface.n_points), rubber)
@@ -34,21 +40,24 @@ def _attached(block: Block) -> Attached:
         half_spaces = OwnColumns(HalfSpace(temperature, duration, solid))
         return Attached(block.friction, half_spaces, own_points(block.surface.n_points))
     points, footprint = _footprint(block)
-    mesh = ice_mesh(scene, block.surface.comm, patch_lines(scene, footprint))
+    surface = patch_lines(scene, footprint)
+    mesh = ice_mesh(scene, block.surface.comm, surface, layers_for=float(duration[0]))
     ice = Continuum(mesh, temperature, solid)
     # The ice stays under the point of the rubber that it lies under at t = 0.
     return Attached(block.friction, ice, ice.grid.place(points), rubber)
 
 
-def _sliding(block: Block) -> OnRubber | OnIce:
+def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     scene, comm = block.scene, block.surface.comm
-    temperature, duration, solid = scene.ice.temperature, scene.load.duration, scene.ice.solid
+    temperature, solid = scene.ice.temperature, scene.ice.solid
     _, footprint = _footprint(block)
     lines = window_lines(scene, footprint)
-    passing = min(duration, float(np.ptp(lines[0])) / scene.load.speed)  # no ice is there longer
+    # no ice is there longer
+    passing = np.minimum(duration, float(np.ptp(lines[0])) / scene.load.speed)
     ice: Continuum | GridColumns
     if scene.ice.heat == "continuum":
-        ice = Continuum(ice_mesh(scene, comm, lines), temperature, solid)
+        mesh = ice_mesh(scene, comm, lines, layers_for=float(duration[0]))
+        ice = Continuum(mesh, temperature, solid)
     else:
         count = int(np.prod([line.size for line in lines]))
         own = np.array_split(np.arange(count), comm.size)[comm.rank]
@@ -56,7 +65,7 @@ def _sliding(block: Block) -> OnRubber | OnIce:
         columns = GridColumns if scene.film.carrier == "ice" else GridColumnsUnderPoints
         ice = columns(grid, temperature, passing, solid)
     if scene.film.carrier == "rubber":
-        return OnRubber(block.friction, ice, rubber_columns(scene))
+        return OnRubber(block.friction, ice, rubber_columns(scene, duration))
     rubber = None
     if scene.rubber.heat:
         rubber = RubberOverGrid(

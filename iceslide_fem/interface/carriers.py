@@ -14,6 +14,7 @@ states that they are given and give.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -70,13 +71,13 @@ class InterfaceStep(NamedTuple):
 class Ice(Protocol):
     """The ice of a run. `initial` and the content are those of `IceHeat`.
 
-    nodes: where the content lives, None on the rubber's points; n_dofs: temperature unknowns of
-    a mesh on all ranks, 0 without one.
+    nodes: of the surface, None where it has the rubber's points; n_dofs: temperature unknowns of a
+    mesh on all ranks, 0 without one.
     """
 
     @property
     def nodes(self) -> OwnNodes | None:
-        """Nodes that hold the content."""
+        """This rank's nodes of the surface."""
 
     @property
     def n_dofs(self) -> int:
@@ -91,6 +92,22 @@ class Ice(Protocol):
     def profile(self, content: Array) -> Profile | None:
         """Temperature and heat below the surface; None of a closed form. Collective."""
 
+    def saved(self, content: Array) -> dict[str, Array]:
+        """What checkpoints keep of a content, (..., n) at the nodes. Collective."""
+
+    def restored(self, saved: Mapping[str, Array]) -> Array:
+        """Content of what was `saved`, also by ice that ended higher. Collective."""
+
+
+class Kept(Protocol):
+    """Rubber whose content is kept in checkpoints, (..., n) at the points: that of `Column`."""
+
+    def saved(self, content: Array) -> dict[str, Array]:
+        """What checkpoints keep of a content."""
+
+    def restored(self, saved: Mapping[str, Array]) -> Array:
+        """Content of what was `saved`, also by rubber for shorter runs."""
+
 
 class Carrier(Protocol):
     """What the coupled step needs to know of the interface."""
@@ -98,6 +115,10 @@ class Carrier(Protocol):
     @property
     def ice(self) -> Ice:
         """The ice's heat model."""
+
+    @property
+    def rubber(self) -> Kept:
+        """The rubber's."""
 
     @property
     def nodes(self) -> OwnNodes | None:

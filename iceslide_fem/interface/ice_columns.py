@@ -6,6 +6,7 @@ node of the surface has its own column, which is carried along with the passing 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from copy import copy
 
 import numpy as np
@@ -43,6 +44,14 @@ class OwnColumns:
         """The ice below the points, wherever they lie."""
         return self._model
 
+    def saved(self, content: Array) -> dict[str, Array]:
+        """The model's, at the points."""
+        return self._model.saved(content)
+
+    def restored(self, saved: Mapping[str, Array]) -> Array:
+        """The model's."""
+        return self._model.restored(saved)
+
     def profile(self, content: Array) -> Profile | None:
         """Temperature and heat below the points; of the closed form none is known."""
         if not isinstance(self._model, Column):
@@ -60,7 +69,7 @@ class GridColumns(Column):
     n_dofs = 0  # of a mesh
 
     def __init__(
-        self, grid: SurfaceGrid, temperature: float, duration: float, solid: Solid = ICE
+        self, grid: SurfaceGrid, temperature: float, duration: float | Array, solid: Solid = ICE
     ) -> None:
         """Ice at `temperature` (K); `duration` (s) that any of it is heated or watched."""
         super().__init__(temperature, duration, solid=solid)
@@ -97,7 +106,7 @@ class GridColumnsUnderPoints(GridColumns):
     """
 
     def __init__(
-        self, grid: SurfaceGrid, temperature: float, duration: float, solid: Solid = ICE
+        self, grid: SurfaceGrid, temperature: float, duration: float | Array, solid: Solid = ICE
     ) -> None:
         """As `GridColumns`, without points yet."""
         super().__init__(grid, temperature, duration, solid)

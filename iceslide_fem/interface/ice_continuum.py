@@ -11,6 +11,7 @@ heat that they are given; what has to be iterated is the film on the surface alo
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from copy import copy
 
 import numpy as np
@@ -22,7 +23,7 @@ from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.interface.ice_modes import GridModes, line_matrices
-from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile, SurfaceGrid
+from iceslide_fem.interface.surface_grid import Contacts, Profile, SurfaceGrid
 from iceslide_fem.materials import ICE, Solid
 from iceslide_fem.mesh.ice import IceMesh
 
@@ -39,8 +40,8 @@ LINEAR_TOLERANCE, LINEAR_ITERATIONS = 1e-8, 500
 class Continuum:
     """Heat equation on the ice mesh, linear elements; content: T - T_0 at this rank's nodes.
 
-    nodes: this rank's on the ice's whole grid; grid: that of its surface, whose nodes the ranks
-    share evenly. T_0 in K.
+    numbers: of this rank's nodes on the whole grid; grid: that of the surface, whose `nodes` the
+    ranks share evenly. T_0 in K.
     """
 
     def __init__(self, mesh: IceMesh, temperature: float, solid: Solid = ICE) -> None:
@@ -57,11 +58,11 @@ class Continuum:
             np.searchsorted(0.5 * (line[1:] + line[:-1]), positions[:, axis])
             for axis, line in enumerate(lines)
         )
-        numbers = np.ravel_multi_index(place, self._shape)
-        self.nodes = OwnNodes(numbers, int(np.prod(self._shape)))
+        self.numbers = np.ravel_multi_index(place, self._shape)
         surface = np.arange(int(np.prod(self._shape[:-1])))
         own = np.array_split(surface, self._comm.size)[self._comm.rank]
         self.grid = SurfaceGrid(lines[:-1], own, self._comm)
+        self.nodes = self.grid.nodes
         self._depths = -mesh.z[::-1]  # of the nodes, from 0 downwards, m
         self._link = RESISTANCE_SHARE * float(mesh.z[-1] - mesh.z[-2]) / solid.conductivity
         self._contacts = Contacts(self.grid.own_nodes(), np.zeros(own.size))
@@ -69,7 +70,7 @@ class Continuum:
     @property
     def n_dofs(self) -> int:
         """Temperature unknowns on all ranks."""
-        return self.nodes.total
+        return int(np.prod(self._shape))
 
     def initial(self, n_points: int) -> Array:
         """Content of ice at its initial temperature (whatever the number of points)."""
@@ -136,7 +137,7 @@ class Continuum:
 
     def profile(self, content: Array) -> Profile:
         """Temperature and heat below the nodes of the grid. Collective."""
-        rise = self._everywhere(content).reshape(-1, self._shape[-1]).T[::-1]
+        rise = self._rise(content)
         capacity = self._solid.density * self._solid.heat_capacity
         heat = capacity * self._volumes[-1][::-1] @ rise
         return Profile(self._depths, self._initial + rise, heat, self.grid)
@@ -181,13 +182,27 @@ class Continuum:
             direction = answer + size / before * direction
         raise NotConverged("the linear solver of the ice's temperature fails")
 
+    def saved(self, content: Array) -> dict[str, Array]:
+        """What checkpoints keep: T - T_0 below this rank's nodes of the surface. Collective."""
+        return {"rise": self._rise(content)[:, self.grid.own]}
+
+    def restored(self, saved: Mapping[str, Array]) -> Array:
+        """Content of what was `saved`, also by ice that ended higher: below is cold. Collective."""
+        rise = np.zeros((self._shape[-1], self.grid.n_nodes))
+        rise[: len(saved["rise"])] = self.grid.allgather(saved["rise"])
+        return self._mine(rise[::-1].T)
+
+    def _rise(self, content: Array) -> Array:
+        """T - T_0 at the depths below all nodes of the surface, (depths, nodes). Collective."""
+        return self._everywhere(content).reshape(-1, self._shape[-1]).T[::-1]
+
     def _everywhere(self, content: Array) -> Array:
         """Content at all nodes, of the grid's shape, from that of all ranks. Collective."""
         nodes = np.zeros(self._shape)
-        nodes.flat[self.nodes.numbers] = content
+        nodes.flat[self.numbers] = content
         self._comm.Allreduce(MPI.IN_PLACE, nodes, op=MPI.SUM)
         return nodes
 
     def _mine(self, nodes: Array) -> Array:
         """Content at this rank's nodes of that at all."""
-        return np.asarray(nodes.ravel()[self.nodes.numbers])
+        return np.asarray(nodes.ravel()[self.numbers])

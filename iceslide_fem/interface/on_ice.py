@@ -34,8 +34,8 @@ class OnIce:
 
         `water_speed` is that of squeezed-out water, a share of the sliding speed (see `water`).
         """
-        self.ice = ice
-        self._friction, self._rubber = friction, rubber or InsulatedOverGrid()
+        self.ice, self.rubber = ice, rubber or InsulatedOverGrid()
+        self._friction = friction
         self._fresh_height, self._drag = film_height, 1.0 - water_speed
 
     @property
@@ -46,7 +46,7 @@ class OnIce:
     def start(self, film_height: float, n_points: int) -> InterfaceState:
         """Films of the initial height (m) on cold ice; `n_points` of rubber, as cold."""
         n = self.ice.grid.own.size
-        return fresh(film_height, n, self.ice.initial(n), self._rubber.initial(n_points))
+        return fresh(film_height, n, self.ice.initial(n), self.rubber.initial(n_points))
 
     def pass_over(
         self,
@@ -63,7 +63,7 @@ class OnIce:
         grid = self.ice.grid
         area = np.where(covered | covers, grid.cell_area[grid.own], 0.0)
         ice = self.ice.under(Contacts(grid.own_nodes(), area))
-        rubber = self._rubber.above(passed_over(grid, start, end))
+        rubber = self.rubber.above(passed_over(grid, start, end))
         step = advance(state, first, last, dt, ice, integrator, rubber)
         return InterfaceStep(step, area, last, ice, rubber)
 

@@ -26,12 +26,12 @@ class Attached:
         rubber: RubberColumns | Insulated = INSULATED,
     ) -> None:
         """`at` is where the points lie on the ice."""
-        self.ice = ice
-        self._friction, self._at, self._rubber = friction, at, rubber
+        self.ice, self.rubber = ice, rubber
+        self._friction, self._at = friction, at
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
         """Films of the initial height (m) on cold ice, under rubber as cold."""
-        contents = self.ice.initial(n_points), self._rubber.initial(n_points)
+        contents = self.ice.initial(n_points), self.rubber.initial(n_points)
         return fresh(film_height, n_points, *contents)
 
     def pass_over(
@@ -48,7 +48,7 @@ class Attached:
         """
         contacts = self._contacts(start, end)
         cover = ((start.pressure > 0.0) | (end.pressure > 0.0)).astype(float)
-        ice, rubber = self.ice.under(contacts), self._rubber.covered(cover)
+        ice, rubber = self.ice.under(contacts), self.rubber.covered(cover)
         first, last = (self._friction.loads(one.pressure, one.speed) for one in (start, end))
         step = advance(state, first, last, dt, ice, integrator, rubber)
         return InterfaceStep(step, contacts.area, last, ice, rubber)

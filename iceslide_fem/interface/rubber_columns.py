@@ -37,7 +37,7 @@ class RubberOverGrid(RubberColumns):
         self,
         grid: SurfaceGrid,
         temperature: float,
-        duration: float,
+        duration: float | Array,
         solid: Solid,
         half_film: HalfFilm = WATER_FILM,
         melting_temperature: float = MELTING_TEMPERATURE,

@@ -59,16 +59,19 @@ def ice_mesh(
     comm: MPI.Comm,
     surface: Sequence[Lines] | None = None,
     depth: float | None = None,
+    layers_for: float | None = None,
 ) -> IceMesh:
     """Mesh of the ice that a run of the scene warms.
 
     surface: grid lines of x (and y) on it, m, by default `patch_lines` of the undeformed block;
-    no heat passes the sides. depth (m) is 5 thermal lengths sqrt(alpha t) by default. Collective.
+    no heat passes the sides. depth (m) is 5 thermal lengths sqrt(alpha t) by default. layers_for
+    (s): it has the layers of a run of that duration, and more below them; by default the scene's.
+    Collective.
     Raises SceneError if the user's mesh can't be used.
     """
 
     def build() -> tuple[list[Lines], TaggedMesh]:
-        lines = ice_lines(scene, surface, depth)
+        lines = ice_lines(scene, surface, depth, layers_for)
         return lines, tagged_ice(lines)
 
     lines, tagged = from_root(build, comm)
@@ -136,23 +139,39 @@ def ice_shape(scene: Scene) -> tuple[int, ...]:
 
 
 def ice_lines(
-    scene: Any, surface: Sequence[Lines] | None = None, depth: float | None = None
+    scene: Any,
+    surface: Sequence[Lines] | None = None,
+    depth: float | None = None,
+    layers_for: float | None = None,
 ) -> list[Lines]:
-    """Grid lines of the ice in x, (y,) z."""
-    lines = list(surface or patch_lines(scene))
-    if depth is None:
-        depth = DEPTH * thermal_layer(scene, float(np.ptp(lines[0])))
-    length = block_shape(scene).ranges[0]
-    thermal, diffusivity = thermal_layer(scene, length[1] - length[0]), scene.ice.solid.diffusivity
-    first, ratio = surface_layers(thermal, scene.numerics, diffusivity)
+    """Grid lines of the ice in x, (y,) z; arguments as those of `ice_mesh`."""
+    lines, duration = list(surface or patch_lines(scene)), layers_for or scene.load.duration
+    below, (low, high) = float(np.ptp(lines[0])), block_shape(scene).ranges[0]
+    thermal = thermal_layer(scene, high - low, duration)
+    first, ratio = surface_layers(thermal, scene.numerics, scene.ice.solid.diffusivity)
     slope = math.log(ratio)
+    meshed = depth or DEPTH * thermal_layer(scene, below, duration)
     # so that graded starts with the surface's layer
-    return [*lines, -graded(depth, first * slope / math.expm1(slope), slope)[::-1]]
+    layers = graded(meshed, first * slope / math.expm1(slope), slope)
+    if depth is None:
+        layers = deeper(layers, DEPTH * thermal_layer(scene, below), ratio)
+    return [*lines, -layers[::-1]]
 
 
-def thermal_layer(scene: Any, length: float) -> float:
-    """sqrt(alpha t) of the run or of the time in which ice that slides passes `length` (m), m."""
-    time = scene.load.duration
+def deeper(layers: Lines, depth: float, ratio: float) -> Lines:
+    """`layers` (m, from 0 downwards) and below them more, each by `ratio` thicker, to `depth`."""
+    thickness = layers[-1] - layers[-2]
+    missing = math.log1p((depth - layers[-1]) / thickness * (ratio - 1.0) / ratio)
+    count = math.ceil(round(missing / math.log(ratio), 6))
+    return np.append(layers, layers[-1] + np.cumsum(thickness * ratio ** np.arange(1, count + 1)))
+
+
+def thermal_layer(scene: Any, length: float, duration: float | None = None) -> float:
+    """sqrt(alpha t) of the run or of the time in which ice that slides passes `length` (m), m.
+
+    duration (s): of the run, by default the scene's.
+    """
+    time = duration or scene.load.duration
     if scene.ice.motion == "sliding":
         time = min(time, length / scene.load.speed)
     return math.sqrt(scene.ice.solid.diffusivity * time)

@@ -82,7 +82,7 @@ class Table:
         """
         columns, self._path = row._fields, path
         self._file: TextIO | None = None
-        size = 0 if keep is None else _size_of_rows(Path(path), columns, keep)
+        size = 0 if keep is None else size_of_rows(Path(path), columns, keep)
         if rank > 0:
             return
         with writing(path):
@@ -137,8 +137,11 @@ class Table:
         self.close()
 
 
-def _size_of_rows(path: Path, columns: Sequence[str], rows: int) -> int:
-    """Bytes of the header and the first `rows` rows of a table."""
+def size_of_rows(path: Path, columns: Sequence[str], rows: int) -> int:
+    """Bytes of the header and the first `rows` rows of a table.
+
+    Raises SceneError where it has other columns or fewer rows.
+    """
     try:
         lines = path.read_bytes().split(b"\n")[:-1]  # what has no line end is not complete
     except OSError as error:

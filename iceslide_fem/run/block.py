@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+import functools
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 from iceslide_fem.coupling.ledger import Ledger
-from iceslide_fem.coupling.sliding import Refusal, Sliding, place_at_start
+from iceslide_fem.coupling.restart import gathered, resumed
+from iceslide_fem.coupling.sliding import Refusal, Sliding
 from iceslide_fem.errors import Interrupted, OutputError, SceneError, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.folder import clear_results
 from iceslide_fem.output.history import preload_row, slide_row
 from iceslide_fem.output.log import Log
-from iceslide_fem.output.probes import Probes
+from iceslide_fem.output.probes import ProbeRow, Probes
 from iceslide_fem.output.summary import leave_word
-from iceslide_fem.output.table import HistoryRow, PreloadRow, Table
+from iceslide_fem.output.table import HistoryRow, PreloadRow, Table, size_of_rows
 from iceslide_fem.parallel import failing_together, from_root
 from iceslide_fem.rubber.block import Block, build_block
 from iceslide_fem.rubber.press import PathPoint, press, start_sliding
@@ -34,7 +36,6 @@ from iceslide_fem.run.observers import (
     Checkpoints,
     FieldSeries,
     ProbeSeries,
-    Stateful,
     Stops,
     Watch,
 )
@@ -49,19 +50,20 @@ def run_block(
     scene: Scene,
     out: Path,
     schedule: Schedule,
-    resumed: Checkpoint | None,
+    checkpoint: Checkpoint | None,
 ) -> tuple[dict[str, Any], SimulationStopped | Interrupted | None]:
-    """Run `scene` into `out`, from its beginning or from `resumed`. Collective.
+    """Run `scene` into `out`, from its beginning or from `checkpoint`. Collective.
 
     Returns the entries of its summary (none before sliding), and why it stopped early, if it did.
     """
     comm, results = MPI.COMM_WORLD, Results()
     limit = TimeLimit(scene, comm, schedule.clock)
+    state = checkpoint.state if checkpoint is not None else {}
     with failing_together(comm):
         block = build_block(scene, comm)
         probes = Probes(block)
-    state = resumed.state if resumed is not None else {}
-    # Not before: a mesh that cannot be used leaves everything as it was.
+        before = _before(block, probes, out, state, results) if state else None
+    # Not before: a mesh or a checkpoint that cannot be used leaves everything as it was.
     from_root(lambda: clear_results(out, keep=GOES_ON if state else ()), comm)
     log = Log(out, comm.rank)
 
@@ -81,12 +83,11 @@ def run_block(
             limit.heed("when its mesh is made")
             begun = "restart" if state else "begin"
             log(begun, name=scene.name, model=scene.model, ranks=comm.size)
-            if state:
-                with trusted(out):
-                    place_at_start(block, state["sliding"])
-            else:
+            if before is None:
                 _bring_to_speed(block, watch)
-            _slide(block, probes, watch, state)
+                sliding = Sliding(block)
+                before = sliding, Ledger(sliding)
+            _slide(*before, probes, watch, state)
             for warning in results.entries()["warnings"]:
                 log("warning", text=warning)
             log("end", time_s=scene.load.duration)
@@ -125,31 +126,46 @@ def _bring_to_speed(block: Block, watch: Watch) -> None:
         start_sliding(block, observe, before=heed)
 
 
-def _slide(block: Block, probes: Probes, watch: Watch, state: dict[str, Any]) -> None:
-    """Slide from t = 0, or from `state`, to the end, under the eyes of the observers."""
-    sliding = Sliding(block)
-    ledger, results, out, rank = Ledger(sliding), watch.results, watch.out, block.surface.comm.rank
+def _before(
+    block: Block, probes: Probes, out: Path, state: Mapping[str, Any], results: Results
+) -> tuple[Sliding, Ledger]:
+    """Slide and ledger of the run in `out` at the moment of `state`, and its `results`.
+
+    Raises SceneError where something does not fit; nothing in `out` is changed.
+    """
+    with trusted(out):
+        sliding = resumed(block, state["sliding"])
+        ledger = Ledger(sliding)
+        ledger.restore(state["ledger"])
+        results.restore(state["results"])
+        size_of_rows(out / "history.csv", HistoryRow._fields, len(results.rows))
+        if state["probes"]:
+            size_of_rows(out / "probes.csv", ProbeRow._fields, state["probes"])
+    return sliding, ledger
+
+
+def _slide(
+    sliding: Sliding, ledger: Ledger, probes: Probes, watch: Watch, state: Mapping[str, Any]
+) -> None:
+    """Slide to the end, under the eyes of the observers; `state`: of the run to go on with."""
+    results, out, comm = watch.results, watch.out, sliding.block.surface.comm
     results.dofs = sliding.n_dofs
     if state:
-        with trusted(out):
-            sliding.restore(state["sliding"])
-            ledger.restore(state["ledger"])
-            results.restore(state["results"])
         watch.progress.go_on(sliding.current.time)
     watch.log("slide", time_s=sliding.current.time, unknowns=results.dofs)
     with ExitStack() as open_files:
         rows = len(results.rows) if state else None
-        history = open_files.enter_context(Table(out / "history.csv", HistoryRow, rank, rows))
-        earlier = from_root(lambda: fields_there(out, state), block.surface.comm)
+        history = open_files.enter_context(Table(out / "history.csv", HistoryRow, comm.rank, rows))
+        earlier = from_root(lambda: fields_there(out, state), comm)
         fields = FieldSeries(out / "fields", sliding, earlier, watch.log)
-        probing = ProbeSeries(out / "probes.csv", probes, state.get("probes"), rank)
+        probing = ProbeSeries(out / "probes.csv", probes, state.get("probes"), comm.rank)
         open_files.enter_context(probing)
-        parts: dict[str, Stateful] = {
-            "sliding": sliding,
-            "ledger": ledger,
-            "results": results,
-            "fields": fields,
-            "probes": probing,
+        parts: dict[str, Callable[[], Any]] = {
+            "sliding": functools.partial(gathered, sliding),
+            "ledger": ledger.state,
+            "results": results.state,
+            "fields": fields.state,
+            "probes": probing.state,
         }
         checkpoints = Checkpoints(out, sliding, parts, [history, probing], watch)
         stops = Stops(sliding, checkpoints, watch)

@@ -35,7 +35,6 @@ FILE = "checkpoint"
 FINISHED = "finished"  # the last one of a run that has ended
 # What a run that goes on needs.
 GOES_ON = (FILE, FINISHED, "history.csv", "preload.csv", "probes.csv", "log.jsonl", "fields")
-WIDER = 1.2  # than that of the undeformed block a window of ice may be
 _FIRST_LINE = b"iceslide_fem checkpoint 1\n"
 # What reading or using foreign content ends in; none of it is a fault of the program.
 _NOT_OURS = (
@@ -127,7 +126,7 @@ def read_changed(folder: Path, changes: Sequence[str]) -> Checkpoint:
     """The last checkpoint in `folder`, of a finished run, too, with `changes` of its scene.
 
     They may be a longer `load.duration` and what is written. Raises SceneError where there is no
-    such checkpoint, and where what conducts heat is meshed for the duration that the run had.
+    such checkpoint.
     """
     finished = not (folder / FILE).is_file()
     checkpoint = read_checkpoint(folder, FINISHED if finished else FILE)
@@ -147,32 +146,7 @@ def read_changed(folder: Path, changes: Sequence[str]) -> Checkpoint:
             f"load.duration = {1e3 * duration:.4g} ms does not let the run in {folder} go on; "
             f"allowed: longer than its {1e3 * first:.4g} ms"
         )
-    if duration > first:
-        _check_depths(scene, first)
     return Checkpoint(scene, checkpoint.state)
-
-
-def _check_depths(scene: Scene, first: float) -> None:
-    """Raise SceneError unless ice that was meshed for the duration `first` (s) serves longer."""
-    reason = (
-        f"load.duration cannot grow from {1e3 * first:.4g} ms: what conducts heat is meshed as "
-        "deep as heat comes in that time; "
-    )
-    if scene.ice.motion == "attached" or scene.ice.heat != "column" or scene.rubber.heat:
-        raise SceneError(
-            reason + 'allowed with ice.motion = "sliding" and ice.heat = "column" without '
-            "rubber.heat"
-        )
-    from iceslide_fem.mesh.ice import window_lines
-    from iceslide_fem.mesh.rubber import block_shape
-
-    along = window_lines(scene, block_shape(scene).ranges)[0]
-    passing = WIDER * float(along[-1] - along[0]) / scene.load.speed
-    if first < passing:
-        raise SceneError(
-            reason + f"allowed where that is more than the {1e3 * passing:.3g} ms in which ice "
-            "passes the block and its surroundings"
-        )
 
 
 @contextlib.contextmanager

@@ -5,10 +5,10 @@ All are collective. They change nothing of what they see.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple, Protocol, Self
+from typing import Any, NamedTuple, Self
 
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.errors import SimulationStopped
@@ -36,13 +36,6 @@ class Watch(NamedTuple):
     interruption: Interruption
     log: Log
     limit: TimeLimit
-
-
-class Stateful(Protocol):
-    """What a checkpoint holds a part of."""
-
-    def state(self) -> Any:
-        """All that it needs to go on, in JSON values and arrays, on rank 0."""
 
 
 class FieldSeries:
@@ -114,11 +107,14 @@ class Checkpoints:
         self,
         folder: Path,
         sliding: Sliding,
-        parts: Mapping[str, Stateful],
+        parts: Mapping[str, Callable[[], Any]],
         tables: Sequence[Table | ProbeSeries],
         watch: Watch,
     ) -> None:
-        """A checkpoint holds the states of `parts` by their names; `tables` are secured before."""
+        """A checkpoint holds what `parts` give, by their names; `tables` are secured before.
+
+        What they give on rank 0 is JSON values and arrays.
+        """
         self._folder, self._sliding, self._parts = folder, sliding, parts
         self._tables, self._comm, self._log = tables, sliding.block.surface.comm, watch.log
         self._due = Saves(watch.schedule, sliding.current.time, self._comm)
@@ -133,7 +129,7 @@ class Checkpoints:
         """Write a checkpoint of the present moment."""
         for table in self._tables:
             table.secure()
-        present = {name: part.state() for name, part in self._parts.items()}
+        present = {name: state() for name, state in self._parts.items()}
         if self._comm.rank == 0:
             write_checkpoint(self._folder, self._sliding.block.scene, present)
         self._log("checkpoint", time_s=self._sliding.current.time)
