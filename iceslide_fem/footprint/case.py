@@ -3,46 +3,29 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Self
 
 from pydantic import (
-    BaseModel,
     BeforeValidator,
     ConfigDict,
     Field,
-    ValidationError,
     field_validator,
     model_validator,
 )
 
-from iceslide_fem.errors import SceneError
 from iceslide_fem.footprint.film_map import Ride
 from iceslide_fem.footprint.image import Box
 from iceslide_fem.footprint.macroscopic import Macroscopic
 from iceslide_fem.materials import BAR, CONTACT_TABLES, ContactTable
+from iceslide_fem.scene.command_options import CommandOptions, Number, option_names
 from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.input_file import InputFile
-from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.units import Quantity
 
 THRESHOLD = 0.05  # of the range of pressures
 LOWEST_SCALE = 0.1 * BAR  # for its high end: a tyre's mean pressure is some bar
-
-
-def _option(name: str) -> str:
-    """How the command calls a key: errors name what a person typed."""
-    return "IMAGE" if name == "image" else "--" + name.replace("_", "-")
-
-
-def _number(value: Any) -> Any:
-    """A number typed without a unit, which is in SI; everything else as it is."""
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        return value
 
 
 def _box(value: Any) -> Any:
@@ -55,13 +38,12 @@ def _box(value: Any) -> Any:
     return Box(*(int(part) for part in parts))
 
 
-Number = BeforeValidator(_number)
 Length = Annotated[float, Quantity("m", "1 mm", "5 m"), Number]
 Pressure = Annotated[float, Quantity("Pa", "0 bar", "100 bar"), Number]
 PixelBox = Annotated[Box, BeforeValidator(_box)]
 
 
-class FootprintCase(BaseModel):
+class FootprintCase(CommandOptions):
     """A footprint and how it slides; SI units. Its keys are the options of the command.
 
     length, width: of the picture after rotation and cropping, along and across the direction of
@@ -71,7 +53,7 @@ class FootprintCase(BaseModel):
     contact: a file with k, D, H_V over pressure instead of the compound's.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", alias_generator=_option)
+    model_config = ConfigDict(alias_generator=option_names("image"))
 
     image: Path
     length: Length
@@ -137,14 +119,6 @@ class FootprintCase(BaseModel):
         if self.colormap is not None and self.legend is not None:
             raise ValueError("--colormap and --legend contradict each other; give one of them")
         return self
-
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> FootprintCase:
-        """Validate values by the names above; raises SceneError with one sentence."""
-        try:
-            return cls.model_validate({_option(name): value for name, value in values.items()})
-        except ValidationError as error:
-            raise SceneError(first_sentence(error, list(map(_option, cls.model_fields)))) from None
 
     @property
     def lowest_pressure(self) -> float:

@@ -2,45 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import (
-    BaseModel,
     BeforeValidator,
     ConfigDict,
     Field,
-    ValidationError,
     model_validator,
 )
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.errors import SceneError
 from iceslide_fem.materials import YOUNGS_MODULUS
 from iceslide_fem.roughness.parameters import Definition
 from iceslide_fem.scene import load_scene
+from iceslide_fem.scene.command_options import (
+    CommandOptions,
+    Number,
+    as_number,
+    option_name,
+    option_names,
+)
 from iceslide_fem.scene.input_file import InputFile
-from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.units import Quantity, to_si
 
 # What two pixels of 17.5 um, the source's mesh, can show: the published table is of such waves.
 SOURCE_WAVE = 35e-6
 PIXELS_PER_WAVE = 4.0
-
-
-def _option(name: str) -> str:
-    """How the command calls a key: errors name what a person typed."""
-    return "SURFACE" if name == "surface" else "--" + name.replace("_", "-")
-
-
-def _number(value: Any) -> Any:
-    """A number typed without a unit, which is in SI; everything else as it is."""
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        return value
 
 
 def _unit(value: Any) -> Any:
@@ -65,7 +54,7 @@ def _pressures(value: Any) -> Any:
         raise ValueError(form)
     allowed = Quantity("Pa", "0.001 bar", "100 bar")
     try:
-        first, last = (allowed._in_range(_number(part)) for part in parts[:2])
+        first, last = (allowed._in_range(as_number(part)) for part in parts[:2])
         count = int(parts[2])
     except ValueError as error:
         raise ValueError(f"{form}: {error} (0.001 bar to 100 bar)") from None
@@ -74,11 +63,10 @@ def _pressures(value: Any) -> Any:
     return tuple(float(f"{p:.6g}") for p in np.geomspace(first, last, count))
 
 
-Number = BeforeValidator(_number)
 Length = Annotated[float, Quantity("m", "1 nm", "10 mm"), Number]
 
 
-class RoughnessCase(BaseModel):
+class RoughnessCase(CommandOptions):
     """A surface, the rubber under it, and how it is pressed; SI units.
 
     surface: a height map, or a `surface.toml` that generates `realisations` of one. pixel,
@@ -86,7 +74,7 @@ class RoughnessCase(BaseModel):
     or scene: the rubber. shortest_wave: shorter waves of the surface are removed, m.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", alias_generator=_option)
+    model_config = ConfigDict(alias_generator=option_names("surface"))
 
     surface: Path
     pixel: Length | None = None
@@ -106,21 +94,13 @@ class RoughnessCase(BaseModel):
         given = [name for name in ("compound", "modulus", "scene") if getattr(self, name)]
         if len(given) > 1:
             raise ValueError(
-                f"{_option(given[0])} and {_option(given[1])} contradict each other; "
+                f"{option_name(given[0])} and {option_name(given[1])} contradict each other; "
                 "give one of them"
             )
         if self.compound is not None and self.compound not in YOUNGS_MODULUS:
             allowed = ", ".join(f'"{name}"' for name in YOUNGS_MODULUS)
             raise ValueError(f'--compound "{self.compound}" is not known; allowed: {allowed}')
         return self
-
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> RoughnessCase:
-        """Validate values by the names above; raises SceneError with one sentence."""
-        try:
-            return cls.model_validate({_option(name): value for name, value in values.items()})
-        except ValidationError as error:
-            raise SceneError(first_sentence(error, list(map(_option, cls.model_fields)))) from None
 
     @property
     def rubber(self) -> tuple[str, float]:

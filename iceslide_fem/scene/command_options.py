@@ -1,0 +1,47 @@
+"""Options of a command, validated like a scene: by their names, as a person types them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.scene.messages import first_sentence
+
+
+def option_name(key: str) -> str:
+    """How a command calls `key`."""
+    return "--" + key.replace("_", "-")
+
+
+def option_names(positional: str) -> Callable[[str], str]:
+    """`option_name`, but for the key that a command takes without an option's name."""
+    return lambda key: positional.upper() if key == positional else option_name(key)
+
+
+def as_number(value: Any) -> Any:
+    """A number typed without a unit, which is in SI; everything else as it is."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return value
+
+
+Number = BeforeValidator(as_number)
+
+
+class CommandOptions(BaseModel):
+    """Base of what commands are asked for; errors name what a person typed."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", alias_generator=option_name)
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> Self:
+        """Validate values by the names of the fields; raises SceneError with one sentence."""
+        names = {key: str(field.alias) for key, field in cls.model_fields.items()}
+        try:
+            return cls.model_validate({names.get(key, key): v for key, v in values.items()})
+        except ValidationError as error:
+            raise SceneError(first_sentence(error, list(names.values()))) from None
