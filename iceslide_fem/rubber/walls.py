@@ -34,6 +34,9 @@ DEGREE = 5  # of the points on a facet
 FACING = -0.5  # normals whose product is below that look at each other
 NEIGHBOURS = {2: 5, 3: 12}  # facets, by their middles, among which the nearest point is looked for
 PROJECTIONS = 30
+CONVERGED = 1e-13  # change of a facet's coordinates
+BULGE = 0.2  # of its size: no facet is more curved
+SLIPPED_OFF = 0.7  # cosine to the normal below which a point is beside the end of a wall
 
 
 class Pressing(NamedTuple):
@@ -200,7 +203,10 @@ class Walls:
         tangents = slopes @ positions[facet]
         distance = np.linalg.norm(apart, axis=1)
         normal = _normals(tangents) * self._sign[facet][:, None]
-        opening = np.where(np.einsum("pd,pd->p", apart, normal) < 0.0, -distance, distance)
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        depth = -np.einsum("pd,pd->p", apart, normal)
+        inside = (depth > 0.0) & (free.all(axis=1) | (depth > SLIPPED_OFF * distance))
+        opening = np.where(inside, -distance, distance)
         number = slave * self._shape.shape[1] + point
         order = np.lexsort((distance, number))
         best = order[np.unique(number[order], return_index=True)[1]]
@@ -242,7 +248,7 @@ class Walls:
             normal = _normals(_sides(corner)) * self._sign[:, None]
             normal /= np.linalg.norm(normal, axis=1, keepdims=True)
             away = points[slave, point] - centres[facet]
-            kept &= np.einsum("pd,pd->p", away, normal[facet]) < 0.5 * size[facet]
+            kept &= np.einsum("pd,pd->p", away, normal[facet]) < BULGE * size[facet]
         return slave[kept], point[kept], facet[kept]
 
     def _face_each_other(self, one: Index, other: Index) -> Mask:
@@ -280,7 +286,7 @@ class Walls:
             following = np.clip(place + step, 0.0, 1.0)
             moved = np.abs(following - place).max(initial=0.0)
             place = following
-            if moved < 1e-14:
+            if moved < CONVERGED:
                 break
         return place, free
 
