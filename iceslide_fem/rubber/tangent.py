@@ -142,7 +142,7 @@ class Tangent:
     def _differing(self, change: Array) -> Array:
         """Loads of own dofs and plate by which the present tangent's answer differs."""
         dofs, load = self._surface.dofs, self._load
-        moved = change.reshape(-1, self._dim)[dofs].reshape(len(dofs), -1, 1)
+        moved = change.reshape(-1, self._dim)[dofs].reshape(*self._difference.shape[:2], 1)
         with load.localForm() as local:
             local.set(0.0)
             forces = (self._difference @ moved).reshape(*dofs.shape, self._dim)
