@@ -220,7 +220,7 @@ def test_nominal_pressure_outside_the_table_is_said_once():
         ("rubber.nu", 0.5, ["rubber.nu", "0.4995"]),
         # type
         ("load.pressure", True, ["not a number"]),
-        ("load.pressure", [1], ["not a number"]),
+        ("load.pressure", [1], ["has 1 row; allowed: a number, or 2 to"]),
         ("load", 3, ["load = 3", "not a table", "[load]"]),
         ("rubber.heat", "yes", ["rubber.heat", "true or false"]),
         ("name", "a/b", ["name", "letters, digits"]),

@@ -17,19 +17,22 @@ class Mechanics(NamedTuple):
     """What the whole block does and stores at a moment.
 
     friction_force, N; plate_displacement, m; elastic_energy (of rubber and penalty) and
-    kinetic_energy (relative to the plate), J.
+    kinetic_energy (relative to the plate), J; mass_moment: mass times the way of its centre along x
+    relative to the plate, kg m.
     """
 
     friction_force: float
     plate_displacement: float
     elastic_energy: float
     kinetic_energy: float
+    mass_moment: float
 
 
 class Energies(NamedTuple):
     """Energies of the whole block over a step or a run, J.
 
-    friction_work: of the plate against friction, F v; load_work: of the plate's weight; ice_heat,
+    friction_work: of the plate against friction, F v; load_work: of the plate's weight, and of what
+    accelerates the rubber's mass with the plate, - dv/dt m du, beyond F v; ice_heat,
     rubber_heat, latent_heat: what the interface gave; elastic_energy, kinetic_energy: changes of
     what is stored. The plate's work should equal the sum of the others.
     """
@@ -50,10 +53,13 @@ class Energies(NamedTuple):
         return self.friction_work + self.load_work - taken - kept
 
 
-def mechanics_of(block: Block, shear: Array, area: Array, kinetic_energy: float) -> Mechanics:
+def mechanics_of(
+    block: Block, shear: Array, area: Array, kinetic_energy: float, mass_moment: float
+) -> Mechanics:
     """What `block` stores at its present displacements under `shear` (Pa) on `area` (m2), (n,).
 
-    `kinetic_energy` is that of the mesh, J (J/m in a slice). Collective.
+    `kinetic_energy` and `mass_moment` are those of the mesh, J and kg m (J/m and kg in a slice).
+    Collective.
     """
     contact, scale = block.contact, block.scale
     penalty = 0.5 * contact.pressure**2 / block.equilibrium.penalty
@@ -63,24 +69,38 @@ def mechanics_of(block: Block, shear: Array, area: Array, kinetic_energy: float)
         block.equilibrium.plate_displacement(),
         scale * (block.rubber.elastic_energy() + sunk),
         scale * kinetic_energy,
+        scale * mass_moment,
     )
 
 
 def step_energies(
-    block: Block, interface_step: InterfaceStep, dt: float, before: Mechanics, after: Mechanics
+    block: Block,
+    interface_step: InterfaceStep,
+    time: float,
+    dt: float,
+    before: Mechanics,
+    after: Mechanics,
 ) -> Energies:
-    """Entries of a step of `dt` (s) that leads from `before` to `after`. Collective."""
+    """Entries of a step of `dt` (s) from `time` that leads from `before` to `after`. Collective.
+
+    The plate's force and speed are straight lines over the step, and so is friction.
+    """
     step, area = interface_step.step, interface_step.area
     force = 0.5 * (before.friction_force + after.friction_force)
+    load, end = block.scene.load, time + dt
+    bend = (after.friction_force - before.friction_force) / 12.0
+    bend *= load.speeds.at(end) - load.speeds.at(time)
+    acceleration = (load.speeds.at(end) - load.speeds.at(time)) / dt
+    carried = acceleration * (after.mass_moment - before.mass_moment)
+    weight = load.pressures.mean_between(time, end) * block.area
 
     def total(density: Array) -> float:
         return block.scale * block.surface.total(density, area)
 
     return Energies(
-        friction_work=force * block.scene.load.speed * dt,
-        load_work=block.scale
-        * block.force
-        * (after.plate_displacement - before.plate_displacement),
+        friction_work=force * load.speeds.mean_between(time, end) * dt + bend * dt,
+        load_work=block.scale * weight * (after.plate_displacement - before.plate_displacement)
+        - carried,
         ice_heat=total(step.ice_heat),
         rubber_heat=total(step.rubber_heat),
         latent_heat=total(step.latent_heat),

@@ -51,7 +51,9 @@ class Refused(ArithmeticError):
 
 
 def _motion_law(block: Block) -> MotionLaw:
-    return Dynamic(block.rubber) if block.scene.rubber.inertia else QuasiStatic()
+    if not block.scene.rubber.inertia:
+        return QuasiStatic()
+    return Dynamic(block.rubber, plate=block.scene.load.speeds.slope)
 
 
 class Sliding:
@@ -80,20 +82,22 @@ class Sliding:
         self.carrier = carrier_of(block, self.layers_for)
         self._error = StepError(block, control)
         state = self.carrier.start(scene.film.initial_height, n)
-        loads = self._loads(np.full(n, scene.load.speed), 0.0)
+        self._pressures, self._speeds = scene.load.pressures, scene.load.speeds
+        loads = self._loads(np.full(n, self._speeds.first), 0.0)
         motion = at_rest(block.rubber.u.x.array)
         self.motion_law = _motion_law(block)
         shear = self.shear(state, loads)
-        mechanics = mechanics_of(block, shear, loads.area, 0.0)
+        mechanics = mechanics_of(block, shear, loads.area, 0.0, self.motion_law.mass_moment(motion))
         self.current = CoupledState(
             0.0, motion, block.contact, loads, state, mechanics, shear, False
         )
         self._start = motion.displacements
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
         self._passes = control.passes
-        self._drift = scene.load.speed if scene.ice.motion == "sliding" else 0.0
-        if self._drift > 0.0:  # no ice passes from cell to cell unseen
-            self._longest = min(self._longest, window_cell(scene) / self._drift)
+        self._may_swing = scene.load.changes  # a plate that slows down lets rubber spring back
+        self._passing = scene.ice.motion == "sliding"
+        if self._passing:  # no ice passes from cell to cell unseen
+            self._longest = min(self._longest, window_cell(scene) / self._speeds.largest)
         self._adaptive = bool(self._integrator.estimate)
         self._dt = min(FIRST_STEP * self._duration if self._adaptive else np.inf, self._longest)
 
@@ -161,11 +165,13 @@ class Sliding:
         rejected = 0
         values = self.block.rubber.u.x.array
         left = self._duration - self.current.time
+        corner = self._next_corner() - self.current.time
         while True:
-            dt = min(self._dt, left)
-            if left - dt < 1e-3 * dt:
-                dt = left
-            last = dt == left
+            dt = min(self._dt, left, corner)
+            for end in (left, corner):
+                if abs(end - dt) < 1e-3 * dt:
+                    dt = end
+            last, cut = dt == left, dt == corner < self._dt
             try:
                 trial, following = self._try(dt)
             except (Refused, NotConverged) as reason:
@@ -184,18 +190,22 @@ class Sliding:
             if self._adaptive:
                 if rejected:  # what was too long is so in the next step, too
                     following = min(following, trial.dt)
+                if cut and not rejected:  # a short step to a corner says nothing of the next
+                    following = max(following, self._dt)
                 self._dt = min(following, self._longest)
             return trial._replace(rejected=rejected)
 
     def _try(self, dt: float) -> tuple[Accepted, float]:
         """A trial step of `dt` and the length of the next. Raises Refused or NotConverged."""
-        resting = self._rested(dt) if self.current.steady else None
+        rests = self.current.steady and self._pressure_holds(dt)
+        resting = self._rested(dt) if rests else None
         return self._solved(dt) if resting is None else resting
 
     def _rested(self, dt: float) -> tuple[Accepted, float] | None:
         """A trial step with the block at rest on the plate; None if its shear changes too much."""
-        start, before = self.current, self._resting(self.current.loads)
-        loads = before._replace(offset=before.offset + self._drift * dt)
+        start, before = self.current, self._resting(self.current.loads, self.current.time)
+        loads = self._resting(before, start.time + dt)
+        loads = loads._replace(offset=before.offset + self._way(dt))
         interface_step = self._advance_interface(loads, dt, before)
         control = self._allowed(interface_step, 1.0)
         state = interface_step.step.state
@@ -217,14 +227,15 @@ class Sliding:
         block, start, time = self.block, self.current.motion, self.current.time + dt
         values = block.rubber.u.x.array
         values[:], rate = self.motion_law.begin(start, time)
-        speed = self._speed(rate)
+        speed, load = self._speed(rate, time), self._pressures.at(time) / self._pressures.first
         loads = self._loads_after(dt, speed)
         interface_step = self._advance_interface(loads, dt)
         self._allowed(interface_step, 1.0)
         iterations, mismatches = 0, []
         for _ in range(self._passes):
             height = self.carrier.film_height(interface_step.step.state, loads)
-            iterations += self._balance(height.reshape(block.surface.weights.shape), speed)
+            height = height.reshape(block.surface.weights.shape)
+            iterations += self._balance(height, speed, load)
             loads = self._loads_after(dt, speed)
             corrected = self._advance_interface(loads, dt)
             mismatches.append(self._error.of_coupling(interface_step, corrected))
@@ -243,7 +254,7 @@ class Sliding:
             raise Refused("the block moves too fast", float(step_factor(drift, 2)))
 
         state = interface_step.step.state
-        shear, at_rest = self.shear(state, loads), self.shear(state, self._resting(loads))
+        shear, at_rest = self.shear(state, loads), self.shear(state, self._resting(loads, time))
         before, area = self.current.solved_shear, self.current.loads.area
         steady = self.motion_law.may_rest and self._error.is_quiet(at_rest, before, area)
         mechanics = self._mechanics(shear, loads, motion)
@@ -267,11 +278,13 @@ class Sliding:
 
         Raises Refused where its energies are not those of friction.
         """
-        if not after.mechanics.friction_force > 0.0:
+        if not (after.mechanics.friction_force > 0.0 or self._may_swing):
             raise Refused("rubber that springs back would push the block forward", 0.25)
         before = self.current.mechanics
-        energies = step_energies(self.block, interface_step, dt, before, after.mechanics)
-        unclosed = self._error.of_energy(energies, dt)
+        energies = step_energies(
+            self.block, interface_step, self.current.time, dt, before, after.mechanics
+        )
+        unclosed = self._error.of_energy(energies, dt, after.mechanics.friction_force)
         shorter = float(step_factor(unclosed, 2))
         if unclosed > 1.0 and self._adaptive:  # else nobody could choose a better step
             raise Refused("the step's energy does not close: the block snaps", shorter)
@@ -295,10 +308,11 @@ class Sliding:
     def _mechanics(self, shear: Array, loads: ContactLoads, motion: Motion) -> Mechanics:
         """What the block does and stores at its present displacements. Collective."""
         kinetic_energy = self.motion_law.kinetic_energy(motion)
-        return mechanics_of(self.block, shear, loads.area, kinetic_energy)
+        moment = self.motion_law.mass_moment(motion)
+        return mechanics_of(self.block, shear, loads.area, kinetic_energy, moment)
 
-    def _balance(self, height: Array, speed: SpeedLaw) -> int:
-        """Equilibrium under the film's shear; how many iterations it took.
+    def _balance(self, height: Array, speed: SpeedLaw, load: float) -> int:
+        """Equilibrium under the film's shear and `load` of the plate's force; its iterations.
 
         Where shear is faded in, it follows the pressure like a friction coefficient of several
         times mu, with which an equilibrium may end at a point that enters or leaves that range.
@@ -308,12 +322,13 @@ class Sliding:
         before, held = values.copy(), block.contact.pressure
         friction = block.film_friction(height)
         try:
-            return block.balance(block.film_shear(height, speed), friction=friction).iterations
+            law = block.film_shear(height, speed)
+            return block.balance(law, load, friction).iterations
         except NotConverged:
             values[:] = before
             block.equilibrium.forget()
             law = block.held_shear(height, speed, held)
-            iterations = block.balance(law, friction=friction).iterations
+            iterations = block.balance(law, load, friction).iterations
             ones, now = np.ones_like(height), block.contact
             taken, due = (block.friction.shear(p, ones, height)[0] for p in (held, now.pressure))
             if not self._error.is_quiet(taken.ravel(), due.ravel(), now.area.ravel()):
@@ -332,13 +347,28 @@ class Sliding:
         after = state._replace(interface=interface, loads=loads, way=way)
         return after, self.block.scale * (lost + left)
 
-    def _speed(self, rate: Rate) -> SpeedLaw:
-        """Slip speed: the plate's and that of the rubber relative to it.
+    def _next_corner(self) -> float:
+        """The next time (s) at which the plate's force or speed has a corner."""
+        now = self.current.time
+        return float(min(self._pressures.next_corner(now), self._speeds.next_corner(now)))
+
+    def _pressure_holds(self, dt: float) -> bool:
+        """Whether the plate's force will be, after `dt`, what the block was solved for."""
+        solved, now = self.current.motion.time, self.current.time + dt
+        return self._pressures.at(solved) == self._pressures.at(now)
+
+    def _way(self, dt: float) -> float:
+        """How far ice passes in a step of `dt`, m."""
+        now = self.current.time
+        return self._speeds.mean_between(now, now + dt) * dt if self._passing else 0.0
+
+    def _speed(self, rate: Rate, time: float) -> SpeedLaw:
+        """Slip speed at `time` (s): the plate's and that of the rubber relative to it.
 
         Taken at the displacement that is solved for: a lagged one is unstable for steps below
         tau H / (v G), some ten microseconds.
         """
-        surface, speed = self.block.surface, self.block.scene.load.speed
+        surface, speed = self.block.surface, self._speeds.at(time)
         dim = self.block.rubber.mesh.geometry.dim
         known = speed + surface.displacements(rate.intercept.reshape(-1, dim))[..., 0]
         return lambda displacement: (known + rate.slope * displacement, rate.slope)
@@ -359,12 +389,12 @@ class Sliding:
         """The rubber's points at the end of a step of `dt` to the present displacements."""
         present = self.block.surface.displacements(self.block.rubber.displacements)
         return self._loads(
-            speed(present[..., 0])[0].ravel(), self.current.loads.offset + self._drift * dt
+            speed(present[..., 0])[0].ravel(), self.current.loads.offset + self._way(dt)
         )
 
-    def _resting(self, loads: ContactLoads) -> ContactLoads:
-        """The rubber's points if they do not move relative to the plate."""
-        return loads._replace(speed=np.full_like(loads.speed, self.block.scene.load.speed))
+    def _resting(self, loads: ContactLoads, time: float) -> ContactLoads:
+        """The rubber's points at `time` (s) if they do not move relative to the plate."""
+        return loads._replace(speed=np.full_like(loads.speed, self._speeds.at(time)))
 
     def _advance_interface(
         self, loads: ContactLoads, dt: float, before: ContactLoads | None = None

@@ -30,6 +30,9 @@ ENERGY_SHARE = 0.01
 # inertia delays it. Steps of up to this share of the duration may jump so, if what is missing then
 # is at most this share of the energy that the whole run turns over at the present friction.
 SNAP_STEP, SNAP_SHARE = 1e-5, 1e-3
+# Where loads go in time, energies count against this friction coefficient at the mean speed at
+# least: those of a plate that starts or rests are nothing but the solver's tolerance.
+LEAST_FRICTION = 1e-2
 
 
 class CouplingControl(NamedTuple):
@@ -82,8 +85,10 @@ class StepError:
         surface, scene = self._block.surface, self._block.scene
         nodal = error.reshape(self._block.rubber.displacements.shape)
         size = np.linalg.norm(surface.displacements(nodal), axis=-1).ravel()
-        stress = scene.mooney_rivlin.youngs_modulus / self._block.height / scene.load.pressure
-        speed = 1.0 / (dt * scene.load.speed)
+        stress = (
+            scene.mooney_rivlin.youngs_modulus / self._block.height / scene.load.pressures.smallest
+        )
+        speed = 1.0 / (dt * scene.load.speeds.mean)
         return self._mean(size, area) * max(stress, speed) / self._local_tolerance
 
     def of_coupling(self, before: InterfaceStep, after: InterfaceStep) -> float:
@@ -91,11 +96,20 @@ class StepError:
         change = after.step.state.log_height - before.step.state.log_height
         return self._mean(change, _friction(after)) / (self._control.agreement * self._agreement)
 
-    def of_energy(self, energies: Energies, dt: float) -> float:
-        """What is missing in the energies of a step of `dt` (s), or too much."""
+    def of_energy(self, energies: Energies, dt: float, friction: float) -> float:
+        """What is missing in the energies of a step of `dt` (s), or too much.
+
+        Where loads go in time they are small against what moves when the plate starts or stops, or
+        is pressed: `friction` (N) at the mean speed is taken then, and what the load does.
+        """
         taken = energies.ice_heat + energies.rubber_heat + energies.latent_heat
         turnover = max(abs(energies.friction_work), taken)
-        share, duration = ENERGY_SHARE, self._block.scene.load.duration
+        load = self._block.scene.load
+        if load.changes:
+            least = LEAST_FRICTION * load.pressures.smallest * self._block.area * self._block.scale
+            sliding = max(abs(friction), least) * load.speeds.mean * dt
+            turnover = max(turnover, abs(energies.load_work), sliding)
+        share, duration = ENERGY_SHARE, load.duration
         if dt <= SNAP_STEP * duration:
             share = max(share, SNAP_SHARE * duration / dt)
         return abs(energies.missing) / (share * turnover) if turnover else np.inf

@@ -8,7 +8,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.film.integrators import INTEGRATORS
-from iceslide_fem.film.point import Conditions
+from iceslide_fem.film.point import Conditions, Loading
 from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns
 from iceslide_fem.scene import Scene
 
@@ -17,8 +17,8 @@ FIXED_STEPS = 2000
 
 
 def transit_time(scene: Scene) -> float:
-    """L / v, for which a point of the ice that slides is below the rubber (s)."""
-    return scene.rubber.length / scene.load.speed
+    """L / v, for which a point of the ice that slides is below the rubber at the mean speed (s)."""
+    return scene.rubber.length / scene.load.speeds.mean
 
 
 def exposure(scene: Scene) -> float:
@@ -45,6 +45,7 @@ def simulation_settings(scene: Scene) -> dict[str, Any]:
         "integrator": numerics.film_integrator,
         "fixed_step": fixed,
         "max_step": largest,
+        "loading": scene_loading(scene),
     }
 
 
@@ -72,11 +73,15 @@ def half_film(scene: Scene) -> HalfFilm:
 
 
 def scene_conditions(scene: Scene) -> Conditions:
-    """The one condition of `scene`: its nominal pressure and what follows from it."""
-    k, D, H_V, _ = scene.contact_parameters(scene.load.pressure)
-    return Conditions.of(
-        pressure=scene.load.pressure,
-        speed=scene.load.speed,
+    """The one condition of `scene` at t = 0: its nominal pressure and what follows from it.
+
+    A speed that starts from rest is 0, which `Conditions.of` does not take.
+    """
+    pressure, speed = scene.load.pressures.first, scene.load.speeds.first
+    k, D, H_V, _ = scene.contact_parameters(pressure)
+    here = Conditions.of(
+        pressure=pressure,
+        speed=speed or 1.0,
         temperature=scene.ice.temperature,
         k=k,
         D=D,
@@ -86,3 +91,12 @@ def scene_conditions(scene: Scene) -> Conditions:
         viscosity=scene.water.viscosity,
         **scene.ice.solid._asdict(),
     )
+    return here if speed else here._replace(speed=np.zeros(1))
+
+
+def scene_loading(scene: Scene) -> Loading | None:
+    """How the scene's loads go in time, None where they do not."""
+    load = scene.load
+    if not load.changes:
+        return None
+    return Loading(load.pressures, load.speeds, scene.contact_parameters)

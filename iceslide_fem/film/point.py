@@ -23,10 +23,18 @@ from iceslide_fem.film.integrators import (
     Step,
     surface_excess,
 )
-from iceslide_fem.film.law import FilmLoads, film_loads
+from iceslide_fem.film.law import FilmLoads, film_loads, interpolate
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
-from iceslide_fem.film.step_control import StepControl
-from iceslide_fem.materials import ICE, MELTING_TEMPERATURE, WATER_VISCOSITY, Solid
+from iceslide_fem.film.step_control import StepControl, step_factor
+from iceslide_fem.materials import (
+    ICE,
+    MELTING_TEMPERATURE,
+    WATER_VISCOSITY,
+    ConstantContact,
+    ContactTable,
+    Solid,
+)
+from iceslide_fem.scene.course import Course
 
 ICE_MODELS: dict[str, type[Column] | type[HalfSpace]] = {
     "column": Column,
@@ -116,6 +124,25 @@ class Conditions(NamedTuple):
         return Conditions(*(part[index] for part in self))
 
 
+class Loading(NamedTuple):
+    """Pressure (Pa) and speed (m/s) over time, for all points; `contact` gives k, D and H_V."""
+
+    pressure: Course
+    speed: Course
+    contact: ContactTable | ConstantContact
+
+    def at(self, here: Conditions, time: Array) -> Conditions:
+        """The conditions at `time` (s, one per point)."""
+        pressure = self.pressure(time)
+        k, D, H_V, _ = self.contact(pressure)
+        speed = self.speed(time)
+        return here._replace(pressure=pressure, speed=speed, k=k, D=D, H_V=H_V)
+
+    def next_corner(self, time: Array) -> Array:
+        """When either has its next corner (s)."""
+        return np.minimum(self.pressure.next_corner(time), self.speed.next_corner(time))
+
+
 @dataclass
 class PointResult:
     """Results of `simulate`; arrays (n,), times in s, NaN where something did not happen.
@@ -160,8 +187,9 @@ class PointResult:
 class Record(NamedTuple):
     """Accepted steps of the conditions `points`, found at `places` in all the other arrays.
 
-    time: at the start of the step (s); dt: its length (s); loads: the film's; step: the step;
-    melting, full: where melting has begun and the free volume is full by the end of the step.
+    time: at the start of the step (s); dt: its length (s); loads: the film's at its end; step: the
+    step; melting, full: where melting has begun and the free volume is full by the end of the step;
+    pressure: nominal at its end (Pa).
     """
 
     points: Index
@@ -172,6 +200,7 @@ class Record(NamedTuple):
     step: Step
     melting: Mask
     full: Mask
+    pressure: Array
 
 
 class _Event(NamedTuple):
@@ -193,6 +222,7 @@ def simulate(
     max_step: float = np.inf,
     observe: Callable[[Record], None] | None = None,
     rubber: RubberHeat = INSULATED,
+    loading: Loading | None = None,
 ) -> PointResult:
     """Integrate all `conditions` from t = 0 to their duration.
 
@@ -200,7 +230,8 @@ def simulate(
     error of mu(t) aimed at; `integrator` one of `INTEGRATORS` or its name; `times` (s, ascending)
     where mu is sampled; `fixed_step` (s) replaces error control, `max_step` (s) bounds it;
     `observe` is called with every accepted step; `rubber` takes heat, too, if it is made of
-    columns. Raises SimulationStopped where a step cannot be made, ValueError where an argument is
+    columns; with `loading` pressure and speed go in time, and steps end on its corners. Raises
+    SimulationStopped where a step cannot be made, ValueError where an argument is
     not possible.
     """
     method = INTEGRATORS[integrator] if isinstance(integrator, str) else integrator
@@ -230,14 +261,23 @@ def simulate(
     control = StepControl(method, tolerance if fixed_step is None else None)
 
     while active.size:
-        left = here.duration - time
-        dt_try = np.minimum(np.minimum(dt, max_step), left)
+        dt_try = np.minimum(np.minimum(dt, max_step), here.duration - time)
+        ends = here
+        if loading is not None:
+            dt_try = np.minimum(dt_try, loading.next_corner(time) - time)
+            ends = loading.at(here, time + dt_try)
         undercooling = here.melting_temperature - here.temperature
-        step, good, wanted = control.trial(state, loads, dt_try, heat, undercooling, rubber)
+        last = loads if ends is here else ends.loads()
+        step, good, wanted = control.trial(state, loads, last, dt_try, heat, undercooling, rubber)
+        if loading is not None and fixed_step is None:
+            bent = _bend(loads, loading.at(here, time + 0.5 * dt_try).loads(), last)
+            good &= bent <= tolerance
+            wanted = np.minimum(wanted, dt_try * step_factor(bent / tolerance, 2))
+            wanted = np.where(good, np.where(dt_try < dt, np.maximum(wanted, dt), wanted), wanted)
         power = loads.viscous * loads.speed * np.exp(-state.log_height)
         on_ice = heat.surface_temperature(state.ice)
         warmth = rubber.film_temperature(on_ice, state.rubber, power, state.log_height)
-        event = _events(step, state, warmth, here, EVENT_SHARE * tolerance)
+        event = _events(step, state, warmth, ends, EVENT_SHARE * tolerance)
         fraction = event.fraction
         if fixed_step is None:
             # Across an event the error estimate means nothing; behind it the solution has a kink
@@ -256,8 +296,10 @@ def simulate(
         if accepted.size:
             melting = event.melting | step.last.melting
             full = event.full | step.last.saturated
-            record = Record(active[accepted], accepted, time, dt_try, loads, step, melting, full)
-            _note(result, record, here, state, sample_times)
+            record = Record(
+                active[accepted], accepted, time, dt_try, last, step, melting, full, ends.pressure
+            )
+            _note(result, record, here, state, sample_times, loading)
             if observe is not None:
                 observe(record)
         result.rejected[active[~good]] += 1
@@ -265,6 +307,9 @@ def simulate(
         state = InterfaceState(
             *(np.where(good, b, a) for a, b in zip(state, step.state, strict=True))
         )
+        if loading is not None:
+            here = loading.at(here, time)
+            loads = here.loads()
         running = time < here.duration * (1.0 - 1e-12)
         if not running.all():
             keep = np.flatnonzero(running)
@@ -318,15 +363,19 @@ def _note(
     here: Conditions,
     start: InterfaceState,
     sample_times: Array,
+    loading: Loading | None,
 ) -> None:
-    """Enter an accepted step into the results."""
+    """Enter an accepted step into the results; `here` are the conditions at its start."""
     i, at, step = record.points, record.places, record.step
     dt, t0 = record.dt[at], record.time[at]
     t1 = t0 + dt
-    factor = record.loads.viscous[at] / here.pressure[at]
+    factor = record.loads.viscous[at] / record.pressure[at]
     y1 = step.state.log_height[at]
     mu = factor * np.exp(-y1)
-    result.mu_mean[i] += dt * factor * step.mean_inverse_height[at]
+    mean = factor
+    if loading is not None:
+        mean = 0.5 * (factor + here.loads().viscous[at] / here.pressure[at])
+    result.mu_mean[i] += dt * mean * step.mean_inverse_height[at]
     higher = mu > result.mu_peak[i]
     result.mu_peak[i[higher]], result.mu_peak_time[i[higher]] = mu[higher], t1[higher]
     result.mu_end[i], result.film_height[i] = mu, np.exp(y1)
@@ -346,4 +395,19 @@ def _note(
     y0, slope = start.log_height[at], step.height_rate[at] * dt
     s = (t1[which] - sample_times[sample]) / dt[which]
     y = y1[which] - slope[which] * s + (y0 - y1 + slope)[which] * s**2
-    result.samples[sample, i[which]] = factor[which] * np.exp(-y)
+    factor = factor[which]
+    if loading is not None:
+        then = loading.at(here.take(at[which]), sample_times[sample])
+        factor = then.loads().viscous / then.pressure
+    result.samples[sample, i[which]] = factor * np.exp(-y)
+
+
+def _bend(start: FilmLoads, middle: FilmLoads, end: FilmLoads) -> Array:
+    """How far loads in the middle of a step are from the line between its ends, relative."""
+    line = interpolate(start, end, 0.5)
+    gaps = (
+        np.abs(getattr(middle, name) - getattr(line, name))
+        / np.maximum(np.abs(getattr(end, name)), np.abs(getattr(start, name)) + 1e-300)
+        for name in ("viscous", "squeeze_rate")
+    )
+    return np.maximum(*gaps)

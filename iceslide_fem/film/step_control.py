@@ -39,17 +39,18 @@ class StepControl(NamedTuple):
         self,
         state: InterfaceState,
         loads: FilmLoads,
+        end: FilmLoads,
         dt: Array,
         ice: IceHeat,
         temperature_scale: Array,
         rubber: RubberHeat = INSULATED,
     ) -> Trial:
-        """A step of `dt` (s, one per point) under constant loads; errors as in `error_norms`."""
+        """A step of `dt` (s, one per point) from `loads` to `end`; errors as in `error_norms`."""
         method = self.integrator
-        step = advance(state, loads, loads, dt, ice, method, rubber)
+        step = advance(state, loads, end, dt, ice, method, rubber)
         if self.tolerance is None:
             return Trial(step, np.isfinite(step.state.log_height), dt)
-        error = error_norms(step, ice, state, loads.free_height, temperature_scale, rubber)
+        error = error_norms(step, ice, state, end.free_height, temperature_scale, rubber)
         error = error / (method.share * self.tolerance)
         return Trial(step, error <= 1.0, dt * step_factor(error, method.estimate_order))
 

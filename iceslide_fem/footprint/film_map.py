@@ -177,7 +177,7 @@ def _cross(
         trial = left[here] / np.ceil(left[here] / dt[here] - SLACK)
         below = ice.take(here)
         undercooling = below.solid.melting_temperature - below.temperature
-        step, good, wanted = control.trial(start, load, trial, below, undercooling)
+        step, good, wanted = control.trial(start, load, load, trial, below, undercooling)
         dt[here] = wanted
         if (wanted[~good] < SHORTEST * passing).any():
             raise SimulationStopped(

@@ -14,7 +14,7 @@ from iceslide_fem.interface.on_ice import OnIce
 from iceslide_fem.interface.on_rubber import Attached, OnRubber
 from iceslide_fem.interface.rubber_columns import RubberOverGrid
 from iceslide_fem.interface.surface_grid import SurfaceGrid, own_points
-from iceslide_fem.mesh.ice import ice_mesh, patch_lines, window_lines
+from iceslide_fem.mesh.ice import ice_mesh, passing_time, patch_lines, window_lines
 from iceslide_fem.rubber.block import Block
 
 
@@ -53,7 +53,7 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     _, footprint = _footprint(block)
     lines = window_lines(scene, footprint)
     # no ice is there longer
-    passing = np.minimum(duration, float(np.ptp(lines[0])) / scene.load.speed)
+    passing = np.minimum(duration, passing_time(scene, float(np.ptp(lines[0])), longest=True))
     ice: Continuum | GridColumns
     if scene.ice.heat == "continuum":
         mesh = ice_mesh(scene, comm, lines, layers_for=float(duration[0]))

@@ -150,11 +150,11 @@ def ice_lines(
     thermal = thermal_layer(scene, high - low, duration)
     first, ratio = surface_layers(thermal, scene.numerics, scene.ice.solid.diffusivity)
     slope = math.log(ratio)
-    meshed = depth or DEPTH * thermal_layer(scene, below, duration)
+    meshed = depth or DEPTH * thermal_layer(scene, below, duration, longest=True)
     # so that graded starts with the surface's layer
     layers = graded(meshed, first * slope / math.expm1(slope), slope)
     if depth is None:
-        layers = deeper(layers, DEPTH * thermal_layer(scene, below), ratio)
+        layers = deeper(layers, DEPTH * thermal_layer(scene, below, longest=True), ratio)
     return [*lines, -layers[::-1]]
 
 
@@ -166,14 +166,26 @@ def deeper(layers: Lines, depth: float, ratio: float) -> Lines:
     return np.append(layers, layers[-1] + np.cumsum(thickness * ratio ** np.arange(1, count + 1)))
 
 
-def thermal_layer(scene: Any, length: float, duration: float | None = None) -> float:
+def passing_time(scene: Any, length: float, longest: bool = False) -> float:
+    """Time (s) in which ice that slides passes `length` (m), no more than the run's.
+
+    At the mean speed, or the `longest` that it may take.
+    """
+    speeds, duration = scene.load.speeds, float(scene.load.duration)
+    speed = speeds.smallest if longest else speeds.mean
+    return min(duration, length / speed) if speed * duration > length else duration
+
+
+def thermal_layer(
+    scene: Any, length: float, duration: float | None = None, longest: bool = False
+) -> float:
     """sqrt(alpha t) of the run or of the time in which ice that slides passes `length` (m), m.
 
-    duration (s): of the run, by default the scene's.
+    duration (s): of the run, by default the scene's; longest: as for `passing_time`.
     """
     time = duration or scene.load.duration
     if scene.ice.motion == "sliding":
-        time = min(time, length / scene.load.speed)
+        time = min(time, passing_time(scene, length, longest))
     return math.sqrt(scene.ice.solid.diffusivity * time)
 
 

@@ -50,7 +50,7 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Hi
     def mean(values: Any) -> float:
         return block.surface.total(values.reshape(area.shape), area) / touching
 
-    carrier = sliding.carrier
+    carrier, load = sliding.carrier, block.scene.load
     melted, saturated = _switches(sliding, accepted)
     normal, friction = block.normal_force(contact), ledger.friction_force()
     below, beside = (
@@ -60,12 +60,14 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Hi
     return HistoryRow(
         time_s=current.time,
         step_s=accepted.dt if accepted else 0.0,
-        slip_m=block.scene.load.speed * current.time,
+        slip_m=load.speeds.integral(current.time),
         mu=friction / normal,
         film_height_m=mean(carrier.film_height(current.interface, current.loads)),
         squeezed_height_m=mean(carrier.at_points(current.interface.squeezed_height, current.loads)),
         surface_temperature_C=mean(_surface(sliding, current)) - ZERO_CELSIUS,
         contact_fraction=touching / block.area,
+        nominal_pressure_Pa=load.pressures.at(current.time),
+        speed_m_per_s=load.speeds.at(current.time),
         normal_force_N=normal,
         friction_force_N=friction,
         plate_displacement_m=block.equilibrium.plate_displacement(),

@@ -31,6 +31,8 @@ class HistoryRow(NamedTuple):
     squeezed_height_m: float
     surface_temperature_C: float
     contact_fraction: float
+    nominal_pressure_Pa: float
+    speed_m_per_s: float
     normal_force_N: float
     friction_force_N: float
     plate_displacement_m: float

@@ -101,5 +101,5 @@ def expected_steps(scene: Scene) -> int:
     if scene.ice.motion == "sliding":  # a step is at most the passage of a cell
         from iceslide_fem.mesh.ice import window_cell
 
-        fewest = max(fewest, duration * scene.load.speed / window_cell(scene))
+        fewest = max(fewest, duration * scene.load.speeds.largest / window_cell(scene))
     return ceil(fewest - 1e-6)  # not one more for rounding

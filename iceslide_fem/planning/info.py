@@ -56,7 +56,7 @@ def _heat(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     Heat spreads sideways as far as it goes down, so columns of ice are exact up to a share of
     the contact of the order of sqrt(alpha t) over its shortest side.
     """
-    v, L, duration = scene.load.speed, size[0], scene.load.duration
+    v, L, duration = scene.load.speeds.mean, size[0], scene.load.duration
     heated, when = duration, "√(α t) at the end"
     if scene.ice.motion == "sliding" and scene.model != "point":
         heated, when = min(duration, L / v), "√(α t) after the time under the block"
@@ -91,8 +91,8 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     alone: h^2/h0^2 = 1 + 2 K1 t / h0^2 with K1 = k eta v^2 / (rho L).
     """
     p, v, h0, eta = (
-        scene.load.pressure,
-        scene.load.speed,
+        scene.load.pressures.first,
+        scene.load.speeds.first or scene.load.speeds.mean,
         scene.film.initial_height,
         scene.water.viscosity,
     )
@@ -115,7 +115,7 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
 
 def _table(scene: Scene, size: tuple[float, ...], mu: float) -> list[Row]:
     """Whose k, D and H_V are taken, the range of local pressures and the load that they cover."""
-    table, p = scene.contact_parameters, scene.load.pressure
+    table, p = scene.contact_parameters, scene.load.pressures.mean
     if not isinstance(table, ContactTable):
         return [Row("film", "k, D, H_V", "constant", "given in the scene, at every pressure")]
     low, high = table.pressure[0], table.pressure[-1]
@@ -151,11 +151,17 @@ def covered_load(table: ContactTable, pressure: float, tilt: float) -> float:
 def _rubber(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     """Stiffness, expected strain p/E and time of a shear wave through the height, H sqrt(rho/G)."""
     rubber, load, constants = scene.rubber, scene.load, scene.mooney_rivlin
+    strain = load.pressures.largest / constants.youngs_modulus
     E, G, nu = constants.youngs_modulus, constants.shear_modulus, constants.poissons_ratio
     wave = size[-1] * sqrt(rubber.density / G)
     return [
         Row("rubber", "Young's modulus", readable(E, "Pa"), f"Poisson's ratio {nu:.3f}"),
-        Row("rubber", "compression", f"{load.pressure / E:.2%}", "p / E, the expected strain"),
+        Row(
+            "rubber",
+            "compression",
+            f"{strain:.2%}",
+            "p / E, the expected strain",
+        ),
         Row(
             "rubber",
             "shear wave time",

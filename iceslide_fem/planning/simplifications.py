@@ -52,21 +52,22 @@ class Simplifications(NamedTuple):
 def simplifications(scene: Scene) -> Simplifications:
     """Estimates for `scene`, whatever its model. Takes some tenths of a second.
 
-    Raises SimulationStopped where the film law cannot be advanced.
+    Loads that go in time are taken at their means. Raises SimulationStopped where the film law
+    cannot be advanced.
     """
     rubber, load, constants = scene.rubber, scene.load, scene.mooney_rivlin
-    L, W, H, v = rubber.length, rubber.width, rubber.height, load.speed
+    L, W, H, v = rubber.length, rubber.width, rubber.height, load.speeds.mean
     nu, K, G = constants.poissons_ratio, constants.bulk_modulus, constants.shear_modulus
     sliding = scene.ice.motion == "sliding"
     heated = min(load.duration, L / v) if sliding else load.duration
     times = np.linspace(0.0, heated, TIMES)
 
     alone = _friction(scene, np.ones(1), heated, times)[:, 0]
-    mu = alone / load.pressure
+    mu = alone / load.pressures.mean
     closed = alone if sliding else _friction(scene, np.ones(1), heated, times, "half-space")[:, 0]
     closed_form = _largest(closed, alone)
 
-    strain = load.pressure / constants.youngs_modulus
+    strain = load.pressures.largest / constants.youngs_modulus
 
     places, weights = np.polynomial.legendre.leggauss(PLACES)
     weights = 0.5 * weights
@@ -114,13 +115,14 @@ def _friction(
     scene: Scene, shares: Array, duration: float, times: Array, ice: str = "column"
 ) -> Array:
     """Friction stress (Pa) at `times` (s) below `shares` of the nominal pressure: (times, n)."""
-    pressure = shares * scene.load.pressure
-    law = pressure if scene.film.pressure == "local" else np.full_like(shares, scene.load.pressure)
+    nominal = scene.load.pressures.mean
+    pressure = shares * nominal
+    law = pressure if scene.film.pressure == "local" else np.full_like(shares, nominal)
     law = np.clip(law, *RANGES["pressure"][:2])  # where an edge has all but lifted off
     k, D, H_V, _ = scene.contact_parameters(law)
     conditions = Conditions.of(
         pressure=law,
-        speed=scene.load.speed,
+        speed=scene.load.speeds.mean,
         temperature=scene.ice.temperature,
         k=k,
         D=D,

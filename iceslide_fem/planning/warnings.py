@@ -44,7 +44,7 @@ def _passing(scene: Scene) -> list[str]:
         return []
     from iceslide_fem.mesh.rubber import block_size
 
-    transit = block_size(scene)[0] / scene.load.speed
+    transit = block_size(scene)[0] / scene.load.speeds.mean
     found = []
     if scene.load.duration < transit:
         found.append(

@@ -53,7 +53,7 @@ SpeedLaw = Callable[[Array], tuple[Array, float]]
 class Block:
     """A scene's block, its contact surface and its equilibrium solver.
 
-    area: nominal contact area of the mesh (m2; m in a slice); force: the plate's (N; N/m);
+    area: nominal contact area of the mesh (m2; m in a slice); force: the plate's (N; N/m) at t = 0;
     scale: from forces of the mesh to those of the whole block; height: of the block, m.
     """
 
@@ -83,9 +83,9 @@ class Block:
         return self.equilibrium.solve(force, law, self.scene.numerics.tolerance * scale)
 
     def film_friction(self, film_height: Array) -> float:
-        """Friction force (N, of the mesh) at the plate's speed over films (f, q), m. Collective."""
+        """Friction force (N, of the mesh) at the mean speed over films (f, q), m. Collective."""
         contact = self.contact
-        speed = np.full_like(film_height, self.scene.load.speed)
+        speed = np.full_like(film_height, self.scene.load.speeds.mean)
         shear, _ = self.friction.shear(contact.pressure, speed, film_height)
         return self.surface.total(shear, contact.area)
 
@@ -157,10 +157,11 @@ class Block:
 
 def default_ramp(scene: Scene) -> float:
     """Pressure (Pa) up to which shear is faded in: from the shear at h0 and the nominal pressure,
-    k eta v / h0; at most that pressure.
+    k eta v / h0; at most that pressure. Of loads that go in time the least pressure, the top speed.
     """
-    pressure, k = scene.load.pressure, float(scene.contact_parameters(scene.load.pressure).k)
-    shear = k * scene.water.viscosity * scene.load.speed / scene.film.initial_height
+    pressure, speed = scene.load.pressures.smallest, scene.load.speeds.largest
+    k = float(scene.contact_parameters(pressure).k)
+    shear = k * scene.water.viscosity * speed / scene.film.initial_height
     return min(max(RAMP_SHARE * pressure, shear / STEEPEST_RAMP), pressure)
 
 
@@ -194,7 +195,7 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
         scale = scene.rubber.width
     else:
         scale = 2.0 if "symmetry" in mesh.tags else 1.0
-    pressure = scene.load.pressure
+    pressure = scene.load.pressures.first
     friction = FilmFriction(
         scene.contact_parameters,
         pressure if scene.film.pressure == "nominal" else None,

@@ -93,6 +93,7 @@ class HyperelasticBody:
             residual += mass * ufl.inner(change, test) * ufl.dx
             square = ufl.inner(self._velocity, self._velocity)
             self._kinetic = compat.form(0.5 * mass * square * ufl.dx)
+            self._momentum = compat.form(mass * self._velocity[0] * ufl.dx)
             masses = compat.create_vector(self.space)
             compat.assemble_vector(masses, compat.form(mass * sum(test) * ufl.dx))
             self._mass = masses.norm()
@@ -180,6 +181,14 @@ class HyperelasticBody:
         """
         self._velocity.x.array[:] = velocity
         return compat.assemble_scalar(self._kinetic, self.mesh.comm)
+
+    def momentum(self, velocity: Array) -> float:
+        """Momentum along x, N s (N s/m in a slice), of nodal velocities; only with a density.
+
+        Of displacements it is the mass times the way of its centre. Collective.
+        """
+        self._velocity.x.array[:] = velocity
+        return compat.assemble_scalar(self._momentum, self.mesh.comm)
 
     def elastic_energy(self) -> float:
         """Stored energy, J (J/m in a slice), on all ranks. Collective."""

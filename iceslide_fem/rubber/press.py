@@ -51,10 +51,10 @@ def press(
     """
     law = law or block.static
     scene, u = block.scene, block.rubber.displacements
-    strain = scene.load.pressure / scene.mooney_rivlin.youngs_modulus
+    strain = scene.load.pressures.first / scene.mooney_rivlin.youngs_modulus
     first = min(1.0, FIRST_STRAIN / strain)
     # Contact must carry the first load, or the plate is free to move.
-    u[:, -1] -= first * scene.load.pressure / block.equilibrium.penalty
+    u[:, -1] -= first * scene.load.pressures.first / block.equilibrium.penalty
 
     def solve(load: float) -> Solution:
         solution = block.balance(law, load)
@@ -78,7 +78,7 @@ def start_sliding(
 
     def solve(path: float) -> Solution:
         share = path**2 * (3.0 - 2.0 * path)
-        speed = np.full_like(height, share * scene.load.speed)
+        speed = np.full_like(height, share * scene.load.speeds.first)
         film = block.film_shear(height, lambda _: (speed, 0.0))
 
         def law(pressure: Array, displacement: Array) -> Traction:

@@ -6,6 +6,7 @@ for: so the slip speed can be taken at the displacement that is being found.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -56,6 +57,9 @@ class MotionLaw(Protocol):
     def kinetic_energy(self, motion: Motion) -> float:
         """Kinetic energy relative to the plate, J (J/m in a slice). Collective."""
 
+    def mass_moment(self, motion: Motion) -> float:
+        """Mass times the way of its centre along x relative to the plate, kg m. Collective."""
+
 
 def at_rest(displacements: Array) -> Motion:
     """A block that does not move at t = 0."""
@@ -100,6 +104,10 @@ class QuasiStatic:
         """None: its mass is neglected."""
         return 0.0
 
+    def mass_moment(self, motion: Motion) -> float:
+        """None: its mass is neglected."""
+        return 0.0
+
 
 class Dynamic:
     """Implicit dynamics: the generalised-alpha method with all forces at the step's end.
@@ -111,13 +119,24 @@ class Dynamic:
         M [(1 - alpha_m) a1 + alpha_m a0] + f(u1) = 0
         u1 = u0 + dt v0 + dt^2 [(1/2 - beta) a0 + beta a1]
         v1 = v0 + dt [(1 - gamma) a0 + gamma a1]
+
+    Displacements are relative to the plate: where that is accelerated, M times its acceleration at
+    the step's end is among the forces f.
     """
 
     may_rest = False
 
-    def __init__(self, rubber: HyperelasticBody, radius: float = HIGH_FREQUENCY_RADIUS) -> None:
-        """`rubber` carries the inertia forces; `radius` in 0 to 1 (1 dissipates nothing)."""
-        self._rubber = rubber
+    def __init__(
+        self,
+        rubber: HyperelasticBody,
+        radius: float = HIGH_FREQUENCY_RADIUS,
+        plate: Callable[[float], float] = lambda time: 0.0,
+    ) -> None:
+        """`rubber` carries the inertia forces; `radius` in 0 to 1 (1 dissipates nothing).
+
+        `plate` is the acceleration (m/s2) along x of the plate at a time (s).
+        """
+        self._rubber, self._plate = rubber, plate
         self._alpha = (radius - 1.0) / (radius + 1.0)
         self._gamma = 0.5 - self._alpha
         self._beta = 0.25 * (1.0 - self._alpha) ** 2
@@ -129,7 +148,10 @@ class Dynamic:
         coasted = u + dt * v + (0.5 - beta) * dt**2 * a
         weight = (1.0 - self._alpha) / (beta * dt**2)
         # weight * (u1 - reference) = (1 - alpha_m) a1 + alpha_m a0
-        self._rubber.set_inertia(weight, coasted - self._alpha / weight * a)
+        reference = coasted - self._alpha / weight * a
+        if acceleration := self._plate(time):
+            reference.reshape(-1, self._rubber.mesh.geometry.dim)[:, 0] -= acceleration / weight
+        self._rubber.set_inertia(weight, reference)
         slope = gamma / (beta * dt)
         intercept = v + (1.0 - gamma) * dt * a - slope * coasted
         return coasted + beta * dt**2 * a, Rate(slope, intercept)
@@ -152,3 +174,7 @@ class Dynamic:
     def kinetic_energy(self, motion: Motion) -> float:
         """Of the velocities relative to the plate, J (J/m in a slice). Collective."""
         return self._rubber.kinetic_energy(motion.velocity)
+
+    def mass_moment(self, motion: Motion) -> float:
+        """Of the displacements relative to the plate, kg m (kg in a slice). Collective."""
+        return self._rubber.momentum(motion.displacements)

@@ -77,7 +77,8 @@ def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
     time = table["time_s"]
     rest = np.maximum(transit - time, 0.0)
     whole = np.zeros_like(time)  # of mu: the work knows it better than its ends do
-    whole[1:] = table["friction_work_J"][1:] / (scene.load.speed * table["normal_force_N"][1:])
+    speed = scene.load.speeds.first  # it does not change where ice passes below a point
+    whole[1:] = table["friction_work_J"][1:] / (speed * table["normal_force_N"][1:])
     for name in (*MEANS, *SWITCHES):
         values = table[name]
         if name != "mu":
@@ -97,7 +98,7 @@ def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
     if left > 1e-9 * duration:
         last = found[-1]._asdict()
         last |= {name: last[name] + left * rate for name, rate in rates.items()}
-        slip = scene.load.speed * duration
+        slip = speed * duration
         last |= {"time_s": duration, "step_s": left, "slip_m": slip}
         last["water_left_m3"] = last["water_squeezed_m3"] - last["water_below_m3"]
         found.append(HistoryRow(**last))
@@ -134,12 +135,13 @@ class _History:
     def __init__(self, scene: Scene, conditions: Conditions) -> None:
         self._scene = scene
         self._area = scene.rubber.length * scene.rubber.width
-        self._shear_height = float(conditions.loads().viscous[0])
         self._ice: Column | HalfSpace = ICE_MODELS[ice_model(scene)](
             conditions.temperature, conditions.duration, solid=conditions.solid
         )
         self._work = self._ice_heat = self._rubber_heat = self._latent_heat = 0.0
-        self.rows = [self._row(0.0, 0.0, scene.film.initial_height, 0.0, scene.ice.temperature)]
+        shear = float(conditions.loads().viscous[0]) / scene.film.initial_height
+        height, T_0 = scene.film.initial_height, scene.ice.temperature
+        self.rows = [self._row(0.0, 0.0, shear, height, 0.0, T_0)]
 
     def add(self, record: Record) -> None:
         """Enter an accepted step."""
@@ -148,10 +150,12 @@ class _History:
         self._ice_heat += self._area * float(step.ice_heat[0])
         self._rubber_heat += self._area * float(step.rubber_heat[0])
         self._latent_heat += self._area * float(step.latent_heat[0])
+        height = float(np.exp(step.state.log_height[0]))
         row = self._row(
             float(record.time[0]) + dt,
             dt,
-            float(np.exp(step.state.log_height[0])),
+            float(record.loads.viscous[0]) / height,
+            height,
             float(step.state.squeezed_height[0]),
             float(self._ice.surface_temperature(step.state.ice)[0]),
             bool(record.melting[0]),
@@ -163,6 +167,7 @@ class _History:
         self,
         time: float,
         dt: float,
+        shear: float,
         height: float,
         squeezed: float,
         temperature: float,
@@ -170,18 +175,20 @@ class _History:
         saturated: bool = False,
     ) -> HistoryRow:
         load = self._scene.load
-        shear = self._shear_height / height
+        pressure = load.pressures.at(time)
         missing = self._work - self._ice_heat - self._rubber_heat - self._latent_heat
         return HistoryRow(
             time_s=time,
             step_s=dt,
-            slip_m=load.speed * time,
-            mu=shear / load.pressure,
+            slip_m=load.speeds.integral(time),
+            mu=shear / pressure,
             film_height_m=height,
             squeezed_height_m=squeezed,
             surface_temperature_C=temperature - ZERO_CELSIUS,
             contact_fraction=1.0,
-            normal_force_N=load.pressure * self._area,
+            nominal_pressure_Pa=pressure,
+            speed_m_per_s=load.speeds.at(time),
+            normal_force_N=pressure * self._area,
             friction_force_N=shear * self._area,
             plate_displacement_m=0.0,
             melted_fraction=float(melting),

@@ -27,7 +27,7 @@ def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
             return _missing(error)
         case "value_error":
             return str(fault["ctx"]["error"])
-        case "quantity":
+        case "quantity" | "table":
             return f"{given} {fault['msg']}"
         case "literal_error":
             return f"{given} is not available; allowed: {fault['ctx']['expected']}"

@@ -37,6 +37,7 @@ from iceslide_fem.materials import (
 )
 from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.load import Load
 from iceslide_fem.scene.outline_file import read_outline
 from iceslide_fem.scene.shape import (
     WIDEST,
@@ -63,6 +64,7 @@ FILE_KEYS = (
     ("rubber", "outline"),
     ("film", "contact"),
 )  # table and key of what names a file
+TABLE_KEYS = (("load", "pressure"), ("load", "speed"))  # of what may name a file of rows
 
 
 class Rubber(Table):
@@ -174,15 +176,6 @@ class Rubber(Table):
     def solid(self) -> Solid:
         """The rubber as heat sees it."""
         return Solid(self.conductivity, self.density, self.heat_capacity)
-
-
-class Load(Table):
-    """Nominal pressure (Pa), sliding speed (m/s), sliding time (s), friction before sliding."""
-
-    pressure: Annotated[float, Quantity("Pa", "0.01 bar", "100 bar")]
-    speed: Annotated[float, Quantity("m/s", "1e-6 m/s", "100 m/s")]
-    duration: Annotated[float, Quantity("s", "1e-6 s", "100 s")]
-    static_friction: Annotated[float, Quantity("", "0", "2")] = 0.1
 
 
 class Ice(Table):
@@ -363,6 +356,8 @@ class Scene(Table):
                 "closed form holds for ice that stays under the rubber; "
                 "allowed with sliding: 'column' or 'continuum'"
             )
+        if self.load.changes:
+            self._loads_may_change()
         self._contact_is_stiff()
         below = [name for name, place in self.output.probes.items() if place[2] < 0.0]
         if below and self.ice.heat == "half-space":
@@ -384,9 +379,25 @@ class Scene(Table):
             )
         return self
 
+    def _loads_may_change(self) -> None:
+        """Raise ValueError where loads that go in time have no meaning in this scene."""
+        changing = "speed" if self.load.pressures.is_constant else "pressure"
+        if self.model == "point" and self.ice.motion == "sliding":
+            raise ValueError(
+                f'load.{changing} that changes in time and model = "point" contradict each other '
+                "where ice slides: points that enter the contact one after the other see other "
+                'loads; allowed: model = "slice" or "block", or ice.motion = "attached"'
+            )
+        if self.film.pressure == "nominal" and not self.load.pressures.is_constant:
+            raise ValueError(
+                'film.pressure = "nominal" and a load.pressure that changes in time contradict '
+                "each other: k, D and H_V of one nominal pressure are held; "
+                "allowed: 'local'"
+            )
+
     def _contact_is_stiff(self) -> None:
         """Raise ValueError where a penalty or a shear ramp of the user's is no model of contact."""
-        numerics, pressure = self.numerics, self.load.pressure
+        numerics, pressure = self.numerics, self.load.pressures.largest
         least = pressure / (DEEPEST * self.rubber.height)
         if self.rubber.mesh is None and numerics.penalty and numerics.penalty < least:
             raise ValueError(
@@ -395,6 +406,7 @@ class Scene(Table):
                 f"least {1e-9 * least:.3g} MPa/mm, with which it sinks in by a tenth of its height"
             )
         ramp = numerics.shear_ramp_pressure
+        pressure = self.load.pressures.smallest
         if ramp and ramp > pressure:
             raise ValueError(
                 f"numerics.shear_ramp_pressure = {ramp / BAR:.3g} bar is above load.pressure = "
@@ -463,7 +475,7 @@ class Scene(Table):
 
     def outside_table(self) -> str | None:
         """A sentence if the nominal pressure lies outside the table of k, D, H_V, else None."""
-        table, pressure = self.contact_parameters, self.load.pressure
+        table, pressure = self.contact_parameters, self.load.pressures.mean
         if not isinstance(table, ContactTable) or not table.outside(pressure):
             return None
         low, high = table.pressure[0] / BAR, table.pressure[-1] / BAR

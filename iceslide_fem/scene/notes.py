@@ -92,7 +92,7 @@ def _point(scene: Scene) -> list[str]:
     if scene.model == "point" and scene.ice.heat == "continuum":
         found.append('below a point the ice is a column, the nearest to ice.heat = "continuum"')
     if scene.model == "point" and scene.ice.motion == "sliding":
-        transit = readable(scene.rubber.length / scene.load.speed, "s")
+        transit = readable(scene.rubber.length / scene.load.speeds.mean, "s")
         found.append(f"ice below a point passes in L / v = {transit}; mu is that of the block")
     return found
 
@@ -112,14 +112,14 @@ def _outside_envelope(scene: Scene) -> list[str]:
     """Where the scene leaves what default settings are known to converge for."""
     found = []
     for (table, key), (low, high, unit) in ENVELOPE.items():
-        value = getattr(getattr(scene, table), key)
         if key == "pressure" and (scene.model == "point" or scene.rubber.compound != "B"):
             continue
-        if not low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
-            found.append(
-                f"{table}.{key} = {_text(value, unit)} is outside the range that is known to work, "
-                f"{_text(low, unit)} to {_text(high, unit)}"
-            )
+        for value in _extremes(scene, table, key):
+            if not low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
+                found.append(
+                    f"{table}.{key} = {_text(value, unit)} is outside the range that is known to "
+                    f"work, {_text(low, unit)} to {_text(high, unit)}"
+                )
     celsius = scene.ice.temperature - ZERO_CELSIUS
     if not COLDEST - 1e-9 <= celsius <= WARMEST + 1e-9:
         found.append(
@@ -129,11 +129,22 @@ def _outside_envelope(scene: Scene) -> list[str]:
     return found + _friction(scene) + ([] if scene.model == "point" else _rubber(scene))
 
 
+def _extremes(scene: Scene, table: str, key: str) -> list[float]:
+    """Least and largest value of a key, one if they are the same; a plate at rest apart."""
+    if table != "load":
+        return [getattr(getattr(scene, table), key)]
+    course = getattr(scene.load, f"{key}s")
+    return sorted({course.smallest, course.largest} - {0.0})
+
+
 def _friction(scene: Scene) -> list[str]:
     """Friction at t = 0, mu = k eta v / (h0 p) (5.29, 5.30), of a film that has not grown yet."""
-    p, h0 = scene.load.pressure, scene.film.initial_height
+    p, h0 = scene.load.pressures.first, scene.film.initial_height
     friction = (
-        float(scene.contact_parameters(p).k) * scene.water.viscosity * scene.load.speed / (h0 * p)
+        float(scene.contact_parameters(p).k)
+        * scene.water.viscosity
+        * scene.load.speeds.first
+        / (h0 * p)
     )
     if friction <= LARGEST_FRICTION:
         return []
@@ -148,15 +159,16 @@ def _rubber(scene: Scene) -> list[str]:
     rubber, load, numerics = scene.rubber, scene.load, scene.numerics
     E, G = scene.mooney_rivlin.youngs_modulus, scene.mooney_rivlin.shear_modulus
     found = []
-    if load.pressure > LARGEST_STRAIN * E * (1 + 1e-2) and rubber.compound != "B":
+    most = load.pressures.largest
+    if most > LARGEST_STRAIN * E * (1 + 1e-2) and rubber.compound != "B":
         found.append(
-            f"load.pressure is {load.pressure / E:.0%} of Young's modulus ({_text(E, 'Pa')}); "
+            f"load.pressure is {most / E:.0%} of Young's modulus ({_text(E, 'Pa')}); "
             f"up to {LARGEST_STRAIN:.0%} are known to work"
         )
     if rubber.mesh is None and rubber.outline is None:
         length = rubber.length if scene.model == "slice" else min(rubber.length, rubber.width)
         limit = buckling_pressure(E, G, length, rubber.height)
-        if load.pressure > limit:
+        if most > limit:
             found.append(
                 f"the block is slender: {rubber.height / length:.2g} times as tall as thick, it "
                 f"buckles at about {_text(limit, 'Pa')}"
@@ -168,7 +180,7 @@ def _rubber(scene: Scene) -> list[str]:
             numerics.shear_ramp_pressure,
             "Pa",
             SHEAR_RAMPS,
-            load.pressure,
+            load.pressures.first,
             "p",
         ),
     ):

@@ -11,7 +11,8 @@ from typing import Any
 from iceslide_fem.errors import SceneError
 from iceslide_fem.scene.input_file import read_text
 from iceslide_fem.scene.messages import shortened
-from iceslide_fem.scene.model import FILE_KEYS, Scene
+from iceslide_fem.scene.model import FILE_KEYS, TABLE_KEYS, Scene
+from iceslide_fem.scene.rows import names_a_file
 from iceslide_fem.scene.validation import scene_from_dict
 
 DEEPEST = 8  # tables and lists within each other; a scene has two
@@ -44,6 +45,10 @@ def read_scene(path: Path | str, overrides: Sequence[str] = ()) -> dict[str, Any
     for table, name in FILE_KEYS:
         values = data.get(table)
         if isinstance(values, dict) and isinstance(values.get(name), str):
+            values[name] = str(path.parent / values[name])
+    for table, name in TABLE_KEYS:
+        values = data.get(table)
+        if isinstance(values, dict) and names_a_file(values.get(name)):
             values[name] = str(path.parent / values[name])
     for change in overrides:
         override(data, change)

@@ -11,6 +11,7 @@ from pydantic.fields import FieldInfo
 from iceslide_fem.errors import SceneError
 from iceslide_fem.scene.messages import first_sentence, unknown_key
 from iceslide_fem.scene.model import Scene
+from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.units import Quantity
 
 
@@ -36,7 +37,7 @@ def unit_of(key: str) -> str | None:
         model = fields[part].annotation
     field = fields[part]
     parts = [*field.metadata, *(part for arm in get_args(model) for part in get_args(arm))]
-    return next((part.unit for part in parts if isinstance(part, Quantity)), None)
+    return next((part.unit for part in parts if isinstance(part, Quantity | RowsOf)), None)
 
 
 def _by_alias(fields: Mapping[str, FieldInfo]) -> dict[str, str]:

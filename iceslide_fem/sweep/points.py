@@ -29,8 +29,9 @@ def simulate_points(scenes: Sequence[Scene]) -> list[CaseResult]:
     groups: dict[tuple[Any, ...], list[int]] = {}
     outcomes: list[CaseResult] = [CaseResult(FAILED)] * len(scenes)
     for number, scene in enumerate(scenes):
-        if scene.ice.motion == "sliding":  # means over a block, each over its own transit
-            outcomes[number] = _block(scene)
+        # means over a block, each over its own transit; loads that go in time, each in its own
+        if scene.ice.motion == "sliding" or scene.load.changes:
+            outcomes[number] = _alone(scene)
             continue
         settings = simulation_settings(scene)
         heat = _rubber_key(scene)
@@ -43,8 +44,8 @@ def simulate_points(scenes: Sequence[Scene]) -> list[CaseResult]:
     return outcomes
 
 
-def _block(scene: Scene) -> CaseResult:
-    """Outcome of a scene whose ice passes."""
+def _alone(scene: Scene) -> CaseResult:
+    """Outcome of a scene in a call of its own."""
     started = monotonic()
     try:
         rows, entries = point_history(scene)

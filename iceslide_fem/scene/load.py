@@ -1,0 +1,86 @@
+"""The table `load` of a scene: pressure and speed, and how they go in time."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import field_validator, model_validator
+
+from iceslide_fem.scene.course import Course
+from iceslide_fem.scene.rows import Rows, RowsOf
+from iceslide_fem.scene.table import Table
+from iceslide_fem.scene.units import Quantity
+
+TIME = Quantity("s", "0 s", "1000 s")
+PRESSURE = RowsOf("time", TIME, Quantity("Pa", "0.01 bar", "100 bar"), "0.01 bar")
+SPEED = RowsOf("time", TIME, Quantity("m/s", "1e-6 m/s", "100 m/s"), "0 m/s")
+
+
+class Load(Table):
+    """Nominal pressure (Pa), sliding speed (m/s), sliding time (s), friction before sliding.
+
+    Pressure and speed are numbers, or rows of times (s) and values: `pressures` and `speeds` say
+    how they go in time, with `interpolation` between rows, times the scale of each.
+    """
+
+    pressure: Annotated[Any, PRESSURE]
+    speed: Annotated[Any, SPEED]
+    duration: Annotated[float, Quantity("s", "1e-6 s", "100 s")]
+    static_friction: Annotated[float, Quantity("", "0", "2")] = 0.1
+    interpolation: Literal["linear", "smooth"] = "linear"
+    pressure_scale: Annotated[float, Quantity("", "0.001", "1000")] = 1.0
+    speed_scale: Annotated[float, Quantity("", "0.001", "1000")] = 1.0
+
+    @field_validator("speed", mode="before")
+    @classmethod
+    def _goes_one_way(cls, speed: Any) -> Any:
+        """`speed` itself. Raises ValueError where rows turn round."""
+        for number, (_, value) in enumerate(SPEED.rows(speed), start=1):
+            if value < 0.0:
+                raise ValueError(
+                    f"load.speed is {value:g} m/s in row {number}: the sliding would turn round, "
+                    "over ice and films that it has left behind; allowed: 0 m/s to 100 m/s"
+                )
+        return speed
+
+    @model_validator(mode="after")
+    def _in_range(self) -> Self:
+        for name, unit, low, high in (("pressure", "Pa", 1e3, 1e7), ("speed", "m/s", 1e-6, 100.0)):
+            course: Course = getattr(self, f"{name}s")
+            scale, given = getattr(self, f"{name}_scale"), getattr(self, name)
+            most, least = max(course.values), min(course.values)
+            if most > high * (1 + 1e-9) or (scale != 1.0 and 0.0 < least < low * (1 - 1e-9)):
+                raise ValueError(
+                    f"load.{name}_scale = {scale:g} leads out of range: load.{name} becomes "
+                    f"{least:g} to {most:g} {unit}; allowed: {low:g} to {high:g} {unit}"
+                )
+            if isinstance(given, tuple) and not course.mean > 0.0:
+                raise ValueError(f"load.{name} is 0 {unit} throughout; nothing would slide")
+        return self
+
+    @property
+    def pressures(self) -> Course:
+        """Nominal pressure over time, Pa."""
+        return self._course(self.pressure, self.pressure_scale)
+
+    @property
+    def speeds(self) -> Course:
+        """Sliding speed over time, m/s."""
+        return self._course(self.speed, self.speed_scale)
+
+    @property
+    def changes(self) -> bool:
+        """Whether pressure or speed go in time."""
+        return not (self.pressures.is_constant and self.speeds.is_constant)
+
+    def _course(self, given: Any, scale: float) -> Course:
+        if not isinstance(given, tuple):
+            return Course((), (given * scale,), self.duration)
+        return _rows_course(given, scale, self.duration, self.interpolation == "smooth")
+
+
+@lru_cache(maxsize=64)
+def _rows_course(rows: Rows, scale: float, duration: float, smooth: bool) -> Course:
+    times, values = zip(*rows, strict=True)
+    return Course(times, tuple(scale * value for value in values), duration, smooth)

@@ -1,0 +1,224 @@
+"""Loads that go in time: their course, what follows exactly from it, and what is refused."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.film.conditions import scene_conditions, scene_loading, simulation_settings
+from iceslide_fem.film.point import simulate
+from iceslide_fem.materials import ICE
+from iceslide_fem.run.point import point_history
+from iceslide_fem.scene import load_scene, scene_from_dict, unit_of
+from iceslide_fem.scene.course import Course
+from iceslide_fem.scene.fingerprint import scene_hash
+
+MS = 1e-3
+LOAD = {"pressure": "1 bar", "speed": "3 m/s", "duration": "2 ms"}
+RAMP = [["0 ms", "1 m/s"], ["0.5 ms", "1 m/s"], ["1.5 ms", "4 m/s"]]
+RISE = [["0 ms", "1 bar"], ["0.4 ms", "1 bar"], ["1.2 ms", "3 bar"]]
+CONSTANT = {"k": 0.3, "D": "30 um", "H_V": "2 um"}
+
+
+def scene(model="point", ice=None, film=None, rubber=None, numerics=None, **load):
+    return scene_from_dict(
+        {
+            "name": "loads",
+            "model": model,
+            "rubber": {"compound": "B"} | (rubber or {}),
+            "load": LOAD | load,
+            "ice": {"temperature": "-1 degC"} | (ice or {}),
+            "film": film or {},
+            "numerics": {"tolerance": 1e-3} | (numerics or {}),
+        }
+    )
+
+
+def point(scene, times):
+    return simulate(scene_conditions(scene), times=times, **simulation_settings(scene))
+
+
+# The course
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_a_course_has_its_rows_an_exact_integral_and_holds_beyond(smooth):
+    course = Course((1.0, 2.0, 4.0), (1.0, 3.0, 2.0), 6.0, smooth)
+    np.testing.assert_allclose(course([0.0, 1.0, 2.0, 4.0, 6.0]), [1.0, 1.0, 3.0, 2.0, 2.0])
+    t = np.linspace(0.0, 6.0, 600_001)
+    values = course(t)
+    assert (values.min(), values.max()) == (1.0, 3.0)  # no overshoot
+    way = np.trapz(values, t)
+    assert course.integral(6.0) == pytest.approx(way, rel=1e-9)
+    assert course.mean == pytest.approx(way / 6.0, rel=1e-9)
+    assert course.mean_between(0.5, 3.0) == pytest.approx(
+        np.mean(course(np.linspace(0.5, 3, 10**6))), rel=1e-5
+    )
+    assert course.slope(1.5) == pytest.approx(
+        (course.at(1.5) - course.at(1.5 - 1e-7)) / 1e-7, rel=1e-5
+    )
+    assert course.slope(5.0) == 0.0
+    assert course.corners == (1.0, 2.0, 4.0)
+    np.testing.assert_array_equal(course.next_corner([0.0, 1.0, 3.9, 4.0]), [1, 2, 4, np.inf])
+    if not smooth:
+        assert course.integral(6.0) == pytest.approx(1.0 + 2.0 + 5.0 + 4.0, rel=1e-14)
+
+
+def test_one_value_holds_throughout():
+    course = Course((), (3.0,), 2.0)
+    assert course.is_constant and course.integral(0.5) == 1.5 and course.mean == 3.0
+    assert course.at(7.0) == course.smallest == course.largest == 3.0 and course.slope(1.0) == 0.0
+
+
+def test_tables_are_scaled_and_read_from_files(tmp_path):
+    (tmp_path / "speed.csv").write_text("# braking\ntime (ms), speed (km/h)\n0, 3.6\n1.5, 14.4\n")
+    (tmp_path / "case.toml").write_text(
+        'name = "a"\nmodel = "point"\n[rubber]\ncompound = "B"\n[load]\nspeed = "speed.csv"\n'
+        'pressure = "1 bar"\nduration = "2 ms"\npressure_scale = 2\nspeed_scale = 0.5\n'
+    )
+    found = load_scene(tmp_path / "case.toml")
+    assert found.load.speed == ((0.0, 1.0), (1.5e-3, 4.0))
+    assert found.load.pressures.first == 2e5 and found.load.speeds.largest == 2.0
+    assert scene_from_dict(found.as_dict()) == found
+    assert unit_of("load.speed") == "m/s"
+    again = load_scene(tmp_path / "case.toml", ["load.interpolation=smooth"])
+    assert scene_hash(again) != scene_hash(found)
+
+
+@pytest.mark.parametrize(
+    ("load", "words"),
+    [
+        ({"speed": [["1 ms", 3.0], ["1 ms", 2.0]]}, "load.speed = "),
+        ({"speed": [["1 ms", 3.0], ["1 ms", 2.0]]}, "time must rise from row 1 to row 2"),
+        ({"speed": [["1 ms", 3.0]]}, "has 1 row; allowed: a number, or 2 to"),
+        ({"speed": [["1 ms", 3.0], ["2 ms", float("nan")]]}, "row 2"),
+        ({"speed": [["1 ms", "3 bar"], ["2 ms", 1.0]]}, "has the wrong unit"),
+        ({"speed": [["1 m", 3.0], ["2 ms", 1.0]]}, "has the wrong unit"),
+        ({"speed": [["1 ms", 3.0], [2.0]]}, "row 2 is not a pair of time and value"),
+        ({"speed": [["1 ms", "3 m/s"], ["2 ms", "-1 m/s"]]}, "load.speed is -1 m/s in row 2"),
+        ({"speed": [["1 ms", 0.0], ["2 ms", 0.0]]}, "load.speed is 0 m/s throughout"),
+        ({"pressure": [["1 ms", "1 bar"], ["2 ms", "0 bar"]]}, "is out of range"),
+        ({"pressure": "nowhere.csv"}, "nowhere.csv"),
+        ({"pressure": "99 bar", "pressure_scale": 2.0}, "load.pressure_scale = 2 leads out of"),
+    ],
+)
+def test_a_bad_table_is_one_sentence(load, words):
+    with pytest.raises(SceneError) as refusal:
+        scene(**load)
+    assert words in str(refusal.value) and "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("time, speed\n0, 1\n1, 2\n", "no header of two columns with units"),
+        ("time (ms), speed (bar)\n0, 1\n1, 2\n", "has the wrong unit"),
+        ("time (ms), speed (m/s)\n0, fast\n1, 2\n", "row 1"),
+        ("time (ms), speed (m/s)\n0, 1, 2\n1, 2\n", "has 3 values"),
+        ("time (ms), speed (m/s)\n0, nan\n1, 2\n", "row 1"),
+        ("", "no header"),
+    ],
+)
+def test_a_bad_file_is_one_sentence(tmp_path, text, words):
+    (tmp_path / "speed.csv").write_text(text)
+    with pytest.raises(SceneError) as refusal:
+        scene(speed=str(tmp_path / "speed.csv"))
+    assert words in str(refusal.value) and "\n" not in str(refusal.value)
+
+
+def test_what_contradicts_a_load_that_changes_is_refused():
+    with pytest.raises(SceneError, match='model = "point" contradict each other where ice slides'):
+        scene(speed=RAMP, ice={"motion": "sliding"})
+    with pytest.raises(SceneError, match='film.pressure = "nominal" and a load.pressure'):
+        scene("slice", pressure=RISE, film={"pressure": "nominal"})
+
+
+# The point
+
+
+def test_a_table_of_equal_values_gives_the_constant_point():
+    times = np.linspace(0.0, 2e-3, 21)
+    equal = scene(
+        speed=[["0 ms", 3.0], ["1 ms", 3.0], ["3 ms", 3.0]], pressure=[[0, 1e5], [1, 1e5]]
+    )
+    mu, constant = (point(one, times).samples[1:-1, 0] for one in (equal, scene()))
+    # a step ends on the row in the middle: steps differ, and so mu by their error
+    np.testing.assert_allclose(mu, constant, rtol=1e-4)
+    outside = scene(speed=[["0 ms", 3.0], ["3 ms", 3.0]])
+    np.testing.assert_allclose(point(outside, times).samples[1:-1, 0], constant, rtol=1e-12)
+
+
+def independent(courses, k, D, H_V, times, T_0, duration):
+    """mu by SciPy's BDF on finite volumes of ice, melting by a surface that is held at T_m."""
+    n, growth = 60, 1.13
+    first = 5.0 * np.sqrt(ICE.diffusivity * duration) * (growth - 1) / (growth**n - 1)
+    size = first * growth ** np.arange(n)
+    centre = np.cumsum(size) - 0.5 * size
+    capacity = ICE.density * ICE.heat_capacity * size
+    between = ICE.conductivity / np.diff(centre)
+    eta, held = 1.8e-3, ICE.conductivity / centre[0]
+
+    def rates(t, state):
+        y, squeezed, rise = state[0], state[1], state[2:]
+        v, p = courses.speeds.at(t), courses.pressures.at(t)
+        h = np.exp(y)
+        power = k * eta * v**2 / h
+        into_ice = min(power, held * (ICE.melting_temperature - T_0 - rise[0]))
+        squeeze = 8.0 * p / (3.0 * eta * D**2) * h**3 if squeezed < H_V else 0.0
+        flux = np.concatenate([[into_ice], -between * np.diff(rise), [0.0]])
+        gain = (power - into_ice) / ICE.melting_enthalpy
+        return np.concatenate([[(gain - squeeze) / h, squeeze], -np.diff(flux) / capacity])
+
+    mu, start = [], np.concatenate([[np.log(70e-9), 0.0], np.zeros(n)])
+    edges = [0.0, *courses.speeds.corners, duration]
+    for low, high in zip(edges[:-1], edges[1:], strict=True):
+        wanted = times[(times > low) & (times <= high)]
+        found = solve_ivp(rates, (low, high), start, "BDF", wanted, rtol=1e-6, atol=1e-9)
+        start = found.y[:, -1] if wanted.size and wanted[-1] == high else None
+        speed, pressure = courses.speeds(wanted), courses.pressures(wanted)
+        mu.append(k * eta * speed / (pressure * np.exp(found.y[0])))
+    return np.concatenate(mu)
+
+
+@pytest.mark.parametrize("interpolation", ["linear", "smooth"])
+def test_a_ramp_at_a_point_is_that_of_an_independent_integration(interpolation):
+    ramps = {
+        "speed": RAMP,
+        "pressure": [["0 ms", "1 bar"], ["0.5 ms", "1 bar"], ["1.5 ms", "3 bar"]],
+    }
+    here = scene(**ramps, film=CONSTANT, interpolation=interpolation, numerics={"tolerance": 2e-4})
+    times = np.array([0.25, 0.5, 0.8, 1.0, 1.25, 1.5, 1.8, 2.0]) * MS
+    found = point(here, times)
+    mu = np.append(found.samples[:-1, 0], found.mu_end)
+    assert 1.0 * MS < found.melt_onset[0] < 1.5 * MS  # within the ramp
+    exact = independent(here.load, 0.3, 30e-6, 2e-6, times, 272.15, 2e-3)
+    np.testing.assert_allclose(mu, exact, rtol=2e-3)
+
+
+def test_a_point_that_starts_from_rest_and_comes_to_rest():
+    here = scene(speed=[["0 ms", 0.0], ["0.5 ms", "3 m/s"], ["1.5 ms", "3 m/s"], ["1.8 ms", 0.0]])
+    rows, entries = point_history(here)
+    assert rows[0].mu == 0.0 and rows[-1].mu == 0.0 and max(row.mu for row in rows) > 0.2
+    assert rows[-1].slip_m == pytest.approx(3.0 * (0.25 + 1.0 + 0.15) * MS, rel=1e-12)
+    assert abs(entries["energy_imbalance"]) < 1e-9
+    times = np.array([row.time_s for row in rows])
+    for corner in (0.5e-3, 1.5e-3, 1.8e-3):  # steps end there
+        assert abs(times - corner).min() < 1e-15
+    assert rows[-1].film_height_m < rows[-20].film_height_m  # nothing melts, squeezing goes on
+
+
+def test_the_columns_and_the_work_of_a_point_follow_its_loads():
+    here = scene(speed=RAMP, pressure=RISE)
+    rows, entries = point_history(here)
+    course = here.load
+    for row in rows:
+        assert row.speed_m_per_s == course.speeds.at(row.time_s)
+        assert row.nominal_pressure_Pa == course.pressures.at(row.time_s)
+        assert row.mu == pytest.approx(row.friction_force_N / row.normal_force_N)
+    power = [row.friction_force_N * row.speed_m_per_s for row in rows]
+    assert rows[-1].friction_work_J == pytest.approx(
+        np.trapz(power, [row.time_s for row in rows]), rel=2e-3
+    )
+    mean = np.trapz([row.mu for row in rows], [row.time_s for row in rows]) / 2e-3
+    assert entries["mu_mean"] == pytest.approx(mean, rel=2e-3)
+    assert scene_loading(scene()) is None
