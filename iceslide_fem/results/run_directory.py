@@ -44,13 +44,22 @@ class Run(NamedTuple):
         scene, load, ice = self.scene, self.scene["load"], self.scene["ice"]
         celsius = ice["temperature"] - ZERO_CELSIUS
         return (
-            f"{scene['name']}: {scene['model']}, {load['pressure'] / BAR:.3g} bar, "
-            f"{load['speed']:.3g} m/s, {ice['motion']} ice at {celsius:.3g} °C ({ice['heat']})"
+            f"{scene['name']}: {scene['model']}, {_over(load['pressure'], BAR)} bar, "
+            f"{_over(load['speed'], 1.0)} m/s, {ice['motion']} ice at {celsius:.3g} °C "
+            f"({ice['heat']})"
         )
 
     def at(self, column: str, time: float) -> float:
         """History `column` at `time` (s), linear between steps."""
         return float(np.interp(time, self.history["time_s"], self.history[column]))
+
+
+def _over(load: Any, unit: float) -> str:
+    """A load in `unit`, or the range of one that goes in time."""
+    if not isinstance(load, list):
+        return f"{load / unit:.3g}"
+    values = [value / unit for _, value in load]
+    return f"{min(values):.3g} to {max(values):.3g}"
 
 
 def read_run(directory: Path | str) -> Run:

@@ -66,7 +66,8 @@ class Course:
         """Mean from `start` to `end` (s)."""
         if self.is_constant:
             return self.values[0]
-        return (self.integral(end) - self.integral(start)) / (end - start)
+        mean = (self.integral(end) - self.integral(start)) / (end - start)
+        return min(max(mean, min(self.values)), max(self.values))  # rounding apart, it is so
 
     def next_corner(self, time: ArrayLike) -> Array:
         """The first row after `time` (s, any shape), infinite after the last."""
