@@ -1,4 +1,5 @@
-"""The command line: `iceslide run`, `sweep`, `ladder`, `info`, `view`, `footprint`, `roughness`.
+"""The command line: `iceslide run`, `sweep`, `ladder`, `info`, `view`, `report`, `footprint`,
+`formula`, `roughness`.
 
 What a command does is in `commands`; here they are put together, and errors become exit codes.
 """
@@ -16,13 +17,15 @@ from typing import Annotated, NoReturn
 import typer
 
 from iceslide_fem import __version__
+from iceslide_fem.commands.footprint import footprint
+from iceslide_fem.commands.formula import formula
 from iceslide_fem.commands.info import info
 from iceslide_fem.commands.ladder import ladder
+from iceslide_fem.commands.report import report
 from iceslide_fem.commands.run import run
 from iceslide_fem.commands.sweep import sweep
 from iceslide_fem.commands.view import view
 from iceslide_fem.errors import IceslideError, OutputError
-from iceslide_fem.footprint.options import footprint
 from iceslide_fem.launch import on_one_process, rank, stop_all_ranks
 from iceslide_fem.roughness.options import roughness
 from iceslide_fem.screen import patient_screen
@@ -58,7 +61,9 @@ app.command()(sweep)
 app.command()(info)
 app.command()(ladder)
 app.command()(view)
+app.command()(on_one_process(report))
 app.command()(on_one_process(footprint))
+app.command()(on_one_process(formula))
 app.command()(on_one_process(roughness))
 
 

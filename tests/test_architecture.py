@@ -23,13 +23,14 @@ FLOORS = [
     {"planning"},
     {"simulate"},
     {"ladder", "sweep"},
+    {"report"},
     {"commands"},
     {"cli"},
 ]
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 # What needs no finite elements is usable without them, and starts fast.
 WITHOUT_FENICS = {"arrays", "errors", "launch", "files", "materials", "scene", "reference", "film"}
-WITHOUT_FENICS |= {"results", "footprint", "roughness", "commands", "cli"}
+WITHOUT_FENICS |= {"results", "footprint", "roughness", "report", "commands", "cli"}
 FINITE_ELEMENTS = {
     "basix",
     "dolfinx",

@@ -9,52 +9,16 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
-from blocks import SIZE, a_block  # noqa: E402
-from runs import DURATION, a_scene, write_run  # noqa: E402
+from runs import write_run  # noqa: E402
+from written_fields import TIMES, write_fields  # noqa: E402
 
 from iceslide_fem.errors import SceneError  # noqa: E402
-from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.output.fields import Fields  # noqa: E402
-from iceslide_fem.output.grids import FacetGrid, RubberGrid, tensor_grid  # noqa: E402
 from iceslide_fem.results import read_run  # noqa: E402
-from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
-
-TIMES = [0.0, 3.1e-3, DURATION]
 
 
 def view(directory, *options):
     call = [sys.executable, "-m", "iceslide_fem.cli", "view", str(directory), *options]
     return subprocess.run(call, capture_output=True, text=True)
-
-
-def write_fields(directory, cells, with_ice):
-    """A sheared block in contact at its bottom, above warm ice."""
-    rubber = HyperelasticBody(a_block(cells, comm=MPI.COMM_SELF), a_scene("slice").mooney_rivlin)
-    surface = contact_surface(rubber.space, rubber.facets("contact"), 4)
-    height = rubber.space.tabulate_dof_coordinates()[:, rubber.mesh.geometry.dim - 1]
-    lines = [np.linspace(0.0, SIZE, 5)] * (rubber.mesh.geometry.dim - 1)
-    lines.append(np.linspace(-SIZE, 0.0, 5))
-    ice = np.broadcast_to(4.0 * lines[-1] / SIZE, [5] * len(lines))
-    nodes, facets = RubberGrid(rubber), FacetGrid(rubber, surface)
-    fields = Fields(directory / "fields", 0)
-    for time in TIMES:
-        rubber.displacements[:, 0] = -0.2 * time / DURATION * (SIZE - height)
-        x = surface.positions(rubber.displacements)
-        bottom = surface.nodes[..., -1].max(axis=1, keepdims=True) < 1e-9 * SIZE
-        pressure = np.where(bottom, 1e5 * (1.5 + x[..., 0] / SIZE), 0.0)
-        values = {
-            "contact pressure (Pa)": pressure,
-            "film height (m)": 5e-8 + 1e-5 * x[..., 0],
-            "surface temperature (degC)": -1.0 - x[..., 0] / SIZE,
-        }
-        grids = {
-            "rubber": nodes.grid(rubber.displacements, None, with_ice),
-            "interface": facets.grid(rubber.displacements, values),
-        }
-        if with_ice:
-            grids["ice"] = tensor_grid(lines, {"temperature (degC)": ice})
-        fields.write(time, grids)
 
 
 @pytest.mark.fe

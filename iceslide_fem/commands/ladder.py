@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from iceslide_fem.commands.report import NoReport, leave_report
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.files import check_writable
 from iceslide_fem.launch import rank
@@ -30,6 +31,7 @@ def ladder(
             show_default=False,
         ),
     ] = None,
+    no_report: NoReport = False,
 ) -> None:
     """Run a scene on every rung that matters: error, time, memory, and which is enough."""
     from iceslide_fem.scene import load_scene
@@ -63,5 +65,7 @@ def ladder(
     if rank() == 0:
         ladder_chart(f"{scene.name}: every rung", outcomes, tolerance, best, out / "ladder.png")
         write_scene(scene_file, overrides or [], best.rung, out / f"{scene.name}.toml")
-    for name in ("ladder.png", f"{scene.name}.toml"):
-        typer.echo(str(out / name))
+    if not no_report:
+        leave_report(out)
+    for path in (out / "ladder.png", *out.glob("report.html"), out / f"{scene.name}.toml"):
+        typer.echo(str(path))

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from iceslide_fem.commands.report import NoReport, leave_report
 from iceslide_fem.commands.scene import load, print_notes
-from iceslide_fem.errors import SceneError
+from iceslide_fem.errors import SceneError, SimulationStopped
 from iceslide_fem.files import check_writable
 from iceslide_fem.options import Force, Overrides, folder_option
 
@@ -51,6 +52,7 @@ def run(
             show_default=False,
         ),
     ] = None,
+    no_report: NoReport = False,
 ) -> None:
     """Run a scene and write mu(t), fields and a report."""
     words = petsc_options or []
@@ -78,13 +80,20 @@ def run(
 
     from iceslide_fem.simulate import run as simulate
 
-    if scene.model == "point":
-        summary = simulate(scene, out, words, force=force)
-    else:
-        from iceslide_fem.run.schedule import Schedule
+    try:
+        if scene.model == "point":
+            summary = simulate(scene, out, words, force=force)
+        else:
+            from iceslide_fem.run.schedule import Schedule
 
-        schedule = Schedule(checkpoint_every, times)
-        summary = simulate(scene, out, words, schedule, resumed, force)
+            schedule = Schedule(checkpoint_every, times)
+            summary = simulate(scene, out, words, schedule, resumed, force)
+    except SimulationStopped:
+        if not no_report:
+            leave_report(out)
+        raise
+    if not no_report:
+        leave_report(out)
     print_summary(summary, out, said)
 
 
@@ -134,7 +143,7 @@ def print_summary(summary: dict[str, Any], out: Path, said: list[str]) -> None:
     for warning in summary.get("warnings", []):
         if warning not in said:
             typer.echo(f"Note: {warning}.")
-    for name in ("summary.json", "history.csv", "report.png", "fields"):
+    for name in ("summary.json", "history.csv", "report.png", "report.html", "fields"):
         if (out / name).exists():
             typer.echo(str(out / name))
 

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from iceslide_fem.commands.report import NoReport, leave_report
 from iceslide_fem.errors import Interrupted, SceneError, SimulationStopped
 from iceslide_fem.files import check_writable, writing
 from iceslide_fem.launch import started_by_mpirun, termination_as_interrupt
@@ -42,6 +43,7 @@ def sweep(
             help="Run no slice or block: write their scenes, collect those that others have run.",
         ),
     ] = False,
+    no_report: NoReport = False,
 ) -> None:
     """Run a scene for all combinations of some of its values; again: only what is missing."""
     if started_by_mpirun():
@@ -65,7 +67,9 @@ def sweep(
         ) from None
     with writing(out):
         pictures = plot_sweep(dataset, out)
-    for path in (out / "sweep.csv", out / "sweep.nc", *pictures):
+    if not no_report:
+        leave_report(out)
+    for path in (out / "sweep.csv", out / "sweep.nc", *pictures, *out.glob("report.html")):
         typer.echo(str(path))
     lines = failures(dataset)
     for line in lines:

@@ -17,14 +17,40 @@ from pydantic import (
 
 from iceslide_fem.footprint.film_map import Ride
 from iceslide_fem.footprint.image import Box
+from iceslide_fem.footprint.jaeger import TABLE_1_ICE, TABLE_1_RUBBER
 from iceslide_fem.footprint.macroscopic import Macroscopic
-from iceslide_fem.materials import BAR, CONTACT_TABLES, ContactTable
+from iceslide_fem.materials import (
+    BAR,
+    CONTACT_TABLES,
+    ICE_EFFUSIVITY,
+    WATER_CONDUCTIVITY,
+    ContactTable,
+    Solid,
+)
 from iceslide_fem.scene.command_options import CommandOptions, Number, option_names
 from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.units import Quantity
 
 THRESHOLD = 0.05  # of the range of pressures
+_named = option_names("image")
+# What each source needs, and what is of another.
+OF_A_PICTURE = (
+    "max_pressure",
+    "min_pressure",
+    "colormap",
+    "legend",
+    "background",
+    "rotation",
+    "crop",
+)
+OF_A_MAP = ("length", "width", "row", "temperature_map", "state_map")
+NEEDED = {
+    "image": ("length", "width", "max_pressure"),
+    "pressure_map": ("length", "width"),
+    "line": (),
+}
+UNFIT = {"image": (), "pressure_map": OF_A_PICTURE, "line": (*OF_A_PICTURE, *OF_A_MAP, "load")}
 LOWEST_SCALE = 0.1 * BAR  # for its high end: a tyre's mean pressure is some bar
 
 
@@ -38,6 +64,31 @@ def _box(value: Any) -> Any:
     return Box(*(int(part) for part in parts))
 
 
+def _solid(value: Any) -> Any:
+    """CONDUCTIVITY,DENSITY,HEAT_CAPACITY as a solid."""
+    if not isinstance(value, str):
+        return value
+    try:
+        conductivity, density, heat_capacity = (float(part) for part in value.split(","))
+    except ValueError:
+        raise ValueError(
+            f'"{value}" is not CONDUCTIVITY,DENSITY,HEAT_CAPACITY in SI units'
+        ) from None
+    solid = conductivity, density, heat_capacity
+    for number, (name, low, high) in zip(solid, SOLID_RANGES, strict=True):
+        if not low <= number <= high:
+            raise ValueError(
+                f'the {name} of "{value}" is out of range; allowed: {low:g} to {high:g}'
+            )
+    return solid
+
+
+SOLID_RANGES = (
+    ("conductivity", 0.01, 500.0),
+    ("density", 10.0, 2e4),
+    ("heat capacity", 100.0, 1e5),
+)
+SolidText = Annotated[tuple[float, float, float], BeforeValidator(_solid)]
 Length = Annotated[float, Quantity("m", "1 mm", "5 m"), Number]
 Pressure = Annotated[float, Quantity("Pa", "0 bar", "100 bar"), Number]
 PixelBox = Annotated[Box, BeforeValidator(_box)]
@@ -46,19 +97,29 @@ PixelBox = Annotated[Box, BeforeValidator(_box)]
 class FootprintCase(CommandOptions):
     """A footprint and how it slides; SI units. Its keys are the options of the command.
 
+    One of image, pressure_map (a table of Pa) and line (a profile) is read; of the first two, row
+    takes one line of pixels, counted from the top. temperature_map (degC) and state_map (1 dry, 2
+    mixed, 3 wet) replace what modules 2 and 3 compute; they have the pixels of the pressure.
     length, width: of the picture after rotation and cropping, along and across the direction of
     travel (m). min_pressure and max_pressure: ends of the colour scale (Pa). rotation: degrees
     counter-clockwise, to turn the direction of travel to the right. slip, of film and moving
     source: 1 is a locked wheel. thesis_slip and thesis_time (s) enter (3.2) and (3.3) alone.
-    contact: a file with k, D, H_V over pressure instead of the compound's.
+    contact: a file with k, D, H_V over pressure instead of the compound's. air_temperature (K): of
+    the tread before it touches, else the ice's. ice_material, tread_material, water_conductivity:
+    of the macroscopic model, else table 1. aggregate: of (1.2), g/m2.
     """
 
-    model_config = ConfigDict(alias_generator=option_names("image"))
+    model_config = ConfigDict(alias_generator=_named)
 
-    image: Path
-    length: Length
-    width: Length
-    max_pressure: Pressure
+    image: Path | None = None
+    pressure_map: InputFile | None = None
+    line: InputFile | None = None
+    row: Annotated[int, Field(ge=0, le=100_000)] | None = None
+    temperature_map: InputFile | None = None
+    state_map: InputFile | None = None
+    length: Length | None = None
+    width: Length | None = None
+    max_pressure: Pressure | None = None
     min_pressure: Pressure = 0.0
     threshold: Pressure | None = None
     colormap: str | None = None
@@ -77,6 +138,13 @@ class FootprintCase(CommandOptions):
     depth: Annotated[float, Quantity("m", "1 um", "1 m"), Number] = 1e-4
     thesis_slip: Annotated[float, Quantity("", "1e-9", "1"), Number] = 1e-5
     thesis_time: Annotated[float, Quantity("s", "1 us", "1000 s"), Number] = 1.0
+    air_temperature: Annotated[float, Quantity("K", "-80 degC", "60 degC"), Number] | None = None
+    ice_material: SolidText | None = None
+    tread_material: SolidText | None = None
+    water_conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "10 W/m/K"), Number] = (
+        WATER_CONDUCTIVITY
+    )
+    aggregate: Annotated[float, Quantity("g/m^2", "0 g/m^2", "1000 g/m^2"), Number] = 0.0
     tolerance: Annotated[float, Quantity("", "1e-6", "0.1"), Number] = 1e-2
     scenes: Annotated[int, Field(ge=0, le=1000)] = 0
     tread_height: Length = 8e-3
@@ -100,7 +168,10 @@ class FootprintCase(CommandOptions):
 
     @model_validator(mode="after")
     def _no_contradiction(self) -> Self:
+        self._one_source()
         low, high = self.min_pressure, self.max_pressure
+        if high is None:
+            return self
         if high < LOWEST_SCALE:
             raise ValueError(
                 f"--max-pressure {high:g} Pa is no pressure of a tyre; a number without a unit is "
@@ -120,11 +191,45 @@ class FootprintCase(CommandOptions):
             raise ValueError("--colormap and --legend contradict each other; give one of them")
         return self
 
+    def _one_source(self) -> None:
+        """Raise ValueError unless one source is given, with what it needs and nothing else."""
+        sources = ("image", "pressure_map", "line")
+        given = [name for name in sources if getattr(self, name) is not None]
+        if len(given) != 1:
+            what = "; ".join(map(_named, given)) if given else "none of them"
+            raise ValueError(f"give one of IMAGE, --pressure-map and --line; given: {what}")
+        for name in NEEDED[given[0]]:
+            if getattr(self, name) is None:
+                raise ValueError(f"{_named(name)} is missing")
+        for name in UNFIT[given[0]]:
+            if name in self.model_fields_set:
+                raise ValueError(f"{_named(name)} does not fit {_named(given[0])}")
+        if self.one_line and self.scenes:
+            raise ValueError(
+                "--scenes takes the blocks of a whole footprint: it does not fit one line"
+            )
+
+    @property
+    def one_line(self) -> bool:
+        """Whether one line along the footprint is asked for, the mono-dimensional model."""
+        return self.line is not None or self.row is not None
+
+    @property
+    def source(self) -> Path:
+        """The file that the pressure comes from."""
+        found = self.image or self.pressure_map or self.line
+        assert found is not None  # the validator saw to it
+        return found
+
     @property
     def lowest_pressure(self) -> float:
-        """The threshold of contact (Pa): as given, else 5 % of the range above its low end."""
+        """The threshold of contact (Pa): as given, else 5 % of the range above its low end; of
+        pressures that are given as numbers 0.
+        """
         if self.threshold is not None:
             return self.threshold
+        if self.max_pressure is None:
+            return 0.0
         return self.min_pressure + THRESHOLD * (self.max_pressure - self.min_pressure)
 
     @property
@@ -137,6 +242,7 @@ class FootprintCase(CommandOptions):
     @property
     def moving(self) -> Macroscopic:
         """The macroscopic model with a source that moves."""
+        ice = Solid(*self.ice_material) if self.ice_material else None
         return Macroscopic(
             speed=self.speed,
             slip=self.slip,
@@ -144,6 +250,11 @@ class FootprintCase(CommandOptions):
             ice_temperature=self.temperature,
             source="moving",
             depth=self.depth,
+            air_temperature=self.air_temperature,
+            ice=ice or TABLE_1_ICE,
+            tread=Solid(*self.tread_material) if self.tread_material else TABLE_1_RUBBER,
+            water_conductivity=self.water_conductivity,
+            effusivity=ice.effusivity if ice else ICE_EFFUSIVITY,
         )
 
     @property

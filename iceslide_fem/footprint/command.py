@@ -19,16 +19,24 @@ from iceslide_fem.footprint.blocks import TreadRubber, representative, scene_tex
 from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.comparison import friction_curves
 from iceslide_fem.footprint.figures import draw_comparison, draw_maps
+from iceslide_fem.footprint.line_output import draw_line, line_columns, line_text
 from iceslide_fem.footprint.survey import ReadFootprint, Survey, read_footprint, summary, survey
 from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.progress import LongTask
+
+MODELS = {
+    "thesis": "(3.3) as printed",
+    "moving_source": "moving source",
+    "given": "temperatures as given",
+}
 
 
 def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, Any]:
     """Survey the footprint that `values` describe (see `FootprintCase`) and write it to `out`.
 
     Writes summary.json, footprint.vti, pressure.png, temperature.png, wet_dry.png, mu.png,
-    thesis.png, comparison.png and scenes/block_*.toml; returns the summary. The same footprint's
+    thesis.png, comparison.png and scenes/block_*.toml, of a line summary.json, line.csv and
+    line.png; returns the summary. The same footprint's
     earlier results go, with `force` any other results, too. Raises SceneError, before anything is
     written, if the input is wrong or `out` is not to be written to, and OutputError if something
     cannot be written.
@@ -47,7 +55,19 @@ def _run(case: FootprintCase, out: Path, begun: float) -> dict[str, Any]:
         result = survey(
             case, read, lambda share: shown.show(share, f"film below {share:.0%} of the pixels")
         )
-    curves = friction_curves(read.pressure_map, case)
+    if case.one_line:
+        _write_line(result, out)
+    else:
+        _write_maps(result, out, bool(scenes))
+    for name, text in scenes.items():
+        replace_file(out / "scenes" / f"{name}.toml", text)
+    figures = summary(result) | {"wall_s": time.perf_counter() - begun}
+    replace_file(out / "summary.json", json.dumps(figures, indent=2) + "\n")
+    return figures
+
+
+def _write_maps(result: Survey, out: Path, scenes: bool) -> None:
+    curves = friction_curves(result.read.pressure_map, result.case)
     with writing(out):
         clear_results(out)
         image_data(result).save(out / "footprint.vti")
@@ -55,11 +75,20 @@ def _run(case: FootprintCase, out: Path, begun: float) -> dict[str, Any]:
         draw_comparison(curves, result, out)
         if scenes:
             (out / "scenes").mkdir(exist_ok=True)
-    for name, text in scenes.items():
-        replace_file(out / "scenes" / f"{name}.toml", text)
-    figures = summary(result) | {"wall_s": time.perf_counter() - begun}
-    replace_file(out / "summary.json", json.dumps(figures, indent=2) + "\n")
-    return figures
+
+
+def _write_line(result: Survey, out: Path) -> None:
+    columns, case = line_columns(result), result.case
+    celsius = case.temperature - ZERO_CELSIUS
+    row = "" if case.row is None else f", row {case.row}"
+    title = (
+        f"{case.source.name}{row}: {case.speed:g} m/s, slip {case.slip:g} "
+        f"((3.3): {case.thesis_slip:g}), ice at {celsius:.3g} °C"
+    )
+    with writing(out):
+        clear_results(out)
+        draw_line(columns, title, out / "line.png")
+    replace_file(out / "line.csv", line_text(columns))
 
 
 def image_data(result: Survey) -> pv.ImageData:
@@ -72,7 +101,6 @@ def image_data(result: Survey) -> pv.ImageData:
     maps: dict[str, NDArray[Any]] = {
         "pressure (Pa)": footprint.pressure,
         "contact": footprint.contact.astype(np.uint8),
-        "distance to the colour bar": result.read.distance,
         "surface temperature (degC)": film.temperature - ZERO_CELSIUS,
         "film height (m)": film.height,
         "squeezed-out height (m)": film.squeezed,
@@ -86,6 +114,11 @@ def image_data(result: Survey) -> pv.ImageData:
         "rise by the moving source (K)": result.moving.rise,
         "mu by (4.7) to (4.9), moving source": result.moving.mu,
     }
+    if result.read.distance is not None:
+        maps["distance to the colour bar"] = result.read.distance
+    if result.given is not None:
+        maps["rise as given (K)"] = result.given.rise
+        maps["mu by (4.7) to (4.9), as given"] = result.given.mu
     for name, values in maps.items():
         grid.cell_data[name] = values.ravel()
     return grid
@@ -93,7 +126,7 @@ def image_data(result: Survey) -> pv.ImageData:
 
 def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
     """The main figures as names and readable values."""
-    footprint, film, colours = figures["footprint"], figures["film"], figures["colours"]
+    footprint, film = figures["footprint"], figures["film"]
     rows = [
         ("pixels", " x ".join(str(count) for count in footprint["pixels"])),
         (
@@ -105,21 +138,35 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("mean pressure", f"{footprint['mean_pressure_Pa'] / BAR:.4g} bar"),
         ("largest pressure", f"{footprint['max_pressure_Pa'] / BAR:.4g} bar"),
         ("load", f"{footprint['load_N']:.5g} N (pressures times {footprint['load_factor']:.4g})"),
-        ("distance to the colour bar", f"median {colours['median_distance']:.3f}"),
+        *(
+            [("distance to the colour bar", f"median {colours['median_distance']:.3f}")]
+            if (colours := figures.get("colours"))
+            else []
+        ),
         ("mean mu, film law", f"{film['mu_mean']:.4f}"),
+        ("leading, trailing edge, film law", _edges(film)),
         ("melting, saturated", f"{film['melting_share']:.1%}, {film['saturated_share']:.1%}"),
         (
             "outside the table of k, D, H_V",
             f"{film['outside_table_share']:.1%} of the contact area",
         ),
     ]
-    for key, name in (("thesis", "(3.3) as printed"), ("moving_source", "moving source")):
+    for key, name in MODELS.items():
+        if key not in figures:
+            continue
         model = figures[key]
         rows.append((f"peak rise, {name}", f"{model['peak_rise_K']:.4g} K"))
+        rows.append((f"leading, trailing edge, {name}", _edges(model)))
         rows.append(
             (f"mu, {name}", f"{model['mu_map_mean']:.4g}, balance {model['mu_balance']:.4g}")
         )
     return [*rows, ("seconds", f"{figures['wall_s']:.1f}")]
+
+
+def _edges(figures: Mapping[str, Any]) -> str:
+    """Temperatures where the ice comes in and leaves, 3.2.2."""
+    leading, trailing = (figures[f"{edge}_edge_temperature_C"] for edge in ("leading", "trailing"))
+    return f"{leading:.2f}, {trailing:.2f} degC"
 
 
 def _scenes(case: FootprintCase, read: ReadFootprint) -> dict[str, str]:

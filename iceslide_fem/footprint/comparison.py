@@ -59,4 +59,4 @@ def friction_curves(footprint: PressureMap, case: FootprintCase) -> Curves:
     height = WATER_VISCOSITY * v / (p * hayhoe_shapley(p, v, TEMPERATURES, wet))
     peng = peng_rectangle(v, height, p, wet, length, case.static_friction)
     celsius = TEMPERATURES - MELTING_TEMPERATURE
-    return Curves(TEMPERATURES, mu, navin(celsius), hayhoe, peng)
+    return Curves(TEMPERATURES, mu, navin(celsius, case.aggregate), hayhoe, peng)

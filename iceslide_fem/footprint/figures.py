@@ -96,8 +96,10 @@ def draw_comparison(curves: Curves, result: Survey, directory: Path) -> Path:
     figure, (left, right) = _page(1, 2, (13.0, 5.6))
     celsius = curves.temperature - MELTING_TEMPERATURE
     sliding = result.case.slip * result.case.speed
+    spread = result.case.aggregate
+    aggregate = f"{spread:g} g/m² of aggregate" if spread else "no aggregate"
     left.plot(celsius, curves.film, "o-", color=BLUE, label="film law under every pixel")
-    left.plot(celsius, curves.navin, "--", color=GREEN, label="Navin (1.2), no aggregate")
+    left.plot(celsius, curves.navin, "--", color=GREEN, label=f"Navin (1.2), {aggregate}")
     left.plot(celsius, curves.peng, "-.", color=RED, label="Peng (1.7), weights put right")
     left.plot(celsius, curves.hayhoe, ":", color=BLACK, label="Hayhoe and Shapley (1.3) to (1.5)")
     left.set(xlabel="temperature of the ice (°C)", ylabel=r"mean $\mu$ (1)")

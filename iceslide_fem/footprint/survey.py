@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.errors import SceneError
 from iceslide_fem.film.doubts import doubts
 from iceslide_fem.footprint.balance import STATES, classify
 from iceslide_fem.footprint.case import FootprintCase
@@ -23,11 +26,18 @@ from iceslide_fem.footprint.colours import (
 )
 from iceslide_fem.footprint.film_map import FilmMap, film_map
 from iceslide_fem.footprint.image import colour, cut, read_picture, rotate
+from iceslide_fem.footprint.line import as_map
 from iceslide_fem.footprint.macroscopic import Edges, HeatModel, edge_temperatures, heat_model
 from iceslide_fem.footprint.pressure_map import (
     PressureMap,
     gaussian_centre_line,
     pressure_from_values,
+)
+from iceslide_fem.footprint.tables import (
+    read_pressures,
+    read_profile,
+    read_states,
+    read_temperatures,
 )
 from iceslide_fem.materials import MELTING_TEMPERATURE
 
@@ -36,24 +46,37 @@ class ReadFootprint(NamedTuple):
     """A pressure map and how well it was read.
 
     distance: of every pixel's colour to the bar, (ny, nx), relative to the range of a channel;
-    unclear: pixels whose value is that of a neighbour; load_factor: by which a given load changed
-    all pressures.
+    unclear: pixels whose value is that of a neighbour; both None of pressures that were given as
+    numbers. load_factor: by which a given load changed all pressures. temperature (K) and state
+    (ny, nx): those that were given, or None.
     """
 
     pressure_map: PressureMap
-    distance: Array
-    unclear: Mask
-    load_factor: float
+    distance: Array | None = None
+    unclear: Mask | None = None
+    load_factor: float = 1.0
+    temperature: Array | None = None
+    state: NDArray[np.uint8] | None = None
 
 
 class Survey(NamedTuple):
-    """Everything computed of a footprint: `thesis` by (3.3), `moving` by the moving source."""
+    """Everything computed of a footprint: `thesis` by (3.3), `moving` by the moving source.
+
+    given: the macroscopic model with the temperatures that were given, or None.
+    """
 
     case: FootprintCase
     read: ReadFootprint
     thesis: HeatModel
     moving: HeatModel
     film: FilmMap
+    given: HeatModel | None = None
+
+    @property
+    def models(self) -> dict[str, HeatModel]:
+        """The macroscopic models by the names that summary and tables have for them."""
+        found = {"thesis": self.thesis, "moving_source": self.moving}
+        return found if self.given is None else {**found, "given": self.given}
 
     @property
     def state(self) -> NDArray[np.uint8]:
@@ -63,7 +86,21 @@ class Survey(NamedTuple):
 
 
 def read_footprint(case: FootprintCase) -> ReadFootprint:
-    """Module 1. Raises SceneError for everything that is wrong with the picture or its reading."""
+    """Module 1. Raises SceneError for everything that is wrong with what is read."""
+    if case.line is not None:
+        read = _read_line(case.line)
+    else:
+        read = _read_picture(case) if case.image is not None else _read_map(case)
+        read = _with_own_maps(read, case)
+    if case.load is not None:
+        footprint, factor = read.pressure_map.carrying(case.load)
+        read = read._replace(pressure_map=footprint, load_factor=factor)
+    return read if case.row is None else _one_row(read, case.row)
+
+
+def _read_picture(case: FootprintCase) -> ReadFootprint:
+    assert case.image is not None and case.max_pressure is not None
+    assert case.length is not None and case.width is not None
     background = None if case.background == "none" else colour(case.background)
     in_grey = case.legend is None and case.colormap is None
     around = (0, 0, 0) if in_grey else background or (255, 255, 255)
@@ -86,10 +123,75 @@ def read_footprint(case: FootprintCase) -> ReadFootprint:
         case.lowest_pressure,
         (case.length, case.width),
     )
-    factor = 1.0
-    if case.load is not None:
-        footprint, factor = footprint.carrying(case.load)
-    return ReadFootprint(footprint, reading.distance[::-1], reading.unclear[::-1], factor)
+    return ReadFootprint(footprint, reading.distance[::-1], reading.unclear[::-1])
+
+
+def _read_map(case: FootprintCase) -> ReadFootprint:
+    assert case.pressure_map is not None and case.length is not None and case.width is not None
+    pressure = read_pressures(case.pressure_map)[::-1]
+    pressure = np.where(pressure > case.lowest_pressure, pressure, 0.0)
+    if not pressure.any():
+        raise SceneError(
+            f"no pixel is in contact: no pressure is above the threshold of "
+            f"{case.lowest_pressure:.4g} Pa"
+        )
+    rows, columns = pressure.shape
+    return ReadFootprint(PressureMap(pressure, case.length / columns, case.width / rows))
+
+
+def _read_line(path: Path) -> ReadFootprint:
+    """A profile as a map of one row, 1 m wide."""
+    profile = read_profile(path)
+    return ReadFootprint(
+        as_map(profile.pressure, profile.dx),
+        temperature=None if profile.temperature is None else profile.temperature[None],
+        state=None if profile.state is None else profile.state[None],
+    )
+
+
+def _with_own_maps(read: ReadFootprint, case: FootprintCase) -> ReadFootprint:
+    """With the temperatures and states that were given, which must have the same pixels."""
+    shape, contact = read.pressure_map.pressure.shape, read.pressure_map.contact
+    temperature = None if case.temperature_map is None else read_temperatures(case.temperature_map)
+    state = None if case.state_map is None else read_states(case.state_map)
+    for option, values in (("--temperature-map", temperature), ("--state-map", state)):
+        if values is not None and values.shape != shape:
+            raise SceneError(
+                f"{option} has {values.shape[1]} x {values.shape[0]} pixels, the pressure "
+                f"{shape[1]} x {shape[0]}: they must be the same"
+            )
+    if temperature is not None:
+        temperature = temperature[::-1]
+        if np.isnan(temperature[contact]).any():
+            raise SceneError("--temperature-map has no number where the pressure is above 0")
+    if state is not None:
+        state = state[::-1]
+        if (state[contact] == 0).any():
+            raise SceneError("--state-map has no contact (0) where the pressure is above 0")
+    return read._replace(temperature=temperature, state=state)
+
+
+def _one_row(read: ReadFootprint, row: int) -> ReadFootprint:
+    """One line of pixels, `row` from the top."""
+    footprint = read.pressure_map
+    rows = len(footprint.pressure)
+    if row >= rows:
+        raise SceneError(f"--row {row} is not in the footprint, which has rows 0 to {rows - 1}")
+    if not footprint.contact[rows - 1 - row].any():
+        touching = rows - 1 - np.flatnonzero(footprint.contact.any(axis=1))
+        raise SceneError(
+            f"--row {row} touches nowhere; the nearest that does is "
+            f"{touching[np.abs(touching - row).argmin()]}"
+        )
+    here = slice(rows - 1 - row, rows - row)
+    return ReadFootprint(
+        replace(footprint, pressure=footprint.pressure[here]),
+        None if read.distance is None else read.distance[here],
+        None if read.unclear is None else read.unclear[here],
+        read.load_factor,
+        None if read.temperature is None else read.temperature[here],
+        None if read.state is None else read.state[here],
+    )
 
 
 def survey(
@@ -103,9 +205,12 @@ def survey(
     return Survey(
         case,
         read,
-        heat_model(footprint, case.thesis),
-        heat_model(footprint, case.moving),
+        heat_model(footprint, case.thesis, state=read.state),
+        heat_model(footprint, case.moving, state=read.state),
         film_map(footprint, case.ride, case.contact_table, case.tolerance, tell=tell),
+        None
+        if read.temperature is None
+        else heat_model(footprint, case.moving, read.temperature, read.state),
     )
 
 
@@ -113,7 +218,6 @@ def summary(result: Survey) -> dict[str, Any]:
     """All figures of a survey, for summary.json; SI units as in the names."""
     case, read, film = result.case, result.read, result.film
     footprint, contact = read.pressure_map, read.pressure_map.contact
-    distance = read.distance[contact]
     line = gaussian_centre_line(footprint)
     outside = case.contact_table.outside(footprint.pressure[contact])
     return {
@@ -122,12 +226,7 @@ def summary(result: Survey) -> dict[str, Any]:
             "load_factor": read.load_factor,
             "gaussian_line": {"peak_Pa": line.peak, "centre_m": line.centre, "sigma_m": line.sigma},
         },
-        "colours": {
-            "median_distance": float(np.median(distance)),
-            "p95_distance": float(np.percentile(distance, 95.0)),
-            "far_share": float((distance > FAR).mean()),
-            "unclear_share": float(read.unclear[contact].mean()),
-        },
+        **_colours(read),
         "film": {
             "mu_mean": film.mean_friction(footprint),
             "mean_film_height_m": float(film.height[contact].mean()),
@@ -140,13 +239,29 @@ def summary(result: Survey) -> dict[str, Any]:
         }
         | _edges(edge_temperatures(film.temperature, contact))
         | _shares(result.state),
-        "thesis": _heat_summary(result.thesis, contact),
-        "moving_source": _heat_summary(result.moving, contact),
+        **{name: _heat_summary(model, contact) for name, model in result.models.items()},
+        **({"line": {"pixels": int(contact.size), "row": case.row}} if case.one_line else {}),
+        "source": str(case.source),
         "warnings": doubts(
             float(film.height[contact].min()), float(film.friction(footprint)[contact].max())
         ),
         "case": case.model_dump(mode="json"),
     }
+
+
+def _colours(read: ReadFootprint) -> dict[str, Any]:
+    """How well a picture was read; nothing where none was."""
+    if read.distance is None or read.unclear is None:
+        return {}
+    contact = read.pressure_map.contact
+    distance = read.distance[contact]
+    figures = {
+        "median_distance": float(np.median(distance)),
+        "p95_distance": float(np.percentile(distance, 95.0)),
+        "far_share": float((distance > FAR).mean()),
+        "unclear_share": float(read.unclear[contact].mean()),
+    }
+    return {"colours": figures}
 
 
 def _heat_summary(model: HeatModel, contact: Mask) -> dict[str, Any]:

@@ -22,14 +22,12 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.folder import claimed, clear_results
 from iceslide_fem.mesh.size import check_memory, shortage
 from iceslide_fem.parallel import failing_together, from_root
-from iceslide_fem.planning.rungs import Rung, on_rung, rung_name
+from iceslide_fem.planning.rungs import HEATS, MODELS, Rung, fineness, on_rung, rung_name
 from iceslide_fem.planning.simplifications import Simplifications, simplifications
 from iceslide_fem.results import Run, differences, read_run
 from iceslide_fem.scene import REFINEMENTS, Scene, load_scene, override, put
 from iceslide_fem.scene.input_file import read_text
 from iceslide_fem.simulate import difference, run
-
-MODELS, HEATS = ("point", "slice", "block"), ("half-space", "column", "continuum")
 
 
 class RungResult(NamedTuple):
@@ -182,11 +180,8 @@ def compared(outcomes: Sequence[RungResult]) -> list[RungResult]:
 def finest_of(outcomes: Sequence[RungResult]) -> RungResult | None:
     """The finest rung that was run to its end."""
 
-    def fineness(outcome: RungResult) -> tuple[int, int, float]:
-        rung = outcome.rung
-        return MODELS.index(rung.model), HEATS.index(rung.heat), rung.refinement
-
-    return max((one for one in outcomes if one.run is not None), key=fineness, default=None)
+    done = (one for one in outcomes if one.run is not None)
+    return max(done, key=lambda one: fineness(one.rung), default=None)
 
 
 def cheapest_of(outcomes: Sequence[RungResult], tolerance: float) -> RungResult | None:

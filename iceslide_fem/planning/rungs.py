@@ -7,6 +7,8 @@ from typing import NamedTuple
 from iceslide_fem.planning.simplifications import simplifications
 from iceslide_fem.scene import Scene, scene_from_dict
 
+MODELS, HEATS = ("point", "slice", "block"), ("half-space", "column", "continuum")
+
 
 class Rung(NamedTuple):
     """Model of the rubber and of the ice's heat; refinement of the meshes (1 for a point)."""
@@ -14,6 +16,11 @@ class Rung(NamedTuple):
     model: str
     heat: str
     refinement: float
+
+
+def fineness(rung: Rung) -> tuple[int, int, float]:
+    """By which rungs are put in order: the finest leaves out least."""
+    return MODELS.index(rung.model), HEATS.index(rung.heat), rung.refinement
 
 
 def rung_name(rung: Rung) -> str:

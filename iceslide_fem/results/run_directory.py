@@ -67,9 +67,9 @@ def read_run(directory: Path | str) -> Run:
     directory = Path(directory)
     try:
         text = (directory / "summary.json").read_text(encoding="utf-8")
-        summary, history = json.loads(text), _columns(directory / "history.csv")
+        summary, history = json.loads(text), read_table(directory / "history.csv")
         preload = directory / "preload.csv"
-        earlier = _columns(preload) if preload.is_file() else {}
+        earlier = read_table(preload) if preload.is_file() else {}
     except OSError as error:
         missing = Path(error.filename).name
         raise SceneError(f"{directory} holds no finished run (no readable {missing})") from None
@@ -121,7 +121,8 @@ def field_files(directory: Path, name: str) -> list[tuple[float, Path]]:
         raise SceneError(f"{path} is not a list that a run wrote ({error})") from None
 
 
-def _columns(path: Path) -> dict[str, Array]:
+def read_table(path: Path) -> dict[str, Array]:
+    """Columns of a table that a run wrote, by their names. Raises OSError, ValueError."""
     import pandas as pd
 
     if not path.read_bytes().endswith(b"\n"):

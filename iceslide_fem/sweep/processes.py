@@ -148,6 +148,7 @@ def _run(
     words = [sys.executable, "-m", "iceslide_fem.cli", "run", str(write_scene(folder, case))]
     # A case's folder is of nothing else: what is there and cannot go on is replaced.
     words += ["--restart", str(directory)] if _goes_on(directory) else _anew(directory)
+    words.append("--no-report")  # a page for each of a thousand cases would be gigabytes
     if n_cores > 1:
         words = [_mpirun(), "-n", str(n_cores), *words]
     with open(directory / "log.txt", "wb") as log:

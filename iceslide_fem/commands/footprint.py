@@ -1,4 +1,4 @@
-"""The options of `iceslide footprint`; nothing heavy is imported before they are read."""
+"""`iceslide footprint`: from a picture, a map or a line of pressures to friction."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from iceslide_fem.commands.report import NoReport, leave_report
 from iceslide_fem.options import Force, folder_option
 
 
@@ -21,8 +22,22 @@ Text = str | None
 
 def footprint(
     image: Annotated[
-        Path, typer.Argument(metavar="IMAGE", help="PNG, JPEG or TIFF.", show_default=False)
-    ],
+        Path | None,
+        typer.Argument(metavar="IMAGE", help="PNG, JPEG or TIFF.", show_default=False),
+    ] = None,
+    pressure_map: Annotated[
+        Text, _option("FILE", "Pressures in Pa, .npy or text, instead of a picture.")
+    ] = None,
+    line: Annotated[
+        Text, _option("CSV", "One line: columns x_m, pressure_Pa, perhaps temperature_C, state.")
+    ] = None,
+    row: Annotated[Text, _option("N", "One line: row N of the pixels, from the top.")] = None,
+    temperature_map: Annotated[
+        Text, _option("FILE", "Temperatures of the ice in degC, for module 3.")
+    ] = None,
+    state_map: Annotated[
+        Text, _option("FILE", "States for module 3: 1 dry, 2 mixed, 3 wet.")
+    ] = None,
     length: Annotated[Text, _option("M", "Size along the direction of travel: 180mm.")] = None,
     width: Annotated[Text, _option("M", "Size across it; both of the cropped picture.")] = None,
     max_pressure: Annotated[Text, _option("PA", "High end of the scale: 5bar.")] = None,
@@ -60,6 +75,17 @@ def footprint(
     depth: Annotated[Text, _option("M", "Depth d of (3.5) to (3.7).", "0.1mm")] = None,
     thesis_slip: Annotated[Text, _option("S", "Slip in (3.2) for (3.3) alone.", "1e-5")] = None,
     thesis_time: Annotated[Text, _option("S", "Time t in (3.3).", "1s")] = None,
+    air_temperature: Annotated[
+        Text, _option("T", "Of air and tread before they touch, in (3.6).", "that of the ice")
+    ] = None,
+    ice_material: Annotated[
+        Text, _option("K,RHO,C", "Of the macroscopic model, SI units.", "2.22,917.8,2020")
+    ] = None,
+    tread_material: Annotated[
+        Text, _option("K,RHO,C", "Of the macroscopic model, SI units.", "0.19,940,1500")
+    ] = None,
+    water_conductivity: Annotated[Text, _option("W/(m K)", "In (3.7).", "0.56")] = None,
+    aggregate: Annotated[Text, _option("G/M2", "Spread on the ice, in (1.2).", "0")] = None,
     tolerance: Annotated[Text, _option("X", "Relative error of the film's mu.", "1e-2")] = None,
     scenes: Annotated[Text, _option("N", "Write scenes of N representative blocks.", "0")] = None,
     tread_height: Annotated[Text, _option("M", "Height of their blocks.", "8mm")] = None,
@@ -67,10 +93,13 @@ def footprint(
         Path | None, folder_option("Where to write; else results/<name of the picture>.")
     ] = None,
     force: Force = False,
+    no_report: NoReport = False,
 ) -> None:
-    """Temperature, water film and friction under a tyre, from the picture of its footprint."""
+    """Temperature, water film and friction under a tyre, from its footprint or a line along it."""
     values = {name: value for name, value in locals().items() if value is not None}
-    directory, force = values.pop("out", Path("results") / image.stem), values.pop("force")
+    force, no_report = values.pop("force"), values.pop("no_report")
+    source = image or pressure_map or line or "footprint"
+    directory = values.pop("out", Path("results") / Path(source).stem)
 
     from rich.console import Console
     from rich.table import Table
@@ -84,6 +113,15 @@ def footprint(
     Console().print(table)
     for warning in figures["warnings"]:
         typer.echo(f"Note: {warning}.")
-    for pattern in ("*.png", "footprint.vti", "summary.json", "scenes/block_*.toml"):
+    if not no_report:
+        leave_report(directory)
+    for pattern in (
+        "*.png",
+        "line.csv",
+        "footprint.vti",
+        "*.html",
+        "summary.json",
+        "scenes/block_*.toml",
+    ):
         for path in sorted(directory.glob(pattern)):
             typer.echo(str(path))

@@ -1,0 +1,55 @@
+"""`iceslide report`: one page about a run, several runs, a sweep, a ladder or a footprint."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from iceslide_fem.errors import IceslideError, SceneError
+from iceslide_fem.launch import rank
+
+NoReport = Annotated[
+    bool, typer.Option("--no-report", help="Write no report.html beside the results.")
+]
+
+
+def report(
+    folders: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="DIR...",
+            help="What a run, sweep, ladder or footprint wrote; several runs are compared.",
+            show_default=False,
+        ),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.html",
+            help="Where to write; else DIR/report.html, of several results/comparison.html.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Write one page, with all in it, about results: opens in a browser, without a network."""
+    if out is not None and not str(out).strip():
+        raise SceneError('a page has a name; given: --out ""')
+
+    from iceslide_fem.report.command import report as write
+
+    typer.echo(str(write(folders, out)))
+
+
+def leave_report(folder: Path) -> None:
+    """Write report.html in `folder`, on one rank; results do not fail because of it."""
+    if rank() > 0:
+        return
+
+    from iceslide_fem.report.command import report as write
+
+    try:
+        write([folder])
+    except IceslideError as error:
+        typer.echo(f"Note: no report.html: {error}.")

@@ -1,0 +1,55 @@
+"""The page of a run that left no summary: it was stopped before it slid, or it was killed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.output.summary import word_of
+from iceslide_fem.report.curves import QUANTITIES, TIME
+from iceslide_fem.report.page import Chart, Curve, Page, Section, Text
+from iceslide_fem.results.run_directory import read_table
+
+LEFT = ("stopped.txt", "checkpoint", "history.csv")
+
+
+def page_of_unfinished(folder: Path) -> Page:
+    """What there is of the run in `folder`, and how it goes on."""
+    reason = word_of(folder) or (
+        "It was ended before it could say why: it was killed, or the machine stopped."
+    )
+    try:
+        history = read_table(folder / "history.csv")
+    except (OSError, ValueError, IndexError):
+        history = {}
+    rows = history["time_s"].size if "time_s" in history else 0
+    charts = []
+    for quantity in QUANTITIES if rows > 1 else ():
+        values = quantity.factor * history[quantity.column]
+        curve = Curve("until then", 1e3 * history["time_s"], values)
+        says = f"From {values[0]:.4g} to {values[-1]:.4g}"
+        charts.append(Chart(quantity.column, quantity.title, says, TIME, quantity.axis, [curve]))
+    end = 1e3 * float(history["time_s"][-1]) if rows else 0.0
+    on = (
+        f"iceslide run --restart {folder} goes on from its last checkpoint."
+        if (folder / "checkpoint").is_file()
+        else "There is no checkpoint: it has to be run again from its beginning."
+    )
+    return Page(
+        title=f"{folder.absolute().name}: a run without an end",
+        summary=f"It got to {end:.4g} ms of sliding in {max(rows - 1, 0)} steps and left no "
+        "summary.",
+        stopped=reason,
+        sections=[
+            *([Section("curves", "Curves until then", charts)] if charts else []),
+            Section("again", "Go on", [Text(on)]),
+        ],
+    )
+
+
+def is_unfinished(folder: Path) -> bool:
+    """Whether a run was here that left no summary."""
+    try:
+        return any((folder / name).is_file() for name in LEFT)
+    except OSError as error:
+        raise SceneError(f"cannot read {folder}: {error.strerror}") from None

@@ -1,0 +1,191 @@
+"""What was simulated, what it rests on and how to do it again, in words and tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from iceslide_fem.errors import IceslideError, SceneError
+from iceslide_fem.materials import BAR, ZERO_CELSIUS
+from iceslide_fem.report.page import Cell, Section, Table, Text, cells
+from iceslide_fem.results import Run
+from iceslide_fem.scene import Scene, flat, scene_from_dict, unit_of
+
+MM, MS, NM = 1e3, 1e3, 1e9
+_MODELS = {
+    "point": "by the film law alone, at its nominal pressure",
+    "slice": "in a slice along the sliding direction (plane strain)",
+    "block": "in three dimensions",
+}
+_HEAT = {
+    "half-space": "by the closed form of a half-space",
+    "column": "in columns below the contact",
+    "continuum": "as a continuum",
+}
+
+
+def in_words(scene: Mapping[str, Any]) -> str:
+    """What a scene, as it was resolved, simulates: a few sentences."""
+    rubber, load, ice, film = (scene[name] for name in ("rubber", "load", "ice", "film"))
+    size = " x ".join(f"{MM * rubber[side]:.4g}" for side in ("length", "width", "height"))
+    own = f" on the mesh {rubber['mesh']}" if rubber.get("mesh") else f" of {size} mm"
+    compound = f"compound {rubber['compound']}" if rubber.get("compound") else "given constants"
+    passing = (
+        "passes below it" if ice["motion"] == "sliding" else "stays below it, as seen from the ice"
+    )
+    carried = " and carries the film" if film["carrier"] == "ice" else "; the rubber keeps the film"
+    return (
+        f"A rubber block{own} ({compound}) is pressed on ice at "
+        f"{ice['temperature'] - ZERO_CELSIUS:.4g} °C with {load['pressure'] / BAR:.4g} bar "
+        f"and slides at {load['speed']:.4g} m/s for {MS * load['duration']:.4g} ms. "
+        f"It is computed {_MODELS[scene['model']]}. The ice {passing}"
+        f"{carried if ice['motion'] == 'sliding' else ''}; heat in it is computed "
+        f"{_HEAT[ice['heat']]}, {'with' if rubber.get('heat') else 'without'} heat in the rubber. "
+        f"The film begins with {NM * film['initial_height']:.4g} nm. "
+        f"Steps and layers are chosen for a relative error of mu(t) of "
+        f"{scene['numerics']['tolerance']:g}."
+    )
+
+
+def doubts_of(run: Run) -> list[Text]:
+    """The warnings of a run, a paragraph each; one that says so if there is none."""
+    found = [
+        Text(f"{sentence[:1].upper()}{sentence[1:]}.", "warning") for sentence in _warnings(run)
+    ]
+    return found or [Text("The run gave no warning.")]
+
+
+def _warnings(run: Run) -> list[str]:
+    return [str(sentence) for sentence in run.summary.get("warnings") or []]
+
+
+def neglected(run: Run) -> list[Text | Table]:
+    """What this scene's model leaves out, with estimates of how much that moves mu(t)."""
+    from iceslide_fem.planning.simplifications import simplifications
+
+    always = Text(
+        "Every model here takes the ice as rigid and smooth, the water as Newtonian and the "
+        "contact parameters k, D and H_V as functions of the local pressure alone. Melted ice "
+        "does not freeze again."
+    )
+    scene = scene_of(run.scene)
+    if scene is None:
+        return [always, Text("What else it leaves out was not estimated: its files are not here.")]
+    try:
+        found = simplifications(scene)
+    except IceslideError as reason:
+        return [always, Text(f"What else it leaves out was not estimated: {reason}.")]
+    rows = []
+    for one, left_out in zip(found, _leaves_out(scene), strict=True):
+        rows.append(
+            cells(one.name, f"{one.number:.2g}", one.formula, f"{one.effect:.2g}", left_out)
+        )
+    head = ["simplification", "its number", "which is", "would move mu by", "made here"]
+    return [always, Table("Estimates before the run (iceslide info, ladder)", head, rows)]
+
+
+def _leaves_out(scene: Scene) -> list[str]:
+    """Whether each of `Simplifications` is made by this scene's model."""
+    point, block = scene.model == "point", scene.model == "block"
+    made = [
+        scene.ice.heat == "half-space",
+        point,
+        point,
+        point,
+        not block and not point,
+        scene.ice.heat != "continuum",
+        not scene.rubber.inertia,
+    ]
+    return ["yes" if one else "no" for one in made]
+
+
+def scene_of(values: Mapping[str, Any]) -> Scene | None:
+    """The scene of a summary, if what it names is still there."""
+    try:
+        return scene_from_dict(_given(values))
+    except (IceslideError, OSError, TypeError, ValueError):
+        return None
+
+
+def again(run: Run) -> list[Text]:
+    """How to run it again: the scene as a file, and the command."""
+    import tomlkit
+
+    name = run.scene["name"]
+    return [
+        Text(f"Save this as {name}.toml, then: iceslide run {name}.toml --out {name}"),
+        Text(tomlkit.dumps(_given(run.scene)), "code"),
+    ]
+
+
+def versions_of(run: Run) -> Table:
+    """Versions and what it cost."""
+    rows = [
+        [Cell(name), Cell(str(version))]
+        for name, version in run.summary.get("versions", {}).items()
+    ]
+    for key, name in _COST.items():
+        value = run.summary.get(key)
+        if value is not None:
+            text = f"{value:.4g}" if isinstance(value, float) else str(value)
+            rows.append([Cell(name), Cell(text, key, value)])
+    return Table("What computed it, and what it cost", ["", ""], rows)
+
+
+_COST = {
+    "wall_s": "seconds",
+    "ranks": "processes",
+    "steps": "steps",
+    "rejected_steps": "rejected steps",
+    "newton_iterations": "Newton iterations",
+    "dofs": "unknowns of the rubber",
+    "scene_hash": "hash of the scene",
+}
+
+
+def all_keys(scenes: Mapping[str, Mapping[str, Any]], only_different: bool = False) -> Table:
+    """The keys of one or more scenes, by their names, in SI units."""
+    tables = [flat(scene) for scene in scenes.values()]
+    rows = []
+    for key in {key: None for table in tables for key in table}:
+        values = [table.get(key) for table in tables]
+        if any(value is not None for value in values) and (
+            not only_different or any(value != values[0] for value in values[1:])
+        ):
+            unit = _unit(key)
+            rows.append([Cell(key), *(Cell(_shown(value, unit)) for value in values)])
+    return Table("Scenes as resolved, SI units", ["key", *scenes], rows)
+
+
+def _unit(key: str) -> str:
+    """SI unit of a key; none of one that scenes have no more, or not yet."""
+    try:
+        return unit_of(key) or ""
+    except SceneError:
+        return ""
+
+
+def _shown(value: Any, unit: str) -> str:
+    if value is None:
+        return "–"
+    if isinstance(value, float):
+        return f"{value:.6g} {unit}".strip()
+    return str(value)
+
+
+def _given(values: Mapping[str, Any]) -> dict[str, Any]:
+    """The tables of a scene without what is not set."""
+    return {
+        key: _given(value) if isinstance(value, Mapping) else value
+        for key, value in values.items()
+        if value is not None
+    }
+
+
+def section_again(run: Run) -> list[Section]:
+    """The sections that every run ends with."""
+    return [
+        Section("neglected", "What the model leaves out", neglected(run)),
+        Section("scene", "The scene", [all_keys({run.scene["name"]: run.scene})]),
+        Section("again", "Run it again", [*again(run), versions_of(run)]),
+    ]

@@ -1,0 +1,228 @@
+"""Lines, and data of one's own for every module of `iceslide footprint`; `iceslide formula`."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from iceslide_fem.cli import main
+from iceslide_fem.errors import SceneError
+from iceslide_fem.footprint import empirical
+from iceslide_fem.footprint.case import FootprintCase
+from iceslide_fem.footprint.formulas import FORMULAS, evaluate
+from iceslide_fem.footprint.line import gaussian_profile
+from iceslide_fem.footprint.macroscopic import heat_model
+from iceslide_fem.footprint.survey import read_footprint, summary, survey
+
+LENGTH, POINTS, ROWS = 0.18, 40, 4
+X, PRESSURE = gaussian_profile(LENGTH, 2e5, POINTS)
+MAP = np.tile(PRESSURE, (ROWS, 1))
+SIZE = {"length": LENGTH, "width": 0.1}
+
+
+def iceslide(*arguments):
+    with pytest.raises(SystemExit) as caught:
+        main([str(argument) for argument in arguments])
+    return caught.value.code
+
+
+def surveyed(**values):
+    case = FootprintCase.of(values)
+    return survey(case, read_footprint(case))
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """A profile, the map that has it in every row, temperatures and states of that map."""
+    folder = tmp_path_factory.mktemp("entries")
+    rows = [f"{1e3 * x:.12g},{p / 1e5:.12g}" for x, p in zip(X, PRESSURE, strict=True)]
+    (folder / "line.csv").write_text("\n".join(["x_mm, pressure_bar", *rows]) + "\n")
+    np.save(folder / "map.npy", MAP)
+    case = FootprintCase.of({"pressure_map": str(folder / "map.npy"), **SIZE})
+    moving = heat_model(read_footprint(case).pressure_map, case.moving)
+    np.savetxt(folder / "celsius.txt", moving.temperature - 273.15, fmt="%.12g")
+    np.savetxt(folder / "states.csv", moving.state, delimiter=",", fmt="%d")
+    np.savetxt(folder / "dry.csv", np.ones(MAP.shape), delimiter=";", fmt="%d")
+    return folder
+
+
+def test_a_line_is_the_map_that_is_constant_across(files):
+    line = surveyed(line=str(files / "line.csv"))
+    whole = surveyed(pressure_map=str(files / "map.npy"), **SIZE)
+    row = surveyed(pressure_map=str(files / "map.npy"), row=ROWS - 1, **SIZE)
+    for name in ("thesis", "moving"):
+        for part in ("flux", "rise", "temperature", "state", "mu"):
+            expected = getattr(getattr(line, name), part)
+            for other, count in ((whole, ROWS), (row, 1)):
+                values = getattr(getattr(other, name), part)
+                assert values == pytest.approx(np.tile(expected, (count, 1)), rel=1e-9, abs=1e-12)
+    assert whole.film.shear == pytest.approx(np.tile(line.film.shear, (ROWS, 1)), rel=1e-9)
+    figures = summary(line)
+    assert figures["film"] == pytest.approx(summary(whole)["film"])
+    assert figures["line"] == {"pixels": POINTS, "row": None}
+    assert summary(row)["line"]["row"] == ROWS - 1 and "line" not in summary(whole)
+
+
+def test_temperatures_of_module_2_entered_as_ones_own_give_its_friction(files):
+    own = surveyed(
+        pressure_map=str(files / "map.npy"), temperature_map=str(files / "celsius.txt"), **SIZE
+    )
+    assert own.given is not None
+    assert own.given.mu == pytest.approx(own.moving.mu, rel=1e-6, abs=1e-9)
+    assert own.given.balance == pytest.approx(own.moving.balance, rel=1e-9)
+    figures = summary(own)["given"]
+    assert figures["trailing_edge_temperature_C"] > figures["leading_edge_temperature_C"]
+    edge = own.moving.temperature[0, [0, -1]] - 273.15
+    assert figures["trailing_edge_temperature_C"] == pytest.approx(edge[0])
+    assert figures["leading_edge_temperature_C"] == pytest.approx(edge[1])
+
+
+def test_states_of_ones_own_decide_module_3(files):
+    plain = surveyed(pressure_map=str(files / "map.npy"), **SIZE)
+    same, dry = (
+        surveyed(pressure_map=str(files / "map.npy"), state_map=str(files / name), **SIZE)
+        for name in ("states.csv", "dry.csv")
+    )
+    assert same.moving.mu == pytest.approx(plain.moving.mu)
+    assert summary(dry)["moving_source"]["dry_share"] == 1.0
+    expected = (0.19 + 2.22) / 1e-4 * plain.moving.rise.mean() / plain.moving.sliding.power
+    assert dry.moving.balance.mu == pytest.approx(expected)
+    assert dry.film.shear == pytest.approx(plain.film.shear)
+
+
+def test_maps_have_their_first_row_on_top(tmp_path):
+    upper = MAP.copy()
+    upper[1:] = 0.0
+    np.save(tmp_path / "map.npy", upper)
+    read = read_footprint(FootprintCase.of({"pressure_map": str(tmp_path / "map.npy"), **SIZE}))
+    assert read.pressure_map.pressure[-1] == pytest.approx(PRESSURE)
+    assert not read.pressure_map.pressure[:-1].any()
+
+
+def test_columns_of_a_profile_are_the_entries_of_its_modules(tmp_path):
+    text = "x_m,pressure_Pa,temperature_C,state\n0.001,0,5,0\n0.002,2e5,-1,2\n0.003,1e5,-3,1\n"
+    (tmp_path / "own.csv").write_text(text)
+    out = tmp_path / "out"
+    assert iceslide("footprint", "--line", tmp_path / "own.csv", "--out", out, "--no-report") == 0
+    with open(out / "line.csv", newline="") as file:
+        table = list(csv.DictReader(file))
+    assert [float(row["temperature_given_C"]) for row in table] == pytest.approx([-4.0, -1.0, -3.0])
+    assert [float(row["state_moving"]) for row in table] == [0, 2, 1]
+    power = 1.5e5 * 3.0
+    mixed, dry = (0.19 + 2.22 + 0.56) * 3.0, (0.19 + 2.22) * 1.0
+    expected = [0.0, mixed / 2 / 1e-4 / power, dry / 2 / 1e-4 / power]
+    assert [float(row["mu_given"]) for row in table] == pytest.approx(expected)
+    figures = json.loads((out / "summary.json").read_text())
+    assert figures["given"]["mu_balance"] == pytest.approx(sum(expected))
+    assert {path.name for path in out.iterdir()} == {"line.csv", "line.png", "summary.json"}
+
+
+def test_options_of_the_macroscopic_model_reach_it(files):
+    case = FootprintCase.of(
+        {
+            "line": str(files / "line.csv"),
+            "air_temperature": "2degC",
+            "ice_material": "3,900,1000",
+            "tread_material": "0.3,1000,2000",
+            "water_conductivity": "0.6",
+            "thesis_time": "2s",
+        }
+    )
+    model = case.thesis
+    assert model.warmer_ice == pytest.approx(-6.0)
+    assert (model.ice.conductivity, model.tread.conductivity) == (3.0, 0.3)
+    assert (model.water_conductivity, model.time, case.moving.source) == (0.6, 2.0, "moving")
+    assert case.moving.effusivity == pytest.approx((3.0 * 900.0 * 1000.0) ** 0.5)
+
+
+LINE, PIXELS = "x_m,pressure_Pa\n0,1e5\n1e-3,2e5\n", ["--length", "180mm", "--width", "100mm"]
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments", "words"),
+    [
+        (LINE, ["--line", "f", "--length", "1m"], "--length does not fit --line"),
+        (LINE, ["--line", "f", "--pressure-map", "f"], "give one of IMAGE, --pressure-map and"),
+        (LINE, [], "given: none of them"),
+        (LINE, ["--line", "f", "--scenes", "1"], "does not fit one line"),
+        (LINE, ["--line", "f", "--ice-material", "2,900"], "is not CONDUCTIVITY,DENSITY,HEAT"),
+        (LINE, ["--line", "f", "--ice-material", "2,900,1"], 'heat capacity of "2,900,1" is out'),
+        (LINE, ["--line", "f", "--air-temperature", "99degC"], "--air-temperature"),
+        ("x_m,p\n0,1\n", ["--line", "f"], 'has a column "p"; allowed: '),
+        ("x_m\n0\n1\n", ["--line", "f"], "needs one column pressure_Pa or pressure_bar"),
+        ("x_m,pressure_Pa\n0,1e5\n", ["--line", "f"], "two or more"),
+        ("x_m,pressure_Pa\n0,1e5\n1,nan\n", ["--line", "f"], "no finite number"),
+        ("x_mm,pressure_Pa\n0,1\n1,2\n3,1\n", ["--line", "f"], "x must rise in even steps"),
+        ("x_mm,pressure_Pa\n0,-1\n1,2\n", ["--line", "f"], "has pressures from -1 to 2 Pa"),
+        ("x_mm,pressure_Pa\n0,0\n1,0\n", ["--line", "f"], "nothing is in contact"),
+        ("x_mm,pressure_Pa,state\n0,1,9\n1,2,1\n", ["--line", "f"], "other states than 0"),
+        ("1 2\n3\n", ["--pressure-map", "f", *PIXELS], "is no table of numbers"),
+        ("1e5 2e5\n", ["--pressure-map", "f"], "--length is missing"),
+        ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--legend", "0,0,9,9"], "does not fit"),
+        ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--row", "1"], "has rows 0 to 0"),
+        ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--threshold", "3e5"], "no pixel is in"),
+        ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--state-map", "f"], "other states"),
+        ("1 1\n", ["--pressure-map", "f", *PIXELS, "--temperature-map", "g"], "must be the same"),
+    ],
+)
+def test_wrong_entries_are_a_sentence(text, arguments, words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "f").write_text(text)
+    (tmp_path / "g").write_text("-1 -1 -1\n")
+    assert iceslide("footprint", *arguments) == 2
+    said = capsys.readouterr()
+    assert words in said.err and said.err.startswith("iceslide: ") and said.err.count("\n") == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["f", "g"]
+
+
+def test_formulas_have_every_parameter_of_their_functions():
+    found = evaluate("navin", ["temperature=-4degC,-1degC", "aggregate=0,500"])
+    expected = [empirical.navin(T, A) for T in (-4.0, -1.0) for A in (0.0, 500.0)]
+    assert found.result == pytest.approx(np.array(expected))
+    ellipse = evaluate(
+        "peng-ellipse",
+        "speed=2m/s film=80nm pressure=3bar x_m=0.05 y_m=0.3 length=100mm dry=0.2".split(),
+    )
+    args = (2.0, 80e-9, 3e5, 0.05, 0.3, 0.1, 0.2)
+    assert ellipse.result == pytest.approx(float(empirical.peng_ellipse(*args)))
+    for name, function in (
+        ("peng-rectangle", empirical.peng_rectangle),
+        ("peng-rectangle-printed", empirical.peng_rectangle_as_printed),
+    ):
+        wet = evaluate(name, ["x_m=0.1,0.15", "length=0.15"]).result
+        by_hand = function(3.0, 1e-7, 2e5, np.array([0.1, 0.15]), 0.15, 0.1)
+        assert wet == pytest.approx(by_hand)
+    stop = evaluate("stopping-distance", ["speed=36km/h", "mu=0.1"])
+    assert stop.result == pytest.approx(float(empirical.stopping_distance(36.0, 0.1)))
+    for name in FORMULAS:  # the defaults are values
+        assert np.isfinite(evaluate(name, []).result).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["nobody"], 'there is no formula "nobody"; there are: stopping-distance'),
+        (["navin", "salt=3"], 'takes KEY=VALUE with temperature, aggregate; given: "salt=3"'),
+        (["navin", "aggregate=-1"], "allowed: 0 to 1000 g/m^2"),
+        (["navin", "temperature=4degC"], "is out of range"),
+        (["navin", "aggregate=1", "aggregate=2"], "is given twice"),
+        (["navin", "aggregate=3bar"], 'navin: aggregate "3bar"'),
+        (["peng-ellipse", "x_m=1m"], "x_m is longer than length"),
+    ],
+)
+def test_wrong_formulas_are_a_sentence(arguments, words):
+    name, *values = arguments
+    with pytest.raises(SceneError, match="^[^\n]*$") as caught:
+        evaluate(name, values)
+    assert words in str(caught.value)
+
+
+def test_the_command_prints_rows(capsys):
+    assert iceslide("formula", "navin", "aggregate=200", "--csv") == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "temperature (K),aggregate (g/m^2),mu",
+        "269.15,200,0.1708",
+    ]
+    assert iceslide("formula") == 0
+    assert "peng-ellipse" in capsys.readouterr().out

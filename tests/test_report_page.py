@@ -1,0 +1,347 @@
+"""The page of a run, of several, a sweep, a ladder, a footprint: whole, true, and drawn."""
+
+import base64
+import gzip
+import json
+import re
+import tomllib
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+pytest.importorskip("iceslide_fem.fenics.compat")  # the outputs' writers need it
+
+from browser import chromium, open_page  # noqa: E402, F401
+from runs import write_run  # noqa: E402
+from written_fields import write_fields  # noqa: E402
+
+from iceslide_fem.cli import main  # noqa: E402
+from iceslide_fem.errors import OutputError, SceneError  # noqa: E402
+from iceslide_fem.footprint.line import gaussian_profile  # noqa: E402
+from iceslide_fem.footprint.synthetic import Tread, grey_picture, save  # noqa: E402
+from iceslide_fem.output.summary import write_summary  # noqa: E402
+from iceslide_fem.report.command import page_of, report  # noqa: E402
+from iceslide_fem.report.page import Chart, Curve, _listed, thinned  # noqa: E402
+from iceslide_fem.scene import scene_from_dict  # noqa: E402
+
+SCENE = """\
+name = "seen"
+model = "point"
+[rubber]
+compound = "B"
+[load]
+pressure = "1 bar"
+speed = "3 m/s"
+duration = "4 ms"
+[ice]
+heat = "column"
+[numerics]
+tolerance = 1e-2
+"""
+LARGEST = 10e6  # bytes
+OF_A_RUN = ["results", "warnings", "curves", "neglected", "scene", "again"]
+VIEWS = {
+    "light": {"viewport": {"width": 1200, "height": 900}},
+    "dark": {"viewport": {"width": 1200, "height": 900}, "color_scheme": "dark"},
+    "phone": {"viewport": {"width": 390, "height": 844}},
+}
+
+
+def iceslide(*arguments):
+    with pytest.raises(SystemExit) as caught:
+        main([str(argument) for argument in arguments])
+    return caught.value.code
+
+
+class Parsed(HTMLParser):
+    """Links, sections, cells with keys, and labels of a page."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.references, self.sections, self.values, self.labels = [], [], {}, []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        found = dict(attributes)
+        self.references += [found[name] for name in ("src", "href", "action") if name in found]
+        if tag == "section":
+            self.sections.append(found["id"])
+        if "data-key" in found:
+            self.values.setdefault(found["data-key"], found["data-value"])
+        if "chart" in found.get("class", ""):
+            self.labels.append(found["aria-label"])
+
+
+def numbers_in(path):
+    """What the page's script draws."""
+    packed = re.search(r'id="numbers">([^<]*)<', path.read_text("utf-8"))[1]
+    return json.loads(gzip.decompress(base64.b64decode(packed)))
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory):
+    """A page of everything that has one, by what it is of."""
+    root = tmp_path_factory.mktemp("reports")
+    scene = root / "scene.toml"
+    scene.write_text(SCENE)
+    found = {}
+    assert iceslide("run", scene, "--out", root / "point") == 0
+    found["point"] = root / "point" / "report.html"
+    for name, model, cells in (
+        ("slice", "slice", "quadrilateral"),
+        ("block", "block", "tetrahedron"),
+        ("hexahedra", "block", "hexahedron"),
+    ):
+        folder = root / name
+        folder.mkdir()
+        write_run(folder, model)
+        write_fields(folder, cells, True)
+        found[name] = report([folder])
+    stopped = root / "stopped"
+    stopped.mkdir()
+    write_run(stopped, "slice")
+    summary = json.loads((stopped / "summary.json").read_text())
+    warnings = ["the energies do not close: 3.0% of the friction work is missing"]
+    summary |= {"stopped": "the block <tipped> over", "warnings": warnings}
+    write_summary(stopped / "summary.json", summary)
+    found["stopped"] = report([stopped])
+    ladder = root / "ladder"
+    for name, model in (("point_column", "point"), ("slice_column_x1", "slice")):
+        (ladder / name).mkdir(parents=True)
+        write_run(ladder / name, model)
+        summary = json.loads((ladder / name / "summary.json").read_text())
+        write_summary(ladder / name / "summary.json", summary | {"wall_s": 1.0 + len(name)})
+    found["ladder"] = report([ladder])
+    vary = ["--vary", "load.pressure=1bar:3bar:3", "--vary", "ice.temperature=-6degC,-2degC"]
+    assert iceslide("sweep", scene, *vary, "--out", root / "sweep") == 0
+    found["sweep"] = root / "sweep" / "report.html"
+    picture = save(
+        grey_picture(Tread(ribs=2, pitch=60e-3).footprint((20, 40)), 4e5), root / "g.png"
+    )
+    size = ["--length", "180mm", "--width", "140mm", "--max-pressure", "4bar"]
+    assert iceslide("footprint", picture, *size, "--out", root / "footprint") == 0
+    found["footprint"] = root / "footprint" / "report.html"
+    x, pressure = gaussian_profile(0.18, 2e5, 30)
+    rows = [f"{a:.9g},{p:.9g}" for a, p in zip(x, pressure, strict=True)]
+    (root / "profile.csv").write_text("\n".join(["x_m,pressure_Pa", *rows]) + "\n")
+    assert iceslide("footprint", "--line", root / "profile.csv", "--out", root / "line") == 0
+    found["line"] = root / "line" / "report.html"
+    found["runs"] = report([root / "point", root / "slice", stopped], root / "both.html")
+    return found
+
+
+ALL = ["point", "slice", "block", "hexahedra", "stopped", "ladder", "sweep", "footprint", "line"]
+ALL += ["runs"]
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_a_page_is_one_file_with_every_section(pages, name):
+    text = pages[name].read_text("utf-8")
+    page = Parsed(text)
+    assert len(text.encode()) < LARGEST
+    assert all(link.startswith(("#", "data:")) for link in page.references), page.references
+    assert "@import" not in text and "url(" not in text.split("</style>")[0]
+    expected = {
+        "point": OF_A_RUN,
+        "stopped": OF_A_RUN,
+        "ladder": ["results", "curves", "warnings", "neglected", "again"],
+        "sweep": ["curves", "results", "warnings", "scene", "again"],
+        "footprint": ["results", "warnings", "curves", "neglected", "again"],
+        "line": ["results", "warnings", "curves", "neglected", "again"],
+        "runs": ["scenes", "results", "differences", "curves", "warnings", "again"],
+    }
+    assert page.sections == expected.get(name, [*OF_A_RUN[:3], "fields", *OF_A_RUN[3:]])
+    drawn = numbers_in(pages[name])
+    charts = [key for key in drawn if key != "fields"]
+    charts += [drawing["name"] for drawing in drawn.get("fields", {"drawings": []})["drawings"]]
+    assert len(page.labels) == len(charts) > 2
+    assert all(len(label) > 20 for label in page.labels)
+
+
+@pytest.mark.parametrize("name", ["point", "slice", "stopped"])
+def test_what_a_page_says_is_what_the_summary_says(pages, name):
+    page = Parsed(pages[name].read_text("utf-8"))
+    summary = json.loads((pages[name].parent / "summary.json").read_text())
+    for key in ("mu_peak", "mu_peak_time_s", "mu_mean", "mu_end", "melt_onset_s"):
+        assert float(page.values[key]) == summary[key]
+    assert page.values["saturation_s"] == "None" and summary["saturation_s"] is None
+    text = pages[name].read_text("utf-8")
+    assert f"{summary['mu_peak']:.4f} ±" in text
+    if name == "point":
+        assert page.values["scene_hash"] == summary["scene_hash"]
+        assert summary["versions"]["sources"] in text
+
+
+def test_the_curves_are_those_of_the_history(pages):
+    folder = pages["point"].parent
+    table = np.genfromtxt(folder / "history.csv", delimiter=",", names=True)
+    curve = numbers_in(pages["point"])["mu"]["curves"][0]
+    assert curve["x"] == pytest.approx(1e3 * table["time_s"], rel=1e-5)
+    assert curve["y"] == pytest.approx(table["mu"], rel=1e-5)
+
+
+def test_the_scene_on_the_page_runs_again(pages):
+    text = pages["point"].read_text("utf-8")
+    toml = re.search(r"<pre[^>]*>(name = .*?)</pre>", text, re.S)[1].replace("&#34;", '"')
+    summary = json.loads((pages["point"].parent / "summary.json").read_text())
+    assert scene_from_dict(tomllib.loads(toml)).as_dict() == summary["scene"]
+
+
+def test_a_stopped_run_says_so_and_its_words_are_not_markup(pages):
+    text = pages["stopped"].read_text("utf-8")
+    assert "Stopped before its end." in text and "the block &lt;tipped&gt; over" in text
+    assert "The energies do not close: 3.0% of the friction work is missing." in text
+    assert "stopped: the block &lt;tipped&gt;" in pages["runs"].read_text("utf-8")
+    assert "Stopped before" not in pages["point"].read_text("utf-8")
+
+
+def test_a_run_without_a_summary_has_a_page_too(tmp_path):
+    write_run(tmp_path, "slice")
+    (tmp_path / "summary.json").unlink()
+    (tmp_path / "stopped.txt").write_text("the plate cannot find its place\n")
+    text = report([tmp_path]).read_text("utf-8")
+    assert "the plate cannot find its place" in text and "7 ms of sliding in 28 steps" in text
+    assert set(numbers_in(tmp_path / "report.html")) >= {"mu", "film_height_m"}
+    (tmp_path / "history.csv").write_text("time_s,mu\n0.0,0.")  # killed while it wrote
+    assert "0 ms of sliding" in report([tmp_path]).read_text("utf-8")
+
+
+def test_the_ladder_is_compared_with_its_finest(pages):
+    text = pages["ladder"].read_text("utf-8")
+    assert text.index("point_column") < text.index("slice_column_x1")
+    assert "within the tolerance" in text and ">finest<" in text
+
+
+def test_a_line_and_a_map_say_their_edge_temperatures(pages):
+    for name in ("line", "footprint"):
+        page = Parsed(pages[name].read_text("utf-8"))
+        summary = json.loads((pages[name].parent / "summary.json").read_text())
+        key = "trailing_edge_temperature_C"
+        assert float(page.values[key]) == summary["film"][key]
+    drawn = numbers_in(pages["line"])
+    names = [curve["name"] for curve in drawn["mu"]["curves"]]
+    assert names == ["(3.3)", "moving source", "film law"]
+
+
+def test_fields_are_those_that_were_written(pages):
+    drawn = numbers_in(pages["slice"])["fields"]
+    assert len(drawn["moments"]) == 3 and drawn["moments"][0].startswith("t = 0 ms, mu = 0.2")
+    kinds = [drawing["kind"] for drawing in drawn["drawings"]]
+    assert kinds == ["cells", "lines", "lines", "lines", "heat"]
+    pressure = drawn["drawings"][1]["frames"][-1][0]
+    touching = [(x, y) for x, y in zip(pressure["x"], pressure["y"], strict=True) if y is not None]
+    for x, y in touching:  # as written_fields has it: 1 + (x / size) / 1 bar, x of the facet
+        assert 0.0 < y < 4.0 and abs(x) < 20.0
+    block = numbers_in(pages["hexahedra"])["fields"]["drawings"]
+    assert [drawing["kind"] for drawing in block] == ["solid", "cells", "cells", "cells", "heat"]
+    assert max(map(max, block[0]["faces"])) < len(block[0]["frames"][0]["points"]) / 3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["nowhere"], "nowhere is not a folder"),
+        (["."], "holds nothing to report"),
+        (["point", "point"], "the same folder is given twice"),
+        (["point", "--out", "page.txt"], "give a file that ends in .html"),
+        (["point", "sweep"], "holds no finished run"),
+    ],
+)
+def test_wrong_input_is_a_sentence(pages, arguments, words, monkeypatch, capsys, tmp_path):
+    root = pages["point"].parent.parent
+    monkeypatch.chdir(tmp_path if arguments == ["."] else root)
+    assert iceslide("report", *arguments) == 2
+    said = capsys.readouterr()
+    assert words in said.err and said.err.count("\n") == 1 and said.out == ""
+
+
+def test_no_report_and_a_page_that_cannot_be_written(tmp_path, monkeypatch, capsys):
+    (tmp_path / "scene.toml").write_text(SCENE)
+    out = tmp_path / "out"
+    assert iceslide("run", tmp_path / "scene.toml", "--out", out, "--no-report") == 0
+    assert not (out / "report.html").exists()
+
+    def full(*_):
+        raise OutputError("cannot write report.html: No space left on device")
+
+    monkeypatch.setattr("iceslide_fem.report.command.write_page", full)
+    assert iceslide("run", tmp_path / "scene.toml", "--out", out) == 0
+    assert "Note: no report.html: cannot write" in capsys.readouterr().out
+
+
+def test_long_curves_keep_their_peak():
+    time = np.linspace(0.0, 1.0, 40_001)
+    mu = np.exp(-((time - 0.123456) ** 2) / 1e-9)
+    x, y = thinned(time, mu)
+    assert x.size < 2000 and y.max() == mu.max() and (x[0], x[-1]) == (0.0, 1.0)
+
+
+def test_the_table_below_a_chart_leaves_open_what_a_curve_does_not_have():
+    chart = Chart(
+        "c", "t", "s", "x", "y", [Curve("a", [0, 1, 2], [0, 1, 2]), Curve("b", [0, 1], [5, 5])]
+    )
+    assert list(_listed(chart)) == [["0", "0", "5"], ["1", "1", "5"], ["2", "2", "–"]]
+
+
+def test_a_folder_with_a_damaged_summary_is_refused(tmp_path):
+    (tmp_path / "summary.json").write_text("[1]")
+    with pytest.raises(SceneError, match="not what a command wrote"):
+        page_of([tmp_path])
+    (tmp_path / "summary.json").write_text('{"footprint": {}}')
+    with pytest.raises(SceneError, match="no whole footprint"):
+        page_of([tmp_path])
+
+
+def drawn_in(page, path):
+    page.goto(path.as_uri())
+    page.wait_for_selector("body[data-ready]")
+
+
+def test_every_kind_of_drawing_is_drawn_without_a_network(pages, open_page):  # noqa: F811
+    page = open_page(offline=True)
+    for name in ("hexahedra", "ladder", "footprint"):
+        drawn_in(page, pages[name])
+        charts = page.locator(".chart").count()
+        assert page.locator(".chart[data-drawn] .main-svg").count() >= charts > 2
+        assert page.locator("#trouble").is_hidden()
+
+
+def test_slider_keys_and_schemes(pages, open_page):  # noqa: F811
+    seen = {}
+    for name, view in VIEWS.items():
+        page = open_page(offline=True, **view)
+        drawn_in(page, pages["slice"])
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), name
+        ink, paper = page.evaluate(
+            "(style => [style.color, style.backgroundColor])(getComputedStyle(document.body))"
+        )
+        seen[name] = page.evaluate("document.querySelector('#mu .js-line').style.stroke")
+        assert contrast(ink, paper) > 7.0 and contrast(seen[name], paper) > 3.0
+    assert seen["light"] == seen["phone"] != seen["dark"]
+    page.focus("#moment")
+    last = page.text_content("#moment-said")
+    page.keyboard.press("Home")
+    assert page.text_content("#moment-said").startswith("t = 0 ms") and last != "t = 0 ms"
+    page.focus("#mu")
+    page.keyboard.press("ArrowRight")
+    assert page.locator("#mu ~ .reading").inner_text() == "sliding time (ms) 0: this run 0.2"
+    page.keyboard.press("+")
+    low, high = page.evaluate("document.getElementById('mu').layout.xaxis.range")
+    assert high - low < 4.0
+    page.keyboard.press("Home")
+    page.emulate_media(media="print", color_scheme="dark")
+    printed = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    assert printed == "rgb(255, 255, 255)"
+
+
+def contrast(one, other):
+    """Contrast of two colours of CSS, as the WCAG define it."""
+
+    def luminance(colour):
+        parts = np.array([float(part) for part in re.findall(r"[\d.]+", colour)][:3]) / 255.0
+        linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+        return float(linear @ [0.2126, 0.7152, 0.0722])
+
+    dark, light = sorted((luminance(one), luminance(other)))
+    return (light + 0.05) / (dark + 0.05)
