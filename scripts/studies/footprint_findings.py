@@ -20,11 +20,10 @@ from iceslide_fem.footprint.jaeger import (
     friction_flux,
     jaeger_exposure,
     jaeger_rise,
-    moving_source_rise,
-    next_pixel_rise,
 )
-from iceslide_fem.footprint.macroscopic import HeatModel
-from iceslide_fem.footprint.pressure_map import GaussianLine, PressureMap
+from iceslide_fem.footprint.line import gaussian_profile, macroscopic_line
+from iceslide_fem.footprint.macroscopic import HeatModel, Macroscopic
+from iceslide_fem.footprint.pressure_map import PressureMap
 from iceslide_fem.footprint.survey import read_footprint, survey
 from iceslide_fem.footprint.synthetic import Tread, coloured_picture, grey_picture, save
 from iceslide_fem.materials import BAR, CONTACT_TABLES
@@ -208,22 +207,60 @@ def formulas() -> None:
         )
 
 
+def line_of_the_thesis() -> None:
+    """The mono-dimensional model, all three modules, against what is said of figs. 6 and 7."""
+    rows = []
+    for pixels in (1800, 540, 180, 90):
+        _, pressure = gaussian_profile(LENGTH, 2.0 * BAR, pixels)
+        for name, parameters in (
+            ("(4.1), 1 s", Macroscopic()),
+            ("moving, S 0.5", Macroscopic(source="moving", slip=0.5)),
+            ("moving, S 1", Macroscopic(source="moving", slip=1.0)),
+        ):
+            line = macroscopic_line(pressure, LENGTH / pixels, parameters)
+            peak = int(line.rise.argmax())
+            shares = (f"{np.mean(line.state == each):.0%}" for each in STATES)
+            rows.append(
+                [
+                    f"{1e3 * LENGTH / pixels:g} mm",
+                    name,
+                    f"{line.rise[peak]:.2f}",
+                    f"{1e3 * line.x[peak]:.1f} mm",
+                    *(f"{edge - 273.15:.2f}" for edge in line.edges),
+                    *shares,
+                    f"{line.mu_mean:.3g}",
+                    f"{line.balance.mu:.3g}",
+                ]
+            )
+    head = ["pixel", "heat", "peak (K)", "at x", "leading", "trailing (degC)"]
+    head += ["dry", "mixed", "wet", "mean mu", "mu (3.8)"]
+    title = f"Line of 0.18 m, peak 2 bar in its middle; printed: {OWN:g} K and {SOURCE:g} K"
+    show(title, head, rows)
+    x, pressure = gaussian_profile(LENGTH, 2.0 * BAR, 540)
+    for air in (None, -10.0, 0.0):
+        parameters = Macroscopic(
+            source="moving", slip=1.0, air_temperature=None if air is None else air + 273.15
+        )
+        line = macroscopic_line(pressure, LENGTH / 540, parameters)
+        said = "as the ice" if air is None else f"{air:g} degC"
+        print(f"Moving source, tread before contact {said}: mu (3.8) {line.balance.mu:.4f}")
+
+
 def draw_line(path: Path) -> None:
     """The 1-D model: pressure, (4.1) and the moving source along the centre line."""
-    line, dx = GaussianLine(2.0 * BAR, LENGTH / 2.0, LENGTH / 6.0), LENGTH / 540
-    x = np.asarray((np.arange(540) + 0.5) * dx, dtype=float)
-    flux = friction_flux(MU_ST, line(x), V, S)
-    figure = Figure(figsize=(11.0, 4.4), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    left.plot(1e3 * x, line(x) / BAR, color="#222222")
+    x, pressure = gaussian_profile(LENGTH, 2.0 * BAR)
+    dx = LENGTH / x.size
+    figure = Figure(figsize=(13.0, 4.4), layout="constrained")
+    left, right, last = figure.subplots(1, 3)
+    left.plot(1e3 * x, pressure / BAR, color="#222222")
     left.set(xlabel="x (mm), the tyre moves to the right", ylabel="pressure (bar)")
     left.set_title("Gaussian centre line")
     for t, colour in ((0.7, "#E69F00"), (1.0, "#D55E00"), (2.0, "#CC79A7")):
-        rise = next_pixel_rise(flux, dx, t, PRINTED)
-        right.plot(1e3 * x, rise, color=colour, label=f"(4.1), S = 1e-5, t = {t:g} s")
+        line = macroscopic_line(pressure, dx, Macroscopic(time=t))
+        right.plot(1e3 * x, line.rise, color=colour, label=f"(4.1), S = 1e-5, t = {t:g} s")
     for slip, style in ((0.5, "--"), (1.0, "-")):
-        rise = moving_source_rise(flux * slip / S, dx, V, PRINTED.effusivity)
-        right.plot(1e3 * x, rise, style, color="#0072B2", label=f"moving source, S = {slip:g}")
+        line = macroscopic_line(pressure, dx, Macroscopic(source="moving", slip=slip))
+        right.plot(1e3 * x, line.rise, style, color="#0072B2", label=f"moving source, S = {slip:g}")
     for printed, name, below in ((OWN, "thesis", False), (SOURCE, "its source", True)):
         right.axhline(printed, color="0.5", linewidth=1, linestyle=":")
         place = {"va": "top" if below else "bottom", "ha": "right", "color": "0.4"}
@@ -231,7 +268,13 @@ def draw_line(path: Path) -> None:
     right.set(xlabel="x (mm), the tyre moves to the right", ylabel="temperature rise (K)")
     right.set_title("Rise of the ice's surface")
     right.legend(fontsize=8)
-    for panel in (left, right):
+    for slip, style in ((0.5, "--"), (1.0, "-")):
+        line = macroscopic_line(pressure, dx, Macroscopic(source="moving", slip=slip))
+        last.plot(1e3 * x, line.mu, style, color="#0072B2", label=f"moving source, S = {slip:g}")
+    last.set(xlabel="x (mm), the tyre moves to the right", ylabel="mu by (4.7) to (4.9)")
+    last.set_title("Friction: it jumps with the state")
+    last.legend(fontsize=8)
+    for panel in (left, right, last):
         panel.grid(alpha=0.25)
     draw(figure, path)
 
@@ -244,6 +287,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         round_trips(Path(folder))
     printed_rises()
+    line_of_the_thesis()
     friction_by_balance()
     film_over_pixels()
     single_blocks()
