@@ -70,6 +70,7 @@ def test_basix_element_numbers_dofs_as_the_space(name, degree):
     np.testing.assert_allclose(space.tabulate_dof_coordinates()[dofs, :dim], expected, atol=1e-14)
 
 
+@pytest.mark.three
 @pytest.mark.parametrize("name", CELLS)
 def test_every_outer_facet_is_paired_once(name):
     mesh = unit_mesh(name)
@@ -87,6 +88,7 @@ def test_every_outer_facet_is_paired_once(name):
     assert WORLD.allreduce(len(cells)) == count
 
 
+@pytest.mark.three
 def test_no_facets_are_no_trouble():
     cells, local = compat.facet_cell_pairs(unit_mesh("hexahedron"), np.empty(0, dtype=np.int32))
     assert len(cells) == len(local) == 0
@@ -101,6 +103,7 @@ def test_quadrature_integrates_its_degree(name):
     assert weights @ points[:, 0] ** 4 == pytest.approx(fourth)
 
 
+@pytest.mark.three
 def test_assembly_sums_over_ranks():
     mesh = unit_mesh("quadrilateral")
     space = compat.scalar_space(mesh, 2)
@@ -117,6 +120,7 @@ def test_assembly_sums_over_ranks():
     assert (matrix * ones - vector).norm() == pytest.approx(0.0, abs=1e-15)
 
 
+@pytest.mark.three
 def test_constrained_rows_become_identity():
     mesh = unit_mesh("triangle")
     space = compat.vector_space(mesh, 1)
@@ -132,6 +136,7 @@ def test_constrained_rows_become_identity():
     assert WORLD.allreduce(len(owned)) == 4
 
 
+@pytest.mark.three
 def test_petsc_vector_shares_the_functions_memory():
     function = fem.Function(compat.scalar_space(unit_mesh("triangle"), 1))
     vector = compat.petsc_vector(function)

@@ -62,6 +62,7 @@ def forces_on_contact(system, law):
     return np.array([*parts, surface.total(state.pressure, state.area)]), touching
 
 
+@pytest.mark.three
 @pytest.mark.parametrize("law", [static, sliding])
 @pytest.mark.parametrize("cells", CELLS)
 def test_contact_carries_the_plate(cells, law):
@@ -127,6 +128,7 @@ def test_newton_direction_solves_the_linearised_bordered_system(cells):
     np.testing.assert_allclose(slope, -here, atol=2e-6 * largest)
 
 
+@pytest.mark.three
 @pytest.mark.parametrize("cells", CELLS)
 def test_kept_factors_give_the_change_of_the_present_contact(cells, monkeypatch):
     monkeypatch.setattr(tangent, "FORCING", 1e-10)
@@ -214,6 +216,7 @@ def test_plate_displacement_is_the_same_in_every_dolfinx_version(cells, micromet
     assert system.plate_displacement() * 1e6 == pytest.approx(micrometres, rel=1e-7)
 
 
+@pytest.mark.three
 @pytest.mark.parametrize("cells", CELLS)
 def test_ranks_do_not_change_the_result(cells):
     together, alone = equilibrium_of(cells), equilibrium_of(cells, MPI.COMM_SELF)

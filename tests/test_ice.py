@@ -104,6 +104,7 @@ def march(ice, flux, steps, duration=DURATION):
     return content, stage
 
 
+@pytest.mark.three
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_heat_that_leaves_the_points_is_the_heat_in_the_ice(model):
     ice, points, area = some_ice(model)
@@ -113,6 +114,7 @@ def test_heat_that_leaves_the_points_is_the_heat_in_the_ice(model):
     assert ice.heat(content) == pytest.approx(given, rel=1e-9)
 
 
+@pytest.mark.three
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_heat_is_conserved_while_part_of_the_surface_melts(model):
     ice, points, area = some_ice(model)
@@ -260,6 +262,7 @@ def test_points_that_melt_and_freeze_in_turn_settle():
     assert ice.heat(content) @ grid.cell_area == pytest.approx(given, rel=1e-9)
 
 
+@pytest.mark.three
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_ice_for_a_longer_run_goes_on_below(model):
     scene = a_scene(model, 0.5)

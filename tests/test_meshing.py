@@ -129,6 +129,7 @@ def test_cells_are_smallest_at_the_contact_edges():
 # --- rubber and ice in DOLFINx
 
 
+@pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_rubber_has_its_volume_and_parts(model):
@@ -162,6 +163,7 @@ def test_ice_covers_the_footprint_and_its_margin(model):
     np.testing.assert_allclose(below[::2], box.box_lines(rubber_meshing.block_shape(scene), 1.0)[0])
 
 
+@pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_ice_lines_locate_the_nodes(model):
@@ -441,6 +443,7 @@ def test_an_unreadable_file_is_refused(name, tmp_path):
     assert "\n" not in str(refusal.value)
 
 
+@pytest.mark.three
 @pytest.mark.mpi
 def test_a_bad_mesh_is_refused_on_every_rank(tmp_path):
     (tmp_path / "bad.msh").write_text("this is no mesh")

@@ -116,6 +116,7 @@ def a_state(cells):
     return rubber, contact_surface(rubber.space, rubber.facets("contact"), 4)
 
 
+@pytest.mark.three
 @pytest.mark.fe
 @pytest.mark.mpi
 @pytest.mark.parametrize("cells", CELLS)
@@ -276,6 +277,7 @@ def test_nodes_are_in_the_order_of_vtk(tmp_path, cells):
     assert read["extent"] == pytest.approx(SIZE**rubber.mesh.geometry.dim)
 
 
+@pytest.mark.three
 @pytest.mark.fe
 @pytest.mark.mpi
 @pytest.mark.parametrize("cells", CELLS)
@@ -348,6 +350,7 @@ def test_fields_that_a_full_disk_cuts_are_not_listed(tmp_path, monkeypatch):
     ]
 
 
+@pytest.mark.three
 @pytest.mark.fe
 @pytest.mark.mpi
 @pytest.mark.parametrize(
@@ -406,6 +409,7 @@ def test_integrals_of_the_fields_are_the_rows_of_the_history(case):
         assert "trail" not in grids
 
 
+@pytest.mark.three
 @pytest.mark.fe
 @pytest.mark.mpi
 @pytest.mark.parametrize("model", ["slice", "block"])
@@ -448,6 +452,7 @@ def test_probes_of_a_known_field(model):
         Probes(build_block(scene_from_dict(scene), WORLD))
 
 
+@pytest.mark.three
 @pytest.mark.fe
 @pytest.mark.mpi
 def test_fields_probes_and_log_of_a_run(tmp_path):

@@ -101,10 +101,10 @@ ATTACHED, PASSING = "load.duration=2ms", ["ice.motion=sliding", "load.duration=0
 @pytest.mark.parametrize(
     "changes",
     [
-        pytest.param([ATTACHED, "ice.heat=continuum"], marks=pytest.mark.mpi),
+        pytest.param([ATTACHED, "ice.heat=continuum"], marks=[pytest.mark.mpi, pytest.mark.three]),
         [ATTACHED, "ice.heat=column"],
         [ATTACHED, "ice.heat=half-space"],
-        pytest.param([*PASSING, "ice.heat=column"], marks=pytest.mark.mpi),
+        pytest.param([*PASSING, "ice.heat=column"], marks=[pytest.mark.mpi, pytest.mark.three]),
         [*PASSING, "ice.heat=continuum"],
         ["load.duration=0.3ms", "ice.heat=column", "rubber.inertia=true"],
         [*PASSING, "ice.heat=column", "film.carrier=rubber"],
@@ -137,6 +137,7 @@ def test_a_run_that_goes_on_gives_the_same_curve(changes, shared, monkeypatch):
         assert len(one) == len(two) and all(path.is_file() for _, path in two)
 
 
+@pytest.mark.three
 @pytest.mark.mpi
 def test_places_know_nothing_of_ranks():
     comm = MPI.COMM_WORLD
@@ -263,7 +264,7 @@ def test_lists_name_no_fields_that_are_gone(tmp_path, monkeypatch, capsys):
         ["load.duration=1ms", "ice.heat=continuum", "rubber.heat=true"],
         pytest.param(
             ["load.duration=0.3ms", "ice.motion=sliding", "ice.heat=continuum", "rubber.heat=true"],
-            marks=pytest.mark.mpi,
+            marks=[pytest.mark.mpi, pytest.mark.three],
         ),
     ],
     ids=" ".join,

@@ -356,6 +356,7 @@ def test_a_rejected_step_leaves_no_trace():
     )
 
 
+@pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("heat", ["column", "continuum"])
 def test_the_same_friction_on_any_number_of_ranks(heat):
