@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("iceslide_fem.fenics.compat")
 
 import scripts.studies
-from scripts.studies.common import ROOT
+from scripts.studies.common import ROOT, case
 
 pytestmark = pytest.mark.fe
 
@@ -182,3 +182,29 @@ def test_hostile_inputs_are_many_and_none_ends_badly():
     counted = output("hostile_inputs", "--quick").splitlines()[-5:]
     assert counted[-1] == "wrong: 0"
     assert int(counted[0].split()[0]) >= 15
+
+
+def test_constants_of_the_cost_are_found_from_runs_that_have_them(capsys):
+    study = importlib.import_module("scripts.studies.cost_estimates")
+    cost = importlib.import_module("iceslide_fem.planning.cost")
+    chosen = ["model=point ice.heat=column"]
+    for rubber, model in enumerate(["slice", "slice", "block"]):
+        for ice in ("continuum", "column"):
+            chosen.append(f"model={model} ice.heat={ice} numerics.refinement={0.5 + 0.25 * rubber}")
+    runs = []
+    for changes in chosen:
+        scene = case("thesis_1bar", "numerics.tolerance=1e-2", *changes.split())
+        expected = cost.estimate(scene)
+        steps = expected.steps // 2
+        of_steps = cost.step_seconds(2 if scene.model == "slice" else 3, *expected[1:3])
+        share = cost.time_steps(scene, steps) if scene.model != "point" else 0.0
+        seconds = 2.0 * (cost.START_SECONDS + share * of_steps)
+        runs.append(study.Run(scene, expected, steps, seconds))
+    study.fit(runs)
+    printed = capsys.readouterr().out
+    assert f"START_SECONDS = {2 * cost.START_SECONDS:.2g}" in printed
+    for name in ("PLANE", "SPACE", "ICE"):
+        fixed, work = getattr(cost, f"{name}_SECONDS")
+        if name != "SPACE":  # of one mesh: one of the two is left free
+            assert f"{name}_SECONDS = {2 * fixed:.2g}, {2 * work:.2g}" in printed
+    assert "over measured: 1.00, 1.00, 1.00" in printed

@@ -32,7 +32,13 @@ from iceslide_fem.scene import Scene
 STEPS_PER_POINT_STEP = 3.5  # at a tolerance of 1e-2
 TIGHTER = 0.35  # a block's steps grow faster with 1 / tolerance than a point's, by this power
 FIXED_STEPS = 40  # of a block whose integrator has no error estimate
+# Seconds of a start, and per step: fixed, and for every n^(3/2) of a plane's or n^(4/3) of a
+# block's n unknowns of rubber; fixed, and for every node of meshed ice. The direct solver's work
+# grows so. Fitted by scripts.studies.cost_estimates, which prints them.
 START_SECONDS = 1.5
+PLANE_SECONDS = 3e-3, 5e-8
+SPACE_SECONDS = 0.03, 1.64e-6
+ICE_SECONDS = 1e-3, 5e-6
 START_STEPS = 15  # press and speed ramp, in steps
 PASSING_SHARE = 1 / 3  # of a step's time, where steps follow the passage of ice cells
 POINT_MEMORY = 0.21e9  # bytes, of which nearly all is programs
@@ -57,21 +63,27 @@ def estimate(scene: Scene) -> Cost:
     from iceslide_fem.mesh.size import memory_needed, unknowns  # loads gmsh
 
     size = unknowns(scene)
-    share = PASSING_SHARE if scene.ice.motion == "sliding" else 1.0
     seconds = step_seconds(size.dimensions, size.rubber, size.ice)
-    time = START_SECONDS + (share * steps + START_STEPS) * seconds
+    time = START_SECONDS + time_steps(scene, steps) * seconds
     return Cost(steps, size.rubber, size.ice, memory_needed(size), time)
 
 
 def step_seconds(dimensions: int, rubber: int, ice: int) -> float:
-    """Time (s) per step with these unknowns of rubber and ice.
+    """Time (s) per step with these unknowns of rubber and ice."""
+    fixed, work = PLANE_SECONDS if dimensions == 2 else SPACE_SECONDS
+    ice_seconds = ICE_SECONDS[0] + ICE_SECONDS[1] * ice if ice else 0.0
+    return fixed + work * rubber ** work_power(dimensions) + ice_seconds
 
-    The direct solver's work grows as n^(3/2) in a plane; in space it was n^(4/3) so far.
-    """
-    ice_seconds = 1e-3 + 5e-6 * ice if ice else 0.0
-    if dimensions == 2:
-        return 3e-3 + 5e-8 * rubber**1.5 + ice_seconds
-    return 0.03 + 0.45 * (rubber / 12e3) ** (4 / 3) + ice_seconds
+
+def work_power(dimensions: int) -> float:
+    """Power of the unknowns with which the work of a step grows."""
+    return 3 / 2 if dimensions == 2 else 4 / 3
+
+
+def time_steps(scene: Scene, steps: int) -> float:
+    """Steps of a slice or block by the time that they take: those of a run, press and ramp."""
+    share = PASSING_SHARE if scene.ice.motion == "sliding" else 1.0
+    return share * steps + START_STEPS
 
 
 @lru_cache(maxsize=1)

@@ -1,7 +1,9 @@
 """What `iceslide info` expects of a run against what the run takes: steps, seconds, memory.
 
 Every scene is run in a process of its own, forms compiled before. Seconds are those of the
-processor, so other work on the machine hardly counts. Large meshes run for a part of the time only.
+processor, so other work on the machine hardly counts. Large meshes run for a part of the time
+only. At the end come the constants of `iceslide_fem/planning/cost.py` that fit these seconds best,
+to enter there.
 """
 
 from __future__ import annotations
@@ -13,10 +15,15 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from subprocess import DEVNULL, Popen
+from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import nnls
 
-from iceslide_fem.planning.cost import estimate
+from iceslide_fem.arrays import Array
+from iceslide_fem.planning import cost
+from iceslide_fem.planning.cost import Cost, estimate
+from iceslide_fem.scene import Scene
 from scripts.studies.common import ROOT, case, options, run_words, table
 
 # case, changes: short and long, coarse and fine, attached and sliding, slice and block
@@ -45,6 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--quick", action="store_true", help="three of the scenes")
     chosen = [SCENES[n] for n in QUICK] if parser.parse_args(arguments).quick else SCENES
     factors: list[tuple[float, float, float]] = []
+    runs: list[Run] = []
     head = (
         "scene", "changes", "unknowns, rubber", "ice", "steps", "expected", "s", "expected",
         "MB", "expected",
@@ -52,11 +60,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     def rows() -> Iterator[tuple[object, ...]]:
         for name, changes in chosen:
-            expected = estimate(case(name, *changes.split()))
+            scene = case(name, *changes.split())
+            expected = estimate(scene)
             steps, seconds, memory = measured(name, changes.split())
             factors.append(
                 (expected.steps / steps, expected.time / seconds, expected.memory / memory)
             )
+            runs.append(Run(scene, expected, steps, seconds))
             yield (
                 name, changes, expected.rubber_unknowns, expected.ice_unknowns, steps,
                 expected.steps, f"{seconds:.1f}", f"{expected.time:.1f}", f"{memory / 1e6:.0f}",
@@ -66,7 +76,51 @@ def main(arguments: Sequence[str] | None = None) -> None:
     table(head, rows())
     print("\nexpected over measured, smallest, median, largest:")
     for what, values in zip(("steps", "seconds", "memory"), np.array(factors).T, strict=True):
-        print(f"{what}: {values.min():.2f}, {np.median(values):.2f}, {values.max():.2f}")
+        print(f"{what}: {_spread(values)}")
+    fit(runs)
+
+
+class Run(NamedTuple):
+    """A scene, what was expected, and the steps and seconds that it took."""
+
+    scene: Scene
+    expected: Cost
+    steps: int
+    seconds: float
+
+
+def fit(runs: Sequence[Run]) -> None:
+    """Print the constants that fit the seconds of these runs best, in relative terms."""
+    seconds = np.array([run.seconds for run in runs])
+    parts = np.array([seconds_by_constant(run) for run in runs])
+    found, _ = nnls(parts / seconds[:, None], np.ones(len(runs)))
+    start, *pairs = found
+    print("\nconstants that fit best (0: not in these runs, or lost in another one):")
+    print(f"START_SECONDS = {start:.2g}")
+    for name, pair in zip(("PLANE", "SPACE", "ICE"), np.reshape(pairs, (3, 2)), strict=True):
+        print(f"{name}_SECONDS = {pair[0]:.2g}, {pair[1]:.2g}")
+    print(
+        f"seconds by them, at the steps measured, over measured: {_spread(parts @ found / seconds)}"
+    )
+
+
+def seconds_by_constant(run: Run) -> Array:
+    """What a run takes for each constant of `cost`: start; plane, space and ice, two of each."""
+    parts = np.zeros(7)
+    parts[0] = 1.0
+    if run.scene.model == "point":
+        return parts
+    steps, (_, rubber, ice) = cost.time_steps(run.scene, run.steps), run.expected[:3]
+    plane = run.scene.model == "slice"
+    first = 1 if plane else 3
+    parts[first : first + 2] = steps, steps * rubber ** cost.work_power(2 if plane else 3)
+    if ice:
+        parts[5:] = steps, steps * ice
+    return parts
+
+
+def _spread(values: Array) -> str:
+    return f"{values.min():.2f}, {np.median(values):.2f}, {values.max():.2f}"
 
 
 def measured(name: str, changes: list[str]) -> tuple[int, float, float]:
