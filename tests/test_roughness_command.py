@@ -255,6 +255,16 @@ def test_steep_surfaces_are_said(tmp_path, capsys):
     assert "the rms slope is 0.70: above 0.6" in capsys.readouterr().out
 
 
+def test_heights_of_another_unit_are_refused(tmp_path, capsys):
+    heights = np.random.default_rng(1).normal(size=(64, 64))  # micrometres, meant
+    np.save(tmp_path / "a.npy", heights)
+    words = ["--pixel", "8um", "--pressures", "1bar:2bar:2", "--out", tmp_path / "out"]
+    assert called("roughness", tmp_path / "a.npy", *words) == 2
+    assert "slope of 5.26e+04" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+    assert called("roughness", tmp_path / "a.npy", *words, "--height-unit", "um") == 0
+
+
 def test_skewness_beyond_the_spectrum_is_said(tmp_path):
     values = {"rms_height": 1e-6, "hurst": 0, "rolloff": 1e-3, "shortest_wave": 9e-4}
     values |= {"size": 1e-3, "pixels": 64, "skewness": 2.0}

@@ -60,6 +60,7 @@ def test_strings_with_units_become_si():
         ("load.pressure", 200000, 2e5),
         ("load.speed", "3.6 km/h", 1.0),
         ("ice.temperature", "-10°C", 263.15),
+        ("ice.temperature", "\N{MINUS SIGN}10 °C", 263.15),  # copied from a page
         ("ice.temperature", 263.15, 263.15),
         ("rubber.length", "20mm", 0.02),
         ("numerics.penalty", "50 MPa/mm", 5e10),

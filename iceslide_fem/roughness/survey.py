@@ -28,6 +28,7 @@ from iceslide_fem.roughness.surface import (
 )
 
 STEEP = 0.6  # rms slope beyond which the half-space is not to be relied on
+STEEPEST = 10.0  # that a surface may have: a cliff of 84 degrees at every place
 NEARLY_FULL = 0.9  # share of contact
 COLUMNS = (
     "pressure_Pa",
@@ -77,6 +78,7 @@ def survey(case: RoughnessCase) -> Survey:
     iterations, error = 0, 0.0
     for surface in surfaces:
         described.append(statistics(surface))
+        _check_slope(case, described[-1])
         measure = Measure(surface.pixel, case.definition)
         rows = []
         for number, contact in enumerate(
@@ -99,6 +101,17 @@ def parameters(
     measure = Measure(surface.pixel, definition)
     contacts = press(surface.heights, surface.pixel, modulus, pressures.tolist())
     return Parameters(*np.array([measure(contact) for contact in contacts]).T)
+
+
+def _check_slope(case: RoughnessCase, figures: Statistics) -> None:
+    """Raise SceneError for slopes that no surface has: heights in another unit than was said."""
+    if figures.rms_slope > STEEPEST:
+        raise SceneError(
+            f"{case.surface} has an rms height of {1e6 * figures.rms_height:.3g} um and an rms "
+            f"slope of {figures.rms_slope:.3g}; allowed: slopes up to {STEEPEST:g} (--height-unit "
+            "says what heights are in that do not say so, else they are metres, --pixel how far "
+            "apart they are)"
+        )
 
 
 def _surfaces(case: RoughnessCase) -> tuple[Iterator[Surface], float | None]:

@@ -35,6 +35,8 @@ def read_contact_table(path: Path, key: str) -> ContactTable:
         raise SceneError(f"{key}: {path} is no table: {error}") from None
     missing = [name for name, _, _ in COLUMNS if name not in heading]
     if missing:
+        if ";" in "".join(heading):
+            raise SceneError(f"{key}: {path} has semicolons between its columns; allowed: commas")
         raise SceneError(
             f"{key}: {path} has no column {missing[0]}; needed: "
             f"{', '.join(name for name, _, _ in COLUMNS)}"

@@ -36,7 +36,10 @@ def to_si(text: str, unit: str) -> float:
     Raises ValueError, with what is wrong with the text, if it has no number, no unit, an unknown
     unit or a unit of another dimension.
     """
+    text = text.replace("\N{MINUS SIGN}", "-")  # as pages print it
     match = _NUMBER_AND_UNIT.fullmatch(text) if len(text) <= LONGEST else None
+    if match is not None and re.match(",[0-9]", match[2]):
+        raise ValueError("has a decimal comma instead of a point")
     if match is None:
         raise ValueError("is not a number with a unit")
     number, given = float(match[1]), match[2]

@@ -558,6 +558,74 @@ def surfaces() -> Iterator[Input]:
         yield Input(words, "", {"a.npy": good})
 
 
+def traps() -> Iterator[Input]:
+    """What looks right to a person, or to one layer of the program, and is not; some of it is."""
+    for value, ends in (
+        ("1 mm 2 mm", "refused"), ("١ mm", "any"), ("0x10 mm", "refused"), ("1_000 um", "any"),
+        ("1 mm;", "refused"), ("1,5 mm", "refused"), ("1 mm/mm", "refused"), ("1e-3", "any"),
+        ("1 mm + 1 s", "refused"), ("mm", "refused"), ("1 mm # long", "refused"),
+        ("(1 mm)", "any"), ("1 Mm", "refused"), ("1 MM", "refused"), ("1\u00a0mm", "any"),
+    ):  # fmt: skip
+        text = SCENE.replace('length = "1 mm"', f"length = {json.dumps(value)}")
+        yield Input(changed(command="info"), "rubber.length", {"scene.toml": text}, ends)
+    for value, ends in (
+        ("\u22124 degC", "any"), ("-4 °C", "any"), ("-4 C", "refused"), ("24.8 degF", "any"),
+        ("-4", "refused"), ("4 degC", "refused"), ("-4 delta_degC", "refused"), ("0 K", "refused"),
+    ):  # fmt: skip
+        yield scene(f"ice.temperature={json.dumps(value)}", says="ice.temperature", ends=ends)
+    for value, ends in (
+        ("{ a = [nan, 0.0, 0.0] }", "refused"), ("{ 'a/b' = [0.0, 0.0, 0.0] }", "any"),
+        ("{ a = [0.0, 0.0] }", "refused"), ("{ a = [1e9, 0.0, 0.0] }", "refused"),
+        ("{ '' = [0.0, 0.0, 0.0] }", "any"), ("[0.0, 0.0, 0.0]", "refused"),
+    ):  # fmt: skip
+        change = f"output.probes={value}"
+        yield Input(changed(change, command="run", base=SLICE), "", {"scene.toml": SCENE}, ends)
+    for value in ("[]", "[3e-6, 1e-6]", "[-1e-6]", "1e9", "[nan]", '"1 us 2 us"'):
+        change = f"output.times={value}"
+        ends = "any" if value in ("[]", "[3e-6, 1e-6]") else "refused"
+        yield Input(
+            changed(change, command="run", base=SLICE), "output.times", {"scene.toml": SCENE}, ends
+        )
+    table = "pressure_Pa,k,D_m,H_V_m\n1e5,0.2,2e-5,3e-6\n5e5,0.4,4e-5,1e-6\n"
+    for content, ends in (
+        (table, "any"), (table.replace("\n", "\r\n"), "any"), ("\ufeff" + table, "any"),
+        (table.encode("utf-16"), "refused"), (table.replace(",", ";"), "any"),
+        (table.replace("2e-5", "20"), "refused"), (table.replace("1e5", "5e5"), "refused"),
+        (table.replace("0.4", "4.0"), "refused"), (table.replace("0.4", "0.1"), "refused"),
+        (table.replace("3e-6", "nan"), "refused"), (table + "1e5,0.2,2e-5,3e-6\n", "refused"),
+        (table.replace("k", "K"), "any"), (table.replace("H_V_m", "k"), "refused"),
+    ):  # fmt: skip
+        files: Files = {"scene.toml": SCENE, "t.csv": content}
+        yield Input(changed("film.contact=t.csv", command="run"), "t.csv", files, ends)
+    here = (*changed(command="run"), "--out", ".")
+    yield Input(here, "", {"scene.toml": SCENE}, "any")
+    yield Input(here, "holds", {"scene.toml": SCENE, "letter.txt": "dear"})
+    loop: Files = {"scene.toml": lambda path: path.symlink_to("scene.toml")}
+    yield Input(("info", "scene.toml"), "scene.toml", loop)
+    heights = np.random.default_rng(1).normal(size=(64, 64)) * 1e-6
+    slope = np.add.outer(np.arange(64.0), np.arange(64.0)) * 1e-6
+    for array, ends in (
+        (heights.astype(complex), "refused"), (heights > 0, "any"), (slope, "refused"),
+        (np.asfortranarray(heights), "any"), (heights.astype(">f8"), "any"),
+        (heights.astype("f2"), "any"),
+        ((heights * 1e6).astype("i2"), "refused"), (np.repeat(heights, 3, axis=0)[:3], "refused"),
+    ):  # fmt: skip
+        stream = io.BytesIO()
+        np.save(stream, array)
+        words = ("roughness", "a.npy", "--pixel", "8um", "--pressures", "1bar:5bar:2")
+        yield Input((*words, "--out", "out"), "", {"a.npy": stream.getvalue()}, ends)
+    spectrum = 'hurst = 0.8\nrolloff = "0.2 mm"\nshortest_wave = "60 um"\n'
+    for text in (
+        'size = "1 mm"\npixels = 100000\nrms_height = "1 um"\n',
+        'size = "1 mm"\npixels = 128\nrms_height = "1 m"\n',
+        'size = "10 um"\npixels = 128\nrms_height = "1 um"\n',
+        'size = "1 m"\npixels = 128\nrms_height = "1 um"\n',
+        'size = "1 mm"\npixels = 128\nrms_height = "1 um"\nrms_slope = 0.3\n',
+    ):
+        words = ("roughness", "surface.toml", "--out", "out")
+        yield Input(words, "", {"surface.toml": spectrum + text})
+
+
 def damaged(point: Path, block: Path, stopped: Path) -> Iterator[Input]:
     """Finished and stopped runs with something gone, cut or forged."""
 
@@ -650,6 +718,7 @@ def inputs(runs: Path) -> list[Input]:
     made = [
         *values(), *choices(), *contradictions(), *scene_files(), *units(), *meshes(),
         *contact_tables(), *sizes(), *sweeps(), *option_words(), *footprints(), *surfaces(),
+        *traps(),
         *damaged(runs / "point", runs / "slice", runs / "stopped"),
     ]  # fmt: skip
     return made
