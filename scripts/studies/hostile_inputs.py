@@ -622,8 +622,8 @@ def traps() -> Iterator[Input]:
         'size = "1 m"\npixels = 128\nrms_height = "1 um"\n',
         'size = "1 mm"\npixels = 128\nrms_height = "1 um"\nrms_slope = 0.3\n',
     ):
-        words = ("roughness", "surface.toml", "--out", "out")
-        yield Input(words, "", {"surface.toml": spectrum + text})
+        made: Files = {"surface.toml": spectrum + text}
+        yield Input(("roughness", "surface.toml", "--out", "out"), "", made)
 
 
 def damaged(point: Path, block: Path, stopped: Path) -> Iterator[Input]:
