@@ -79,6 +79,7 @@ def test_a_run_that_has_not_slid_yet_keeps_nobody_out(tmp_path):
     (tmp_path / "checkpoint").write_text("the undeformed block")
     (tmp_path / "preload.csv").write_text("phase\npress\n")
     (tmp_path / "stopped.txt").write_text("no equilibrium")
+    (tmp_path / "report.html").write_text("a page that says so")
     run(point(), tmp_path)
     assert not (tmp_path / "preload.csv").exists()
 

@@ -207,6 +207,18 @@ def test_a_run_without_a_summary_has_a_page_too(tmp_path):
     assert "0 ms of sliding" in report([tmp_path]).read_text("utf-8")
 
 
+def test_loads_that_go_in_time_are_said_as_ranges(tmp_path):
+    write_run(tmp_path, "slice")
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    summary["scene"]["load"] |= {
+        "pressure": [[0.0, 1e5], [7e-3, 2e5]],
+        "speed": [[0.0, 3.0], [1e-3, 2.0]],
+    }
+    write_summary(tmp_path / "summary.json", summary)
+    text = report([tmp_path]).read_text("utf-8")
+    assert "with 1 to 2 bar and slides at 2 to 3 m/s for 7 ms" in text
+
+
 def test_the_ladder_is_compared_with_its_finest(pages):
     text = pages["ladder"].read_text("utf-8")
     assert text.index("point_column") < text.index("slice_column_x1")

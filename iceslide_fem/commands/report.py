@@ -51,5 +51,6 @@ def leave_report(folder: Path) -> None:
 
     try:
         write([folder])
-    except IceslideError as error:
+    except (IceslideError, ArithmeticError, LookupError, OSError, TypeError, ValueError) as error:
+        # The results are whole, and better than a page about them.
         typer.echo(f"Note: no report.html: {error}.")

@@ -9,6 +9,7 @@ from iceslide_fem.errors import IceslideError, SceneError
 from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.report.page import Cell, Section, Table, Text, cells
 from iceslide_fem.results import Run
+from iceslide_fem.results.run_directory import load_range
 from iceslide_fem.scene import Scene, flat, scene_from_dict, unit_of
 
 MM, MS, NM = 1e3, 1e3, 1e9
@@ -36,8 +37,8 @@ def in_words(scene: Mapping[str, Any]) -> str:
     carried = " and carries the film" if film["carrier"] == "ice" else "; the rubber keeps the film"
     return (
         f"A rubber block{own} ({compound}) is pressed on ice at "
-        f"{ice['temperature'] - ZERO_CELSIUS:.4g} °C with {load['pressure'] / BAR:.4g} bar "
-        f"and slides at {load['speed']:.4g} m/s for {MS * load['duration']:.4g} ms. "
+        f"{ice['temperature'] - ZERO_CELSIUS:.4g} °C with {load_range(load['pressure'], BAR)} bar "
+        f"and slides at {load_range(load['speed'], 1.0)} m/s for {MS * load['duration']:.4g} ms. "
         f"It is computed {_MODELS[scene['model']]}. The ice {passing}"
         f"{carried if ice['motion'] == 'sliding' else ''}; heat in it is computed "
         f"{_HEAT[ice['heat']]}, {'with' if rubber.get('heat') else 'without'} heat in the rubber. "

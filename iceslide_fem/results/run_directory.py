@@ -44,8 +44,8 @@ class Run(NamedTuple):
         scene, load, ice = self.scene, self.scene["load"], self.scene["ice"]
         celsius = ice["temperature"] - ZERO_CELSIUS
         return (
-            f"{scene['name']}: {scene['model']}, {_over(load['pressure'], BAR)} bar, "
-            f"{_over(load['speed'], 1.0)} m/s, {ice['motion']} ice at {celsius:.3g} °C "
+            f"{scene['name']}: {scene['model']}, {load_range(load['pressure'], BAR)} bar, "
+            f"{load_range(load['speed'], 1.0)} m/s, {ice['motion']} ice at {celsius:.3g} °C "
             f"({ice['heat']})"
         )
 
@@ -54,7 +54,7 @@ class Run(NamedTuple):
         return float(np.interp(time, self.history["time_s"], self.history[column]))
 
 
-def _over(load: Any, unit: float) -> str:
+def load_range(load: Any, unit: float) -> str:
     """A load in `unit`, or the range of one that goes in time."""
     if not isinstance(load, list):
         return f"{load / unit:.3g}"
