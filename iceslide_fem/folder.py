@@ -58,6 +58,7 @@ RESULTS = {
         "line.png",
         "report.html",
         "scenes/block_*.toml",
+        "scenes/block_*.csv",
     ),
     "roughness": (
         "contact.csv",

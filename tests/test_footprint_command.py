@@ -12,8 +12,10 @@ import pyvista as pv
 from PIL import Image
 
 from iceslide_fem.cli import main
+from iceslide_fem.footprint.outlines import patch_outline
 from iceslide_fem.footprint.synthetic import Tread, coloured_picture, grey_picture, save
 from iceslide_fem.scene import load_scene
+from iceslide_fem.scene.outline_file import area, read_outline
 
 ROOT = Path(__file__).parent.parent
 SHAPE, HIGH = (84, 108), 4e5
@@ -73,12 +75,28 @@ def test_summary_has_the_load_its_factor_and_the_means(surveyed):
     assert film["mu_mean"] == pytest.approx(shear.sum() / pressure.sum())
 
 
+def test_an_outline_is_that_of_the_patch():
+    y, x = np.mgrid[-30:31, -40:41] + 0.0
+    disc = (x / 35) ** 2 + (y / 25) ** 2 < 1.0
+    disc &= (x - 10) ** 2 + y**2 > 6.0**2
+    outer, hole = patch_outline(disc, 1e-3, 1e-3)
+    assert np.abs(area(outer)) == pytest.approx(np.pi * 35 * 25 * 1e-6, rel=0.02)
+    assert np.abs(area(hole)) == pytest.approx(np.pi * 36 * 1e-6, rel=0.1)
+    assert hole.mean(axis=0) == pytest.approx([10e-3, 0.0], abs=0.5e-3)
+    within = np.hypot(outer[:, 0] / 35e-3, outer[:, 1] / 25e-3)
+    assert np.abs(within - 1.0).max() < 0.04 and len(outer) < 60
+
+
 def test_scenes_are_ready(surveyed):
     scenes = [load_scene(path) for path in sorted((surveyed / "scenes").glob("*.toml"))]
     assert [scene.name for scene in scenes] == ["block_01", "block_02"]
     assert scenes[0].load.pressure < scenes[1].load.pressure
     assert all(0.01 < scene.rubber.length < 0.06 for scene in scenes)
     assert all(scene.ice.motion == "sliding" for scene in scenes)
+    for scene in scenes:  # the smoothed patch is as large as its pixels
+        outer, *_ = read_outline(scene.rubber.outline, "rubber.outline")
+        wanted = scene.rubber.length * scene.rubber.width
+        assert abs(area(outer)) == pytest.approx(wanted, rel=0.1)
 
 
 @pytest.mark.fe
@@ -138,8 +156,9 @@ def test_scenes_of_an_earlier_run_go_and_what_cannot_be_written_is_named(
     for count in (2, 1):
         words = ("--scenes", count, "--force", "--out", out)
         assert iceslide("footprint", picture, *OPTIONS, *words) == 0
-    assert [path.name for path in (out / "scenes").iterdir()] == ["block_01.toml"]
-    assert capsys.readouterr().out.count("block_02") == 1
+    names = sorted(path.name for path in (out / "scenes").iterdir())
+    assert names == ["block_01.csv", "block_01.toml"]
+    assert capsys.readouterr().out.count("block_02") == 2
     (out / "scenes" / "mine.toml").write_text("a scene of one's own")
 
     def full(*_):

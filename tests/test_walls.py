@@ -10,6 +10,8 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.fenics.start import start_petsc  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
+from iceslide_fem.rubber.contact import Traction  # noqa: E402
+from iceslide_fem.rubber.press import press  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 
 pytestmark = pytest.mark.fe
@@ -89,3 +91,93 @@ def test_open_sipes_do_nothing():
     matrix.assemble()
     block.rubber.walls.add_tangent(u, matrix)
     assert matrix.norm() == 0.0
+
+
+class Mirror:
+    """What a rigid, frictionless plane x = 0 does to the walls of a sipe in the middle."""
+
+    def __init__(self, walls, penalty):
+        self._own, self._penalty, self._weights = walls._own, penalty, walls._share / walls._penalty
+
+    def _pull(self, u):
+        x = self._own.positions(u)[..., 0]
+        before = self._own.nodes.mean(axis=1)[:, None, 0]
+        return 2.0 * self._weights * self._penalty * np.where(x * before < 0.0, x, 0.0)
+
+    def energy(self, u):
+        x = self._own.positions(u)[..., 0]
+        return float(0.5 * np.sum(self._pull(u) * x))
+
+    def add_forces(self, u, vector):
+        forces = np.zeros(self._own.nodes.shape)
+        forces[..., 0] = np.einsum("fqa,fq->fa", self._own.shape, self._pull(u))
+        np.add.at(vector, self._own.dofs, forces)
+
+    def add_tangent(self, u, matrix):
+        x = self._own.positions(u)[..., 0]
+        stiffness = np.divide(self._pull(u), x, out=np.zeros_like(x), where=x != 0.0)
+        for dofs, shape, weights in zip(self._own.dofs, self._own.shape, stiffness, strict=True):
+            block = np.einsum("qa,q,qb->ab", shape, weights, shape)
+            matrix.setValues(2 * dofs, 2 * dofs, block, True)
+        matrix.assemble()
+
+
+def pinched(mirrored):
+    """A block whose two lugs are drawn together, against each other or against a plane."""
+    sipe = "{position='0 mm', width='0.1 mm', depth='3 mm'}"
+    changes = "model=slice rubber.length=6mm rubber.height=4mm numerics.refinement=0.5".split()
+    block = build_block(load_scene(CASE, [*changes, f"rubber.sipes=[{sipe}]"]), ALONE)
+    walls = block.rubber.walls
+    if mirrored:
+        block.rubber.walls = Mirror(walls, 2.0 * block.equilibrium.penalty)
+    x = block.surface.positions(np.zeros_like(block.rubber.displacements))[..., 0]
+
+    def inwards(pressure, displacement):
+        strength = -0.4 * np.sign(x)
+        none = np.zeros((*pressure.shape, 1, 1))
+        return Traction((strength * pressure)[..., None], strength[..., None], none)
+
+    press(block, lambda _: None, inwards)
+    u = block.rubber.displacements
+    return block, -walls.smallest_opening(u), walls.pressure(u)[1]
+
+
+def test_two_walls_press_like_one_on_its_mirror_plane():
+    both, depth, pressure = pinched(mirrored=False)
+    one, _, _ = pinched(mirrored=True)
+    u, plane = both.rubber.displacements, one.rubber.displacements
+    assert pressure.max() > 2e4
+    # They sink in by the penalty's share alone.
+    assert depth == pytest.approx(pressure.max() / both.equilibrium.penalty)
+    assert np.abs(u - plane).max() < 5e-3 * np.abs(plane).max()
+    energies = [block.rubber.elastic_energy() for block in (both, one)]
+    assert energies[0] == pytest.approx(energies[1], rel=5e-3)
+
+
+@pytest.mark.parametrize("model", ["slice", "block"])
+@pytest.mark.parametrize("raised", [0.0, 0.13e-3])  # 0.4 of a facet: they do not match
+def test_an_even_pressure_passes_from_wall_to_wall(model, raised):
+    sipe = "{position='0 mm', width='0.2 mm', depth='3 mm'}"
+    changes = f"model={model} rubber.length=6mm rubber.width=3mm rubber.height=4mm".split()
+    scene = load_scene(CASE, [*changes, "numerics.refinement=0.5", f"rubber.sipes=[{sipe}]"])
+    block = build_block(scene, ALONE)
+    walls, u = block.rubber.walls, block.rubber.displacements
+    x = block.rubber.space.tabulate_dof_coordinates()[:, : u.shape[1]]
+    overlap = 10e-6
+    u[:, 0] = -np.sign(x[:, 0]) * (0.1e-3 + overlap / 2)
+    u[x[:, 0] > 0.0, -1] = raised
+    forces, even = np.zeros_like(u), np.zeros_like(u)
+    walls.add_forces(u, forces)
+    own = walls._own
+    area = walls._share * 2.0 / walls._penalty
+    consistent = np.zeros(own.nodes.shape)
+    pressure = block.equilibrium.penalty * overlap
+    consistent[..., 0] = np.einsum("fqa,fq->fa", own.shape, area * pressure)
+    consistent[..., 0] *= -np.sign(own.nodes.mean(axis=1)[:, :1])
+    np.add.at(even, own.dofs, consistent)
+    inner = np.abs(x[:, -1] - 1.5e-3) < 0.8e-3  # away from the ends of walls that do not match
+    scale = np.abs(even[inner]).max()
+    assert np.abs(forces[inner] - even[inner]).max() < (1e-9 if raised == 0.0 else 0.1) * scale
+    for side in (x[:, 0] > 0.0, x[:, 0] < 0.0):
+        total, wanted = forces[side & inner, 0].sum(), even[side & inner, 0].sum()
+        assert total == pytest.approx(wanted, rel=1e-9 if raised == 0.0 else 1e-2)

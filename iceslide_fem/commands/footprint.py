@@ -121,7 +121,7 @@ def footprint(
         "footprint.vti",
         "*.html",
         "summary.json",
-        "scenes/block_*.toml",
+        "scenes/block_*",
     ):
         for path in sorted(directory.glob(pattern)):
             typer.echo(str(path))

@@ -10,8 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import find_objects, label
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
 from iceslide_fem.footprint.film_map import Ride
+from iceslide_fem.footprint.outlines import patch_outline
 from iceslide_fem.footprint.pressure_map import PressureMap
 from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.scene import scene_from_dict
@@ -25,7 +27,8 @@ class TreadBlock(NamedTuple):
     """A connected patch of contact; SI units.
 
     x, y: centre of its load (m); length: along x, width: its area over the length (m);
-    pressure: mean (Pa); load (N).
+    pressure: mean (Pa); load (N); outline: polygons (n, 2) around its middle, m, the outer one
+    first, none if the picture gives none.
     """
 
     x: float
@@ -34,6 +37,7 @@ class TreadBlock(NamedTuple):
     width: float
     pressure: float
     load: float
+    outline: tuple[Array, ...] = ()
 
 
 class TreadRubber(NamedTuple):
@@ -61,6 +65,7 @@ def tread_blocks(footprint: PressureMap) -> list[TreadBlock]:
                 width=area / length,
                 pressure=float(total) * footprint.pixel_area / area,
                 load=float(total) * footprint.pixel_area,
+                outline=patch_outline(pressure > 0.0, footprint.dx, footprint.dy),
             )
         )
     mean_area = float(np.mean([block.length * block.width for block in blocks]))
@@ -96,7 +101,8 @@ def scene_text(name: str, block: TreadBlock, share: float, ride: Ride, tread: Tr
     """The scene file of a block that meets fresh ice, checked: SceneError if it is not valid.
 
     Length, width (m), pressure and place are the block's; it is as tall as the `tread` and
-    slides over 1.5 times its length on passing ice, so that its film is steady.
+    slides over 1.5 times its length on passing ice, so that its film is steady. If the block has
+    an outline, the scene names `name`.csv beside it.
     """
     contact = (
         "" if tread.contact is None else f"contact = {json.dumps(str(tread.contact.resolve()))}\n"
@@ -133,4 +139,7 @@ initial_height = "{1e9 * ride.initial_height:.6g} nm"
 tolerance = 1e-2
 """
     scene_from_dict(tomllib.loads(text))
-    return text
+    if not block.outline:
+        return text
+    named = f'outline = "{name}.csv"         # in 3-D; a slice is as long as length\n'
+    return text.replace("\n[load]\n", f"{named}\n[load]\n", 1)

@@ -20,6 +20,7 @@ from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.comparison import friction_curves
 from iceslide_fem.footprint.figures import draw_comparison, draw_maps
 from iceslide_fem.footprint.line_output import draw_line, line_columns, line_text
+from iceslide_fem.footprint.outlines import outline_text
 from iceslide_fem.footprint.survey import ReadFootprint, Survey, read_footprint, summary, survey
 from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.progress import LongTask
@@ -35,7 +36,7 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, 
     """Survey the footprint that `values` describe (see `FootprintCase`) and write it to `out`.
 
     Writes summary.json, footprint.vti, pressure.png, temperature.png, wet_dry.png, mu.png,
-    thesis.png, comparison.png and scenes/block_*.toml, of a line summary.json, line.csv and
+    thesis.png, comparison.png and scenes/block_*, of a line summary.json, line.csv and
     line.png; returns the summary. The same footprint's
     earlier results go, with `force` any other results, too. Raises SceneError, before anything is
     written, if the input is wrong or `out` is not to be written to, and OutputError if something
@@ -60,7 +61,7 @@ def _run(case: FootprintCase, out: Path, begun: float) -> dict[str, Any]:
     else:
         _write_maps(result, out, bool(scenes))
     for name, text in scenes.items():
-        replace_file(out / "scenes" / f"{name}.toml", text)
+        replace_file(out / "scenes" / name, text)
     figures = summary(result) | {"wall_s": time.perf_counter() - begun}
     replace_file(out / "summary.json", json.dumps(figures, indent=2) + "\n")
     return figures
@@ -170,12 +171,16 @@ def _edges(figures: Mapping[str, Any]) -> str:
 
 
 def _scenes(case: FootprintCase, read: ReadFootprint) -> dict[str, str]:
-    """Name and text of the scene of every representative block."""
+    """File names and texts of the scene of every representative block, and of its outline."""
     if not case.scenes:
         return {}
     chosen = representative(tread_blocks(read.pressure_map), case.scenes)
     rubber = TreadRubber(case.compound, case.contact, case.tread_height)
-    return {
-        f"block_{number:02d}": scene_text(f"block_{number:02d}", block, share, case.ride, rubber)
-        for number, (block, share) in enumerate(chosen, start=1)
-    }
+    pixel = max(read.pressure_map.dx, read.pressure_map.dy)
+    texts = {}
+    for number, (block, share) in enumerate(chosen, start=1):
+        name = f"block_{number:02d}"
+        texts[f"{name}.toml"] = scene_text(name, block, share, case.ride, rubber)
+        if block.outline:
+            texts[f"{name}.csv"] = outline_text(block.outline, pixel)
+    return texts

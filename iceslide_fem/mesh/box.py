@@ -30,6 +30,7 @@ STEEPEST = 0.3
 # the lowest LAYER r are a layer along it.
 ZONE, LAYER = 2.0, 0.6
 LAYER_SHARE = 0.4  # cells across that layer, of those along half of it
+FEWEST_OF_ARC = 2  # cells on half of an arc: with one, mu of a slice is 2 % off (50 um)
 CELLS_OF_A_WAVE = 8
 
 
@@ -160,7 +161,7 @@ def box_lines(block: BlockShape, refinement: float) -> list[Lines]:
 def _edge_cells(block: BlockShape, cell: float) -> EdgeCells | None:
     if block.edge == 0.0:
         return None
-    arc = max(1, round(math.pi / 4 * block.edge / (EDGE_CELL * cell)))
+    arc = max(FEWEST_OF_ARC, math.ceil(math.pi / 4 * block.edge / (EDGE_CELL * cell)))
     return EdgeCells(block.edge, arc, max(1, round(LAYER_SHARE * 2 * arc)))
 
 

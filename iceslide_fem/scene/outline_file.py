@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -51,6 +52,14 @@ def _read(path: Path, key: str, changed: int) -> tuple[Array, ...]:
     if sum(map(len, polygons)) > MOST_POINTS:
         raise SceneError(f"{where} has more than {MOST_POINTS} points; draw it more coarsely")
     polygons.sort(key=lambda ring: -abs(area(ring)))
+    check_outline(where, polygons)
+    return tuple(polygons)
+
+
+def check_outline(where: str, polygons: Sequence[Array]) -> None:
+    """Raise SceneError, which begins with `where`, if polygons (n, 2), m, the outer one first, are
+    no outline of a block.
+    """
     size = float(np.ptp(polygons[0], axis=0).max())
     if not SMALLEST <= size <= LARGEST:
         raise SceneError(
@@ -62,7 +71,6 @@ def _read(path: Path, key: str, changed: int) -> tuple[Array, ...]:
             raise SceneError(f"{where} has two separate parts; allowed: one polygon and its holes")
         if any(other is not hole and _inside(hole[0], other) for other in polygons[1:]):
             raise SceneError(f"{where} has a hole within a hole")
-    return tuple(polygons)
 
 
 def area(ring: Array) -> float:
@@ -84,7 +92,7 @@ def _polygon(where: str, points: list[tuple[float, float]]) -> Array:
     return ring
 
 
-def _check_crossings(where: str, polygons: list[Array]) -> None:
+def _check_crossings(where: str, polygons: Sequence[Array]) -> None:
     """Raise SceneError where sides cross or touch sides that are not their neighbours."""
     starts = np.concatenate(polygons)
     ends = np.concatenate([np.roll(ring, -1, axis=0) for ring in polygons])
