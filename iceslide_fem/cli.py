@@ -1,5 +1,5 @@
 """The command line: `iceslide run`, `sweep`, `ladder`, `info`, `view`, `report`, `footprint`,
-`formula`, `roughness`.
+`formula`, `roughness`, `app`.
 
 What a command does is in `commands`; here they are put together, and errors become exit codes.
 """
@@ -17,6 +17,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from iceslide_fem import __version__
+from iceslide_fem.app.options import app as page
 from iceslide_fem.commands.footprint import footprint
 from iceslide_fem.commands.formula import formula
 from iceslide_fem.commands.info import info
@@ -65,6 +66,7 @@ app.command()(on_one_process(report))
 app.command()(on_one_process(footprint))
 app.command()(on_one_process(formula))
 app.command()(on_one_process(roughness))
+app.command("app")(on_one_process(page))
 
 
 def main(argv: Sequence[str] | None = None) -> NoReturn:

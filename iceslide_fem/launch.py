@@ -58,6 +58,17 @@ def stop_all_ranks(exit_code: int) -> None:
             MPI.COMM_WORLD.Abort(exit_code)
 
 
+# One thread per process: BLAS and OpenMP would else take all cores in each of them. And no binding:
+# two runs at once would share the first cores.
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
+_BINDING = ("OMPI_MCA_hwloc_base_binding_policy", "PRTE_MCA_hwloc_default_binding_policy")
+
+
+def environment_of_one() -> dict[str, str]:
+    """Environment of a process that is one of several beside each other."""
+    return os.environ | dict.fromkeys(_ONE_THREAD, "1") | dict.fromkeys(_BINDING, "none")
+
+
 def on_one_process(command: Callable[..., None]) -> Callable[..., None]:
     """The command for rank 0; the others have nothing to do."""
 

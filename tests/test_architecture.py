@@ -22,7 +22,7 @@ FLOORS = [
     {"run"},
     {"planning"},
     {"simulate"},
-    {"ladder", "sweep"},
+    {"ladder", "sweep", "app"},
     {"report"},
     {"commands"},
     {"cli"},
@@ -30,7 +30,7 @@ FLOORS = [
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 # What needs no finite elements is usable without them, and starts fast.
 WITHOUT_FENICS = {"arrays", "errors", "launch", "files", "materials", "scene", "reference", "film"}
-WITHOUT_FENICS |= {"results", "footprint", "roughness", "report", "commands", "cli"}
+WITHOUT_FENICS |= {"results", "footprint", "roughness", "report", "app", "commands", "cli"}
 FINITE_ELEMENTS = {
     "basix",
     "dolfinx",

@@ -1,5 +1,5 @@
 """The commands of `iceslide`: their options, and what they print; one module each.
 
-That of one folder alone (`roughness`) stands in it as its `options`. Everything heavy is imported
-where it is used, so that `iceslide --help` is quick. Imports everything but `cli`.
+Those of one folder alone (`roughness`, `app`) stand in it as its `options`. Everything heavy is
+imported where it is used, so that `iceslide --help` is quick. Imports everything but `cli`.
 """

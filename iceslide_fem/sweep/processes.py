@@ -22,15 +22,11 @@ import tomlkit
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import replace_file
+from iceslide_fem.launch import environment_of_one
 from iceslide_fem.run.checkpoint import read_checkpoint
 from iceslide_fem.scene import Scene
 from iceslide_fem.sweep.outcome import SENTENCE, CaseResult, read_outcome
 from iceslide_fem.sweep.plan import Case
-
-# One thread per process: BLAS and OpenMP would else take all cores in each of them.
-_ONE_THREAD = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS"), "1"
-)
 
 
 class Cores(NamedTuple):
@@ -92,7 +88,7 @@ def check_meshes(cases: Sequence[Case]) -> None:
         with tempfile.TemporaryDirectory() as folder:
             words = [sys.executable, "-m", "iceslide_fem.cli", "info"]
             words.append(str(write_scene(Path(folder), case)))
-            done = subprocess.run(words, env=_environment(), capture_output=True, text=True)
+            done = subprocess.run(words, env=environment_of_one(), capture_output=True, text=True)
         if done.returncode == SceneError.exit_code:
             raise SceneError(done.stderr.strip().removeprefix(SENTENCE))
 
@@ -107,7 +103,11 @@ def prepare(folder: Path, cases: Sequence[Case]) -> None:
         words = [sys.executable, "-m", "iceslide_fem.sweep.compile_forms"]
         words.append(str(write_scene(folder, case)))
         subprocess.run(
-            words, env=_environment(), stdin=subprocess.DEVNULL, capture_output=True, check=False
+            words,
+            env=environment_of_one(),
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            check=False,
         )
 
 
@@ -153,7 +153,7 @@ def _run(
         words = [_mpirun(), "-n", str(n_cores), *words]
     with open(directory / "log.txt", "wb") as log:
         process = subprocess.Popen(
-            words, env=_environment(), stdin=subprocess.DEVNULL, stdout=log, stderr=log
+            words, env=environment_of_one(), stdin=subprocess.DEVNULL, stdout=log, stderr=log
         )
         running.add(process)
         if stopping.is_set():  # since it was looked at
@@ -185,12 +185,3 @@ def _mpirun() -> str:
     if found is None:
         raise SceneError("several cores per case need mpirun, which is not installed")
     return found
-
-
-def _environment() -> dict[str, str]:
-    """One thread per process, and no binding: two runs at once would share the first cores."""
-    unbound = {
-        "OMPI_MCA_hwloc_base_binding_policy": "none",
-        "PRTE_MCA_hwloc_default_binding_policy": "none",
-    }
-    return os.environ | _ONE_THREAD | unbound

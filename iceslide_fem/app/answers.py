@@ -1,0 +1,131 @@
+"""What the page may ask for, by name: each answer a function of the JSON it sends.
+
+Texts of fields go in, numbers, tables and sentences come out; wrong input raises SceneError.
+"""
+
+from __future__ import annotations
+
+import threading
+import tomllib
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from iceslide_fem import __version__
+from iceslide_fem.app import form, line, point
+from iceslide_fem.app.form import checked_texts, scene_of, tables, texts_of
+from iceslide_fem.app.runs import Runs
+from iceslide_fem.app.snippets import run_lines, toml
+from iceslide_fem.errors import SceneError
+from iceslide_fem.planning.info import describe
+from iceslide_fem.planning.rungs import resolved
+from iceslide_fem.planning.warnings import warnings
+from iceslide_fem.scene.notes import notes
+
+Asked = Mapping[str, Any]
+
+
+class Answers:
+    """Answers to one page: `start` are the texts of the scene it begins with, dotted keys."""
+
+    def __init__(self, runs: Runs, start: Mapping[str, str], link: str = "") -> None:
+        """`link`: the state that the page is to show, as it stands behind # in its address."""
+        self._runs = runs
+        self._start = dict(start)
+        self._link = link
+        self._meshing = threading.Lock()  # gmsh knows one model at a time
+
+    @staticmethod
+    def keys(name: str) -> list[str]:
+        """All names of fields that a sentence of the answer `name` may speak of."""
+        return line.KEYS if name == "line" else [*form.keys(), "contact"]
+
+    def by_name(self) -> dict[str, Callable[[Asked], Any]]:
+        """Name in the address -> the function that answers."""
+        return {
+            "start": self.start,
+            "point": lambda asked: point.curves(_texts(asked)),
+            "half-space": lambda asked: point.half_space_curves(_texts(asked)),
+            "map": lambda asked: point.friction_map(
+                _texts(asked), _words(asked, "along", 2), _words(asked, "quantity", 1)[0]
+            ),
+            "line": lambda asked: line.curves(_texts(asked)),
+            "scene": self.scene,
+            "read": read,
+            "info": self.info,
+            "run": self.run,
+            "cancel": self.cancel,
+        }
+
+    def start(self, asked: Asked) -> dict[str, Any]:
+        """What the page is made of: its fields, and the texts they begin with."""
+        return {
+            "version": __version__,
+            "fields": form.fields(),
+            "point": {
+                "sliders": [slider.described() for slider in point.SLIDERS],
+                "contacts": point.CONTACTS,
+                "constants": point.CONSTANTS,
+                "quantities": point.QUANTITIES,
+            },
+            "line": line.described(),
+            "scene": self._start,
+            "link": self._link,
+        }
+
+    def scene(self, asked: Asked) -> dict[str, Any]:
+        """Whether the fields are a scene; its file and its lines of Python."""
+        texts = _texts(asked)
+        scene = scene_of(texts)
+        return {
+            "notes": notes(scene),
+            "toml": toml(tables(texts)),
+            "python": run_lines(tables(texts), str(self._runs.folder(scene))),
+            "folder": str(self._runs.folder(scene)),
+        }
+
+    def info(self, asked: Asked) -> dict[str, Any]:
+        """The rows of `iceslide info`, and its notes."""
+        with self._meshing:
+            scene = resolved(scene_of(_texts(asked)))
+            return {
+                "title": f"{scene.name} ({scene.model}, {scene.ice.heat} ice)",
+                "rows": [row._asdict() for row in describe(scene)],
+                "notes": [*notes(scene), *warnings(scene)],
+            }
+
+    def run(self, asked: Asked) -> dict[str, Any]:
+        """Start the scene, or go on with it: the number of its run."""
+        texts = _texts(asked)
+        scene = scene_of(texts)
+        force, resume = asked.get("force") is True, asked.get("resume") is True
+        return {"number": self._runs.start(scene, tables(texts), force, resume)}
+
+    def cancel(self, asked: Asked) -> dict[str, Any]:
+        """Ask a run to stop."""
+        number = asked.get("number")
+        if not isinstance(number, int):
+            raise SceneError("the number of a run is missing")
+        self._runs.get(number).stop()
+        return {}
+
+
+def read(asked: Asked) -> dict[str, Any]:
+    """Texts of the fields for the `text` of a scene file. Raises SceneError if it is no TOML."""
+    text = asked.get("text")
+    try:
+        return {"texts": texts_of(tomllib.loads(text if isinstance(text, str) else ""))}
+    except (ValueError, RecursionError) as error:
+        raise SceneError(f"the file is not valid TOML: {error}") from None
+
+
+def _texts(asked: Asked) -> dict[str, str]:
+    return checked_texts(asked.get("texts"))
+
+
+def _words(asked: Asked, name: str, count: int) -> list[str]:
+    """So many texts of the entry `name`. Raises SceneError."""
+    value = asked.get(name)
+    words = value if isinstance(value, list) else [value]
+    if len(words) != count or not all(isinstance(word, str) for word in words):
+        raise SceneError(f"{name} needs {count} texts")
+    return [str(word) for word in words]

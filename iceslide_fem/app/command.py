@@ -1,0 +1,104 @@
+"""What `iceslide app` does: an address of its own, the server, the browser."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import socket
+import sys
+import webbrowser
+from pathlib import Path
+
+import psutil
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.files import check_writable
+from iceslide_fem.launch import termination_as_interrupt
+from iceslide_fem.scene import read_scene, scene_from_dict
+
+HOME = "127.0.0.1"
+EXTRA = (
+    "iceslide app needs starlette and uvicorn, and {} is not installed: "
+    "scripts/setup --app, or pip install 'iceslide_fem[app]'"
+)
+WARNING = (
+    "Warning: with --host {} everyone who reaches this machine and has the address can run scenes "
+    "on it as you, and what is sent is not encrypted."
+)
+
+
+def serve(scene: str | None, out: Path, host: str, port: int, browser: bool) -> None:
+    """Serve the page until Ctrl-C; runs that it has started end with it.
+
+    scene: file of the scene to begin with, or a link copied from a page. Raises SceneError if that,
+    the address or the folder of the runs cannot be used, or if a package is missing.
+    """
+    try:
+        import uvicorn
+
+        from iceslide_fem.app.answers import Answers
+        from iceslide_fem.app.form import texts_of
+        from iceslide_fem.app.runs import Runs
+        from iceslide_fem.app.server import application
+    except ModuleNotFoundError as error:
+        name = str(error.name).partition(".")[0]
+        if name not in ("starlette", "uvicorn"):
+            raise
+        raise SceneError(EXTRA.format(name)) from None
+    check_writable(out)
+    link = scene.partition("#")[2] if scene and "://" in scene else ""
+    data = read_scene(scene) if scene and "://" not in scene else {}
+    if data:
+        scene_from_dict(data)
+    token = secrets.token_urlsafe(24)
+    runs = Runs(out)
+    app = application(token, Answers(runs, texts_of(data), link), runs, _names(host))
+    config = uvicorn.Config(app, log_level="warning", timeout_graceful_shutdown=1, ws="none")
+    with _listen(host, port) as listening, termination_as_interrupt():
+        try:
+            if host != HOME:
+                print(WARNING.format(host), file=sys.stderr)
+            address = f"http://{_shown(host)}:{listening.getsockname()[1]}/{token}/"
+            print(f"{address}\nCtrl-C ends the page and the runs that it has started.", flush=True)
+            if browser and _has_screen():
+                webbrowser.open(address)
+            uvicorn.Server(config).run([listening])
+        except KeyboardInterrupt:
+            pass
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    """A socket that listens there. Raises SceneError."""
+    try:
+        family, kind, protocol, _, where = socket.getaddrinfo(
+            host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+        )[0]
+        listening = socket.socket(family, kind, protocol)
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.bind(where)
+        listening.listen(128)
+    except (OSError, UnicodeError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise SceneError(f"cannot listen on --host {host} --port {port}: {reason}") from None
+    return listening
+
+
+def _names(host: str) -> list[str]:
+    """What a request may call this machine: itself, and with another `host` its addresses, too."""
+    names = ["localhost", HOME]
+    if host != HOME:
+        addresses = [each.address for all in psutil.net_if_addrs().values() for each in all]
+        names += [host, socket.gethostname(), socket.getfqdn(), *addresses]
+    return names
+
+
+def _shown(host: str) -> str:
+    """The host in an address that this machine's browser can open."""
+    if host in ("0.0.0.0", "::", ""):
+        return HOME
+    return f"[{host}]" if ":" in host else host
+
+
+def _has_screen() -> bool:
+    """Whether a browser that opens takes no terminal."""
+    return sys.platform != "linux" or any(os.environ.get(n) for n in ("DISPLAY", "WAYLAND_DISPLAY"))

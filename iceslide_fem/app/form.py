@@ -1,0 +1,160 @@
+"""Fields of the page: keys of a scene with unit and range, and what a faulty one is called."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal, get_args, get_origin
+
+from pydantic import BaseModel
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.materials import COMPOUNDS
+from iceslide_fem.scene import Scene, parsed, put, scene_from_dict
+from iceslide_fem.scene.units import Quantity, readable
+
+Texts = Mapping[str, str]
+
+
+def fields() -> list[dict[str, Any]]:
+    """Every key of a scene, in the order of the model: what the page needs to make a field of it.
+
+    key; kind: text, choice or switch; choices; unit; low and high as a person types them; default:
+    as shown where the field is empty; required.
+    """
+    return [_field(key, field) for key, field in _leaves(Scene)]
+
+
+def keys() -> list[str]:
+    """All dotted keys of a scene."""
+    return [key for key, _ in _leaves(Scene)]
+
+
+def tables(texts: Texts) -> dict[str, Any]:
+    """Nested tables of the dotted keys whose text is not empty, each read as `--set` reads it."""
+    data: dict[str, Any] = {}
+    for key, text in texts.items():
+        if text.strip():
+            put(data, key, parsed(text.strip()))
+    return data
+
+
+def scene_of(texts: Texts) -> Scene:
+    """The scene that the fields describe. Raises SceneError with the command line's sentence."""
+    return scene_from_dict(tables(texts))
+
+
+def texts_of(data: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
+    """The reverse of `tables`: dotted key -> text. Lists and probes are written as TOML."""
+    found: dict[str, str] = {}
+    for name, value in data.items():
+        key = prefix + name
+        if isinstance(value, Mapping) and key != "output.probes":
+            found |= texts_of(value, f"{key}.")
+        else:
+            found[key] = _text(value)
+    return found
+
+
+def named_in(sentence: str, known: list[str]) -> list[str]:
+    """Those of the `known` keys that a sentence speaks of, as `load.pressure` or `--speed`.
+
+    Where it names none in full, its first word may be a table, "film has k only", and the others
+    keys in it.
+    """
+    found = [
+        key
+        for key in known
+        if re.search(rf"(?<![\w.-]){re.escape(key)}(?![\w-]|\.\w)", sentence)
+        and ("." in key or key.startswith("-") or sentence.startswith(key))
+    ]
+    if found:
+        return found
+    table, words = sentence.partition(" ")[0], set(re.findall(r"\w+", sentence))
+    return [
+        key
+        for key in known
+        if key.partition(".")[0] == table and key.rpartition(".")[2] in words and "." in key
+    ]
+
+
+def _leaves(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, field in model.model_fields.items():
+        inner = field.annotation
+        if isinstance(inner, type) and issubclass(inner, BaseModel):
+            yield from _leaves(inner, f"{prefix}{name}.")
+        else:
+            yield prefix + name, field
+
+
+def _field(key: str, field: Any) -> dict[str, Any]:
+    quantity = _quantity(field)
+    choices = _choices(key, field.annotation)
+    switch = field.annotation is bool
+    return {
+        "key": key,
+        "kind": "switch" if switch else "choice" if choices else "text",
+        "choices": choices,
+        "unit": quantity.unit if quantity else "",
+        "low": quantity.low if quantity else "",
+        "high": quantity.high if quantity else "",
+        "required": field.is_required(),
+        "default": "" if field.is_required() else _default(field.default, quantity),
+    }
+
+
+def _quantity(field: Any) -> Quantity | None:
+    parts = [*field.metadata, *(part for arm in get_args(field.annotation) for part in _parts(arm))]
+    return next((part for part in parts if isinstance(part, Quantity)), None)
+
+
+def _parts(arm: Any) -> tuple[Any, ...]:
+    return getattr(arm, "__metadata__", ())
+
+
+def _choices(key: str, annotation: Any) -> list[str]:
+    if key == "rubber.compound":
+        return list(COMPOUNDS)
+    if get_origin(annotation) is Literal:
+        return [str(each) for each in get_args(annotation)]
+    return []
+
+
+def _default(value: Any, quantity: Quantity | None) -> str:
+    """A default as one would type it; temperatures in degrees Celsius."""
+    if value is None or value == {}:
+        return ""
+    if quantity is not None and quantity.unit == "K":
+        return f"{value - 273.15:g} degC"
+    if quantity is not None and quantity.unit in ("m", "s") and value:
+        return readable(value, quantity.unit)
+    return f"{_text(value)} {quantity.unit}".strip() if quantity else _text(value)
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_toml(each) for each in value) + "]"
+    if isinstance(value, Mapping):
+        entries = (f"{_toml(str(name))} = {_toml(each)}" for name, each in value.items())
+        return "{" + ", ".join(entries) + "}"
+    return f"{value:g}" if isinstance(value, float) and float(f"{value:g}") == value else str(value)
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return _text(value)
+
+
+def checked_texts(values: Any) -> dict[str, str]:
+    """What the page has sent, if it is a table of texts. Raises SceneError."""
+    if not isinstance(values, dict):
+        raise SceneError("fields are a table of texts")
+    for key, text in values.items():
+        if not isinstance(text, str) or len(text) > 10_000:
+            raise SceneError(f"{key[:60]} is not a text")
+    return values

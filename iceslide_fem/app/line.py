@@ -1,0 +1,324 @@
+"""The tab of the macroscopic line, 4.2 to 4.4 of the thesis, with the parameters of its window."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple, Self
+
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
+
+from iceslide_fem.app.form import Texts
+from iceslide_fem.app.slider import Slider
+from iceslide_fem.arrays import Array
+from iceslide_fem.errors import SceneError
+from iceslide_fem.footprint.case import FootprintCase, PixelBox
+from iceslide_fem.footprint.jaeger import TABLE_1_RUBBER
+from iceslide_fem.footprint.line import (
+    film_line,
+    gaussian_profile,
+    macroscopic_line,
+    state_names,
+)
+from iceslide_fem.footprint.macroscopic import Macroscopic
+from iceslide_fem.footprint.survey import read_footprint
+from iceslide_fem.materials import BAR, CONTACT_TABLES, MELTING_TEMPERATURE, Solid
+from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.messages import first_sentence
+from iceslide_fem.scene.units import Quantity
+
+POINTS = 540  # of a Gaussian profile
+
+
+def _number(text: Any) -> Any:
+    """A number typed without a unit, which is in SI; everything else as it is."""
+    try:
+        return float(text)
+    except (TypeError, ValueError):
+        return text
+
+
+Number = BeforeValidator(_number)
+Length = Annotated[float, Quantity("m", "1 mm", "5 m"), Number]
+Pressure = Annotated[float, Quantity("Pa", "0.1 bar", "100 bar"), Number]
+Speed = Annotated[float, Quantity("m/s", "0.001 m/s", "100 m/s"), Number]
+Share = Annotated[float, Quantity("", "0", "1"), Number]
+Slip = Annotated[float, Quantity("", "1e-9", "1"), Number]
+Friction = Annotated[float, Quantity("", "0.001", "2"), Number]
+IceTemperature = Annotated[float, Quantity("K", "-80 degC", "-0.001 degC"), Number]
+AirTemperature = Annotated[float, Quantity("K", "-80 degC", "60 degC"), Number]
+Time = Annotated[float, Quantity("s", "1 us", "1000 s"), Number]
+Depth = Annotated[float, Quantity("m", "1 um", "1 m"), Number]
+Conductivity = Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "1000 W/m/K"), Number]
+Density = Annotated[float, Quantity("kg/m^3", "1 kg/m^3", "30000 kg/m^3"), Number]
+HeatCapacity = Annotated[float, Quantity("J/kg/K", "1 J/kg/K", "100000 J/kg/K"), Number]
+
+
+class LineCase(BaseModel):
+    """Every parameter of the line; SI. Its keys are the fields of the page.
+
+    profile: where the pressure comes from. length (m), peak (Pa) and sigma (m) of a Gaussian; image
+    with colours and `row`, the share of its height from below, of a picture.
+    film_law: whether that is computed along the line, too.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    profile: Literal["gaussian", "picture"] = "gaussian"
+    length: Length = 0.18
+    peak: Pressure = 4.0 * BAR
+    sigma: Length = 0.03
+    image: InputFile | None = None
+    max_pressure: Pressure = 4.0 * BAR
+    legend: PixelBox | None = None
+    crop: PixelBox | None = None
+    row: Share = 0.5
+    speed: Speed = 3.0
+    slip: Slip = 1e-5
+    static_friction: Friction = 0.1
+    ice_temperature: IceTemperature = 269.15
+    air_temperature: AirTemperature | None = None
+    source: Literal["next pixel", "moving"] = "next pixel"
+    time: Time = 1.0
+    depth: Depth = 1e-4
+    ice_conductivity: Conductivity = 2.22
+    ice_density: Density = 917.8
+    ice_heat_capacity: HeatCapacity = 2020.0
+    tread_conductivity: Conductivity = 0.19
+    water_conductivity: Conductivity = 0.56
+    film_law: Literal["no", "yes"] = "no"
+
+    @model_validator(mode="after")
+    def _has_its_picture(self) -> Self:
+        if self.profile == "picture" and self.image is None:
+            raise ValueError("image is missing: the path of the picture of a footprint")
+        return self
+
+    @classmethod
+    def of(cls, texts: Texts) -> LineCase:
+        """The case of the texts that are not empty. Raises SceneError with one sentence."""
+        given = {key: text.strip() for key, text in texts.items() if text.strip()}
+        try:
+            return cls.model_validate(given)
+        except ValidationError as error:
+            raise SceneError(first_sentence(error, KEYS)) from None
+
+    @property
+    def parameters(self) -> Macroscopic:
+        """What the model takes beside the pressure."""
+        ice = Solid(self.ice_conductivity, self.ice_density, self.ice_heat_capacity)
+        return Macroscopic(
+            speed=self.speed,
+            slip=self.slip,
+            static_friction=self.static_friction,
+            ice_temperature=self.ice_temperature,
+            air_temperature=self.air_temperature,
+            source=self.source,
+            time=self.time,
+            depth=self.depth,
+            ice=ice,
+            tread=TABLE_1_RUBBER._replace(conductivity=self.tread_conductivity),
+            water_conductivity=self.water_conductivity,
+            effusivity=ice.effusivity,
+        )
+
+    def pressure(self) -> tuple[Array, float]:
+        """The profile (nx,), Pa, and the length of a pixel (m). Raises SceneError."""
+        if self.profile == "gaussian":
+            x, pressure = gaussian_profile(self.length, self.peak, POINTS, self.sigma)
+            return pressure, float(x[1] - x[0])
+        assert self.image is not None
+        picture = _Picture(
+            self.image,
+            self.image.stat().st_mtime,
+            self.length,
+            self.max_pressure,
+            self.legend,
+            self.crop,
+        )
+        pressures, dx = _pressures(picture)
+        return pressures[round(self.row * (len(pressures) - 1))], dx
+
+
+KEYS = list(LineCase.model_fields)
+
+T_M = MELTING_TEMPERATURE
+SLIDERS = (
+    Slider("length", "length of the line", "mm", 1e-3, 20.0, 500.0, 180.0, False),
+    Slider("peak", "largest pressure", "bar", 1e5, 0.2, 20.0, 4.0),
+    Slider("sigma", "standard deviation of the Gaussian", "mm", 1e-3, 2.0, 200.0, 30.0),
+    Slider("max_pressure", "high end of its colours", "bar", 1e5, 0.2, 20.0, 4.0),
+    Slider("row", "row of the picture, 0 below to 1", "", 1.0, 0.0, 1.0, 0.5, False),
+    Slider("speed", "V, speed", "m/s", 1.0, 0.1, 50.0, 3.0),
+    Slider("slip", "S, slip ratio", "", 1.0, 1e-7, 1.0, 1e-5),
+    Slider("static_friction", "μ_st, static friction", "", 1.0, 0.01, 1.0, 0.1),
+    Slider("ice_temperature", "T₀, ice temperature", "degC", 1.0, -30.0, -0.1, -4.0, False, T_M),
+    Slider(
+        "air_temperature", "air and tread (or as the ice)", "degC", 1.0, -30, 30, -4, False, T_M
+    ),
+    Slider("time", "t of (3.3), time", "s", 1.0, 0.01, 100.0, 1.0),
+    Slider("depth", "d, depth of heat", "mm", 1e-3, 0.01, 10.0, 0.1),
+    Slider("ice_conductivity", "ice: conductivity", "W/m/K", 1.0, 0.5, 5.0, 2.22, False),
+    Slider("ice_density", "ice: density", "kg/m^3", 1.0, 500.0, 1000.0, 917.8, False),
+    Slider("ice_heat_capacity", "ice: heat capacity", "J/kg/K", 1.0, 1000.0, 4000.0, 2020.0, False),
+    Slider("tread_conductivity", "tread: conductivity", "W/m/K", 1.0, 0.05, 1.0, 0.19, False),
+    Slider("water_conductivity", "water: conductivity", "W/m/K", 1.0, 0.1, 2.0, 0.56, False),
+)
+EMPTY_AT_FIRST = ("air_temperature",)
+OF_GAUSSIAN = ("peak", "sigma")
+OF_PICTURE = ("image", "max_pressure", "legend", "crop", "row")
+OF_NEXT_PIXEL = ("time",)
+TEXTS = (
+    ("image", "picture of a footprint (file on this machine)"),
+    ("legend", "box of its colour bar: LEFT,TOP,RIGHT,BOTTOM"),
+    ("crop", "box of the footprint: LEFT,TOP,RIGHT,BOTTOM"),
+)
+CHOICES = (
+    ("profile", "pressure along the line", ("gaussian", "picture")),
+    ("source", "heat comes from", ("next pixel", "moving")),
+    ("film_law", "film law along the line", ("no", "yes")),
+)
+
+
+def described() -> dict[str, Any]:
+    """What the page needs to make the fields."""
+    return {
+        "sliders": [slider.described() for slider in SLIDERS],
+        "texts": TEXTS,
+        "choices": CHOICES,
+        "empty": EMPTY_AT_FIRST,
+        "gaussian": OF_GAUSSIAN,
+        "picture": OF_PICTURE,
+        "next_pixel": OF_NEXT_PIXEL,
+    }
+
+
+def curves(texts: Texts) -> dict[str, Any]:
+    """Everything that the tab shows. Raises SceneError, SimulationStopped.
+
+    series over x (mm): pressure (bar), flux (W/m2), temperature (degC), mu, state by its name; with
+    the film law its temperature and mu.
+    """
+    case = LineCase.of(texts)
+    pressure, dx = case.pressure()
+    line = macroscopic_line(pressure, dx, case.parameters)
+    series: dict[str, list[Any]] = {
+        "x": (1e3 * line.x).tolist(),
+        "pressure": (line.pressure / BAR).tolist(),
+        "flux": line.flux.tolist(),
+        "temperature": (line.temperature - MELTING_TEMPERATURE).tolist(),
+        "mu": line.mu.tolist(),
+        "state": state_names(line.state),
+    }
+    film = {}
+    if case.film_law == "yes":
+        found = film_line(pressure, dx, case.parameters, CONTACT_TABLES["B"])
+        touching = pressure > 0.0
+        mu = np.divide(found.shear, pressure, out=np.zeros_like(pressure), where=touching)
+        series |= {
+            "film_temperature": (found.temperature - MELTING_TEMPERATURE).tolist(),
+            "film_mu": mu.tolist(),
+        }
+        film = {"film_mu": float(found.shear.sum() / pressure.sum())}
+    balance = line.balance
+    return {
+        "series": series,
+        "numbers": {
+            "mu_mean": line.mu_mean,
+            "mu_balance": balance.mu,
+            "peak_rise": float(line.rise.max()),
+            "leading": line.edges.leading - MELTING_TEMPERATURE,
+            "trailing": line.edges.trailing - MELTING_TEMPERATURE,
+            "heat_of_ice": balance.ice,
+            "heat_of_tread": balance.tread,
+            "heat_of_water": balance.water,
+            **film,
+        },
+        "values": {slider.key: getattr(case, slider.key) for slider in SLIDERS},
+        "python": _lines(case),
+    }
+
+
+class _Picture(NamedTuple):
+    """What decides how a picture is read; `changed` when the file was."""
+
+    image: Path
+    changed: float
+    length: float
+    max_pressure: float
+    legend: Any
+    crop: Any
+
+
+@lru_cache(maxsize=4)
+def _pressures(picture: _Picture) -> tuple[Array, float]:
+    """Pressures (ny, nx) of the picture, Pa, and the length of a pixel (m)."""
+    case = FootprintCase.of(
+        {name: value for name, value in picture._asdict().items() if name != "changed"}
+        | {"width": picture.length}  # which a line does not see
+    )
+    found = read_footprint(case).pressure_map
+    return found.pressure, found.dx
+
+
+def _lines(case: LineCase) -> str:
+    """Lines of Python that compute the same line."""
+    p = case.parameters
+    given = "\n".join(f"    {name}={getattr(p, name)!r}," for name in _PLAIN)
+    if case.profile == "gaussian":
+        pressure = (
+            f"x, pressure = gaussian_profile({case.length!r}, {case.peak!r}, {POINTS}, "
+            f"{case.sigma!r})\ndx = x[1] - x[0]"
+        )
+        imports = "from iceslide_fem.footprint.line import gaussian_profile, macroscopic_line"
+    else:
+        names = ("length", "max_pressure", "legend", "crop")
+        options = {name: getattr(case, name) for name in names if getattr(case, name) is not None}
+        options = {"image": str(case.image), "width": case.length} | {
+            name: ",".join(map(str, value)) if isinstance(value, tuple) else value
+            for name, value in options.items()
+        }
+        pressure = (
+            f"footprint = read_footprint(FootprintCase.of({options!r})).pressure_map\n"
+            f"pressure = footprint.pressure[round({case.row!r} * (len(footprint.pressure) - 1))]\n"
+            "dx = footprint.dx"
+        )
+        imports = (
+            "from iceslide_fem.footprint.case import FootprintCase\n"
+            "from iceslide_fem.footprint.line import macroscopic_line"
+        )
+    imports += "\nfrom iceslide_fem.footprint.macroscopic import Macroscopic"
+    if case.profile == "picture":
+        imports += "\nfrom iceslide_fem.footprint.survey import read_footprint"
+    return f"""\
+{imports}
+from iceslide_fem.materials import Solid
+
+{pressure}
+parameters = Macroscopic(
+{given}
+    ice={_solid(p.ice)},
+    tread={_solid(p.tread)},
+)
+line = macroscopic_line(pressure, dx, parameters)
+print(line.mu_mean)
+"""
+
+
+_PLAIN = (
+    "speed",
+    "slip",
+    "static_friction",
+    "ice_temperature",
+    "air_temperature",
+    "source",
+    "time",
+    "depth",
+    "water_conductivity",
+    "effusivity",
+)
+
+
+def _solid(solid: Solid) -> str:
+    return f"Solid({solid.conductivity!r}, {solid.density!r}, {solid.heat_capacity!r})"

@@ -1,0 +1,208 @@
+"""The tab of the point: friction over time under one pressure, and a map of it over two parameters.
+
+What is drawn is what `iceslide run` computes of the same scene with `model = "point"`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from iceslide_fem.app.form import Texts, scene_of, tables
+from iceslide_fem.app.slider import Slider
+from iceslide_fem.app.snippets import map_lines, point_lines, toml
+from iceslide_fem.arrays import Array
+from iceslide_fem.errors import SceneError
+from iceslide_fem.film.point import Conditions, PointResult, simulate
+from iceslide_fem.materials import ICE_EFFUSIVITY, MELTING_TEMPERATURE
+from iceslide_fem.output.table import HistoryRow
+from iceslide_fem.run.point import point_history
+from iceslide_fem.scene import Scene
+from iceslide_fem.scene.notes import notes
+
+SLIDERS = (
+    Slider("load.pressure", "pressure", "bar", 1e5, 0.1, 20.0, 1.0),
+    Slider("load.speed", "sliding speed", "m/s", 1.0, 0.05, 20.0, 3.0),
+    Slider("ice.temperature", "ice temperature", "degC", 1.0, -30.0, -0.1, -4.0, False, 273.15),
+    Slider("film.k", "k, relative contact area", "", 1.0, 0.01, 1.0, 0.266),
+    Slider("film.D", "D, asperity diameter", "um", 1e-6, 1.0, 500.0, 29.0),
+    Slider("film.H_V", "H_V, free height", "um", 1e-6, 0.05, 50.0, 2.86),
+    Slider("film.initial_height", "h₀, first film height", "nm", 1e-9, 5.0, 1000.0, 70.0),
+    Slider("load.duration", "duration", "ms", 1e-3, 0.1, 100.0, 7.0),
+)
+CONSTANTS = ("film.k", "film.D", "film.H_V")
+# Where k, D and H_V come from: the compound's table, the three sliders, a file.
+CONTACTS = ("compound B", "constants", "table")
+NUMBERS = (
+    "mu_mean",
+    "mu_peak",
+    "mu_peak_time_s",
+    "mu_end",
+    "melt_onset_s",
+    "saturation_s",
+    "steps",
+)
+QUANTITIES = {"mu_mean": "mean μ", "mu_peak": "peak μ", "mu_end": "μ at the end"}
+# Names of the sliders among the conditions of a point.
+CONDITIONS = {
+    "load.pressure": "pressure",
+    "load.speed": "speed",
+    "ice.temperature": "temperature",
+    "film.k": "k",
+    "film.D": "D",
+    "film.H_V": "H_V",
+    "film.initial_height": "initial_height",
+    "load.duration": "duration",
+}
+TOLERANCE = "5e-3"  # of mu(t): below what a line's width shows
+MAP_SIZE = 21  # values along each side of a map
+MAP_TOLERANCE = 1e-2
+
+
+def scene_texts(texts: Texts) -> dict[str, str]:
+    """The texts of the tab as those of a scene: a point, and of k, D and H_V what is chosen.
+
+    Raises SceneError if the choice is none of `CONTACTS`.
+    """
+    contact = texts.get("contact", CONTACTS[0])
+    if contact not in CONTACTS:
+        raise SceneError(f'contact = "{contact[:60]}" is none of {", ".join(CONTACTS)}')
+    left_out = {"contact", *CONSTANTS, "film.contact"}
+    left_out -= {"constants": {*CONSTANTS}, "table": {"film.contact"}}.get(contact, set())
+    fixed = {"name": "point", "model": "point", "rubber.compound": "B", "ice.heat": "column"}
+    fixed["numerics.tolerance"] = TOLERANCE
+    return fixed | {key: text for key, text in texts.items() if key not in left_out}
+
+
+def curves(texts: Texts) -> dict[str, Any]:
+    """Curves over time (ms) with the ice's conduction resolved, and all that is said of them.
+
+    values: of the sliders, SI. Raises SceneError, SimulationStopped.
+    """
+    given = scene_texts(texts)
+    scene = scene_of(given)
+    rows, results = point_history(scene)
+    return {
+        "series": _series(scene, rows),
+        "numbers": {name: results[name] for name in NUMBERS},
+        "values": _values(scene),
+        "notes": [*notes(scene), *results["warnings"]],
+        "toml": toml(tables(given)),
+        "python": point_lines(tables(given)),
+    }
+
+
+def half_space_curves(texts: Texts) -> dict[str, Any]:
+    """The same point with the closed-form flux of the thesis, (5.6), beside it; and that flux."""
+    scene = scene_of(scene_texts(texts) | {"ice.heat": "half-space"})
+    rows, results = point_history(scene)
+    return {
+        "series": _series(scene, rows) | _closed_form(scene),
+        "numbers": {name: results[name] for name in NUMBERS},
+    }
+
+
+def friction_map(texts: Texts, along: Sequence[str], quantity: str) -> dict[str, Any]:
+    """`quantity` of the point over two sliders `along` x and y, the others as in `texts`.
+
+    x, y: in the sliders' units, (`MAP_SIZE`,); z: rows of y. Raises SceneError.
+    """
+    x, y = (_slider(key, texts) for key in along)
+    if x.key == y.key:
+        raise SceneError(f"a map needs two parameters; given: {x.key} twice")
+    if quantity not in QUANTITIES:
+        raise SceneError(f'"{quantity[:60]}" is not drawn; allowed: {", ".join(QUANTITIES)}')
+    given = scene_texts(texts)
+    result = map_result(scene_of(given), x, y)
+    return {
+        "x": x.values(MAP_SIZE).tolist(),
+        "y": y.values(MAP_SIZE).tolist(),
+        "z": getattr(result, quantity).reshape(MAP_SIZE, MAP_SIZE).tolist(),
+        "along": [x.key, y.key],
+        "quantity": QUANTITIES[quantity],
+        "python": map_lines(tables(given), CONDITIONS, (x, y), MAP_SIZE, MAP_TOLERANCE, quantity),
+    }
+
+
+def map_result(scene: Scene, x: Slider, y: Slider) -> PointResult:
+    """The point of `scene` at all values of two sliders, x varying fastest, (MAP_SIZE^2,)."""
+    across, up = np.meshgrid(x.si(x.values(MAP_SIZE)), y.si(y.values(MAP_SIZE)))
+    varied = {CONDITIONS[x.key]: across.ravel(), CONDITIONS[y.key]: up.ravel()}
+    pressure = varied.get("pressure", scene.load.pressure)
+    k, D, H_V, _ = scene.contact_parameters(pressure)
+    fixed: dict[str, Any] = {
+        "pressure": pressure,
+        "speed": scene.load.speed,
+        "temperature": scene.ice.temperature,
+        "k": k,
+        "D": D,
+        "H_V": H_V,
+        "initial_height": scene.film.initial_height,
+        "duration": scene.load.duration,
+    }
+    return simulate(Conditions.of(**fixed | varied), tolerance=MAP_TOLERANCE)
+
+
+def _slider(key: str, texts: Texts) -> Slider:
+    """The slider of `key`, if it moves anything."""
+    free = [s for s in SLIDERS if s.key not in CONSTANTS or texts.get("contact") == "constants"]
+    found = next((slider for slider in free if slider.key == key), None)
+    if found is None:
+        raise SceneError(
+            f"{key[:60]} has no effect here; allowed: {', '.join(s.key for s in free)}"
+        )
+    return found
+
+
+def _series(scene: Scene, rows: list[HistoryRow]) -> dict[str, list[float]]:
+    """Curves over the rows of a history; fluxes (W/m2) are means over each step, at its middle."""
+    table = {name: np.array([getattr(row, name) for row in rows]) for name in _DRAWN}
+    area = scene.rubber.length * scene.rubber.width
+    step = np.diff(table["time_s"])
+    curves: dict[str, Array] = {
+        "time": 1e3 * table["time_s"],
+        "mu": table["mu"],
+        "film": 1e9 * table["film_height_m"],
+        "squeezed": 1e9 * table["squeezed_height_m"],
+        "temperature": table["surface_temperature_C"],
+        "middle": 1e3 * (table["time_s"][:-1] + 0.5 * step),
+        "friction_flux": np.diff(table["friction_work_J"]) / (area * step),
+        "ice_flux": np.diff(table["ice_heat_J"]) / (area * step),
+    }
+    return {name: values.tolist() for name, values in curves.items()}
+
+
+_DRAWN = (
+    "time_s",
+    "mu",
+    "film_height_m",
+    "squeezed_height_m",
+    "surface_temperature_C",
+    "friction_work_J",
+    "ice_heat_J",
+)
+
+
+def _closed_form(scene: Scene) -> dict[str, list[float]]:
+    """(5.6), q = e (T_m - T_0) / sqrt(pi t), over the whole run."""
+    time = scene.load.duration * np.geomspace(1e-3, 1.0, 100)
+    undercooling = MELTING_TEMPERATURE - scene.ice.temperature
+    flux = ICE_EFFUSIVITY * undercooling / np.sqrt(np.pi * time)
+    return {"closed_time": (1e3 * time).tolist(), "closed_flux": flux.tolist()}
+
+
+def _values(scene: Scene) -> dict[str, float]:
+    """SI values at which the sliders stand; k, D and H_V as they hold at the pressure."""
+    k, D, H_V, _ = scene.contact_parameters(scene.load.pressure)
+    return {
+        "load.pressure": scene.load.pressure,
+        "load.speed": scene.load.speed,
+        "ice.temperature": scene.ice.temperature,
+        "film.k": float(k),
+        "film.D": float(D),
+        "film.H_V": float(H_V),
+        "film.initial_height": scene.film.initial_height,
+        "load.duration": scene.load.duration,
+    }

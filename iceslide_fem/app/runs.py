@@ -1,0 +1,217 @@
+"""Runs that the page has started: each a process of its own, `iceslide run` as by hand.
+
+A run ends with who asked for it: with the page that watches it, with the server, and with both
+however they end. It is asked to stop (SIGTERM) and keeps what it has accepted.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.files import check_writable
+from iceslide_fem.folder import check_folder
+from iceslide_fem.launch import environment_of_one
+from iceslide_fem.planning.rungs import resolved
+from iceslide_fem.run.checkpoint import FILE as CHECKPOINT
+from iceslide_fem.scene import Scene
+from iceslide_fem.simulate import other_results
+
+SECONDS_TO_STOP = 60.0  # for a step that is under way, and its checkpoint
+SECONDS_UNWATCHED = 5.0  # that a page may take to be loaded again
+MOST_AT_A_TIME = 2
+SENTENCE = "iceslide: "  # how the command begins what it says when it fails
+
+
+@dataclass
+class StartedRun:
+    """A run of `scene` in `folder`, and what its process says, in `log`.
+
+    begun: by the system's clock (s), to tell its files from older ones; watchers: pages that
+    follow it, and since when there is none.
+    """
+
+    scene: Scene
+    folder: Path
+    process: subprocess.Popen[bytes]
+    log: Path
+    begun: float
+    watchers: int = 0
+    unwatched_since: float = field(default_factory=time.monotonic)
+    asked_to_stop: bool = False
+
+    def stop(self) -> None:
+        """Ask it to stop; the second time it ends at once."""
+        if self.process.poll() is None:
+            self.asked_to_stop = True
+            self.process.terminate()
+
+    def progress(self, known: int = 0) -> dict[str, Any]:
+        """How far it has come: state, phase, share of the duration (0 to 1), what it said last.
+
+        rows: time (ms) and mu of the accepted steps from the `known`-th on.
+        """
+        rows = self._rows("history.csv")
+        code = self.process.poll()
+        said = self.log.read_text(encoding="utf-8", errors="replace")
+        last = rows[-1][0] / self.scene.load.duration if rows else 0.0
+        return {
+            "name": self.scene.name,
+            "folder": str(self.folder),
+            "state": self._state(code),
+            "phase": "sliding" if rows else self._before_sliding(),
+            "share": 1.0 if code == 0 else last,
+            "count": len(rows),
+            "rows": [(1e3 * when, mu) for when, mu in rows[known:]],
+            "sentence": _sentence(said) if code not in (None, 0) else "",
+            "goes_on": code not in (None, 0) and (self.folder / CHECKPOINT).is_file(),
+            "report": code is not None and self.report() is not None,
+        }
+
+    def _state(self, code: int | None) -> str:
+        if code is None:
+            return "stopping" if self.asked_to_stop else "running"
+        if code == 0:
+            return "done"
+        return "cancelled" if self.asked_to_stop else "failed"
+
+    def _before_sliding(self) -> str:
+        """Press or speed ramp, as far as that has come."""
+        path = self.folder / "preload.csv"
+        if not self._is_new(path):
+            return "starting"
+        return "speed ramp" if "\nramp," in path.read_text(encoding="utf-8") else "pressing"
+
+    def report(self) -> Path | None:
+        """The page that the run has left of itself, else its picture, else None."""
+        found = (self.folder / name for name in ("report.html", "report.png"))
+        return next((path for path in found if self._is_new(path)), None)
+
+    def _is_new(self, path: Path) -> bool:
+        try:
+            return path.stat().st_mtime >= self.begun
+        except OSError:
+            return False
+
+    def _rows(self, name: str) -> list[tuple[float, float]]:
+        """time (s) and mu of the whole rows of the history."""
+        path = self.folder / name
+        if not self._is_new(path):
+            return []
+        head, *lines = path.read_text(encoding="utf-8").split("\n")[:-1] or [""]
+        columns = head.split(",")
+        time_s, mu = columns.index("time_s"), columns.index("mu")
+        cells = (line.split(",") for line in lines)
+        return [(float(row[time_s]), float(row[mu])) for row in cells]
+
+
+class Runs:
+    """All runs of one server, by number; `close` ends those that are left."""
+
+    def __init__(self, base: Path) -> None:
+        """Runs whose folders lie in `base`."""
+        self._base = base
+        self._started: dict[int, StartedRun] = {}
+        self._lock = threading.Lock()
+        self._scenes = tempfile.TemporaryDirectory(prefix="iceslide-app-")
+
+    def folder(self, scene: Scene) -> Path:
+        """Where `scene` is run."""
+        return self._base / scene.name
+
+    def start(self, scene: Scene, data: dict[str, Any], force: bool, resume: bool) -> int:
+        """Run `scene`, which `data` describes, or go on with it; its number.
+
+        Raises SceneError if its folder may not be written to, or if too many are running.
+        """
+        out = self.folder(scene)
+        with self._lock:
+            running = [run for run in self._started.values() if run.process.poll() is None]
+            if any(run.folder == out for run in running):
+                raise SceneError(f"{out} is in use: a run of this page is writing there")
+            if len(running) >= MOST_AT_A_TIME:
+                raise SceneError(
+                    f"{len(running)} runs are under way; allowed at a time: {MOST_AT_A_TIME}"
+                )
+            if resume:
+                check_writable(out)
+            else:
+                check_folder(out, partial(other_results, resolved(scene)), force)
+            number = len(self._started) + 1
+            self._started[number] = self._begin(scene, data, out, force, resume, number)
+        return number
+
+    def _begin(
+        self,
+        scene: Scene,
+        data: dict[str, Any],
+        out: Path,
+        force: bool,
+        resume: bool,
+        number: int,
+    ) -> StartedRun:
+        for (table, key), path in scene.files.items():
+            data[table][key] = str(path.absolute())
+        file = Path(self._scenes.name) / f"{number}.toml"
+        file.write_text(tomlkit.dumps(data), encoding="utf-8")
+        log = file.with_suffix(".log")
+        words = [sys.executable, "-m", "iceslide_fem.app.watched", "run"]
+        words += ["--restart", str(out)] if resume else [str(file), "--out", str(out)]
+        words += ["--force"] if force and not resume else []
+        words += ["--checkpoint-every", "5"]
+        begun = 0.0 if resume else time.time() - 0.01  # clocks of file systems are coarse
+        with open(log, "wb") as said:
+            process = subprocess.Popen(
+                words,
+                stdin=subprocess.PIPE,
+                stdout=said,
+                stderr=said,
+                env=environment_of_one(),
+                start_new_session=True,  # Ctrl-C is the server's
+            )
+        return StartedRun(scene, out, process, log, begun)
+
+    def get(self, number: int) -> StartedRun:
+        """The run of that number. Raises SceneError if there is none."""
+        try:
+            return self._started[number]
+        except KeyError:
+            raise SceneError(f"there is no run {number}") from None
+
+    def stop_unwatched(self) -> None:
+        """Ask all runs to stop that no page has followed for a while."""
+        for run in list(self._started.values()):
+            alone = run.watchers == 0 and not run.asked_to_stop
+            if alone and time.monotonic() - run.unwatched_since > SECONDS_UNWATCHED:
+                run.stop()
+
+    def close(self) -> None:
+        """Ask all that run to stop, wait for what they keep, and remove the scene files."""
+        running = [run for run in self._started.values() if run.process.poll() is None]
+        for run in running:
+            if not run.asked_to_stop:
+                run.stop()
+        end = time.monotonic() + SECONDS_TO_STOP
+        for run in running:
+            try:
+                run.process.wait(max(end - time.monotonic(), 0.1))
+            except subprocess.TimeoutExpired:
+                run.process.kill()
+        self._scenes.cleanup()
+
+
+def _sentence(said: str) -> str:
+    """What the command said last."""
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    told = [line for line in lines if line.startswith(SENTENCE)]
+    return (told or lines or [""])[-1].removeprefix(SENTENCE)

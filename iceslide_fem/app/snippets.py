@@ -1,0 +1,98 @@
+"""What reproduces a picture of the page elsewhere: a scene file, lines of Python."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pprint import pformat
+from typing import Any
+
+import tomlkit
+
+from iceslide_fem.app.slider import Slider
+
+Tables = Mapping[str, Any]
+
+
+def toml(tables: Tables) -> str:
+    """A scene file of the nested `tables`."""
+    return tomlkit.dumps(tables)
+
+
+def point_lines(tables: Tables) -> str:
+    """Lines that compute the history of a point."""
+    return f"""\
+from iceslide_fem.run.point import point_history
+from iceslide_fem.scene import scene_from_dict
+
+{_scene(tables)}
+rows, results = point_history(scene)
+time = [row.time_s for row in rows]
+mu = [row.mu for row in rows]
+print(results["mu_mean"])
+"""
+
+
+def map_lines(
+    tables: Tables,
+    names: Mapping[str, str],
+    along: tuple[Slider, Slider],
+    count: int,
+    tolerance: float,
+    quantity: str,
+) -> str:
+    """Lines that compute a map over two sliders; `names` are those of a point's conditions."""
+    x, y = along
+    conditions = {
+        "pressure": "scene.load.pressure",
+        "speed": "scene.load.speed",
+        "temperature": "scene.ice.temperature",
+        "initial_height": "scene.film.initial_height",
+        "duration": "scene.load.duration",
+        "k": "k",
+        "D": "D",
+        "H_V": "H_V",
+    }
+    conditions |= {names[x.key]: "x.ravel()", names[y.key]: "y.ravel()"}
+    given = "\n".join(f"    {name}={value}," for name, value in conditions.items())
+    return f"""\
+import numpy as np
+
+from iceslide_fem import point
+from iceslide_fem.scene import scene_from_dict
+
+{_scene(tables)}
+x, y = np.meshgrid(
+    {_values(x, count)},  # {names[x.key]}, SI
+    {_values(y, count)},  # {names[y.key]}, SI
+)
+k, D, H_V, _ = scene.contact_parameters({conditions["pressure"]})
+conditions = point.Conditions.of(
+{given}
+)
+z = point.simulate(conditions, tolerance={tolerance:g}).{quantity}.reshape(x.shape)
+"""
+
+
+def run_lines(tables: Tables, out: str) -> str:
+    """Lines that run a scene into the folder `out`."""
+    return f"""\
+from iceslide_fem.scene import scene_from_dict
+from iceslide_fem.simulate import run
+
+{_scene(tables)}
+summary = run(scene, {out!r})
+"""
+
+
+def _scene(tables: Tables) -> str:
+    return f"scene = scene_from_dict(\n{_indented(pformat(dict(tables), sort_dicts=False))}\n)"
+
+
+def _indented(text: str) -> str:
+    return "\n".join("    " + line for line in text.splitlines())
+
+
+def _values(slider: Slider, count: int) -> str:
+    space = "geomspace" if slider.log else "linspace"
+    shift = f" + {slider.shift:g}" if slider.shift else ""
+    return f"{slider.scale:g} * np.{space}({slider.low:g}, {slider.high:g}, {count}){shift}"

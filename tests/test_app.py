@@ -1,0 +1,316 @@
+"""`iceslide app` without a browser: who is answered, and that the answers are the library's."""
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+import urllib.request
+from pathlib import Path
+
+import numpy as np
+import pytest
+from app_server import fixtures, stop
+
+from iceslide_fem.app import form, line, point
+from iceslide_fem.errors import SceneError
+from iceslide_fem.footprint.line import gaussian_profile, macroscopic_line
+from iceslide_fem.footprint.macroscopic import Macroscopic
+from iceslide_fem.results import read_run
+from iceslide_fem.run.point import point_history
+from iceslide_fem.scene import load_scene, scene_from_dict
+
+open_app, served = fixtures()
+CASES = Path(__file__).parent.parent / "cases"
+TEXTS = {slider.key: slider.text(slider.start) for slider in point.SLIDERS}
+SLICE = {
+    "name": "slice",
+    "model": "slice",
+    "rubber.compound": "B",
+    "load.pressure": "1 bar",
+    "load.speed": "3 m/s",
+    "load.duration": "50 ms",
+    "numerics.tolerance": "1e-2",
+    "numerics.refinement": "0.5",
+}
+
+
+# Who is answered
+
+
+@pytest.mark.parametrize("path", ["/", "/x/", "/index.html", "/x/api/start", "//", "/%00/"])
+def test_without_the_token_nothing_is_answered(served, path):
+    status, headers, text = served.get(path)
+    assert status == 403 and "iceslide app" in text and served.root.strip("/") not in text
+    assert headers["referrer-policy"] == "no-referrer"
+
+
+def test_nearly_the_token_is_refused(served):
+    for path in (served.root[:-1] + "/", served.root + "x/", served.root.lower() + "/"):
+        assert served.get(path)[0] == 403, path
+
+
+def test_the_page_is_answered_and_may_fetch_from_here_only(served):
+    status, headers, text = served.get(served.root + "/")
+    assert status == 200 and "<title>iceslide</title>" in text
+    assert "default-src 'self'" in headers["content-security-policy"]
+    assert "http://" not in text and "https://" not in text
+
+
+@pytest.mark.parametrize("host", ["evil.example", "evil.example:80", "127.0.0.1.evil.example"])
+def test_a_page_elsewhere_whose_name_leads_here_is_refused(served, host):
+    assert served.get(served.root + "/", host=host)[0] == 400
+    assert served.get(served.root + "/", host="localhost")[0] == 200
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["../server.py", "..%2fserver.py", "%2e%2e/%2e%2e/cli.py", "//etc/passwd", "uplot/../.."],
+)
+def test_nothing_beside_the_page_is_reached(served, path):
+    status, _, text = served.get(f"{served.root}/{path}")
+    assert status in (403, 404) and "import" not in text and "root:" not in text
+
+
+def test_requests_that_are_none_of_the_page_are_refused(served):
+    api = served.root + "/api/point"
+    assert served.get(api)[0] == 404
+    post = {"method": "POST"}
+    assert served.get(api, **post, body=b"{}", kind="text/plain")[0] == 415
+    assert served.get(api, **post, body=b"[1]")[0] == 400
+    assert served.get(api, **post, body=b"[" * 50_000)[0] == 400
+    assert served.get(api, **post, body=b" " * 200_000)[0] == 413
+    for texts in (None, [], {"load.pressure": 1}, {"load.pressure": "x" * 20_000}):
+        assert served.ask("point", texts=texts)[0] == 422, texts
+    assert served.ask("cancel", number=99) == (422, {"sentence": "there is no run 99", "keys": []})
+    assert served.get(served.root + "/runs/99/report")[0] == 404
+
+
+def test_the_page_listens_on_this_machine_only_unless_it_is_told_otherwise(served, open_app):
+    assert served.address.startswith("http://127.0.0.1:")
+    other = open_app("--host", "0.0.0.0")
+    assert stop(other._replace(process=_told(other, "Warning: with --host 0.0.0.0"))) == 0
+
+
+def _told(page, words):
+    os.set_blocking(page.process.stderr.fileno(), False)
+    assert words in page.process.stderr.read()
+    return page.process
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["missing.toml"], "missing.toml"),
+        (["--host", "no.such.host.example"], "cannot listen on --host no.such.host.example"),
+        (["--out", "file/below"], "cannot write to file/below"),
+    ],
+)
+def test_wrong_options_are_one_sentence(words, sentence, tmp_path):
+    (tmp_path / "file").touch()
+    command = [sys.executable, "-m", "iceslide_fem.cli", "app", "--no-browser", *words]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2 and sentence in done.stderr and done.stderr.count("\n") == 1
+    assert done.stdout == ""
+
+
+def test_without_its_packages_the_command_says_what_to_install(tmp_path):
+    code = (
+        "import sys; sys.modules['starlette'] = None\n"
+        "from iceslide_fem.cli import main; main(['app', '--no-browser'])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2 and "scripts/setup --app" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+# What is answered
+
+
+def test_curves_of_a_point_are_those_of_the_library(served):
+    status, answer = served.ask("point", texts=TEXTS)
+    scene = scene_from_dict(tomllib.loads(answer["toml"]))
+    rows, results = point_history(scene)
+    assert status == 200 and answer["series"]["mu"] == [row.mu for row in rows]
+    assert answer["numbers"]["mu_mean"] == results["mu_mean"]
+    found: dict = {}
+    exec(answer["python"], found)
+    assert found["mu"] == answer["series"]["mu"]
+    # the fluxes carry the energies, and (5.6) lies above what half-space ice takes before it melts
+    area, step = 1e-6, np.diff([row.time_s for row in rows])
+    assert np.isclose(
+        (np.array(answer["series"]["ice_flux"]) * step).sum() * area, rows[-1].ice_heat_J
+    )
+    half = served.ask("half-space", texts=TEXTS)[1]
+    other = point_history(load_as(scene, "half-space"))[1]
+    assert half["numbers"]["mu_mean"] == other["mu_mean"] != results["mu_mean"]
+    end = half["series"]["closed_flux"][-1]
+    assert np.isclose(half["series"]["ice_flux"][-1], end, rtol=0.02)
+
+
+def load_as(scene, heat):
+    data = scene.as_dict()
+    data["ice"]["heat"] = heat
+    return scene_from_dict(data)
+
+
+@pytest.mark.parametrize("contact", ["compound B", "constants"])
+def test_maps_are_those_of_their_lines_of_python(contact):
+    along = ("load.pressure", "ice.temperature")
+    found = point.friction_map(TEXTS | {"contact": contact}, along, "mu_mean")
+    here: dict = {}
+    exec(found["python"], here)
+    assert np.array_equal(here["z"], found["z"])
+    wrong = ("film.k", "film.k") if contact == "constants" else ("film.k", "load.speed")
+    with pytest.raises(SceneError, match=r"film\.k"):
+        point.friction_map(TEXTS | {"contact": contact}, wrong, "mu_mean")
+
+
+def test_a_table_of_ones_own(tmp_path, served):
+    (tmp_path / "contact.csv").write_text(
+        "pressure_Pa,k,D_m,H_V_m\n1e5,0.266,29e-6,2.86e-6\n5e5,0.405,46.5e-6,0.56e-6\n"
+    )
+    own = {"contact": "table", "film.contact": str(tmp_path / "contact.csv")}
+    assert point.curves(TEXTS | own)["series"] == point.curves(TEXTS)["series"]
+    status, answer = served.ask("point", texts=TEXTS | own | {"film.contact": "none.csv"})
+    assert (status, answer["keys"]) == (422, ["film.contact"])
+
+
+def test_the_line_is_that_of_the_library(served):
+    status, answer = served.ask("line", texts={"slip": "2e-5", "ice_temperature": "-6 degC"})
+    x, pressure = gaussian_profile(0.18, 4e5, line.POINTS, 0.03)
+    expected = macroscopic_line(
+        pressure, x[1] - x[0], Macroscopic(slip=2e-5, ice_temperature=267.15)
+    )
+    assert status == 200 and np.allclose(answer["series"]["mu"], expected.mu, rtol=1e-12)
+    assert np.allclose(answer["series"]["flux"], expected.flux, rtol=1e-12)
+    found: dict = {}
+    exec(answer["python"], found)
+    assert np.allclose(found["line"].mu, expected.mu, rtol=1e-12)
+
+
+def test_every_slider_of_the_line_changes_it():
+    picture = str(CASES.parent / "docs" / "pictures" / "footprint_picture.jpg")
+    boxes = {"legend": "556,42,583,378", "crop": "0,0,540,420", "image": picture}
+    for slider in line.SLIDERS:
+        texts = dict(boxes, profile="picture") if slider.key in line.OF_PICTURE else {}
+        if slider.key == "water_conductivity":
+            texts |= {"ice_temperature": "-1 degC"}
+        before, after = (
+            line.curves(texts | {slider.key: slider.text(value)})
+            for value in (
+                (0.5, 0.55) if slider.key == "row" else (slider.start, slider.start * 0.9)
+            )
+        )
+        assert before["series"] != after["series"], slider.key
+
+
+def test_lines_of_python_of_a_row_of_a_picture():
+    picture = str(CASES.parent / "docs" / "pictures" / "footprint_picture.jpg")
+    texts = {"profile": "picture", "image": picture, "crop": "0,0,540,420", "row": "0.5"}
+    answer, found = line.curves(texts | {"legend": "556,42,583,378"}), {}
+    exec(answer["python"], found)
+    assert np.allclose(np.array(answer["series"]["pressure"]) * 1e5, found["line"].pressure)
+    assert np.allclose(answer["series"]["mu"], found["line"].mu)
+
+
+@pytest.mark.parametrize(
+    ("name", "texts", "keys", "words"),
+    [
+        ("point", {"load.pressure": "1 mbar"}, ["load.pressure"], "is out of range; allowed"),
+        ("point", {"load.speed": "3 bar"}, ["load.speed"], "wrong unit"),
+        ("point", {"load.duration": ""}, ["load.duration"], "is missing"),
+        (
+            "point",
+            {"contact": "constants", "film.D": ""},
+            ["film.k", "film.D", "film.H_V"],
+            "together",
+        ),
+        ("point", {"ice.temperature": "-4"}, ["ice.temperature"], "out of range"),
+        ("line", {"speed": "fast"}, ["speed"], "not a number with a unit"),
+        ("line", {"profile": "picture"}, ["image"], "is missing"),
+        ("scene", {"name": "a/b"}, ["name"], "is not a name"),
+        ("scene", {"model": "cube"}, ["model"], "is not available; allowed"),
+        ("scene", {"film.k": "0.3"}, ["film.k", "film.D", "film.H_V"], "film has k only"),
+        ("scene", {"rubber.C10": "1 MPa"}, ["rubber.compound", "rubber.C10"], "contradict"),
+    ],
+)
+def test_wrong_input_names_its_fields_with_the_sentence_of_the_command(
+    served,
+    name,
+    texts,
+    keys,
+    words,
+):
+    whole = {"point": TEXTS, "line": {}, "scene": SLICE}[name]
+    status, answer = served.ask(name, texts=whole | texts)
+    assert status == 422 and words in answer["sentence"]
+    assert answer["keys"] == keys
+
+
+@pytest.mark.parametrize("case", sorted(CASES.glob("*.toml")), ids=lambda path: path.stem)
+def test_scene_files_survive_the_fields(case):
+    from iceslide_fem.scene import read_scene
+
+    texts = form.texts_of(read_scene(case))
+    assert set(texts) <= set(form.keys())
+    assert form.scene_of(texts) == load_scene(case)
+
+
+def test_info_and_python_of_a_scene(served):
+    status, answer = served.ask("info", texts=SLICE)
+    assert status == 200 and {row["group"] for row in answer["rows"]} >= {"heat", "film", "cost"}
+    status, answer = served.ask("scene", texts=SLICE)
+    assert scene_from_dict(tomllib.loads(answer["toml"])) == form.scene_of(SLICE)
+    compile(answer["python"], "python", "exec")
+    assert served.ask("read", text=answer["toml"])[1]["texts"] == form.texts_of(
+        tomllib.loads(answer["toml"])
+    )
+    assert served.ask("read", text="pressure = 1 bar")[0] == 422
+
+
+# Runs
+
+
+@pytest.mark.fe
+def test_a_run_ends_with_its_server_however_that_ends_and_keeps_what_it_has(tmp_path, open_app):
+    pytest.importorskip("iceslide_fem.fenics.compat")
+    page, out = open_app(), tmp_path / "results" / "slice"
+    assert page.ask("run", texts=SLICE) == (200, {"number": 1})
+    with _followed(page, rows=4):
+        status, answer = page.ask("run", texts=SLICE)
+        assert status == 422 and "is in use" in answer["sentence"]
+        page.process.send_signal(signal.SIGKILL)
+        _wait(lambda: not (out / ".lock").exists())
+    assert "SIGTERM" in read_run(out).summary["stopped"] and (out / "checkpoint").is_file()
+
+
+@pytest.mark.fe
+def test_a_run_that_no_page_follows_any_more_is_stopped_and_keeps_what_it_has(tmp_path, open_app):
+    pytest.importorskip("iceslide_fem.fenics.compat")
+    page, out = open_app(), tmp_path / "results" / "slice"
+    page.ask("run", texts=SLICE)
+    with _followed(page, rows=4):
+        pass
+    _wait(lambda: not (out / ".lock").exists())
+    assert "SIGTERM" in read_run(out).summary["stopped"] and (out / "checkpoint").is_file()
+
+
+@contextlib.contextmanager
+def _followed(page, rows):
+    """Follow the page's first run, as its tab does; begin when it has so many rows."""
+    with urllib.request.urlopen(f"{page.address}api/runs/1/news", timeout=120) as news:
+        for text in news:
+            if text.startswith(b"data:") and json.loads(text[5:])["count"] >= rows:
+                break
+        yield
+
+
+def _wait(true):
+    end = time.monotonic() + 60.0
+    while not true():
+        assert time.monotonic() < end, "waited for too long"
+        time.sleep(0.05)

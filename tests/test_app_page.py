@@ -1,0 +1,269 @@
+"""The page of `iceslide app` in a real browser, beside what the library computes."""
+
+import json
+import time
+from urllib.parse import parse_qs
+
+import numpy as np
+import pytest
+from app_server import fixtures
+from browser import chromium, open_page  # noqa: F401
+
+from iceslide_fem.app import line, point
+from iceslide_fem.run.point import point_history
+from iceslide_fem.scene import scene_from_dict
+
+open_app, served = fixtures()
+
+# What charts hold is drawn on a canvas: the page is asked for its numbers.
+CURVE = """async (texts) => (await (await import(new URL("api.js", document.baseURI))).ask(
+    "point", { texts })).series.mu"""
+MOVE = """([id, place]) => { const slider = document.getElementById(id); slider.value = place;
+    slider.dispatchEvent(new Event("input", { bubbles: true })); }"""
+
+
+def drawn(page, count="drawn"):
+    """How often the curves of the point (or `lines`) have been drawn."""
+    return int(page.evaluate(f"document.documentElement.dataset.{count} ?? 0"))
+
+
+def opened(open_page, served, state="", **options):  # noqa: F811
+    """A page whose first curves are there."""
+    page = open_page(**options)
+    page.goto(served.address + state)
+    page.wait_for_selector("html[data-ready]")
+    return page
+
+
+def until(true, seconds=30.0):
+    """Wait for it to become true."""
+    end = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < end, "waited for too long"
+        time.sleep(0.02)
+
+
+def wait_drawn(page, before=0, count="drawn"):
+    until(lambda: drawn(page, count) > before)
+
+
+def address(page):
+    """The address as the page has written it."""
+    return page.evaluate("location.href")
+
+
+def shown(page, quantity):
+    """The text of a number beside the curves."""
+    return page.locator(f"#point-numbers div:has(dt:text-is('{quantity}')) dd").inner_text()
+
+
+def test_every_slider_redraws_the_curve_of_the_library(served, open_page):  # noqa: F811
+    page = opened(open_page, served, "#tab=point&contact=constants")
+    wait_drawn(page)
+    for slider in point.SLIDERS:
+        before = drawn(page)
+        page.evaluate(MOVE, [f"point-{slider.key}-slider", 400])
+        wait_drawn(page, before)
+        texts = {s.key: page.locator(f"[id='point-{s.key}']").input_value() for s in point.SLIDERS}
+        assert texts[slider.key] != slider.text(slider.start)
+        expected = point.curves(texts | {"contact": "constants"})
+        mean = shown(page, "mean μ").split()[0]
+        assert np.isclose(float(mean), expected["numbers"]["mu_mean"], rtol=6e-3), slider.key
+        assert page.evaluate(CURVE, texts | {"contact": "constants"}) == expected["series"]["mu"]
+    rows, _ = point_history(scene_from_dict(_tables(page)))
+    assert expected["series"]["mu"] == [row.mu for row in rows]
+    assert "Drawn in" in page.locator("#point-time").inner_text()
+
+
+def _tables(page):
+    """The scene behind the button TOML."""
+    import tomllib
+
+    page.click("#show-toml")
+    text = page.locator("#snippet pre").inner_text()
+    page.click("#snippet-close")
+    return tomllib.loads(text)
+
+
+def test_a_pinned_curve_stays_and_the_address_gives_all_of_it_again(served, open_page):  # noqa: F811
+    page = opened(open_page, served)
+    wait_drawn(page)
+    page.click("#pin")
+    page.evaluate(MOVE, ["point-load.speed-slider", 300])
+    page.select_option("#map-y", "ice.temperature")
+    for part in ("pin=", "load.speed", "y=ice"):
+        until(lambda part=part: part in address(page))
+    other = opened(open_page, served, "#" + address(page).partition("#")[2])
+    until(lambda: other.locator("#point-numbers :text('pinned')").count() == 1)
+    for each in ("mean μ", "mean μ, pinned", "melting begins"):
+        until(lambda each=each: shown(other, each).split()[0] == shown(page, each).split()[0])
+    assert shown(page, "mean μ") != shown(page, "mean μ, pinned")
+    until(lambda: other.locator("#chart-map").get_attribute("aria-label") is not None)
+    assert "ice temperature" in other.locator("#chart-map").get_attribute("aria-label")
+
+
+def test_a_click_on_the_map_takes_over_its_values(served, open_page):  # noqa: F811
+    page = opened(open_page, served)
+    until(lambda: page.locator("#chart-map .u-over").count() == 1)
+    page.locator("#chart-map").scroll_into_view_if_needed()
+    box = page.locator("#chart-map .u-over").bounding_box()
+    before = drawn(page)
+    page.mouse.move(box["x"] + 0.8 * box["width"], box["y"] + 0.2 * box["height"])
+    page.mouse.click(box["x"] + 0.8 * box["width"], box["y"] + 0.2 * box["height"])
+    wait_drawn(page, before)
+    pressure = page.locator("[id='point-load.pressure']").input_value()
+    assert 4.0 < float(pressure.split()[0]) < 12.0
+    assert "mean μ" in page.locator("#map-value").inner_text()
+
+
+def test_wrong_input_marks_its_field_with_the_sentence_of_the_command(served, open_page):  # noqa: F811
+    page = opened(open_page, served)
+    wait_drawn(page)
+    field = page.locator("[id='point-load.pressure']")
+    field.fill("300 bar")
+    page.wait_for_selector("[id='point-load.pressure'][aria-invalid=true]")
+    fault = page.locator(f"[id='{field.get_attribute('aria-errormessage')}']").inner_text()
+    assert fault == ('load.pressure = "300 bar" is out of range; allowed: "0.01 bar" to "100 bar"')
+    field.fill("3 bar")
+    until(lambda: page.locator("[aria-invalid]").count() == 0)
+    _empty_refusals(page)
+
+
+def _empty_refusals(page):
+    """What the browser notes of answers 422 is meant."""
+    page.complaints[:] = [text for text in page.complaints if "422" not in text]
+
+
+def test_the_page_needs_no_network(served, open_page):  # noqa: F811
+    page = open_page()
+    asked = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(served.address)
+    wait_drawn(page)
+    page.click("#tab-line")
+    wait_drawn(page, count="lines")
+    page.click("#tab-scene")
+    until(lambda: page.locator("#info tbody tr").count() > 5)
+    assert asked and all(url.startswith((served.address, "data:")) for url in asked)
+
+
+def test_two_pages_at_once_do_not_disturb_each_other(served, open_page):  # noqa: F811
+    pages = [opened(open_page, served, f"#tab=point&load.speed={v}+m/s") for v in (1, 4)]
+    for page in pages:
+        wait_drawn(page)
+    for place in (300, 500):
+        for page in pages:
+            page.evaluate(MOVE, ["point-load.pressure-slider", place])
+    time.sleep(0.3)
+    for page, speed in zip(pages, ("1 m/s", "4 m/s"), strict=True):
+        texts = {"load.pressure": page.locator("[id='point-load.pressure']").input_value()}
+        texts |= {"load.speed": speed, "load.duration": "7 ms"}
+        mean = point.curves(texts)["numbers"]["mu_mean"]
+        until(lambda: np.isclose(float(shown(page, "mean μ").split()[0]), mean, rtol=6e-3))  # noqa: B023
+
+
+def test_without_the_token_the_browser_shows_what_to_do(served, open_page):  # noqa: F811
+    page = open_page()
+    root = served.address[: served.address[:-1].rindex("/") + 1]
+    for wrong in (root, root + "wrong/"):
+        assert page.goto(wrong).status == 403
+        assert "iceslide app" in page.locator("body").inner_text()
+    page.complaints.clear()
+
+
+def test_the_line_shows_what_the_library_computes(served, open_page):  # noqa: F811
+    page = opened(open_page, served, "#tab=line&slip=2e-5")
+    wait_drawn(page, count="lines")
+    for slider in ("peak", "time", "ice_temperature"):
+        before = drawn(page, "lines")
+        page.evaluate(MOVE, [f"line-{slider}-slider", 450])
+        wait_drawn(page, before, "lines")
+    until(lambda: "ice_temperature" in address(page))
+    state = {key: texts[0] for key, texts in parse_qs(address(page).partition("#")[2]).items()}
+    assert state.pop("tab") == "line" and len(state) == 4
+    rise = page.locator("#line-numbers div:has(dt:text-is('largest rise')) dd").inner_text()
+    expected = line.curves(state)["numbers"]["peak_rise"]
+    assert np.isclose(float(rise.split()[0]), expected, rtol=6e-3)
+
+
+@pytest.mark.fe
+def test_a_scene_is_checked_run_cancelled_and_run_on(served, open_page):  # noqa: F811
+    pytest.importorskip("iceslide_fem.fenics.compat")
+    page = opened(open_page, served, "#tab=scene")
+    page.fill("#scene-name", "a/b")
+    page.wait_for_selector("#scene-name[aria-invalid=true]")
+    assert page.locator("#run").is_disabled()
+    for key, text in {
+        "name": "seen",
+        "load.duration": "2 ms",
+        "numerics.refinement": "0.5",
+    }.items():
+        page.fill(f"[id='scene-{key}']", text)
+    page.wait_for_selector("#run:enabled")
+    until(lambda: page.locator("#info td:text-is('transit time')").count() == 1)
+    page.click("#run")
+    state = page.locator("#run-state")
+    until(lambda: "sliding" in state.inner_text(), 120.0)
+    page.click("#cancel")
+    until(lambda: state.get_attribute("data-state") == "cancelled", 60.0)
+    assert "SIGTERM" in page.locator("#run-error").inner_text()
+    assert page.locator("#progress").get_attribute("value") != "1"
+    page.click("#resume")
+    until(lambda: state.get_attribute("data-state") == "done", 120.0)
+    summary = json.loads((served.folder / "results/seen/summary.json").read_text("utf-8"))
+    assert summary["stopped"] is None
+    assert np.isclose(float(state.inner_text().split()[-1]), summary["mu_end"], rtol=6e-3)
+    until(lambda: page.locator("#report").is_visible())
+    report = page.locator("#report-frame").get_attribute("src")
+    assert served.get(f"{served.root}/{report}")[0] == 200
+    _empty_refusals(page)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [390, 1300])
+def test_every_tab_fits_and_is_readable(served, open_page, scheme, width):  # noqa: F811
+    page = opened(open_page, served, color_scheme=scheme, viewport={"width": width, "height": 844})
+    for tab in ("point", "line", "scene"):
+        page.click(f"#tab-{tab}")
+        page.wait_for_timeout(100)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width, tab
+        nameless = page.evaluate(UNLABELLED)
+        assert nameless == [], tab
+        poor = page.evaluate(CONTRAST)
+        assert poor == [], tab
+    page.keyboard.press("ArrowRight")
+    assert page.locator("[role=tab][aria-selected=true]").inner_text() == "Point"
+    wait_drawn(page)
+    page.focus("[id='point-load.pressure-slider']")
+    before = page.locator("[id='point-load.pressure']").input_value()
+    page.keyboard.press("ArrowRight")
+    assert page.locator("[id='point-load.pressure']").input_value() != before
+
+
+UNLABELLED = """() => [...document.querySelectorAll("input, select, button, progress, iframe")]
+    .filter((each) => each.offsetParent && !(each.labels?.length || each.ariaLabel || each.title
+        || each.innerText?.trim())).map((each) => each.id)"""
+
+# WCAG 2: 4.5 to 1 for text against what is behind it.
+CONTRAST = """() => {
+  const parse = (colour) => colour.match(/[\\d.]+/g).map(Number);
+  const light = ([r, g, b]) => [r, g, b].map((v) => v / 255)
+    .map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4))
+    .reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0);
+  const behind = (each) => {
+    for (let at = each; at; at = at.parentElement) {
+      const colour = parse(getComputedStyle(at).backgroundColor);
+      if (colour.length === 3 || colour[3] > 0.99) return colour;
+    }
+    return [255, 255, 255];
+  };
+  const found = new Set();
+  for (const each of document.querySelectorAll("main *, header *")) {
+    const text = [...each.childNodes].some((node) => node.nodeType === 3 && node.data.trim());
+    if (!text || !each.offsetParent || each.disabled) continue;
+    const [a, b] = [light(parse(getComputedStyle(each).color)), light(behind(each))];
+    const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+    if (ratio < 4.5) found.add(`${each.tagName} ${each.className} ${ratio.toFixed(2)}`);
+  }
+  return [...found];
+}"""
