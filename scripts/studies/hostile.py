@@ -35,7 +35,7 @@ from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.toml import parsed, put
 from scripts.studies.common import RESULTS, options, table
 
-TIME_LIMIT = 20.0  # s of the processor that a slice or block may take: numerics.time_limit
+TIME_LIMIT = 10.0  # s of the processor that a slice or block may take: numerics.time_limit
 PATIENCE = 20.0  # s that its process may take longer, for one step, or to find that it can't run
 LOOK = 5.0  # s between two looks at a process
 IDLE = 300.0  # s after which a process that has done nothing hangs
