@@ -112,6 +112,7 @@ def main() -> None:
     parser = options(__doc__)
     parser.add_argument("--quick", action="store_true", help="few surfaces: shows that it works")
     parser.add_argument("--definition", choices=["hydrodynamic", "thesis"], help="else both")
+    parser.add_argument("--targets", type=int, nargs="+", help="numbers of what is fitted, from 1")
     given = parser.parse_args()
     generations, realisations, shown = (1, 1, 1) if given.quick else (15, 3, 8)
     definitions = [given.definition] if given.definition else list(PIXELS_PER_WAVE)
@@ -119,7 +120,8 @@ def main() -> None:
     head += " | rms slope | Hurst | roll-off, um | shortest wave, um | skewness"
     print(f"| {head} |\n|{'---|' * (head.count('|') + 1)}")
     for definition in definitions:
-        for target in TARGETS[:1] if given.quick else TARGETS:
+        for number in given.targets or ([1] if given.quick else range(1, len(TARGETS) + 1)):
+            target = TARGETS[number - 1]
             values = best(target, definition, generations, realisations)
             fitted = found(values, definition, shown)
             difference, scale = misfit(target, fitted)
