@@ -11,6 +11,7 @@ import typer
 
 from iceslide_fem.cli import app
 from iceslide_fem.scene import Scene, load_scene
+from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.units import Quantity, to_si
 
 ROOT = Path(__file__).parent.parent
@@ -50,7 +51,8 @@ def test_scene_page_has_every_key_with_its_range_and_default():
     for (key, field), (_, default, allowed, _) in zip(fields.items(), table, strict=True):
         annotations = [*field.metadata, *get_args(field.annotation)]
         annotations += [more for part in annotations for more in getattr(part, "__metadata__", ())]
-        quantity = next((part for part in annotations if isinstance(part, Quantity)), None)
+        quantity = next((part for part in annotations if isinstance(part, Quantity | RowsOf)), None)
+        quantity = quantity.value if isinstance(quantity, RowsOf) else quantity
         if quantity is not None:
             assert allowed == f"{quantity.low} to {quantity.high}", key
         if get_origin(field.annotation) is Literal:

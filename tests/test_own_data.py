@@ -139,6 +139,21 @@ def test_a_scene_hands_on_what_it_says():
     assert scene_from_dict(own.as_dict()) == own
 
 
+def test_the_first_film_may_follow_the_temperature_of_the_ice(tmp_path):
+    rows = [["-10 degC", "50 nm"], ["-2 degC", "90 nm"]]
+    made = scene(film={"initial_height": rows}, ice={"temperature": "-4 degC"})
+    assert made.initial_height == pytest.approx(80e-9, rel=1e-12)
+    assert conditions.scene_conditions(made).initial_height[0] == made.initial_height
+    warmer = scene(film={"initial_height": rows}, ice={"temperature": "-1 degC"})
+    assert warmer.initial_height == 9e-8
+    (tmp_path / "h0.csv").write_text("ice temperature (degC), height (nm)\n-10, 50\n-2, 90\n")
+    read = scene(film={"initial_height": str(tmp_path / "h0.csv")})
+    assert read.initial_height == pytest.approx(made.initial_height, rel=1e-12)
+    assert scene().initial_height == 70e-9
+    with pytest.raises(SceneError, match="ice temperature must rise from row 1 to row 2"):
+        scene(film={"initial_height": rows[::-1]})
+
+
 def test_poissons_ratio_beside_a_compound_replaces_its_compressibility():
     B = scene().mooney_rivlin
     for name in ("nu", "poisson_ratio"):

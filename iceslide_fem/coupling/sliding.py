@@ -81,7 +81,7 @@ class Sliding:
         self.layers_for = layers_for or self._duration
         self.carrier = carrier_of(block, self.layers_for)
         self._error = StepError(block, control)
-        state = self.carrier.start(scene.film.initial_height, n)
+        state = self.carrier.start(scene.initial_height, n)
         self._pressures, self._speeds = scene.load.pressures, scene.load.speeds
         loads = self._loads(np.full(n, self._speeds.first), 0.0)
         motion = at_rest(block.rubber.u.x.array)

@@ -86,7 +86,7 @@ def scene_conditions(scene: Scene) -> Conditions:
         k=k,
         D=D,
         H_V=H_V,
-        initial_height=scene.film.initial_height,
+        initial_height=scene.initial_height,
         duration=exposure(scene),
         viscosity=scene.water.viscosity,
         **scene.ice.solid._asdict(),

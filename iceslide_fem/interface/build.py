@@ -77,7 +77,7 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
             scene.ice.melting_temperature,
         )
     film = scene.film
-    return OnIce(block.friction, ice, film.initial_height, rubber, film.water_speed)
+    return OnIce(block.friction, ice, scene.initial_height, rubber, film.water_speed)
 
 
 def _footprint(block: Block) -> tuple[Array, list[tuple[float, float]]]:

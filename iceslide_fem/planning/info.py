@@ -40,14 +40,36 @@ def describe(scene: Scene) -> list[Row]:
     """
     if scene.model == "point":
         size: tuple[float, ...] = (scene.rubber.length, scene.rubber.height)
-        return _heat(scene, size) + _film(scene, size) + _cost(estimate(scene))
+        return _load(scene) + _heat(scene, size) + _film(scene, size) + _cost(estimate(scene))
 
     from iceslide_fem.mesh.rubber import block_size  # loads gmsh, which a point does not need
 
     size, cost = block_size(scene), estimate(scene)
     return (
-        _heat(scene, size) + _film(scene, size) + _rubber(scene, size) + _mesh(scene) + _cost(cost)
+        _load(scene)
+        + _heat(scene, size)
+        + _film(scene, size)
+        + _rubber(scene, size)
+        + _mesh(scene)
+        + _cost(cost)
     )
+
+
+def _load(scene: Scene) -> list[Row]:
+    """Ranges of loads that go in time; the other rows take their means, or what is at t = 0."""
+    found = []
+    for name, course, unit in (
+        ("pressure", scene.load.pressures, "Pa"),
+        ("speed", scene.load.speeds, "m/s"),
+    ):
+        if not course.is_constant:
+            low, high = (readable(value, unit) for value in (course.smallest, course.largest))
+            mean = f"mean {readable(course.mean, unit)}, {len(course.corners)} corners"
+            found.append(Row("load", name, f"{low} to {high}", mean))
+    if found:
+        way = readable(scene.load.speeds.integral(scene.load.duration), "m")
+        found.append(Row("load", "way", way, "slid by the end"))
+    return found
 
 
 def _heat(scene: Scene, size: tuple[float, ...]) -> list[Row]:
@@ -93,7 +115,7 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     p, v, h0, eta = (
         scene.load.pressures.first,
         scene.load.speeds.first or scene.load.speeds.mean,
-        scene.film.initial_height,
+        scene.initial_height,
         scene.water.viscosity,
     )
     contact = scene.contact_parameters(p)

@@ -127,7 +127,7 @@ def _friction(
         k=k,
         D=D,
         H_V=H_V,
-        initial_height=scene.film.initial_height,
+        initial_height=scene.initial_height,
         duration=duration,
         viscosity=scene.water.viscosity,
         **scene.ice.solid._asdict(),

@@ -9,6 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.results import Run, read_run
 from iceslide_fem.results.style import BLACK, BLUE, GREEN, MELTING, ORANGE, RED, SATURATED
 
@@ -22,15 +23,18 @@ def report(directory: Path | str) -> Path:
     Raises SceneError if the directory holds no finished run.
     """
     run = read_run(directory)
-    figure = Figure(figsize=(11.5, 9.0), layout="constrained")
+    changes = any(isinstance(run.scene["load"][name], list) for name in ("pressure", "speed"))
+    figure = Figure(figsize=(11.5, 11.5 if changes else 9.0), layout="constrained")
     figure.suptitle(run.title, fontsize=14, fontweight="bold")
     before = "preload" if run.preload else "mu"
+    layout = [
+        [before, "mu", "film"],
+        ["temperature", "temperature", "squeezed"],
+        ["shares", "shares", "energy"],
+        ["pressure", "pressure", "speed"],
+    ]
     panels = figure.subplot_mosaic(
-        [
-            [before, "mu", "film"],
-            ["temperature", "temperature", "squeezed"],
-            ["shares", "shares", "energy"],
-        ],
+        layout if changes else layout[:3],  # type: ignore[arg-type]
         width_ratios=[1.0, 4.0, 5.0],
     )
     _friction(panels["mu"], run)
@@ -39,6 +43,16 @@ def report(directory: Path | str) -> Path:
     _temperature(panels["temperature"], run)
     _shares(panels["shares"], run)
     _energy(panels["energy"], run)
+    if changes:
+        _load(
+            panels["pressure"],
+            run,
+            "nominal_pressure_Pa",
+            1.0 / BAR,
+            "Nominal pressure",
+            "$p$ (bar)",
+        )
+        _load(panels["speed"], run, "speed_m_per_s", 1.0, "Sliding speed", "$v$ (m/s)")
     for name, panel in panels.items():
         panel.spines[["top", "right"]].set_visible(False)
         panel.grid(alpha=0.25)
@@ -122,6 +136,13 @@ def _preload(panel: Axes, run: Run) -> None:
     panel.set_xticks([0.5, 1.5], ["press", "speed\nramp"])
 
 
+def _load(panel: Axes, run: Run, column: str, unit: float, title: str, label: str) -> None:
+    """How a load goes in time."""
+    panel.plot(MS * run.history["time_s"], unit * run.history[column], color=BLACK, linewidth=2)
+    panel.set(title=title, ylabel=label)
+    panel.set_ylim(0.0, 1.1 * unit * run.history[column].max())
+
+
 def _film(panel: Axes, run: Run) -> None:
     history = run.history
     panel.plot(MS * history["time_s"], NM * history["film_height_m"], color=BLUE, linewidth=2)
@@ -139,7 +160,8 @@ def _squeezed(panel: Axes, run: Run) -> None:
 def _temperature(panel: Axes, run: Run) -> None:
     history = run.history
     panel.plot(MS * history["time_s"], history["surface_temperature_C"], color=RED, linewidth=2)
-    panel.axhline(0.0, color="0.5", linestyle=":")
+    melting = run.ice.melting_temperature - ZERO_CELSIUS
+    panel.axhline(melting, color="0.5", linestyle=":")
     panel.set(title="Temperature of the ice surface", ylabel="$T$ (°C)")
 
 

@@ -161,7 +161,7 @@ def default_ramp(scene: Scene) -> float:
     """
     pressure, speed = scene.load.pressures.smallest, scene.load.speeds.largest
     k = float(scene.contact_parameters(pressure).k)
-    shear = k * scene.water.viscosity * speed / scene.film.initial_height
+    shear = k * scene.water.viscosity * speed / scene.initial_height
     return min(max(RAMP_SHARE * pressure, shear / STEEPEST_RAMP), pressure)
 
 

@@ -74,7 +74,7 @@ def start_sliding(
     Raises SimulationStopped where no equilibrium is found, and what `before` raises.
     """
     scene = block.scene
-    height = np.full(block.surface.weights.shape, scene.film.initial_height)
+    height = np.full(block.surface.weights.shape, scene.initial_height)
 
     def solve(path: float) -> Solution:
         share = path**2 * (3.0 - 2.0 * path)

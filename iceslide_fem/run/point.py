@@ -139,8 +139,8 @@ class _History:
             conditions.temperature, conditions.duration, solid=conditions.solid
         )
         self._work = self._ice_heat = self._rubber_heat = self._latent_heat = 0.0
-        shear = float(conditions.loads().viscous[0]) / scene.film.initial_height
-        height, T_0 = scene.film.initial_height, scene.ice.temperature
+        shear = float(conditions.loads().viscous[0]) / scene.initial_height
+        height, T_0 = scene.initial_height, scene.ice.temperature
         self.rows = [self._row(0.0, 0.0, shear, height, 0.0, T_0)]
 
     def add(self, record: Record) -> None:

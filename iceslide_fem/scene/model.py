@@ -9,6 +9,7 @@ from dataclasses import astuple
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import (
     AliasChoices,
     Field,
@@ -39,6 +40,7 @@ from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.load import Load
 from iceslide_fem.scene.outline_file import read_outline
+from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.shape import (
     WIDEST,
     Cut,
@@ -57,6 +59,12 @@ Stiffness = Annotated[float, Quantity("Pa", "0 MPa", "10000 MPa")]
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$", strict=True)]
 
 WARMEST = 1e-3  # K below its melting temperature
+HEIGHT = RowsOf(
+    "ice temperature",
+    Quantity("K", "-80 degC", "0.01 degC"),
+    Quantity("m", "1 nm", "10 um"),
+    "1 nm",
+)
 DEEPEST = 0.1  # that contact may sink in, of the height
 REFINEMENTS = (0.25, 8.0)  # allowed of meshes
 FILE_KEYS = (
@@ -64,7 +72,8 @@ FILE_KEYS = (
     ("rubber", "outline"),
     ("film", "contact"),
 )  # table and key of what names a file
-TABLE_KEYS = (("load", "pressure"), ("load", "speed"))  # of what may name a file of rows
+# of what may name a file of rows
+TABLE_KEYS = (("load", "pressure"), ("load", "speed"), ("film", "initial_height"))
 
 
 class Rubber(Table):
@@ -239,7 +248,8 @@ class Film(Table):
     """The water film: who carries it, the pressure it follows, and constant k, D (m), H_V (m).
 
     k, D and H_V override the compound's table, all three together; `contact`, the path of a CSV
-    file, is another table (`read_contact_table`). `initial_height` is h0, m.
+    file, is another table (`read_contact_table`). `initial_height` is h0, m, or rows of it
+    over the ice's initial temperature (K).
     `conductance` is that from the film to either body with heat in the rubber, W/(m2 K).
     `water_speed` is that of squeezed-out water relative to the rubber, a share of the sliding
     speed: 1 with the ice, 0 with the rubber, 0.5 in Couette flow (docs/theory.md).
@@ -251,7 +261,7 @@ class Film(Table):
     D: Annotated[float, Quantity("m", "0.01 um", "10 mm")] | None = None
     H_V: Annotated[float, Quantity("m", "1 nm", "10 mm")] | None = None
     contact: InputFile | None = None
-    initial_height: Annotated[float, Quantity("m", "1 nm", "10 um")] = 70e-9
+    initial_height: Annotated[Any, HEIGHT] = 70e-9
     conductance: Annotated[float, Quantity("W/m^2/K", "10 W/m^2/K", "1e9 W/m^2/K")] | None = None
     water_speed: Annotated[float, Quantity("", "0", "1")] = 1.0
 
@@ -448,6 +458,15 @@ class Scene(Table):
                 f"true, which takes the rubber as a half-space: heat reaches {1e3 * needed:.3g} mm "
                 "deep within load.duration"
             )
+
+    @property
+    def initial_height(self) -> float:
+        """h0 (m) on ice of the scene's temperature; of rows, straight between and held outside."""
+        given = self.film.initial_height
+        if not isinstance(given, tuple):
+            return float(given)
+        kelvin, heights = zip(*given, strict=True)
+        return float(np.interp(self.ice.temperature, kelvin, heights))
 
     @property
     def mooney_rivlin(self) -> MooneyRivlin:

@@ -130,16 +130,19 @@ def _outside_envelope(scene: Scene) -> list[str]:
 
 
 def _extremes(scene: Scene, table: str, key: str) -> list[float]:
-    """Least and largest value of a key, one if they are the same; a plate at rest apart."""
+    """Least and largest value of a key, one if they are the same; a plate at rest apart.
+
+    All keys but those of the load are the film's initial height.
+    """
     if table != "load":
-        return [getattr(getattr(scene, table), key)]
+        return [scene.initial_height]
     course = getattr(scene.load, f"{key}s")
     return sorted({course.smallest, course.largest} - {0.0})
 
 
 def _friction(scene: Scene) -> list[str]:
     """Friction at t = 0, mu = k eta v / (h0 p) (5.29, 5.30), of a film that has not grown yet."""
-    p, h0 = scene.load.pressures.first, scene.film.initial_height
+    p, h0 = scene.load.pressures.first, scene.initial_height
     friction = (
         float(scene.contact_parameters(p).k)
         * scene.water.viscosity

@@ -104,7 +104,7 @@ class RowsOf:
                 if line.strip() and not line.startswith("#")
             ]
         except SceneError as error:
-            raise _fault(f"is a table that is not there: {error}") from None
+            raise _fault(f"names no table: {error}") from None
         header, *rows = list(csv.reader(lines)) or [[]]
         units = [_HEADING.fullmatch(name) for name in header]
         if len(header) != 2 or not all(units):
