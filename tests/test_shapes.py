@@ -7,6 +7,7 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
+from iceslide_fem.cli import main  # noqa: E402
 from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.mesh.profile import block_mesh  # noqa: E402
 from iceslide_fem.mesh.rubber import block_shape, divisions, nominal_area  # noqa: E402
@@ -14,6 +15,7 @@ from iceslide_fem.mesh.rubber import tagged_rubber as cached_rubber  # noqa: E40
 from iceslide_fem.mesh.shape import Wave  # noqa: E402
 from iceslide_fem.mesh.soundness import Soundness, smallest_angle  # noqa: E402
 from iceslide_fem.mesh.user_mesh import mesh_size  # noqa: E402
+from iceslide_fem.planning.mesh_picture import draw_mesh  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 
 pytestmark = pytest.mark.fe
@@ -204,3 +206,19 @@ def test_sipes_that_lean_into_each_other_are_refused():
     given = scene("model=slice", *TREAD, f"rubber.sipes=[{','.join(crossing)}]")
     with pytest.raises(SceneError, match="overlap each other near"):
         block_mesh(block_shape(given), 0.5)
+
+
+@pytest.mark.parametrize("model", ["slice", "block"])
+def test_info_draws_the_mesh(model, tmp_path, capsys):
+    picture = tmp_path / "pictures" / "mesh.png"
+    words = ["info", str(CASE), "--set", f"model={model}", "--set", "rubber.edge_radius=50um"]
+    with pytest.raises(SystemExit) as caught:
+        main([*words, "--picture", str(picture)])
+    assert caught.value.code == 0 and picture.stat().st_size > 20_000
+    printed = capsys.readouterr().out
+    assert "smallest angle" in printed and str(picture) in printed.replace("\n", "")
+
+
+def test_a_point_has_no_mesh_to_draw(tmp_path):
+    with pytest.raises(SceneError, match="has none"):
+        draw_mesh(scene("model=point"), tmp_path / "mesh.png")

@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Annotated
+
 import typer
 
 from iceslide_fem.commands.scene import load, print_notes
 from iceslide_fem.options import Overrides, SceneFile
 
 
-def info(scene_file: SceneFile, overrides: Overrides = None) -> None:
+def info(
+    scene_file: SceneFile,
+    overrides: Overrides = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.png", help="Draw the rubber's mesh into this file.", show_default=False
+        ),
+    ] = None,
+) -> None:
     """Show what a scene means: dimensionless numbers, time scales, mesh and expected cost."""
     scene = load(scene_file, overrides)
 
@@ -31,3 +43,10 @@ def info(scene_file: SceneFile, overrides: Overrides = None) -> None:
     print_notes(scene)
     for warning in warnings(scene):
         typer.echo(f"Note: {warning}.")
+    if picture is not None:
+        from iceslide_fem.files import writing
+        from iceslide_fem.planning.mesh_picture import draw_mesh
+
+        with writing(picture):
+            draw_mesh(scene, picture)
+        typer.echo(str(picture))
