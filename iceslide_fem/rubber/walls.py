@@ -85,7 +85,7 @@ class Walls:
         mesh = space.mesh
         kind = FACET_OF[compat.cell_name(mesh)]
         if kind == "triangle":
-            raise SceneError("walls that meet need hexahedra: tetrahedra have none that are known")
+            raise SceneError('facets named "walls" need a mesh of hexahedra, not of tetrahedra')
         self._own = contact_surface(space, facets, DEGREE)
         self._comm, self._dim = mesh.comm, mesh.geometry.dim
         self._element = compat.basix_lagrange(kind, space_degree(space))
