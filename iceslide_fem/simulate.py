@@ -19,7 +19,7 @@ from iceslide_fem.files import writing
 from iceslide_fem.folder import claimed, clear_results, results_in
 from iceslide_fem.launch import started_by_mpirun
 from iceslide_fem.output.summary import write_summary
-from iceslide_fem.output.table import HistoryRow, Table
+from iceslide_fem.output.table import Table
 from iceslide_fem.parallel import from_root
 from iceslide_fem.planning.rungs import resolved
 from iceslide_fem.results import Run, read_run
@@ -156,7 +156,7 @@ def _run_point(scene: Scene, out: Path, force: bool, pictures: bool) -> dict[str
 
         def write() -> None:
             clear_results(out)
-            with Table(out / "history.csv", HistoryRow, 0) as history:
+            with Table(out / "history.csv", type(rows[0]), 0) as history:
                 for row in rows:
                     history.row(row)
             _finish(out, summary, pictures)

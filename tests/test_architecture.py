@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).parent.parent / "iceslide_fem"
 # From the ground up; a module or folder imports only what stands below its floor.
 FLOORS = [
     {"arrays", "errors", "launch"},
-    {"files", "materials", "options", "parallel", "progress", "screen"},
+    {"files", "laws", "materials", "options", "parallel", "progress", "screen"},
     {"folder", "scene", "fenics"},
     {"film", "results", "mesh"},
     {"rubber", "footprint", "roughness", "reference"},
@@ -30,7 +30,7 @@ FLOORS = [
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 # What needs no finite elements is usable without them, and starts fast.
 WITHOUT_FENICS = {"arrays", "errors", "launch", "files", "materials", "scene", "reference", "film"}
-WITHOUT_FENICS |= {"results", "footprint", "roughness", "report", "app", "commands", "cli"}
+WITHOUT_FENICS |= {"laws", "results", "footprint", "roughness", "report", "app", "commands", "cli"}
 FINITE_ELEMENTS = {
     "basix",
     "dolfinx",

@@ -138,6 +138,8 @@ def gathered(sliding: Sliding) -> dict[str, Any]:
     state, motion = memory.interface, memory.motion._asdict()
     nodes = {"start": memory.start} | {name: motion[name] for name in MOVES}
     films = {"log_height": state.log_height, "squeezed_height": state.squeezed_height}
+    if len(state.memory):
+        films["memory"] = state.memory
     return {
         "time": memory.time,
         "step": memory.step,
@@ -181,6 +183,7 @@ def resumed(block: Block, state: Mapping[str, Any]) -> Sliding:
                 films["squeezed_height"],
                 carrier.ice.restored(layouts.ice.own(state["ice"])),
                 carrier.rubber.restored(layouts.rubber.own(state["rubber"])),
+                films.get("memory", np.zeros((0, films["log_height"].size))),
             ),
             steady=state["steady"],
             way=state["way"],

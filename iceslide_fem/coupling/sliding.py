@@ -18,6 +18,7 @@ from iceslide_fem.coupling.state import Accepted, CoupledState, Memory
 from iceslide_fem.coupling.step_error import COUPLING, CouplingControl, StepError
 from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.film.friction import Sheared
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.interface.build import carrier_of
@@ -137,8 +138,7 @@ class Sliding:
 
     def shear(self, interface: InterfaceState, loads: ContactLoads) -> Array:
         """Friction stress on the ice at the points, (n,), Pa. Collective."""
-        height = self.carrier.film_height(interface, loads)
-        return self.block.friction.shear(loads.pressure, loads.speed, height)[0]
+        return self.carrier.sheared(interface, loads)(loads.pressure, loads.speed)[0]
 
     @property
     def moment(self) -> str:
@@ -176,6 +176,7 @@ class Sliding:
                 trial, following = self._try(dt)
             except (Refused, NotConverged) as reason:
                 values[:] = self.current.motion.displacements
+                self.block.stop_at_faults(self.moment)
                 if isinstance(reason, NotConverged):
                     self.block.equilibrium.forget()
                 self._dt = dt * (reason.factor if isinstance(reason, Refused) else 0.25)
@@ -233,9 +234,8 @@ class Sliding:
         self._allowed(interface_step, 1.0)
         iterations, mismatches = 0, []
         for _ in range(self._passes):
-            height = self.carrier.film_height(interface_step.step.state, loads)
-            height = height.reshape(block.surface.weights.shape)
-            iterations += self._balance(height, speed, load)
+            sheared = self.carrier.sheared(interface_step.step.state, loads)
+            iterations += self._balance(sheared, speed, load)
             loads = self._loads_after(dt, speed)
             corrected = self._advance_interface(loads, dt)
             mismatches.append(self._error.of_coupling(interface_step, corrected))
@@ -311,8 +311,8 @@ class Sliding:
         moment = self.motion_law.mass_moment(motion)
         return mechanics_of(self.block, shear, loads.area, kinetic_energy, moment)
 
-    def _balance(self, height: Array, speed: SpeedLaw, load: float) -> int:
-        """Equilibrium under the film's shear and `load` of the plate's force; its iterations.
+    def _balance(self, sheared: Sheared, speed: SpeedLaw, load: float) -> int:
+        """Equilibrium under the law's shear and `load` of the plate's force; its iterations.
 
         Where shear is faded in, it follows the pressure like a friction coefficient of several
         times mu, with which an equilibrium may end at a point that enters or leaves that range.
@@ -320,17 +320,16 @@ class Sliding:
         """
         block, values = self.block, self.block.rubber.u.x.array
         before, held = values.copy(), block.contact.pressure
-        friction = block.film_friction(height)
+        friction = block.friction_force(sheared)
         try:
-            law = block.film_shear(height, speed)
-            return block.balance(law, load, friction).iterations
+            return block.balance(block.sliding(sheared, speed), load, friction).iterations
         except NotConverged:
             values[:] = before
             block.equilibrium.forget()
-            law = block.held_shear(height, speed, held)
+            law = block.held(sheared, speed, held)
             iterations = block.balance(law, load, friction).iterations
-            ones, now = np.ones_like(height), block.contact
-            taken, due = (block.friction.shear(p, ones, height)[0] for p in (held, now.pressure))
+            ones, now = np.ones_like(held), block.contact
+            taken, due = (sheared(p, ones)[0] for p in (held, now.pressure))
             if not self._error.is_quiet(taken.ravel(), due.ravel(), now.area.ravel()):
                 raise
             return iterations

@@ -13,7 +13,7 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.energy import Energies
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.film.integrators import InterfaceState, error_norms
+from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.carriers import InterfaceStep
 from iceslide_fem.rubber.block import Block
 
@@ -68,17 +68,10 @@ class StepError:
     def of_film(self, interface_step: InterfaceStep, before: InterfaceState) -> float:
         """Local error of film and heat over a step from `before`; infinite if one has failed."""
         scale = np.full(interface_step.area.shape, self._temperature_scale)
-        error = error_norms(
-            interface_step.step,
-            interface_step.ice,
-            before,
-            interface_step.loads.free_height,
-            scale,
-            interface_step.rubber,
-        )
+        error = interface_step.local_error(before, scale)
         if not self._block.surface.comm.allreduce(bool(np.isfinite(error).all()), op=MPI.LAND):
             return np.inf
-        return self._mean(error, _friction(interface_step)) / self._local_tolerance
+        return self._mean(error, interface_step.friction()) / self._local_tolerance
 
     def of_motion(self, error: Array, dt: float, area: Array) -> float:
         """Error (m, of all dofs) of the block's motion: by its stress, and by its slip speed."""
@@ -93,8 +86,8 @@ class StepError:
 
     def of_coupling(self, before: InterfaceStep, after: InterfaceStep) -> float:
         """What one more pass over block and film has changed."""
-        change = after.step.state.log_height - before.step.state.log_height
-        return self._mean(change, _friction(after)) / (self._control.agreement * self._agreement)
+        change = after.change(before)
+        return self._mean(change, after.friction()) / (self._control.agreement * self._agreement)
 
     def of_energy(self, energies: Energies, dt: float, friction: float) -> float:
         """What is missing in the energies of a step of `dt` (s), or too much.
@@ -124,12 +117,3 @@ class StepError:
         own = np.array([float(weights @ np.abs(values)), float(weights.sum())])
         total = self._block.surface.comm.allreduce(own, op=MPI.SUM)
         return float(total[0] / total[1]) if total[1] > 0.0 else 0.0
-
-
-def _friction(interface_step: InterfaceStep) -> Array:
-    """Size of the friction force (N) under each film at the end of the step.
-
-    Rubber that springs back faster than the block slides is sheared the other way.
-    """
-    viscous = np.abs(interface_step.loads.viscous)
-    return interface_step.area * viscous * np.exp(-interface_step.step.state.log_height)

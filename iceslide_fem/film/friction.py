@@ -2,13 +2,47 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar, Protocol
 
 import numpy as np
 
 from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.film.integrators import InterfaceState, Loads
 from iceslide_fem.film.law import FilmLoads, film_loads
 from iceslide_fem.materials import WATER_VISCOSITY, ConstantContact, ContactTable
+
+# Shear (Pa) of pressures (Pa) and slip speeds (m/s), and its derivatives by both; arrays (n,) or
+# any other shape of as many.
+Sheared = Callable[[Array, Array], tuple[Array, Array, Array]]
+
+
+class Friction(Protocol):
+    """The law of a scene, as carriers and block know it."""
+
+    @property
+    def may_fail(self) -> bool:
+        """Whether the law is foreign code."""
+
+    @property
+    def fault(self) -> str | None:
+        """What such a law has done wrong, on this rank."""
+
+    def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
+        """ln h, H_s and memory of `n` points before anything has happened."""
+
+    def loads(self, pressure: Array, speed: Array) -> Loads:
+        """What acts under the law at local `pressure` (Pa) and `speed` (m/s)."""
+
+    def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
+        """Shear at points that have `state`, on ice of that temperature (K)."""
+
+    def at_start(self, film_height: float, n: int) -> Sheared:
+        """Shear of `n` points before anything has happened."""
+
+    def outside(self, pressure: Array) -> Mask:
+        """Where the law has no data of its own for the pressure."""
 
 
 @dataclass(frozen=True)
@@ -25,12 +59,36 @@ class FilmFriction:
     nominal: float | None
     ramp_pressure: float
     viscosity: float = WATER_VISCOSITY
+    may_fail: ClassVar[bool] = False
+    fault: ClassVar[str | None] = None
 
     def loads(self, pressure: Array, speed: Array) -> FilmLoads:
         """Loads of the film at local `pressure` (Pa) and `speed` (m/s)."""
         p, k, D, H_V, _ = self._parameters(pressure)
         ramp, _ = self._ramp(pressure)
         return film_loads(np.where(pressure > 0.0, p, 0.0), speed, ramp * k, D, H_V, self.viscosity)
+
+    def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
+        """Films of the height (m), nothing squeezed out; no memory."""
+        return np.full(n, np.log(film_height)), np.zeros(n), np.zeros((0, n))
+
+    def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
+        """Shear of films as they are in `state`, whatever the temperature."""
+        return self.over(np.exp(state.log_height))
+
+    def at_start(self, film_height: float, n: int) -> Sheared:
+        """Shear of `n` films of the height (m)."""
+        return self.over(np.full(n, film_height))
+
+    def over(self, film_height: Array) -> Sheared:
+        """Shear of films of these heights (n,), m."""
+
+        def shear(pressure: Array, speed: Array) -> tuple[Array, Array, Array]:
+            height = film_height.reshape(pressure.shape)
+            unit, slope = self.shear(pressure, np.ones_like(height), height)
+            return unit * speed, slope * speed, unit
+
+        return shear
 
     def shear(self, pressure: Array, speed: Array, film_height: Array) -> tuple[Array, Array]:
         """tau = k eta v / h (5.29), faded in with pressure (Pa), and d tau / d p."""

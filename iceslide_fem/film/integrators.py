@@ -9,19 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import reduce
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.law import (
-    FilmLoads,
-    FilmOnIce,
+    Film,
     FilmStage,
+    Remembered,
     explicit_stage,
     implicit_stage,
-    interpolate,
 )
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 
@@ -82,12 +81,32 @@ INTEGRATORS = {
 
 
 class InterfaceState(NamedTuple):
-    """History of the interface: ln h and H_s (m) per film, contents of heat of ice and rubber."""
+    """History of the interface: ln h and H_s (m) per film, contents of heat of ice and rubber.
+
+    memory: what a law of the scene's own remembers, (m, n); the film law nothing.
+    """
 
     log_height: Array
     squeezed_height: Array
     ice: Array
     rubber: Array = np.zeros((0, 1))
+    memory: Array = np.zeros((0, 1))
+
+
+class Loads(Protocol):
+    """What acts on the interface at an end of a step, and the law that it acts under."""
+
+    def at(self, end: Self, fraction: float) -> Self:
+        """Loads at `fraction` of a step that ends with `end`."""
+
+    def film(
+        self,
+        start: Remembered,
+        before: Remembered,
+        dt: Array | float,
+        stage: Callable[..., FilmStage],
+    ) -> Film:
+        """The law in an implicit stage of `dt` (s) from `start`, in a step that begins `before`."""
 
 
 class Step(NamedTuple):
@@ -111,8 +130,8 @@ class Step(NamedTuple):
 
 def advance(
     state: InterfaceState,
-    start: FilmLoads,
-    end: FilmLoads,
+    start: Loads,
+    end: Loads,
     dt: Array | float,
     ice: IceHeat,
     integrator: Integrator,
@@ -124,25 +143,21 @@ def advance(
     increments: list[InterfaceState] = []
     stages: list[FilmStage] = []
     for row, node in zip(integrator.rows, integrator.nodes, strict=True):
-        y, squeezed, in_ice, in_rubber = _combine(state, increments, row, diagonal)
-        loads = interpolate(start, end, node)
-        # What has been squeezed out stays out, also where a rising pressure lowers H_V.
-        loads = loads._replace(free_height=np.maximum(loads.free_height, state.squeezed_height))
-        film = FilmOnIce(integrator.stage, y, squeezed, stage_dt, loads)
-        new_ice, stage = ice.stage(in_ice, stage_dt, rubber.over(film, in_rubber))
-        new_rubber = rubber.heated(in_rubber, stage_dt, stage.rubber_flux)
-        stages.append(stage)
-        increments.append(
-            InterfaceState(
-                stage.log_height - y,
-                stage.squeezed_height - squeezed,
-                new_ice - in_ice,
-                new_rubber - in_rubber,
-            )
+        begin = _combine(state, increments, row, diagonal)
+        film = start.at(end, node).film(begin, state, stage_dt, integrator.stage)
+        new_ice, stage = ice.stage(begin.ice, stage_dt, rubber.over(film, begin.rubber))
+        new = InterfaceState(
+            stage.log_height,
+            stage.squeezed_height,
+            new_ice,
+            rubber.heated(begin.rubber, stage_dt, stage.rubber_flux),
+            stage.memory if len(begin.memory) else begin.memory,
         )
+        stages.append(stage)
+        increments.append(InterfaceState(*(b - a for a, b in zip(begin, new, strict=True))))
     last = stages[-1]
     return Step(
-        state=InterfaceState(last.log_height, last.squeezed_height, new_ice, new_rubber),
+        state=new,
         error=InterfaceState(
             *(
                 _sum(integrator.estimate, [one[i] for one in increments]) / diagonal
@@ -172,20 +187,34 @@ def error_norms(
     The last are relative to `temperature_scale` (K). Infinite where anything is not finite.
     """
 
+    parts = (
+        np.abs(step.error.log_height),
+        np.abs(step.error.squeezed_height) / free_height,
+        surface_errors(step, ice, start, temperature_scale, rubber),
+    )
+    error = reduce(np.maximum, parts)
+    good = np.isfinite(error) & np.isfinite(step.state.log_height)
+    return np.where(good, error, np.inf)
+
+
+def surface_errors(
+    step: Step,
+    ice: IceHeat,
+    start: InterfaceState,
+    temperature_scale: Array,
+    rubber: RubberHeat,
+) -> Array:
+    """Larger local error of the surface temperatures of ice and rubber, over the scale (K)."""
+
     def of_surface(body: IceHeat | RubberHeat, content: Array, error: Array) -> Array:
         # The estimate is linear in the content: take it as a difference of two temperatures.
         shifted = body.surface_temperature(content + error)
         return np.abs(shifted - body.surface_temperature(content)) / temperature_scale
 
-    parts = (
-        np.abs(step.error.log_height),
-        np.abs(step.error.squeezed_height) / free_height,
+    return np.maximum(
         of_surface(ice, start.ice, step.error.ice),
         of_surface(rubber, start.rubber, step.error.rubber),
     )
-    error = reduce(np.maximum, parts)
-    good = np.isfinite(error) & np.isfinite(step.state.log_height)
-    return np.where(good, error, np.inf)
 
 
 def surface_excess(step: Step, melting_temperature: Array | float) -> Array:

@@ -39,6 +39,22 @@ _FAR = 0.1
 _UNSETTLED = 8
 
 
+class Remembered(Protocol):
+    """History of films: ln h and H_s (m), and the memory (m, n) of a law of the scene's own."""
+
+    @property
+    def log_height(self) -> Array:
+        """ln(h / 1 m)."""
+
+    @property
+    def squeezed_height(self) -> Array:
+        """H_s, m."""
+
+    @property
+    def memory(self) -> Array:
+        """Of a law of the scene's own, (m, n)."""
+
+
 class FilmLoads(NamedTuple):
     """What acts on the film at each point; arrays of one shape.
 
@@ -50,6 +66,25 @@ class FilmLoads(NamedTuple):
     speed: Array
     squeeze_rate: Array
     free_height: Array
+
+    def at(self, end: FilmLoads, fraction: float) -> FilmLoads:
+        """Loads at `fraction` of a step that ends with `end`, on straight lines."""
+        return interpolate(self, end, fraction)
+
+    def film(
+        self,
+        start: Remembered,
+        before: Remembered,
+        dt: Array | float,
+        stage: Callable[..., FilmStage],
+    ) -> FilmOnIce:
+        """The film in a `stage` of `dt` (s) from `start`, in a step that begins `before`.
+
+        What has been squeezed out stays out, also where a rising pressure lowers H_V.
+        """
+        free = np.maximum(self.free_height, before.squeezed_height)
+        loads = self._replace(free_height=free)
+        return FilmOnIce(stage, start.log_height, start.squeezed_height, dt, loads)
 
 
 def squeeze_rate(pressure: T, D: T, viscosity: Any = WATER_VISCOSITY) -> T:
@@ -109,7 +144,8 @@ class FilmStage(NamedTuple):
     (K) without melting in this stage, to first order; melting, saturated: which switches are on;
     overfill: how far H_s would be above H_V (m, negative below) with unlimited free volume;
     ice_slope: resistance times the fall of q_ice with the surface's offset (1), 1 where it melts
-    and 0 elsewhere; rubber_flux: q_rubber (W/m2), a part of q_f, too, with heat in the rubber.
+    and 0 elsewhere; rubber_flux: q_rubber (W/m2), a part of q_f, too, with heat in the rubber;
+    memory: of a law of the scene's own, (m, n).
     """
 
     log_height: Array
@@ -123,10 +159,22 @@ class FilmStage(NamedTuple):
     overfill: Array
     ice_slope: Array
     rubber_flux: Array
+    memory: Array = np.zeros((0, 1))
 
 
 class Film(Protocol):
-    """The film in one implicit stage, as the body below it sees it."""
+    """The film (or a law of the scene's own) in one implicit stage, as the bodies see it.
+
+    log_height, dt: where the stage starts, ln(h / 1 m), and its length, s.
+    """
+
+    @property
+    def log_height(self) -> Array:
+        """ln(h / 1 m) at the start of the stage."""
+
+    @property
+    def dt(self) -> Array | float:
+        """Length of the stage, s."""
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
         """Film and energy balance above `ice`; iterations may start `near` a ln h."""

@@ -253,7 +253,11 @@ def simulate(
     active = np.arange(n)
     here = conditions
     state = InterfaceState(
-        np.log(here.initial_height), np.zeros(n), heat.initial(n), rubber.initial(n)
+        np.log(here.initial_height),
+        np.zeros(n),
+        heat.initial(n),
+        rubber.initial(n),
+        np.zeros((0, n)),
     )
     time = np.zeros(n)
     dt = FIRST_STEP * here.duration if fixed_step is None else np.full(n, fixed_step)

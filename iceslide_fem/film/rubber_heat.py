@@ -25,7 +25,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.law import Film, FilmOnIce, FilmStage, Surface
+from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.materials import MELTING_TEMPERATURE, WATER_CONDUCTIVITY, Solid
 
 # Passes over film law and conductance stop when ln h changes by no more than this. 1/G is a few
@@ -40,7 +40,7 @@ class RubberHeat(Protocol):
     def initial(self, n_points: int) -> Array:
         """Content of rubber at its initial temperature, under `n_points` contact points."""
 
-    def over(self, film: FilmOnIce, start: Array) -> Film:
+    def over(self, film: Film, start: Array) -> Film:
         """The film of one implicit stage below this rubber, whose content is `start`."""
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
@@ -68,7 +68,7 @@ class Insulated:
         """No content."""
         return np.zeros((0, n_points))
 
-    def over(self, film: FilmOnIce, start: Array) -> Film:
+    def over(self, film: Film, start: Array) -> Film:
         """The film itself."""
         return film
 
@@ -166,7 +166,7 @@ class RubberColumns:
         """Rubber at its initial temperature."""
         return self.column.initial(n_points)
 
-    def over(self, film: FilmOnIce, start: Array) -> Film:
+    def over(self, film: Film, start: Array) -> Film:
         """The film between ice and this rubber."""
         return FilmBetween(film, self.response(start, film.dt))
 
@@ -234,8 +234,18 @@ def parallel(ice: Surface, rubber: RubberSurface, log_height: Array) -> Parallel
 class FilmBetween(NamedTuple):
     """A film between ice and rubber: T_f and both fluxes (see the module's head)."""
 
-    film: FilmOnIce
+    film: Film
     rubber: RubberSurface
+
+    @property
+    def log_height(self) -> Array:
+        """ln h at the start of the stage."""
+        return self.film.log_height
+
+    @property
+    def dt(self) -> Array | float:
+        """Length of the stage, s."""
+        return self.film.dt
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
         """Film and conductance in turn, from the stage's own height or `near` another ln h.

@@ -134,7 +134,11 @@ def _pass(
     lines, columns = pressure.shape
     height, sliding = np.full(lines, ride.initial_height), np.full(lines, ride.sliding_speed)
     state = InterfaceState(
-        np.log(height), np.zeros(lines), ice.initial(lines), INSULATED.initial(lines)
+        np.log(height),
+        np.zeros(lines),
+        ice.initial(lines),
+        INSULATED.initial(lines),
+        np.zeros((0, lines)),
     )
     dt = np.full(lines, passing)
     share, covered = ride.water_share, np.zeros(lines, dtype=bool)

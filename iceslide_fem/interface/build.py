@@ -7,6 +7,7 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.conditions import half_film, rubber_columns
+from iceslide_fem.film.friction import FilmFriction
 from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints, OwnColumns
 from iceslide_fem.interface.ice_continuum import Continuum
@@ -52,6 +53,8 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     temperature, solid = scene.ice.temperature, scene.ice.solid
     _, footprint = _footprint(block)
     lines = window_lines(scene, footprint)
+    # What a law of the scene's own remembers stays with the rubber.
+    carrier = scene.film.carrier if scene.friction.law == "film" else "rubber"
     # no ice is there longer
     passing = np.minimum(duration, passing_time(scene, float(np.ptp(lines[0])), longest=True))
     ice: Continuum | GridColumns
@@ -62,9 +65,9 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
         count = int(np.prod([line.size for line in lines]))
         own = np.array_split(np.arange(count), comm.size)[comm.rank]
         grid = SurfaceGrid(lines, own, comm)
-        columns = GridColumns if scene.film.carrier == "ice" else GridColumnsUnderPoints
+        columns = GridColumns if carrier == "ice" else GridColumnsUnderPoints
         ice = columns(grid, temperature, passing, solid)
-    if scene.film.carrier == "rubber":
+    if not isinstance(block.friction, FilmFriction) or carrier == "rubber":
         return OnRubber(block.friction, ice, rubber_columns(scene, duration))
     rubber = None
     if scene.rubber.heat:

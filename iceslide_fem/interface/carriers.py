@@ -15,14 +15,15 @@ states that they are given and give.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from iceslide_fem.arrays import Array
+from iceslide_fem.film.friction import Friction, Sheared
 from iceslide_fem.film.ice_heat import IceHeat
-from iceslide_fem.film.integrators import Integrator, InterfaceState, Step
-from iceslide_fem.film.law import FilmLoads
+from iceslide_fem.film.integrators import Integrator, InterfaceState, Step, error_norms
+from iceslide_fem.film.own_law import own_error, shear_change
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile
 
@@ -58,14 +59,48 @@ class Shifted(NamedTuple):
 class InterfaceStep(NamedTuple):
     """Film and heat over a step: the step, what each film stands for (m2), loads at its end.
 
-    ice, rubber: the bodies as the films met them.
+    loads are `FilmLoads`; ice, rubber: the bodies as the films met them.
     """
 
     step: Step
     area: Array
-    loads: FilmLoads
+    loads: Any
     ice: IceHeat
     rubber: RubberHeat
+
+    def local_error(self, before: InterfaceState, scale: Array) -> Array:
+        """Relative local errors (n,) over the step from `before`; `scale` of temperatures, K."""
+        free = self.loads.free_height
+        return error_norms(self.step, self.ice, before, free, scale, self.rubber)
+
+    def friction(self) -> Array:
+        """Size of the friction force (N) under each film at the end of the step.
+
+        Rubber that springs back faster than the block slides is sheared the other way.
+        """
+        viscous = np.abs(self.loads.viscous)
+        return np.asarray(self.area * viscous * np.exp(-self.step.state.log_height))
+
+    def change(self, before: InterfaceStep) -> Array:
+        """By what share (n,) the shear differs from that of another trial of the step."""
+        return self.step.state.log_height - before.step.state.log_height
+
+
+class OwnStep(InterfaceStep):
+    """The same of a law of the scene's own; loads are `OwnLoads`."""
+
+    def local_error(self, before: InterfaceState, scale: Array) -> Array:
+        """Relative local errors (n,), as far as they change the shear."""
+        return own_error(self.step, self.loads, self.ice, before, scale, self.rubber)
+
+    def friction(self) -> Array:
+        """Size of the friction force (N) at each point at the end of the step."""
+        speed = np.maximum(np.abs(self.loads.speed), 1e-300)
+        return np.asarray(self.area * self.step.last.friction_power / speed)
+
+    def change(self, before: InterfaceStep) -> Array:
+        """By what share (n,) the shear differs from that of another trial of the step."""
+        return shear_change(self.step, self.loads, self.ice, before.step.state)
 
 
 class Ice(Protocol):
@@ -137,6 +172,9 @@ class Carrier(Protocol):
     ) -> InterfaceStep:
         """Advance films and ice by `dt` (s) while the rubber goes from `start` to `end`."""
 
+    def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
+        """Shear at the rubber's points on an interface in `state`. Collective."""
+
     def film_height(self, state: InterfaceState, contact: ContactLoads) -> Array:
         """Film height that shears the rubber at its points, (n,), m."""
 
@@ -164,6 +202,9 @@ class Carrier(Protocol):
         """State and offset after the window has caught up with the block by whole cells."""
 
 
-def fresh(film_height: float, n: int, ice: Array, rubber: Array) -> InterfaceState:
+def fresh(
+    friction: Friction, film_height: float, n: int, ice: Array, rubber: Array
+) -> InterfaceState:
     """`n` films of `film_height` (m), nothing squeezed out, on the contents of ice and rubber."""
-    return InterfaceState(np.full(n, np.log(film_height)), np.zeros(n), ice, rubber)
+    log_height, squeezed, memory = friction.initial(film_height, n)
+    return InterfaceState(log_height, squeezed, ice, rubber, memory)

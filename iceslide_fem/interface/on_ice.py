@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from iceslide_fem.arrays import Array, Mask
-from iceslide_fem.film.friction import FilmFriction
+from iceslide_fem.film.friction import FilmFriction, Sheared
 from iceslide_fem.film.integrators import Integrator, InterfaceState, advance
 from iceslide_fem.film.law import FilmLoads
 from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep, Shifted, fresh
@@ -46,7 +46,8 @@ class OnIce:
     def start(self, film_height: float, n_points: int) -> InterfaceState:
         """Films of the initial height (m) on cold ice; `n_points` of rubber, as cold."""
         n = self.ice.grid.own.size
-        return fresh(film_height, n, self.ice.initial(n), self.rubber.initial(n_points))
+        contents = self.ice.initial(n), self.rubber.initial(n_points)
+        return fresh(self._friction, film_height, n, *contents)
 
     def pass_over(
         self,
@@ -66,6 +67,10 @@ class OnIce:
         rubber = self.rubber.above(passed_over(grid, start, end))
         step = advance(state, first, last, dt, ice, integrator, rubber)
         return InterfaceStep(step, area, last, ice, rubber)
+
+    def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
+        """Shear under the films around each point. Collective."""
+        return self._friction.over(self.film_height(state, contact))
 
     def film_height(self, state: InterfaceState, contact: ContactLoads) -> Array:
         """Harmonic mean of the films around each point. Collective."""
@@ -136,7 +141,9 @@ class OnIce:
         fresh, water = float(np.log(self._fresh_height)), moved(state.squeezed_height, 0.0)
         left = float(grid.cell_area @ grid.allgather(state.squeezed_height - water))
         heat = self.ice.shifted(state.ice, cells)
-        after = InterfaceState(moved(state.log_height, fresh), water, heat, state.rubber)
+        after = InterfaceState(
+            moved(state.log_height, fresh), water, heat, state.rubber, state.memory
+        )
         return Shifted(after, rest, left)
 
     def _on_nodes(self, contact: ContactLoads) -> tuple[Mask, FilmLoads]:

@@ -5,10 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.film.friction import FilmFriction
+from iceslide_fem.film.friction import Friction, Sheared
 from iceslide_fem.film.integrators import Integrator, InterfaceState, advance
+from iceslide_fem.film.own_law import OwnFriction, OwnLoads
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
-from iceslide_fem.interface.carriers import ContactLoads, Ice, InterfaceStep, Shifted, fresh
+from iceslide_fem.interface.carriers import (
+    ContactLoads,
+    Ice,
+    InterfaceStep,
+    OwnStep,
+    Shifted,
+    fresh,
+)
 from iceslide_fem.interface.surface_grid import Contacts, Placement
 from iceslide_fem.interface.window import PassingIce, passed_over, reaches, whole_cells
 
@@ -20,7 +28,7 @@ class Attached:
 
     def __init__(
         self,
-        friction: FilmFriction,
+        friction: Friction,
         ice: Ice,
         at: Placement,
         rubber: RubberColumns | Insulated = INSULATED,
@@ -28,11 +36,12 @@ class Attached:
         """`at` is where the points lie on the ice."""
         self.ice, self.rubber = ice, rubber
         self._friction, self._at = friction, at
+        self._filmless = isinstance(friction, OwnFriction)
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
         """Films of the initial height (m) on cold ice, under rubber as cold."""
         contents = self.ice.initial(n_points), self.rubber.initial(n_points)
-        return fresh(film_height, n_points, *contents)
+        return fresh(self._friction, film_height, n_points, *contents)
 
     def pass_over(
         self,
@@ -51,11 +60,18 @@ class Attached:
         ice, rubber = self.ice.under(contacts), self.rubber.covered(cover)
         first, last = (self._friction.loads(one.pressure, one.speed) for one in (start, end))
         step = advance(state, first, last, dt, ice, integrator, rubber)
-        return InterfaceStep(step, contacts.area, last, ice, rubber)
+        kind = OwnStep if isinstance(last, OwnLoads) else InterfaceStep
+        return kind(step, contacts.area, last, ice, rubber)
+
+    def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
+        """Shear under the points' own films, or law. Collective."""
+        return self._friction.sheared(state, lambda: self.ice_temperature(state, contact))
 
     def film_height(self, state: InterfaceState, contact: ContactLoads) -> Array:
-        """The points' own films."""
-        return np.exp(state.log_height)
+        """The points' own films; NaN where a law of the scene's own knows none."""
+        return (
+            np.exp(state.log_height) if not self._filmless else np.full_like(contact.area, np.nan)
+        )
 
     def at_points(self, values: Array, contact: ContactLoads) -> Array:
         """The points' own values."""
@@ -96,7 +112,7 @@ class OnRubber(Attached):
 
     def __init__(
         self,
-        friction: FilmFriction,
+        friction: Friction,
         ice: PassingIce,
         rubber: RubberColumns | Insulated = INSULATED,
     ) -> None:

@@ -59,7 +59,8 @@ def rungs(
     numerics, own_mesh = scene.numerics, scene.rubber.mesh is not None
     attached = scene.ice.motion == "attached"
     # where ice passes, a point stands for it by the time that it is below the block
-    has_point = attached or (scene.film.carrier == "ice" and not scene.rubber.heat and not own_mesh)
+    on_ice = scene.film.carrier == "ice" and scene.friction.law == "film"
+    has_point = attached or (on_ice and not scene.rubber.heat and not own_mesh)
     half_space = attached and not scene.rubber.heat
     refinements = sorted({float(np.clip(f * numerics.refinement, *REFINEMENTS)) for f in factors})
     if own_mesh:
@@ -198,6 +199,8 @@ def write_scene(source: Path, overrides: Sequence[str], rung: Rung, path: Path) 
     scene = load_scene(source, overrides)
     for (table, key), file in scene.files.items():
         put(document, f"{table}.{key}", str(file.resolve()))
+    if ":" in scene.friction.law:
+        put(document, "friction.law", scene.friction.law)
     document["model"] = rung.model
     changes = [f"ice.heat={rung.heat}"]
     if rung.model != "point" and rung.refinement != scene.numerics.refinement:

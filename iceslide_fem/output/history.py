@@ -11,8 +11,9 @@ from iceslide_fem.coupling.ledger import Ledger
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import Accepted, CoupledState
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.film.own_law import OwnFriction
 from iceslide_fem.materials import ZERO_CELSIUS
-from iceslide_fem.output.table import HistoryRow, PreloadRow
+from iceslide_fem.output.table import HistoryRow, PreloadRow, row_of
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import ContactState
 from iceslide_fem.rubber.press import PathPoint
@@ -57,7 +58,7 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Hi
         block.scale * block.surface.total(current.interface.squeezed_height, area)
         for area in carrier.water_areas(current.loads)
     )
-    return HistoryRow(
+    values = HistoryRow(
         time_s=current.time,
         step_s=accepted.dt if accepted else 0.0,
         slip_m=load.speeds.integral(current.time),
@@ -86,6 +87,8 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Hi
         water_left_m3=beside + ledger.lost_water,
         newton_iterations=accepted.iterations if accepted else 0,
     )
+    memory = {name: mean(field) for name, field in _memory(sliding).items()}
+    return row_of(values._asdict(), memory)
 
 
 def interface_fields(sliding: Sliding, accepted: Accepted | None) -> dict[str, Array]:
@@ -107,6 +110,7 @@ def interface_fields(sliding: Sliding, accepted: Accepted | None) -> dict[str, A
         "melted (1)": melted,
         "saturated (1)": saturated,
     }
+    fields |= _memory(sliding)
     touching = current.contact.pressure > 0.0
     return {
         name: np.where(touching | (name in always), np.reshape(values, shape), np.nan)
@@ -114,11 +118,24 @@ def interface_fields(sliding: Sliding, accepted: Accepted | None) -> dict[str, A
     }
 
 
+def memory_names(sliding: Sliding) -> tuple[str, ...]:
+    """What the scene's own law remembers; nothing with the film's."""
+    friction = sliding.block.friction
+    return tuple(friction.law.fields) if isinstance(friction, OwnFriction) else ()
+
+
+def _memory(sliding: Sliding) -> dict[str, Array]:
+    """Values of the law's memory at the points, (n,)."""
+    memory = sliding.current.interface.memory
+    return dict(zip(memory_names(sliding), memory, strict=False))
+
+
 def thinnest_film(sliding: Sliding) -> float:
     """Smallest film height where there is contact, m; infinite where there is none. Collective."""
     current = sliding.current
     height = sliding.carrier.film_height(current.interface, current.loads)
-    own = float(height[current.loads.pressure > 0.0].min(initial=np.inf))
+    touching = height[current.loads.pressure > 0.0]
+    own = float(np.fmin.reduce(touching, initial=np.inf))  # NaN where there are no films
     return sliding.block.surface.comm.allreduce(own, op=MPI.MIN)
 
 

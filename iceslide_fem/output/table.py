@@ -5,10 +5,12 @@ from __future__ import annotations
 import contextlib
 import csv
 import os
-from collections.abc import Sequence
+from collections import namedtuple
+from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple, Self, TextIO
+from typing import Any, NamedTuple, Self, TextIO, cast
 
 import numpy as np
 
@@ -50,6 +52,21 @@ class HistoryRow(NamedTuple):
     water_below_m3: float
     water_left_m3: float
     newton_iterations: int
+
+
+def row_of(values: Mapping[str, Any], memory: Mapping[str, float]) -> HistoryRow:
+    """A row of known `values`, 0 elsewhere, and behind them what a law of its own remembers."""
+    columns = {name: values.get(name, 0.0) for name in HistoryRow._fields}
+    kind = row_type(tuple(memory))
+    return kind(**columns, **cast("dict[str, Any]", memory))
+
+
+@cache
+def row_type(memory: tuple[str, ...]) -> type[HistoryRow]:
+    """`HistoryRow`, with columns behind its own for the `memory` of a law of its own."""
+    if not memory:
+        return HistoryRow
+    return cast("type[HistoryRow]", namedtuple("HistoryRow", [*HistoryRow._fields, *memory]))  # noqa: PYI024
 
 
 class PreloadRow(NamedTuple):

@@ -9,9 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from iceslide_fem.arrays import Array, Index
+from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
-from iceslide_fem.film.friction import FilmFriction
+from iceslide_fem.film.friction import FilmFriction, Friction, Sheared
+from iceslide_fem.film.own_law import OwnFriction, law_of
 from iceslide_fem.mesh.ice import window_cell
 from iceslide_fem.mesh.profile import CONTACT_HEIGHT
 from iceslide_fem.mesh.rubber import nominal_area, rubber_mesh
@@ -61,7 +63,7 @@ class Block:
     rubber: HyperelasticBody
     surface: ContactSurface
     equilibrium: Equilibrium
-    friction: FilmFriction
+    friction: Friction
     area: float
     force: float
     scale: float
@@ -82,36 +84,45 @@ class Block:
         scale = min(EQUILIBRIUM_SHARE * force, FRICTION_SHARE * friction)
         return self.equilibrium.solve(force, law, self.scene.numerics.tolerance * scale)
 
-    def film_friction(self, film_height: Array) -> float:
-        """Friction force (N, of the mesh) at the mean speed over films (f, q), m. Collective."""
+    def friction_force(self, sheared: Sheared) -> float:
+        """Friction force (N, of the mesh) at the mean speed. Collective."""
         contact = self.contact
-        speed = np.full_like(film_height, self.scene.load.speeds.mean)
-        shear, _ = self.friction.shear(contact.pressure, speed, film_height)
-        return self.surface.total(shear, contact.area)
+        speed = np.full_like(contact.pressure, self.scene.load.speeds.mean)
+        return self.surface.total(sheared(contact.pressure, speed)[0], contact.area)
 
     def static(self, pressure: Array, displacement: Array) -> Traction:
         """Static friction of the press phase."""
         coefficient = self.scene.load.static_friction
         return static_friction(pressure, displacement, coefficient, STICK_SHARE * self.height)
 
-    def film_shear(self, film_height: Array, speed: SpeedLaw) -> TractionLaw:
-        """The film's shear at heights (f, q), m, and slip speeds that may follow the rubber."""
-
-        ones = np.ones_like(film_height)
+    def sliding(self, sheared: Sheared, speed: SpeedLaw) -> TractionLaw:
+        """Traction of the shear at slip speeds that may follow the rubber."""
 
         def law(pressure: Array, displacement: Array) -> Traction:
-            return _slipping(*self.friction.shear(pressure, ones, film_height), speed, displacement)
+            slip, slope = speed(displacement[..., 0])
+            return _slipping(*sheared(pressure, slip), slope, displacement.shape[-1])
 
         return law
 
-    def held_shear(self, film_height: Array, speed: SpeedLaw, pressure: Array) -> TractionLaw:
-        """The film's shear under pressures (f, q), Pa, that are held, whatever the present ones."""
-        unit, _ = self.friction.shear(pressure, np.ones_like(film_height), film_height)
+    def held(self, sheared: Sheared, speed: SpeedLaw, pressure: Array) -> TractionLaw:
+        """The same under pressures (f, q), Pa, that are held, whatever the present ones."""
 
         def law(_: Array, displacement: Array) -> Traction:
-            return _slipping(unit, np.zeros_like(unit), speed, displacement)
+            slip, slope = speed(displacement[..., 0])
+            shear, by_pressure, by_speed = sheared(pressure, slip)
+            still = np.zeros_like(by_pressure)
+            return _slipping(shear, still, by_speed, slope, displacement.shape[-1])
 
         return law
+
+    def stop_at_faults(self, moment: str) -> None:
+        """Raise SimulationStopped, on all ranks, if the scene's own law is at fault. Collective."""
+        faults = self.surface.comm.allgather(self.friction.fault) if self.friction.may_fail else []
+        found = [(rank, fault) for rank, fault in enumerate(faults) if fault]
+        if found:
+            rank, fault = found[0]
+            where = f" (on rank {rank} of {len(faults)})" if len(faults) > 1 else ""
+            raise SimulationStopped(f"{fault}{where}; the run stops at {moment}")
 
     def limit_met(self) -> str:
         """What the block gives way by at the present displacements. Collective."""
@@ -155,6 +166,16 @@ class Block:
         return self.scale * self.surface.total(contact.pressure, contact.area)
 
 
+def film_friction(scene: Scene) -> FilmFriction:
+    """The film law of the scene."""
+    return FilmFriction(
+        scene.contact_parameters,
+        scene.load.pressure if scene.film.pressure == "nominal" else None,
+        scene.numerics.shear_ramp_pressure or default_ramp(scene),
+        scene.water.viscosity,
+    )
+
+
 def default_ramp(scene: Scene) -> float:
     """Pressure (Pa) up to which shear is faded in: from the shear at h0 and the nominal pressure,
     k eta v / h0; at most that pressure. Of loads that go in time the least pressure, the top speed.
@@ -170,6 +191,7 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
 
     Raises SceneError if the user's mesh can't be used or a run needs more memory than there is.
     """
+    own = law_of(scene)
     from_root(lambda: check_memory(scene), comm)
     mesh = rubber_mesh(scene, comm)
     material = scene.mooney_rivlin
@@ -196,18 +218,12 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     else:
         scale = 2.0 if "symmetry" in mesh.tags else 1.0
     pressure = scene.load.pressures.first
-    friction = FilmFriction(
-        scene.contact_parameters,
-        pressure if scene.film.pressure == "nominal" else None,
-        scene.numerics.shear_ramp_pressure or default_ramp(scene),
-        scene.water.viscosity,
-    )
     return Block(
         scene,
         rubber,
         surface,
         Equilibrium(rubber, surface, penalty),
-        friction,
+        film_friction(scene) if own is None else OwnFriction(own, scene.ice.temperature),
         area,
         pressure * area,
         scale,
@@ -228,10 +244,12 @@ def _facets_near_ice(rubber: HyperelasticBody, height: float) -> Index:
 
 
 def _slipping(
-    unit: Array, unit_by_pressure: Array, speed: SpeedLaw, displacement: Array
+    shear: Array, by_pressure: Array, by_speed: Array, slope: float, components: int
 ) -> Traction:
-    """Traction of a shear `unit` per slip speed, Pa/(m/s), with its derivative by pressure."""
-    slip, slope = speed(displacement[..., 0])
-    traction = sliding_friction(unit * slip, unit_by_pressure * slip, displacement.shape[-1])
-    traction.by_displacement[..., 0, 0] = -unit * slope
+    """Traction of a shear (Pa), with its derivatives by pressure, speed, and so by displacement.
+
+    `slope` is that of the slip speed by the displacement, 1/s.
+    """
+    traction = sliding_friction(shear, by_pressure, components)
+    traction.by_displacement[..., 0, 0] = -by_speed * slope
     return traction

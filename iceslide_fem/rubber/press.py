@@ -74,18 +74,18 @@ def start_sliding(
     Raises SimulationStopped where no equilibrium is found, and what `before` raises.
     """
     scene = block.scene
-    height = np.full(block.surface.weights.shape, scene.initial_height)
+    sheared = block.friction.at_start(scene.initial_height, block.surface.n_points)
 
     def solve(path: float) -> Solution:
         share = path**2 * (3.0 - 2.0 * path)
-        speed = np.full_like(height, share * scene.load.speeds.first)
-        film = block.film_shear(height, lambda _: (speed, 0.0))
+        speed = np.full(block.surface.weights.shape, share * scene.load.speeds.first)
+        film = block.sliding(sheared, lambda _: (speed, 0.0))
 
         def law(pressure: Array, displacement: Array) -> Traction:
             slipping = film(pressure, displacement)
             return blend(block.static(pressure, displacement), slipping, share)
 
-        solution = block.balance(law, friction=block.film_friction(height))
+        solution = block.balance(law, friction=block.friction_force(sheared))
         observe(PathPoint("ramp", 1.0, share, law, solution))
         return solution
 
@@ -116,6 +116,7 @@ def _follow(
             solution = solve(path)
         except NotConverged as reason:
             values[:] = start
+            block.stop_at_faults(where(path))
             block.equilibrium.forget()
             step *= 0.5
             if step < SMALLEST_PATH_STEP * first:

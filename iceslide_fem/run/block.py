@@ -15,11 +15,11 @@ from iceslide_fem.coupling.sliding import Refusal, Sliding
 from iceslide_fem.errors import Interrupted, OutputError, SceneError, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.folder import clear_results
-from iceslide_fem.output.history import preload_row, slide_row
+from iceslide_fem.output.history import memory_names, preload_row, slide_row
 from iceslide_fem.output.log import Log
 from iceslide_fem.output.probes import ProbeRow, Probes
 from iceslide_fem.output.summary import leave_word
-from iceslide_fem.output.table import HistoryRow, PreloadRow, Table, size_of_rows
+from iceslide_fem.output.table import PreloadRow, Table, row_type, size_of_rows
 from iceslide_fem.parallel import failing_together, from_root
 from iceslide_fem.rubber.block import Block, build_block
 from iceslide_fem.rubber.press import PathPoint, press, start_sliding
@@ -138,7 +138,9 @@ def _before(
         ledger = Ledger(sliding)
         ledger.restore(state["ledger"])
         results.restore(state["results"])
-        size_of_rows(out / "history.csv", HistoryRow._fields, len(results.rows))
+        size_of_rows(
+            out / "history.csv", row_type(memory_names(sliding))._fields, len(results.rows)
+        )
         if state["probes"]:
             size_of_rows(out / "probes.csv", ProbeRow._fields, state["probes"])
     return sliding, ledger
@@ -155,7 +157,8 @@ def _slide(
     watch.log("slide", time_s=sliding.current.time, unknowns=results.dofs)
     with ExitStack() as open_files:
         rows = len(results.rows) if state else None
-        history = open_files.enter_context(Table(out / "history.csv", HistoryRow, comm.rank, rows))
+        kind = row_type(memory_names(sliding))
+        history = open_files.enter_context(Table(out / "history.csv", kind, comm.rank, rows))
         earlier = from_root(lambda: fields_there(out, state), comm)
         fields = FieldSeries(out / "fields", sliding, earlier, watch.log)
         probing = ProbeSeries(out / "probes.csv", probes, state.get("probes"), comm.rank)

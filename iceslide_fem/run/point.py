@@ -17,11 +17,13 @@ from iceslide_fem.film.conditions import (
 )
 from iceslide_fem.film.doubts import doubts
 from iceslide_fem.film.ice_heat import Column, HalfSpace
+from iceslide_fem.film.own_law import law_of
 from iceslide_fem.film.point import ICE_MODELS, Conditions, PointResult, Record, simulate
 from iceslide_fem.launch import rank
 from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.output.table import HistoryRow
 from iceslide_fem.progress import LongTask
+from iceslide_fem.run.own_point import own_history
 from iceslide_fem.scene import Scene
 
 # Columns of a history that are means over the contact, and those that switch within none of its
@@ -42,6 +44,8 @@ def point_history(scene: Scene) -> tuple[list[HistoryRow], dict[str, Any]]:
     J; contact is complete. Ice that slides is run for the time that it is below the block, and the
     rows are the block's (`block_rows`). Raises SimulationStopped where the film cannot be advanced.
     """
+    if (law := law_of(scene)) is not None:
+        return own_history(scene, law)
     conditions = scene_conditions(scene)
     history = _History(scene, conditions)
     settings = simulation_settings(scene)

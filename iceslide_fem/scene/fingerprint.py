@@ -20,6 +20,9 @@ def scene_hash(scene: Scene) -> str:
     del content["name"], content["output"]
     for (table, key), path in scene.files.items():
         content[table][key] = hashlib.sha256(path.read_bytes()).hexdigest()
+    if ":" in scene.friction.law:
+        path, name = scene.friction.law_file
+        content["friction"]["law"] = f"{hashlib.sha256(path.read_bytes()).hexdigest()}:{name}"
     return _hash(content)
 
 

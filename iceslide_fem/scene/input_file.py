@@ -13,12 +13,16 @@ from iceslide_fem.errors import SceneError
 LARGEST_TEXT = 10_000_000  # bytes
 
 
-def _regular(path: Path) -> Path:
+def is_regular(path: Path) -> bool:
+    """Whether `path` is a regular file that can be looked at."""
     try:
-        regular = path.is_file()
-    except OSError:  # a name too long, a folder one may not look into
-        regular = False
-    if not regular:
+        return path.is_file()
+    except (OSError, ValueError):  # a name too long, a folder one may not look into
+        return False
+
+
+def _regular(path: Path) -> Path:
+    if not is_regular(path):
         raise PydanticCustomError("path_not_file", "is not a file")
     return path
 

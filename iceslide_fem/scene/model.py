@@ -37,6 +37,7 @@ from iceslide_fem.materials import (
     Solid,
 )
 from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.friction import Friction
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.load import Load
 from iceslide_fem.scene.outline_file import read_outline
@@ -71,6 +72,7 @@ FILE_KEYS = (
     ("rubber", "mesh"),
     ("rubber", "outline"),
     ("film", "contact"),
+    ("friction", "table"),
 )  # table and key of what names a file
 # of what may name a file of rows
 TABLE_KEYS = (("load", "pressure"), ("load", "speed"), ("film", "initial_height"))
@@ -348,6 +350,7 @@ class Scene(Table):
     ice: Ice = Ice()
     water: Water = Water()
     film: Film = Film()
+    friction: Friction = Friction()
     numerics: Numerics = Numerics()
     output: Output = Output()
 
@@ -425,6 +428,12 @@ class Scene(Table):
 
     def _passes_below_a_point(self) -> None:
         """Raise ValueError where the time below the block does not say what the ice has seen."""
+        if self.friction.law != "film":
+            raise ValueError(
+                f'friction.law = "{self.friction.law}" and model = "point" contradict each other '
+                "where ice slides: what a law remembers stays with the rubber, and the ice does "
+                'not; allowed: model = "slice" or "block", or ice.motion = "attached"'
+            )
         if self.film.carrier == "rubber":
             raise ValueError(
                 'film.carrier = "rubber" and model = "point" contradict each other where ice '

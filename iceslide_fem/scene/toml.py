@@ -50,6 +50,9 @@ def read_scene(path: Path | str, overrides: Sequence[str] = ()) -> dict[str, Any
         values = data.get(table)
         if isinstance(values, dict) and names_a_file(values.get(name)):
             values[name] = str(path.parent / values[name])
+    law = data.get("friction")
+    if isinstance(law, dict) and ":" in str(law.get("law", "")):
+        law["law"] = str(path.parent / law["law"])
     for change in overrides:
         override(data, change)
     _check_depth(path, data)

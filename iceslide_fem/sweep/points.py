@@ -29,8 +29,9 @@ def simulate_points(scenes: Sequence[Scene]) -> list[CaseResult]:
     groups: dict[tuple[Any, ...], list[int]] = {}
     outcomes: list[CaseResult] = [CaseResult(FAILED)] * len(scenes)
     for number, scene in enumerate(scenes):
-        # means over a block, each over its own transit; loads that go in time, each in its own
-        if scene.ice.motion == "sliding" or scene.load.changes:
+        # means over a block, each over its own transit; loads that go in time and laws of one's
+        # own, each with their own steps
+        if scene.ice.motion == "sliding" or scene.load.changes or scene.friction.law != "film":
             outcomes[number] = _alone(scene)
             continue
         settings = simulation_settings(scene)

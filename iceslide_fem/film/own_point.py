@@ -1,0 +1,90 @@
+"""A law of the scene's own at one point of the contact, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.errors import NotConverged, SimulationStopped
+from iceslide_fem.film.ice_heat import IceHeat
+from iceslide_fem.film.integrators import Integrator, InterfaceState, Step, advance
+from iceslide_fem.film.own_law import OwnFriction, OwnLoads, own_error
+from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
+from iceslide_fem.film.step_control import step_factor
+
+FIRST_STEP, SHORTEST_STEP, LONGEST_STEP = 1e-5, 1e-13, 0.01  # of the duration
+
+
+class Moment(NamedTuple):
+    """A point at a time (s): the step that led there and its length (None and 0 at the start)."""
+
+    time: float
+    dt: float
+    state: InterfaceState
+    shear: float
+    step: Step | None
+
+
+def moments(
+    friction: OwnFriction,
+    pressure: float,
+    speed: float,
+    duration: float,
+    ice: IceHeat,
+    integrator: Integrator,
+    tolerance: float,
+    temperature_scale: float,
+    rubber: RubberHeat = INSULATED,
+    max_step: float | None = None,
+) -> Iterator[Moment]:
+    """The start and every accepted step at a constant pressure (Pa) and slip speed (m/s).
+
+    `tolerance` is the relative error of mu aimed at, `temperature_scale` (K) that of surface
+    temperatures; without an estimate of the integrator all steps are `max_step` (s). Raises
+    SimulationStopped where the law is at fault or no step is short enough.
+    """
+    law = friction.law
+    loads = OwnLoads(law, np.array([pressure]), np.array([speed]))
+    log_height, squeezed, memory = friction.initial(1.0, 1)
+    state = InterfaceState(log_height, squeezed, ice.initial(1), rubber.initial(1), memory)
+    longest = max_step or LONGEST_STEP * duration
+    adaptive, time = bool(integrator.estimate), 0.0
+    dt = min(FIRST_STEP * duration, longest) if adaptive else longest
+
+    def moment(step: Step | None, length: float) -> Moment:
+        warm = ice.surface_temperature(state.ice)
+        shear = law.shear(loads.pressure, loads.speed, state.memory, warm)[0]
+        _stop_at_fault(friction, time)
+        return Moment(time, length, state, float(shear[0]), step)
+
+    yield moment(None, 0.0)
+    while time < duration:
+        dt = min(dt, duration - time)
+        ends = dt == duration - time
+        try:
+            step = advance(state, loads, loads, dt, ice, integrator, rubber)
+            scale = np.array([temperature_scale])
+            error = float(own_error(step, loads, ice, state, scale, rubber)[0])
+        except NotConverged:
+            error = np.inf
+        _stop_at_fault(friction, time)
+        error = error / (integrator.share * tolerance) if adaptive else 0.0
+        following = dt * float(step_factor(error, max(integrator.estimate_order, 1)))
+        if error > 1.0:
+            dt = following
+            if dt < SHORTEST_STEP * duration:
+                raise SimulationStopped(
+                    f"the friction law {law.name} cannot be advanced beyond t = {time:.4g} s: even "
+                    f"steps of {dt:.2g} s miss the tolerance"
+                )
+            continue
+        time, state = duration if ends else time + dt, step.state
+        yield moment(step, dt)
+        dt = min(following, longest) if adaptive else longest
+
+
+def _stop_at_fault(friction: OwnFriction, time: float) -> None:
+    if friction.fault:
+        raise SimulationStopped(f"{friction.fault}; the run stops at t = {1e3 * time:.4g} ms")

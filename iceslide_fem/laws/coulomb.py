@@ -1,0 +1,91 @@
+"""Coulomb's friction, tau = mu p, with mu a number or a small table over temperature and speed."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import RegularGridInterpolator
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.errors import SceneError
+from iceslide_fem.laws.protocol import Contact, Response, Surface
+
+COLUMNS = ("temperature_C", "speed_m_s", "mu")
+CELSIUS = 273.15
+# The temperature and the heat that makes it are found by so many bisections, to 1e-12 of a kelvin.
+BISECTIONS = 50
+LARGEST = 10.0  # mu, of a table
+
+
+class Coulomb:
+    """mu of the surface's temperature (K) and the slip speed (m/s), at the nearest edge outside."""
+
+    fields: Mapping[str, float] = {}
+
+    def __init__(self, mu: float | RegularGridInterpolator) -> None:
+        self._mu = mu
+
+    def coefficient(self, temperature: Array, speed: Array) -> Array:
+        """mu, (n,)."""
+        if not isinstance(self._mu, RegularGridInterpolator):
+            return np.full(speed.shape, self._mu)
+        low, high = (np.array([axis[i] for axis in self._mu.grid]) for i in (0, -1))
+        values = np.stack([temperature - CELSIUS, speed], axis=-1)
+        return np.asarray(self._mu(np.clip(values, low, high)))
+
+    def respond(
+        self, contact: Contact, state: Mapping[str, Array], surface: Surface, dt: float
+    ) -> Response:
+        """Shear at the temperature at the end of the step, which its own heat decides."""
+        p, v = contact
+        low = surface.offset
+        high = np.maximum(low, surface.temperature(LARGEST * p * np.abs(v)))
+        for _ in range(BISECTIONS if isinstance(self._mu, RegularGridInterpolator) else 0):
+            middle = 0.5 * (low + high)
+            heat = self.coefficient(middle, v) * p * np.abs(v)
+            warmer = surface.temperature(heat) > middle
+            low, high = np.where(warmer, middle, low), np.where(warmer, high, middle)
+        mu = self.coefficient(0.5 * (low + high), v)
+        return Response(mu * p, mu)
+
+
+def read_table(path: Path) -> RegularGridInterpolator:
+    """mu from a CSV file with the columns temperature_C, speed_m_s and mu; all combinations.
+
+    Raises SceneError, one sentence.
+    """
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as file:
+            rows = list(csv.DictReader(file, skipinitialspace=True))
+    except (OSError, ValueError, csv.Error) as error:
+        raise SceneError(f"friction.table: cannot read {path}: {error}") from None
+    try:
+        values = np.array([[float(row[name]) for name in COLUMNS] for row in rows])
+    except (KeyError, TypeError, ValueError):
+        raise SceneError(
+            f"friction.table: {path} needs the columns {', '.join(COLUMNS)} and numbers in them"
+        ) from None
+    if (
+        not len(values)
+        or not np.isfinite(values).all()
+        or not 0.0 <= values[:, 2].min() <= values[:, 2].max() <= LARGEST
+    ):
+        raise SceneError(
+            f"friction.table: {path} needs rows of finite numbers, and mu of 0 to {LARGEST:g}"
+        )
+    axes = [np.unique(values[:, i]) for i in (0, 1)]
+    order = np.lexsort((values[:, 1], values[:, 0]))
+    full = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    if not np.array_equal(values[order][:, :2], full):
+        raise SceneError(
+            f"friction.table: {path} needs every combination of its temperatures and speeds once"
+        )
+    # An axis of one value is one of two equal ones, so that it can be interpolated.
+    mu = values[order][:, 2].reshape([axis.size for axis in axes])
+    for i, axis in enumerate(axes):
+        if axis.size == 1:
+            axes[i], mu = np.array([axis[0], axis[0] + 1.0]), np.repeat(mu, 2, axis=i)
+    return RegularGridInterpolator(axes, mu)

@@ -1,0 +1,69 @@
+"""From what a scene says to a law: a class in a file of one's own, or Coulomb's."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.laws.bound import BoundLaw
+from iceslide_fem.laws.coulomb import Coulomb, read_table
+from iceslide_fem.laws.protocol import Law
+
+
+def coulomb(mu: float | None, table: Path | None, melting_temperature: float) -> BoundLaw:
+    """Coulomb's law with `mu` or the file of a table. Raises SceneError."""
+    law = Coulomb(read_table(table) if table is not None else mu or 0.0)
+    return BoundLaw(law, "coulomb", melting_temperature)
+
+
+def own_law(
+    path: Path, name: str, parameters: Mapping[str, float], melting_temperature: float
+) -> BoundLaw:
+    """The class `name` in the file at `path`, made with `parameters` as keywords.
+
+    Runs the file. Raises SceneError, one sentence, where it cannot be loaded or is no law.
+    """
+    where = f"friction.law = {path.name}:{name}"
+    spec = importlib.util.spec_from_file_location(f"_law_{path.stem}", path)
+    if spec is None or spec.loader is None:
+        raise SceneError(f"{where} cannot be loaded: {path} is not a Python file (.py)")
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except (Exception, SystemExit) as error:
+        raise SceneError(f"{where} cannot be loaded: {type(error).__name__}: {error}") from None
+    if not isinstance(kind := getattr(module, name, None), type):
+        raise SceneError(f"{where} cannot be loaded: {path} has no class {name}")
+    try:
+        law: Law = kind(**parameters)
+    except Exception as error:
+        raise SceneError(
+            f"{where} cannot be made with friction.parameters = {dict(parameters)}: {error}"
+        ) from None
+    for member in ("fields", "respond"):
+        if not hasattr(law, member):
+            raise SceneError(f"{where} has no {member}: a law needs fields and respond(...)")
+    _check(law, where)
+    return BoundLaw(law, f"{path.name}:{name}", melting_temperature)
+
+
+def _check(law: Law, where: str) -> None:
+    """Raise SceneError unless fields are names with finite numbers and respond can be called."""
+    fields = law.fields
+    good = isinstance(fields, Mapping) and all(
+        isinstance(key, str)
+        and re.fullmatch("[a-z][A-Za-z0-9_]{0,40}", key)
+        and isinstance(value, int | float)
+        and abs(value) < 1e300
+        for key, value in fields.items()
+    )
+    if not good:
+        raise SceneError(
+            f"{where} needs fields = {{name: value at the start}} with names like wear_m and "
+            "finite numbers"
+        )
+    if not callable(law.respond):
+        raise SceneError(f"{where} needs respond to be a method")
