@@ -6,11 +6,11 @@ like a slip is kept, and may be undone one by one by a parameter, which 0 leaves
 - 6402, 6607: the speed is 3 m/s (6400), whatever the slip speed is;
 - 6408: press = 1e5 Pa in the squeeze rate and in mu, whatever the load (`press`);
 - 6459: saturation is asked of Hss, the mean of all nodes, for each of them;
-- 6461, 6518, 6566: node 1 melts by its temperature, nodes 2 and 3 by xx, which is never set: as 0 it
-  is below T_m for ever, and they only melt where they are saturated (`xx_set` = 1: by temperature);
+- 6461, 6518, 6566: node 1 melts by its temperature, nodes 2 and 3 by xx, which is never set: as 0
+  it is below T_m for ever, and they only melt once saturated (`xx_set` = 1: by temperature);
 - 6468, 6473: the flux into the ice is (5.6) of the run's time, not of the time since melting began;
-- 6511-6512, 6559-6560: nodes 2 and 3 begin each step with h and Hs of uh(1) and uh(2), where the means
-  of all are kept (6617, 6618); what they store in uh(4), (5), (7), (8) nobody reads;
+- 6511-6512, 6559-6560: nodes 2 and 3 begin each step with h and Hs of uh(1) and uh(2), where the
+  means of all are kept (6617, 6618); what they store in uh(4), (5), (7), (8) nobody reads;
 - 6600: Hss is 70e-9 m when sliding begins, as h is;
 - 6606: in the pre-load hh is not set, so that uh(1) would be what memory holds: here it is uc(5);
 - 6611: (Hs+Hs2+Hs3)/mm+nn+oo is without brackets 3 Hs + 2 m (`brackets` = 1: over mm+nn+oo).

@@ -33,6 +33,11 @@ class BoundLaw:
         self.fields = {field: float(value) for field, value in law.fields.items()}
         self.fault: str | None = None
 
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """How tables call the fields: with law_ before the law's own names."""
+        return tuple(f"law_{field}" for field in self.fields)
+
     def initial(self, n: int) -> Array:
         """Memory at the start, (m, n)."""
         values = np.array(list(self.fields.values()), dtype=float)

@@ -55,7 +55,7 @@ def _check(law: Law, where: str) -> None:
     fields = law.fields
     good = isinstance(fields, Mapping) and all(
         isinstance(key, str)
-        and re.fullmatch("[a-z][A-Za-z0-9_]{0,40}", key)
+        and re.fullmatch("[A-Za-z][A-Za-z0-9_]{0,40}", key)
         and isinstance(value, int | float)
         and abs(value) < 1e300
         for key, value in fields.items()

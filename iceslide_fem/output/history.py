@@ -121,7 +121,7 @@ def interface_fields(sliding: Sliding, accepted: Accepted | None) -> dict[str, A
 def memory_names(sliding: Sliding) -> tuple[str, ...]:
     """What the scene's own law remembers; nothing with the film's."""
     friction = sliding.block.friction
-    return tuple(friction.law.fields) if isinstance(friction, OwnFriction) else ()
+    return friction.law.columns if isinstance(friction, OwnFriction) else ()
 
 
 def _memory(sliding: Sliding) -> dict[str, Array]:

@@ -49,7 +49,7 @@ def own_history(scene: Scene, law: BoundLaw) -> tuple[list[HistoryRow], dict[str
             "latent_heat_J": totals[3],
             "energy_imbalance": (work - taken) / work if work else 0.0,
         }
-        memory = dict(zip(law.fields, moment.state.memory[:, 0].tolist(), strict=True))
+        memory = dict(zip(law.columns, moment.state.memory[:, 0].tolist(), strict=True))
         return row_of(known, memory)
 
     walk = moments(

@@ -1,7 +1,8 @@
 """The thesis's friction subroutine as printed, and with its slips undone one by one.
 
-Runs cases/laws/thesis_subroutine_1bar and _5bar on the point rung, with k of three readings at 5 bar,
-and prints mu at 0.8 ms, its peak behind 0.05 ms, mu at 7 ms and where the free volume is full.
+Runs cases/laws/thesis_subroutine_1bar and _5bar on the point rung, at 5 bar with k of three
+readings, and prints mu at 0.8 ms, its peak behind 0.05 ms, mu at 7 ms and when the free volume
+is full.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ def main() -> None:
                     found, _ = point_history(load_scene(path, sets))
                     time = np.array([row.time_s for row in found])
                     mu = np.array([row.mu for row in found])
-                    full = np.array([row.Hss_m for row in found])
+                    full = np.array([row.law_Hss_m for row in found])
                     H_V = 2.86e-6 if bar == 1 else 0.56e-6
                     late = time > 0.05e-3
                     peak = int(np.argmax(np.where(late, mu, 0.0)))

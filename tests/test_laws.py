@@ -1,0 +1,178 @@
+"""Friction laws: Coulomb's number, a memory, the film by the protocol, and laws that are none."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from iceslide_fem.errors import SceneError, SimulationStopped
+from iceslide_fem.film.own_law import law_of
+from iceslide_fem.laws.coulomb import Coulomb, read_table
+from iceslide_fem.laws.protocol import Contact, Surface
+from iceslide_fem.run.point import point_history
+from iceslide_fem.scene import load_scene
+from iceslide_fem.scene.fingerprint import scene_hash
+
+ROOT = Path(__file__).parent.parent
+LAWS = ROOT / "cases" / "laws"
+
+
+def history(name, *changes):
+    """Columns of a case on the point rung."""
+    rows, entries = point_history(load_scene(LAWS / f"{name}.toml", ["model=point", *changes]))
+    columns = zip(*rows, strict=True)
+    return dict(zip(rows[0]._fields, map(np.array, columns), strict=True)), entries
+
+
+def test_coulomb_is_its_number():
+    found, entries = history("coulomb", "friction.mu=0.173")
+    np.testing.assert_allclose(found["mu"], 0.173, rtol=1e-15)
+    assert entries["mu_mean"] == pytest.approx(0.173, rel=1e-12)
+    heat = 0.173 * 1e5 * 3.0 * 2e-3 * 1e-6  # all of it into the ice, which stays below T_m
+    assert found["ice_heat_J"][-1] == pytest.approx(heat, rel=1e-12)
+
+
+def test_ice_melts_under_a_law_that_knows_no_water():
+    found, entries = history("coulomb", "friction.mu=1", "load.pressure=3bar")
+    assert found["surface_temperature_C"].max() <= 1e-9
+    assert found["latent_heat_J"][-1] > 0.1 * found["friction_work_J"][-1]
+    assert abs(entries["energy_imbalance"]) < 1e-12 and entries["melt_onset_s"] > 0.0
+
+
+def test_friction_that_falls_with_temperature_ends_where_its_heat_and_its_warmth_agree():
+    found, _ = history("falls_with_temperature", "numerics.tolerance=1e-4")
+    expected = 0.03 + 0.27 * -found["surface_temperature_C"] / 4.0
+    np.testing.assert_allclose(found["mu"], expected, rtol=1e-6)
+    coarse, _ = history("falls_with_temperature", "numerics.tolerance=1e-2")
+    off = np.interp(coarse["time_s"], found["time_s"], found["mu"]) / coarse["mu"] - 1.0
+    assert np.abs(off[3:]).max() < 1e-2
+
+
+@pytest.mark.parametrize("pressure", ["1 bar", "5 bar"])
+def test_the_film_law_by_the_protocol_is_the_built_in_one(pressure):
+    same = (f"load.pressure={pressure}", "numerics.tolerance=1e-4")
+    own, _ = history("film_law", *same)
+    built_in, _ = history("film_law", "friction.law=film", *same)
+    for column in ("mu", "ice_heat_J", "latent_heat_J"):
+        here = np.interp(built_in["time_s"], own["time_s"], own[column])
+        scale = built_in[column].max()
+        assert np.abs(here - built_in[column])[20:].max() < 1e-3 * scale, column
+
+
+def test_a_table_is_read_and_interpolated(tmp_path):
+    path = tmp_path / "mu.csv"
+    rows = [(t, v, 0.1 - 0.02 * t + 0.01 * v) for t in (-10, 0) for v in (0, 4)]
+    path.write_text("temperature_C,speed_m_s,mu\n" + "".join(f"{t},{v},{m}\n" for t, v, m in rows))
+    law = Coulomb(read_table(path))
+    mu = law.coefficient(np.array([268.15, 263.15, 250.0]), np.array([2.0, 4.0, 9.0]))
+    np.testing.assert_allclose(mu, [0.22, 0.34, 0.34])
+    surface = Surface(np.array([268.15]), np.array([1e-5]), 273.15, np.array([5e5]))
+    answer = law.respond(Contact(np.array([1e5]), np.array([2.0])), {}, surface, 1e-4)
+    warm = surface.temperature(answer.shear * 2.0) - 273.15
+    np.testing.assert_allclose(answer.by_pressure, 0.1 - 0.02 * warm + 0.02, rtol=1e-9)
+    path.write_text("temperature_C,speed_m_s,mu\n0,0,0.1\n1,1,0.2\n")
+    with pytest.raises(SceneError, match="every combination"):
+        read_table(path)
+
+
+def page_law(folder):
+    """The law that docs/laws.md builds, in a file."""
+    text = (ROOT / "docs" / "laws.md").read_text(encoding="utf-8")
+    code = re.search(r"```python\n(.*?)```", text, re.DOTALL)[1]
+    (folder / "polishing.py").write_text(code, encoding="utf-8")
+    return f"friction.law={folder / 'polishing.py'}:Polishing"
+
+
+def test_the_law_of_the_page_is_exact_and_has_its_column(tmp_path):
+    """mu of the work: d work / dt = mu(work) p v has a closed form."""
+    changes = [page_law(tmp_path), "friction.parameters.capacity=200.0", "numerics.tolerance=1e-4"]
+    scene = load_scene(ROOT / "cases" / "thesis_1bar.toml", ["model=point", *changes])
+    rows, _ = point_history(scene)
+    time, mu = np.array([(row.time_s, row.mu) for row in rows]).T
+    c, worn, rise = 200.0, 0.1, 0.3
+    # u = exp(work / c): du/dt = (worn u + rise) P / c, from u = 1
+    u = ((worn + rise) * np.exp(worn * 3e5 * time / c) - rise) / worn
+    np.testing.assert_allclose(mu, worn + rise / u, rtol=1e-4)
+    np.testing.assert_allclose(
+        [row.law_work_J_m2 for row in rows], c * np.log(u), rtol=1e-3, atol=1e-3
+    )
+
+
+BAD = """
+import numpy as np
+from iceslide_fem.laws.protocol import Response
+
+class Law:
+    fields = {{"time_s": 0.0}}
+    def respond(self, contact, state, surface, dt):
+        time = state["time_s"] + dt
+        p = contact.pressure
+        late = time.max(initial=0.0) > 1e-4
+        {fault}
+        return Response(0.1 * p, 0.1 + 0.0 * p, {{"time_s": time}})
+"""
+FAULTS = {
+    "if late: p = p * np.nan": "returns a shear that is not finite at 1 points",
+    "if late: raise OSError('no data')": "raises OSError: no data",
+    "if late: p = p[:0]": r"returns a shear of shape \(0,\); it must be \(1,\)",
+    "if late: return 0.1 * p": "returns ndarray instead of a Response",
+    "if late: return Response(0.1 * p, 0.1 + 0.0 * p)": "returns another state than its fields",
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_law_that_fails_is_named(tmp_path, fault):
+    path = tmp_path / "bad.py"
+    path.write_text(BAD.format(fault=fault), encoding="utf-8")
+    case = ROOT / "cases" / "thesis_1bar.toml"
+    scene = load_scene(case, ["model=point", f"friction.law={path}:Law"])
+    with pytest.raises(SimulationStopped, match=f"friction law bad.py:Law {FAULTS[fault]}"):
+        point_history(scene)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("class Law:\n    fields = {}\n", "has no respond"),
+        ("class Law:\n    def respond(self): ...\n", "has no fields"),
+        ("class Law:\n    fields = {'a b': 1}\n    def respond(self): ...\n", "needs fields"),
+        ("class Other: ...\n", "has no class Law"),
+        ("import nowhere\n", "cannot be loaded: ModuleNotFoundError"),
+        ("class Law\n", "cannot be loaded: SyntaxError"),
+        ("class Law:\n    def __init__(self, a): ...\n", "cannot be made with"),
+    ],
+)
+def test_a_file_that_is_no_law_is_refused(tmp_path, text, words):
+    path = tmp_path / "law.py"
+    path.write_text(text, encoding="utf-8")
+    scene = load_scene(ROOT / "cases" / "thesis_1bar.toml", [f"friction.law={path}:Law"])
+    with pytest.raises(SceneError, match=words):
+        law_of(scene)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (["friction.law=film2"], 'friction.law = "film2" is not known'),
+        (["friction.law=none.py:Law"], "there is no file none.py"),
+        (["friction.law=coulomb"], "needs one of friction.mu and friction.table"),
+        (["friction.mu=0.2"], 'is of friction.law = "coulomb"'),
+        (["friction.parameters.a=1"], "of a law in a file"),
+        (["friction.law=coulomb", "friction.mu=0.2", "model=point", "ice.motion=sliding"],
+         "what a law remembers stays with the rubber"),
+    ],
+)  # fmt: skip
+def test_a_scene_that_names_no_law_is_refused(changes, words):
+    with pytest.raises(SceneError, match=words):
+        load_scene(ROOT / "cases" / "thesis_1bar.toml", changes)
+
+
+def test_another_text_of_a_law_is_another_scene(tmp_path):
+    path = tmp_path / "law.py"
+    hashes = []
+    for text in ("class Law: ...\n", "class Law:\n    a = 1\n"):
+        path.write_text(text, encoding="utf-8")
+        case = ROOT / "cases" / "thesis_1bar.toml"
+        hashes.append(scene_hash(load_scene(case, [f"friction.law={path}:Law"])))
+    assert hashes[0] != hashes[1]
