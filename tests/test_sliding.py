@@ -21,7 +21,6 @@ from iceslide_fem.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
-from iceslide_fem.output.table import HistoryRow  # noqa: E402
 from iceslide_fem.rubber.block import Block, build_block, default_ramp  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
@@ -55,7 +54,7 @@ def slide(scene, comm=MPI.COMM_SELF):
     for accepted in sliding.steps():
         ledger.add(accepted)
         rows.append(slide_row(sliding, ledger, accepted))
-    return dict(zip(HistoryRow._fields, np.array(rows).T, strict=True))
+    return dict(zip(rows[0]._fields, np.array(rows).T, strict=True))
 
 
 def uniform(heat):

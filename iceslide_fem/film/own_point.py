@@ -13,6 +13,7 @@ from iceslide_fem.film.integrators import Integrator, InterfaceState, Step, adva
 from iceslide_fem.film.own_law import OwnFriction, OwnLoads, own_error
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 from iceslide_fem.film.step_control import step_factor
+from iceslide_fem.scene.course import Course
 
 FIRST_STEP, SHORTEST_STEP, LONGEST_STEP = 1e-5, 1e-13, 0.01  # of the duration
 
@@ -29,8 +30,8 @@ class Moment(NamedTuple):
 
 def moments(
     friction: OwnFriction,
-    pressure: float,
-    speed: float,
+    pressure: Course,
+    speed: Course,
     duration: float,
     ice: IceHeat,
     integrator: Integrator,
@@ -39,34 +40,40 @@ def moments(
     rubber: RubberHeat = INSULATED,
     max_step: float | None = None,
 ) -> Iterator[Moment]:
-    """The start and every accepted step at a constant pressure (Pa) and slip speed (m/s).
+    """The start and every accepted step under a pressure (Pa) and a slip speed (m/s).
+
+    Steps end on their corners.
 
     `tolerance` is the relative error of mu aimed at, `temperature_scale` (K) that of surface
     temperatures; without an estimate of the integrator all steps are `max_step` (s). Raises
     SimulationStopped where the law is at fault or no step is short enough.
     """
     law = friction.law
-    loads = OwnLoads(law, np.array([pressure]), np.array([speed]))
     log_height, squeezed, memory = friction.initial(1.0, 1)
     state = InterfaceState(log_height, squeezed, ice.initial(1), rubber.initial(1), memory)
     longest = max_step or LONGEST_STEP * duration
     adaptive, time = bool(integrator.estimate), 0.0
     dt = min(FIRST_STEP * duration, longest) if adaptive else longest
 
+    def loads_at(time: float) -> OwnLoads:
+        return OwnLoads(law, np.array([pressure.at(time)]), np.array([speed.at(time)]))
+
     def moment(step: Step | None, length: float) -> Moment:
-        warm = ice.surface_temperature(state.ice)
+        warm, loads = ice.surface_temperature(state.ice), loads_at(time)
         shear = law.shear(loads.pressure, loads.speed, state.memory, warm)[0]
         _stop_at_fault(friction, time)
         return Moment(time, length, state, float(shear[0]), step)
 
     yield moment(None, 0.0)
     while time < duration:
-        dt = min(dt, duration - time)
+        corner = min(float(course.next_corner(time)) for course in (pressure, speed))
+        dt = min(dt, duration - time, corner - time)
         ends = dt == duration - time
+        first, last = loads_at(time), loads_at(time + dt)
         try:
-            step = advance(state, loads, loads, dt, ice, integrator, rubber)
+            step = advance(state, first, last, dt, ice, integrator, rubber)
             scale = np.array([temperature_scale])
-            error = float(own_error(step, loads, ice, state, scale, rubber)[0])
+            error = float(own_error(step, last, ice, state, scale, rubber)[0])
         except NotConverged:
             error = np.inf
         _stop_at_fault(friction, time)

@@ -170,7 +170,7 @@ def film_friction(scene: Scene) -> FilmFriction:
     """The film law of the scene."""
     return FilmFriction(
         scene.contact_parameters,
-        scene.load.pressure if scene.film.pressure == "nominal" else None,
+        scene.load.pressures.first if scene.film.pressure == "nominal" else None,
         scene.numerics.shear_ramp_pressure or default_ramp(scene),
         scene.water.viscosity,
     )

@@ -31,16 +31,17 @@ def own_history(scene: Scene, law: BoundLaw) -> tuple[list[HistoryRow], dict[str
         step = moment.step
         melting = step is not None and bool(step.last.melting[0])
         work, taken = totals[0], totals[1:].sum()
+        pressure = load.pressures.at(moment.time)
         warm = float(ice.surface_temperature(moment.state.ice)[0])
         known = {
             "time_s": moment.time,
             "step_s": moment.dt,
-            "slip_m": load.speed * moment.time,
-            "mu": moment.shear / load.pressure,
+            "slip_m": load.speeds.integral(moment.time),
+            "mu": moment.shear / pressure,
             "film_height_m": np.nan,
             "surface_temperature_C": warm - ZERO_CELSIUS,
             "contact_fraction": 1.0,
-            "normal_force_N": load.pressure * area,
+            "normal_force_N": pressure * area,
             "friction_force_N": moment.shear * area,
             "melted_fraction": float(melting),
             "friction_work_J": work,
@@ -54,8 +55,8 @@ def own_history(scene: Scene, law: BoundLaw) -> tuple[list[HistoryRow], dict[str
 
     walk = moments(
         OwnFriction(law, scene.ice.temperature),
-        load.pressure,
-        load.speed,
+        load.pressures,
+        load.speeds,
         load.duration,
         ice,
         integrator,
@@ -66,19 +67,20 @@ def own_history(scene: Scene, law: BoundLaw) -> tuple[list[HistoryRow], dict[str
     )
     for moment in walk:
         if (step := moment.step) is not None:
-            work_mu += 0.5 * moment.dt * (rows[-1].mu + moment.shear / load.pressure)
+            mu = moment.shear / load.pressures.at(moment.time)
+            work_mu += 0.5 * moment.dt * (rows[-1].mu + mu)
             kinds = (step.friction_work, step.ice_heat, step.rubber_heat, step.latent_heat)
             totals += [area * float(kind[0]) for kind in kinds]
             if melt_onset is None and step.last.melting[0]:
                 melt_onset = moment.time
         rows.append(row(moment))
-    mu = [one.mu for one in rows]
-    peak = int(np.argmax(mu))
+    curve = [one.mu for one in rows]
+    peak = int(np.argmax(curve))
     return rows, {
-        "mu_peak": mu[peak],
+        "mu_peak": curve[peak],
         "mu_peak_time_s": rows[peak].time_s,
         "mu_mean": work_mu / load.duration,
-        "mu_end": mu[-1],
+        "mu_end": curve[-1],
         "melt_onset_s": melt_onset,
         "saturation_s": None,
         "steps": len(rows) - 1,

@@ -31,6 +31,12 @@ NOT_OF_A_POINT = (
 ).split()
 
 
+OF_THE_FILM = (
+    "film.carrier film.pressure film.k film.contact film.initial_height film.water_speed "
+    "numerics.shear_ramp_pressure"
+).split()
+
+
 def notes(scene: Scene) -> list[str]:
     """A sentence each, without its full stop; none for a scene that is all in use and usual."""
     table = scene.outside_table()
@@ -55,6 +61,8 @@ def _unused(scene: Scene) -> list[str]:
             reasons[f'with ice.heat = "{ice.heat}"'] = ["ice.margin"]
         elif sliding and scene.model == "slice":
             reasons["below a slice that slides: ice.trail is what lies behind it"] = ["ice.margin"]
+    if scene.friction.law != "film":
+        reasons[f'with friction.law = "{scene.friction.law}"'] = OF_THE_FILM
     if scene.rubber.mesh is not None:
         shape = ["rubber.length", "rubber.width", "rubber.height"]
         reasons["on the shape of the block, which is that of rubber.mesh"] = shape
@@ -142,6 +150,8 @@ def _extremes(scene: Scene, table: str, key: str) -> list[float]:
 
 def _friction(scene: Scene) -> list[str]:
     """Friction at t = 0, mu = k eta v / (h0 p) (5.29, 5.30), of a film that has not grown yet."""
+    if scene.friction.law != "film":
+        return []
     p, h0 = scene.load.pressures.first, scene.initial_height
     friction = (
         float(scene.contact_parameters(p).k)

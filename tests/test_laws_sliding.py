@@ -1,0 +1,67 @@
+"""Friction laws of one's own under a block: exact numbers, the film by the protocol, faults."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+from test_laws import BAD, LAWS, page_law  # noqa: E402
+from test_sliding import slide, started, thesis  # noqa: E402
+
+from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
+from iceslide_fem.coupling.restart import gathered, resumed  # noqa: E402
+from iceslide_fem.errors import SimulationStopped  # noqa: E402
+from iceslide_fem.fenics.compat import MPI  # noqa: E402
+from iceslide_fem.output.history import interface_fields, slide_row  # noqa: E402
+from iceslide_fem.rubber.block import build_block  # noqa: E402
+
+pytestmark = pytest.mark.fe
+COARSE = ("numerics.refinement=0.5", "numerics.tolerance=1e-2", "load.duration=0.1ms")
+
+
+@pytest.mark.parametrize("motion", ["attached", "sliding"])
+def test_coulomb_is_its_number_under_a_block(motion):
+    coulomb = ("friction.law=coulomb", "friction.mu=0.2", f"ice.motion={motion}")
+    rows = slide(thesis(*COARSE, *coulomb))
+    np.testing.assert_allclose(rows["mu"], 0.2, rtol=1e-9)
+    assert abs(rows["energy_imbalance"][-1]) < 1e-3
+    assert rows["surface_temperature_C"][-1] > -4.0 and not rows["water_squeezed_m3"].any()
+
+
+def test_the_film_law_by_the_protocol_slides_as_the_built_in_one():
+    same = (*COARSE, "numerics.shear_ramp_pressure=5000", "numerics.tolerance=3e-3")
+    built_in = slide(thesis(*same))
+    own = slide(thesis(*same, f"friction.law={LAWS / 'film_law.py'}:FilmLaw"))
+    there = np.interp(own["time_s"], built_in["time_s"], built_in["mu"])
+    np.testing.assert_allclose(own["mu"], there, rtol=3e-3)
+    assert own["mu"][-1] == pytest.approx(built_in["mu"][-1], rel=1e-3)
+
+
+def test_what_a_law_remembers_has_its_column_its_field_and_goes_on(tmp_path):
+    scene = thesis(*COARSE, page_law(tmp_path), "friction.parameters.capacity=5000.0")
+    sliding = started(scene)
+    ledger = Ledger(sliding)
+    for _ in range(3):
+        ledger.add(sliding.advance())
+    saved = gathered(sliding)
+    step = sliding.advance()
+    row = slide_row(sliding, ledger, step)
+    work = row.slip_m * 1e5 * 0.4
+    assert 0.9 * work < row.law_work_J_m2 < 1.01 * work
+    field = interface_fields(sliding, step)["law_work_J_m2"]
+    assert np.nanmax(field) > row.law_work_J_m2 and np.isnan(row.film_height_m)
+    again = resumed(build_block(scene, MPI.COMM_SELF), saved)
+    again.advance()
+    np.testing.assert_allclose(
+        again.current.interface.memory, sliding.current.interface.memory, rtol=1e-9
+    )
+
+
+def test_a_law_that_fails_under_a_block_stops_it_with_its_name(tmp_path):
+    path = tmp_path / "bad.py"
+    path.write_text(BAD.format(fault="if late: p = p * np.nan").replace("1e-4", "2e-5"))
+    sliding = started(thesis(*COARSE, f"friction.law={path}:Law"))
+    named = "friction law bad.py:Law returns a shear that is not finite at .* the run stops at"
+    with pytest.raises(SimulationStopped, match=named):
+        for _ in sliding.steps():
+            pass
+    assert 0.0 < sliding.current.time <= 2e-5  # what was accepted before stays
