@@ -23,6 +23,7 @@ from iceslide_fem.footprint.line import (
 )
 from iceslide_fem.footprint.macroscopic import Macroscopic
 from iceslide_fem.footprint.survey import read_footprint
+from iceslide_fem.footprint.tables import read_profile
 from iceslide_fem.materials import BAR, CONTACT_TABLES, MELTING_TEMPERATURE, Solid
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.messages import first_sentence
@@ -58,14 +59,16 @@ HeatCapacity = Annotated[float, Quantity("J/kg/K", "1 J/kg/K", "100000 J/kg/K"),
 class LineCase(BaseModel):
     """Every parameter of the line; SI. Its keys are the fields of the page.
 
-    profile: where the pressure comes from. length (m), peak (Pa) and sigma (m) of a Gaussian; image
-    with colours and `row`, the share of its height from below, of a picture.
+    profile: where the pressure comes from. length (m), peak (Pa) and sigma (m) of a Gaussian; file:
+    a profile as CSV; image with colours and `row`, the share of its height from below: of a
+    picture.
     film_law: whether that is computed along the line, too.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    profile: Literal["gaussian", "picture"] = "gaussian"
+    profile: Literal["gaussian", "file", "picture"] = "gaussian"
+    file: InputFile | None = None
     length: Length = 0.18
     peak: Pressure = 4.0 * BAR
     sigma: Length = 0.03
@@ -93,6 +96,8 @@ class LineCase(BaseModel):
     def _has_its_picture(self) -> Self:
         if self.profile == "picture" and self.image is None:
             raise ValueError("image is missing: the path of the picture of a footprint")
+        if self.profile == "file" and self.file is None:
+            raise ValueError("file is missing: the path of a profile as CSV")
         return self
 
     @classmethod
@@ -128,6 +133,10 @@ class LineCase(BaseModel):
         if self.profile == "gaussian":
             x, pressure = gaussian_profile(self.length, self.peak, POINTS, self.sigma)
             return pressure, float(x[1] - x[0])
+        if self.profile == "file":
+            assert self.file is not None
+            profile = read_profile(self.file)
+            return profile.pressure, profile.dx
         assert self.image is not None
         picture = _Picture(
             self.image,
@@ -166,16 +175,18 @@ SLIDERS = (
     Slider("water_conductivity", "water: conductivity", "W/m/K", 1.0, 0.1, 2.0, 0.56, False),
 )
 EMPTY_AT_FIRST = ("air_temperature",)
-OF_GAUSSIAN = ("peak", "sigma")
-OF_PICTURE = ("image", "max_pressure", "legend", "crop", "row")
+OF_GAUSSIAN = ("length", "peak", "sigma")
+OF_FILE = ("file",)
+OF_PICTURE = ("length", "image", "max_pressure", "legend", "crop", "row")
 OF_NEXT_PIXEL = ("time",)
 TEXTS = (
+    ("file", "profile (CSV: x_mm, pressure_bar)"),
     ("image", "picture of a footprint (file on this machine)"),
     ("legend", "box of its colour bar: LEFT,TOP,RIGHT,BOTTOM"),
     ("crop", "box of the footprint: LEFT,TOP,RIGHT,BOTTOM"),
 )
 CHOICES = (
-    ("profile", "pressure along the line", ("gaussian", "picture")),
+    ("profile", "pressure along the line", ("gaussian", "file", "picture")),
     ("source", "heat comes from", ("next pixel", "moving")),
     ("film_law", "film law along the line", ("no", "yes")),
 )
@@ -189,6 +200,7 @@ def described() -> dict[str, Any]:
         "choices": CHOICES,
         "empty": EMPTY_AT_FIRST,
         "gaussian": OF_GAUSSIAN,
+        "file": OF_FILE,
         "picture": OF_PICTURE,
         "next_pixel": OF_NEXT_PIXEL,
     }
@@ -272,6 +284,13 @@ def _lines(case: LineCase) -> str:
             f"{case.sigma!r})\ndx = x[1] - x[0]"
         )
         imports = "from iceslide_fem.footprint.line import gaussian_profile, macroscopic_line"
+    elif case.profile == "file":
+        pressure = (
+            f"profile = read_profile(Path({str(case.file)!r}))\n"
+            "pressure, dx = profile.pressure, profile.dx"
+        )
+        imports = "from pathlib import Path\n\n"
+        imports += "from iceslide_fem.footprint.line import macroscopic_line"
     else:
         names = ("length", "max_pressure", "legend", "crop")
         options = {name: getattr(case, name) for name in names if getattr(case, name) is not None}
@@ -289,10 +308,13 @@ def _lines(case: LineCase) -> str:
             "from iceslide_fem.footprint.line import macroscopic_line"
         )
     imports += "\nfrom iceslide_fem.footprint.macroscopic import Macroscopic"
+    if case.profile == "file":
+        imports += "\nfrom iceslide_fem.footprint.tables import read_profile"
     if case.profile == "picture":
         imports += "\nfrom iceslide_fem.footprint.survey import read_footprint"
     return f"""\
 {imports}
+from iceslide_fem.footprint.tables import read_profile
 from iceslide_fem.materials import Solid
 
 {pressure}

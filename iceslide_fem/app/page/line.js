@@ -5,7 +5,7 @@ import { band, colours, curve, draw, onColours } from "./charts.js";
 import { element, fill, mark, numbers, setTexts, slider, textsIn } from "./controls.js";
 
 const WORDS = {
-  gaussian: "a Gaussian", picture: "a row of a picture",
+  gaussian: "a Gaussian", file: "a file", picture: "a row of a picture",
   "next pixel": "the next pixel, (3.3)", moving: "a source that moves",
 };
 const fixed = (value, digits = 3) => Number(value.toPrecision(digits)).toString();
@@ -35,7 +35,7 @@ export function makeLine({ start, changed }) {
   function unused() {
     const { profile, source } = Object.fromEntries(spec.choices.map(([key]) => [key, document.getElementById(`line-${key}`).value]));
     return [
-      ...(profile === "gaussian" ? spec.picture : spec.gaussian),
+      ...[...spec.gaussian, ...spec.file, ...spec.picture].filter((key) => !spec[profile].includes(key)),
       ...(source === "moving" ? spec.next_pixel : []),
     ];
   }
