@@ -64,6 +64,13 @@ def test_a_course_has_its_rows_an_exact_integral_and_holds_beyond(smooth):
         assert course.integral(6.0) == pytest.approx(1.0 + 2.0 + 5.0 + 4.0, rel=1e-14)
 
 
+def test_a_smooth_course_is_level_at_its_ends():
+    course = Course((1.0, 2.0), (1.0, 3.0), 3.0, smooth=True)
+    np.testing.assert_allclose(course([1.0, 1.25, 1.5, 2.0]), [1.0, 1.3125, 2.0, 3.0])
+    assert course.slope(1.0 + 1e-9) == pytest.approx(0.0, abs=1e-7)
+    assert course.slope(2.0) == pytest.approx(0.0, abs=1e-12)
+
+
 def test_one_value_holds_throughout():
     course = Course((), (3.0,), 2.0)
     assert course.is_constant and course.integral(0.5) == 1.5 and course.mean == 3.0

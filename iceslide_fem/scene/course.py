@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import PchipInterpolator, PPoly
+from scipy.interpolate import CubicHermiteSpline, PchipInterpolator, PPoly
 
 from iceslide_fem.arrays import Array
 
@@ -21,8 +21,8 @@ _SAME = 1e-12  # of times, relative to the duration
 class Course:
     """Values (SI) at ascending `times` (s), for a run of `duration` (s).
 
-    Between rows `smooth` is a monotone cubic (PCHIP: continuous slope, no overshoot), else straight
-    lines. One value without times holds throughout.
+    Between rows `smooth` is a monotone cubic (PCHIP, level at both ends: continuous slope, no
+    overshoot), else straight lines. One value without times holds throughout.
     """
 
     times: tuple[float, ...]
@@ -106,7 +106,10 @@ class Course:
     def _cubic(self) -> Array:
         """Coefficients of the pieces, highest power first, (4, rows - 1)."""
         if self.smooth:
-            return np.asarray(PchipInterpolator(self.times, self.values).c)
+            slopes = np.zeros(len(self.times))  # at the ends, beyond which their values hold
+            if len(self.times) > 2:
+                slopes[1:-1] = PchipInterpolator(self.times, self.values)(self.times[1:-1], 1)
+            return np.asarray(CubicHermiteSpline(self.times, self.values, slopes).c)
         slopes = np.diff(self.values) / np.diff(self.times)
         nothing = np.zeros_like(slopes)
         return np.stack([nothing, nothing, slopes, np.array(self.values[:-1])])
