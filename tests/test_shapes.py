@@ -182,6 +182,7 @@ def test_outlines_that_are_none(tmp_path, rows, words):
     ("changes", "words"),
     [
         (["rubber.edge_radius=0.3mm"], "rubber.edge_radius = 0.3 mm is too large"),
+        (["rubber.edge_radius=1nm"], "rubber.edge_radius = 0.001 um is too small"),
         (["rubber.edge_radius=50um", "rubber.chamfer=50um"], "contradict each other"),
         (["rubber.sipes=12"], "rubber.sipes = 12"),
         (["rubber.sipes=[{position='0 mm', width='0.1 mm'}]"], r"rubber.sipes.0.depth is missing"),

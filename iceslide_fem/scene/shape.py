@@ -18,6 +18,7 @@ Tilt = Annotated[float, Quantity("rad", "-40 deg", "40 deg")]
 
 DEEPEST = 0.9  # of the height: more would leave no rubber to hold the lugs
 LARGEST_EDGE = 0.2  # of a lug, of the height, of a depth: what a cut of the edges may take
+SMALLEST_EDGE = 1e-6  # m
 WIDEST = 0.5  # of the evenly spaced sipes' distance
 FEWEST_WAVES = 1.0  # of a sipe's wave in its length
 
@@ -164,6 +165,11 @@ def _check_lugs(rubber: Shaped) -> None:
             "long); allowed: at least 0.01 mm of rubber between them"
         )
     edge, name = max((rubber.edge_radius, "edge_radius"), (rubber.chamfer, "chamfer"))
+    if 0.0 < edge < SMALLEST_EDGE:
+        raise ValueError(
+            f"rubber.{name} = {1e6 * edge:.3g} um is too small to be meshed; allowed: 0, or at "
+            f"least {1e6 * SMALLEST_EDGE:g} um"
+        )
     depths = [cut.depth for cut in rubber.cuts] + [cut.depth for cut in rubber.grooves]
     most = LARGEST_EDGE * min(thinnest, rubber.height, *depths)
     if edge > most * (1.0 + 1e-9):
