@@ -88,6 +88,8 @@ def fields_of(run: Run) -> list[Text | Fields]:
         f"{'; the others are in its folder' if left else ''}. Colours span the middle {ROBUST:g} % "
         "of all moments."
     )
+    if not drawings:
+        return [Text(f"More than {CELLS} cells are not drawn here: iceslide view does that.")]
     return [about, Fields([MS * times[number] for number in chosen], said, drawings)]
 
 
@@ -111,13 +113,15 @@ def _drawings(run: Run, chosen: Sequence[int]) -> list[dict[str, Any]]:
     coldest = run.scene["ice"]["temperature"] - ZERO_CELSIUS
     drawings: list[dict[str, Any]] = []
     if flat:
-        drawings.append(_slice(rubber))
+        if len(rubber[0].cells) <= CELLS:
+            drawings.append(_slice(rubber))
         drawings += [_along(interface, quantity) for quantity in CONTACTS]
     else:
         half = bool(rubber[0].points[:, 1].min() > -1e-9)
         if len(rubber[0].cells) <= CELLS:
             drawings.append(_block(rubber, interface, half))
-        drawings += [_below(interface, quantity, half, coldest) for quantity in CONTACTS]
+        if max(len(grid.cells) for grid in interface) <= CELLS:
+            drawings += [_below(interface, quantity, half, coldest) for quantity in CONTACTS]
     if len(ice) == len(chosen):
         drawing = _ice(ice, flat, coldest)
         if drawing:
@@ -250,21 +254,20 @@ def _block(rubber: list[Grid], interface: list[Grid], half: bool) -> dict[str, A
     from scipy.spatial import cKDTree
 
     faces = _surface(rubber[0], half)
+    used, faces = np.unique(faces, return_inverse=True)
+    faces = faces.reshape(-1, len(FACES[rubber[0].kind][0]))
+    fans = [faces[:, [0, corner, corner + 1]] for corner in range(1, faces.shape[1] - 1)]
+    all_triangles = np.concatenate(fans)
     frames, seen = [], []
     for grid, facets in zip(rubber, interface, strict=True):
-        points = grid.points + grid.at_points["displacement"]
+        points = (grid.points + grid.at_points["displacement"])[used]
         centres = facets.points[facets.cells].mean(axis=1)
-        whole = np.array([points[list(face)].mean(axis=0) for face in faces])
-        distance, nearest = cKDTree(centres).query(whole)
+        distance, nearest = cKDTree(centres).query(points[faces].mean(axis=1))
         pressure = np.where(_touching(facets), facets.at_cells[PRESSURE] / BAR, np.nan)
         seen.append(pressure[np.isfinite(pressure)])
         near = distance < 1e-4 * np.ptp(points, axis=0).max()
-        on_faces = np.where(near, pressure[nearest], np.nan)
-        triangles: Any = np.array([t for face in faces for t in _fan(face)])
-        values = np.array(
-            [value for face, value in zip(faces, on_faces, strict=True) for _ in _fan(face)]
-        )
-        points = MM * points
+        values = np.tile(np.where(near, pressure[nearest], np.nan), len(fans))
+        points, triangles = MM * points, all_triangles
         if half:
             points, triangles, values = _mirrored(points, triangles, values)
         frames.append({"points": plain(points), "values": plain(values)})
@@ -284,14 +287,9 @@ def _block(rubber: list[Grid], interface: list[Grid], half: bool) -> dict[str, A
     }
 
 
-def _fan(face: Sequence[int]) -> list[tuple[int, int, int]]:
-    return [(face[0], face[i], face[i + 1]) for i in range(1, len(face) - 1)]
-
-
-def _surface(grid: Grid, half: bool) -> list[tuple[int, ...]]:
-    """Faces that belong to one cell only, without those in the plane of symmetry."""
-    corners = [np.array(face) for face in FACES[grid.kind]]
-    every = np.concatenate([grid.cells[:, face] for face in corners])
+def _surface(grid: Grid, half: bool) -> NDArray[np.int64]:
+    """Faces (n, k) that belong to one cell only, without those in the plane of symmetry."""
+    every = np.concatenate([grid.cells[:, list(face)] for face in FACES[grid.kind]])
     _, first, count = np.unique(
         np.sort(every, axis=1), axis=0, return_index=True, return_counts=True
     )
@@ -299,7 +297,7 @@ def _surface(grid: Grid, half: bool) -> list[tuple[int, ...]]:
     if half:
         size = np.ptp(grid.points[:, 1])
         outer = outer[(grid.points[outer][..., 1] > 1e-6 * size).any(axis=1)]
-    return [tuple(int(node) for node in face) for face in outer]
+    return outer
 
 
 def _ice(grids: list[Grid], flat: bool, coldest: float) -> dict[str, Any] | None:
