@@ -2,8 +2,10 @@
 
 import base64
 import gzip
+import html
 import json
 import re
+import shlex
 import tomllib
 from html.parser import HTMLParser
 
@@ -18,6 +20,7 @@ from written_fields import write_fields  # noqa: E402
 
 from iceslide_fem.cli import main  # noqa: E402
 from iceslide_fem.errors import OutputError, SceneError  # noqa: E402
+from iceslide_fem.footprint.case import FootprintCase  # noqa: E402
 from iceslide_fem.footprint.line import gaussian_profile  # noqa: E402
 from iceslide_fem.footprint.synthetic import Tread, grey_picture, save  # noqa: E402
 from iceslide_fem.output.summary import write_summary  # noqa: E402
@@ -234,6 +237,18 @@ def test_a_line_and_a_map_say_their_edge_temperatures(pages):
     drawn = numbers_in(pages["line"])
     names = [curve["name"] for curve in drawn["mu"]["curves"]]
     assert names == ["(3.3)", "moving source", "film law"]
+
+
+@pytest.mark.parametrize("name", ["line", "footprint"])
+def test_the_command_on_the_page_is_the_same_case(pages, name):
+    text = html.unescape(pages[name].read_text("utf-8"))
+    command = re.search(r"iceslide footprint ?(.*?)</pre>", text, re.S)[1]
+    words = shlex.split(command.replace("\\\n", ""))
+    case = {} if name == "line" else {"image": words.pop(0)}
+    options = (word.removeprefix("--").replace("-", "_") for word in words[::2])
+    case |= dict(zip(options, words[1::2], strict=True))
+    summary = json.loads((pages[name].parent / "summary.json").read_text())
+    assert FootprintCase.of(case).model_dump(mode="json") == summary["case"]
 
 
 def test_fields_are_those_that_were_written(pages):

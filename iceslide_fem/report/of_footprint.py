@@ -11,6 +11,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
+from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.report.page import Cell, Chart, Curve, HeatMap, Page, Section, Table, Text
 from iceslide_fem.results.run_directory import read_table
@@ -190,9 +191,10 @@ def _lines(folder: Path) -> list[Chart | HeatMap]:
             f"{x[int(np.nanargmax(curve.y))]:.4g} mm"
             for curve in curves
         )
-        return Chart(
-            name, title, "; ".join(peaks), "x (mm), the tyre moves to the right", axis, curves
-        )
+        wide_apart = "y" if name in ("flux", "mu") else ""
+        x_axis = "x (mm), the tyre moves to the right"
+        says = "; ".join(peaks)
+        return Chart(name, title, says, x_axis, axis, curves, logarithmic=wide_apart)
 
     known = {"(3.3)": "thesis", "moving source": "moving", "given": "given"}
     models = {name: key for name, key in known.items() if f"mu_{key}" in table}
@@ -228,18 +230,25 @@ def _lines(folder: Path) -> list[Chart | HeatMap]:
             "mu",
             "Friction coefficient",
             "mu (1)",
-            {name: table[f"mu_{key}"] for name, key in models.items()}
-            | {"film law": table["mu_film"]},
+            {
+                name: np.where(mu > 0.0, mu, np.nan)
+                for name, mu in (
+                    *((name, table[f"mu_{key}"]) for name, key in models.items()),
+                    ("film law", table["mu_film"]),
+                )
+            },
         ),
     ]
 
 
 def _command(case: Mapping[str, Any]) -> str:
+    """The command line of a case: what is not as by default."""
     words = ["iceslide footprint"]
     if case.get("image"):
         words[0] += f" {shlex.quote(str(case['image']))}"
+    usual = FootprintCase.model_fields
     for key, value in case.items():
-        if key == "image" or value is None:
+        if key == "image" or value is None or (key in usual and value == usual[key].default):
             continue
         text = ",".join(map(str, value)) if isinstance(value, list) else str(value)
         words.append(f"    --{key.replace('_', '-')} {shlex.quote(text)}")

@@ -107,7 +107,7 @@ def page_of_ladder(folder: Path, summaries: list[Path]) -> Page:
             Curve("rungs", seconds, errors, marks=True),
             Curve("tolerance", [min(seconds), max(seconds)], [tolerance] * 2, 1),
         ],
-        logarithmic=True,
+        logarithmic="xy",
     )
     return Page(
         title=f"{finest.scene['name']}: every rung",

@@ -80,8 +80,8 @@
     const figures = {
         curves: (part) => ({
             data: traces(part.curves, false),
-            layout: layout(axis(part.x, part.logarithmic ? { type: "log" } : {}),
-                axis(part.y, part.logarithmic ? { type: "log" } : { rangemode: "tozero" }),
+            layout: layout(axis(part.x, part.logarithmic.includes("x") ? { type: "log" } : {}),
+                axis(part.y, part.logarithmic.includes("y") ? { type: "log" } : { rangemode: "tozero" }),
                 { shapes: shades(part.bands), annotations: names(part.bands), ...legend(part) }),
         }),
         map: (part) => ({
@@ -168,7 +168,7 @@
             layout: layout({}, {}, {
                 showlegend: false, hovermode: false, margin: { l: 0, r: 0, t: 0, b: 0 },
                 scene: {
-                    aspectmode: "data", uirevision: "kept", camera: { eye: { x: 0.95, y: -1.3, z: -0.85 } },
+                    aspectmode: "data", uirevision: "kept", camera: { eye: { x: 1.2, y: -1.65, z: -1.1 } },
                     xaxis: { ...plain, title: { text: "x (mm)" } }, yaxis: { ...plain, title: { text: "y (mm)" } }, zaxis: { ...plain, title: { text: "z (mm)" } },
                 },
             }),
@@ -223,10 +223,10 @@
                     return `${curve.name} ${said(curve.y[at])}`;
                 });
                 reading.textContent = `${part.x} ${said(x)}: ${values.join(", ")}`;
-                Plotly.Fx.hover(box, { xval: part.logarithmic ? Math.log10(x) : x }, "xy");
+                Plotly.Fx.hover(box, { xval: part.logarithmic.includes("x") ? Math.log10(x) : x }, "xy");
             } else if (event.key === "+" || event.key === "-") {
                 const [low, high] = box.layout.xaxis.range, half = (high - low) * (event.key === "+" ? 0.25 : 1);
-                const x = places[place], middle = place < 0 ? (low + high) / 2 : part.logarithmic ? Math.log10(x) : x;
+                const x = places[place], middle = place < 0 ? (low + high) / 2 : part.logarithmic.includes("x") ? Math.log10(x) : x;
                 Plotly.relayout(box, { "xaxis.range": [middle - half, middle + half] });
             } else if (event.key === "Home") {
                 Plotly.relayout(box, { "xaxis.autorange": true, "yaxis.autorange": true });

@@ -73,7 +73,10 @@ class Band(NamedTuple):
 
 
 class Chart(NamedTuple):
-    """Curves over x that may be zoomed; `says`: what is to be seen, for who does not see it."""
+    """Curves over x that may be zoomed; `says`: what is to be seen, for who does not see it.
+
+    logarithmic: "", "y" or "xy", the axes that are.
+    """
 
     name: str
     title: str
@@ -82,7 +85,7 @@ class Chart(NamedTuple):
     y: str
     curves: Sequence[Curve]
     bands: Sequence[Band] = ()
-    logarithmic: bool = False
+    logarithmic: str = ""
 
 
 class HeatMap(NamedTuple):
