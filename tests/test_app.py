@@ -230,6 +230,12 @@ def test_lines_of_python_of_a_profile_in_a_file(tmp_path):
     [
         ("point", {"load.pressure": "1 mbar"}, ["load.pressure"], "is out of range; allowed"),
         ("point", {"load.speed": "3 bar"}, ["load.speed"], "wrong unit"),
+        (
+            "point",
+            {"load.speed": '[["0 s", "1 m/s"], ["5 ms", "2 m/s"]]'},
+            ["load.speed"],
+            "slider",
+        ),
         ("point", {"load.duration": ""}, ["load.duration"], "is missing"),
         (
             "point",

@@ -95,10 +95,9 @@ class Answers:
 
     def run(self, asked: Asked) -> dict[str, Any]:
         """Start the scene, or go on with it: the number of its run."""
-        texts = _texts(asked)
-        scene = scene_of(texts)
+        scene = scene_of(_texts(asked))
         force, resume = asked.get("force") is True, asked.get("resume") is True
-        return {"number": self._runs.start(scene, tables(texts), force, resume)}
+        return {"number": self._runs.start(scene, force, resume)}
 
     def cancel(self, asked: Asked) -> dict[str, Any]:
         """Ask a run to stop."""

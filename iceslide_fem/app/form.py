@@ -11,6 +11,7 @@ from pydantic import BaseModel
 from iceslide_fem.errors import SceneError
 from iceslide_fem.materials import COMPOUNDS
 from iceslide_fem.scene import Scene, parsed, put, scene_from_dict
+from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.units import Quantity, readable
 
 Texts = Mapping[str, str]
@@ -105,7 +106,8 @@ def _field(key: str, field: Any) -> dict[str, Any]:
 
 def _quantity(field: Any) -> Quantity | None:
     parts = [*field.metadata, *(part for arm in get_args(field.annotation) for part in _parts(arm))]
-    return next((part for part in parts if isinstance(part, Quantity)), None)
+    found = next((part for part in parts if isinstance(part, Quantity | RowsOf)), None)
+    return found.value if isinstance(found, RowsOf) else found
 
 
 def _parts(arm: Any) -> tuple[Any, ...]:

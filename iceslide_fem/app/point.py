@@ -82,7 +82,7 @@ def curves(texts: Texts) -> dict[str, Any]:
     values: of the sliders, SI. Raises SceneError, SimulationStopped.
     """
     given = scene_texts(texts)
-    scene = scene_of(given)
+    scene = _constant(given)
     rows, results = point_history(scene)
     return {
         "series": _series(scene, rows),
@@ -96,7 +96,7 @@ def curves(texts: Texts) -> dict[str, Any]:
 
 def half_space_curves(texts: Texts) -> dict[str, Any]:
     """The same point with the closed-form flux of the thesis, (5.6), beside it; and that flux."""
-    scene = scene_of(scene_texts(texts) | {"ice.heat": "half-space"})
+    scene = _constant(scene_texts(texts) | {"ice.heat": "half-space"})
     rows, results = point_history(scene)
     return {
         "series": _series(scene, rows) | _closed_form(scene),
@@ -115,7 +115,7 @@ def friction_map(texts: Texts, along: Sequence[str], quantity: str) -> dict[str,
     if quantity not in QUANTITIES:
         raise SceneError(f'"{quantity[:60]}" is not drawn; allowed: {", ".join(QUANTITIES)}')
     given = scene_texts(texts)
-    result = map_result(scene_of(given), x, y)
+    result = map_result(_constant(given), x, y)
     return {
         "x": x.values(MAP_SIZE).tolist(),
         "y": y.values(MAP_SIZE).tolist(),
@@ -143,6 +143,17 @@ def map_result(scene: Scene, x: Slider, y: Slider) -> PointResult:
         "duration": scene.load.duration,
     }
     return simulate(Conditions.of(**fixed | varied), tolerance=MAP_TOLERANCE)
+
+
+def _constant(texts: Texts) -> Scene:
+    """The scene of the texts, whose load has one pressure and one speed: what sliders can show."""
+    scene = scene_of(texts)
+    for name, course in (("pressure", scene.load.pressures), ("speed", scene.load.speeds)):
+        if not course.is_constant:
+            raise SceneError(
+                f"load.{name} is a table of times; a slider takes a number: run it as a scene"
+            )
+    return scene
 
 
 def _slider(key: str, texts: Texts) -> Slider:

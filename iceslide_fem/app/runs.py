@@ -129,8 +129,8 @@ class Runs:
         """Where `scene` is run."""
         return self._base / scene.name
 
-    def start(self, scene: Scene, data: dict[str, Any], force: bool, resume: bool) -> int:
-        """Run `scene`, which `data` describes, or go on with it; its number.
+    def start(self, scene: Scene, force: bool, resume: bool) -> int:
+        """Run `scene`, or go on with it; its number.
 
         Raises SceneError if its folder may not be written to, or if too many are running.
         """
@@ -148,18 +148,18 @@ class Runs:
             else:
                 check_folder(out, partial(other_results, resolved(scene)), force)
             number = len(self._started) + 1
-            self._started[number] = self._begin(scene, data, out, force, resume, number)
+            self._started[number] = self._begin(scene, out, force, resume, number)
         return number
 
     def _begin(
         self,
         scene: Scene,
-        data: dict[str, Any],
         out: Path,
         force: bool,
         resume: bool,
         number: int,
     ) -> StartedRun:
+        data = scene.model_dump(mode="json", exclude_none=True)
         for (table, key), path in scene.files.items():
             data[table][key] = str(path.absolute())
         file = Path(self._scenes.name) / f"{number}.toml"
