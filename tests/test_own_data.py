@@ -1,5 +1,7 @@
 """Data of ice, water and rubber that a scene gives: exact scalings, and what follows from them."""
 
+import tomllib
+
 import numpy as np
 import pytest
 
@@ -209,3 +211,20 @@ def test_an_integrated_step_keeps_energy_with_other_data():
         melted += float(step.latent_heat[0]) / (800.0 * 2e5)
     water = np.exp(state.log_height[0]) + state.squeezed_height[0] - 70e-9
     assert melted == pytest.approx(water, rel=0.05)  # steps of 1 %: first order in ln h
+
+
+def test_a_footprint_takes_ice_and_water_of_its_own_and_hands_them_on():
+    from iceslide_fem.footprint.blocks import TreadBlock, TreadRubber, scene_text
+    from iceslide_fem.footprint.case import FootprintCase
+
+    given = {"image": "a.png", "length": "0.1", "width": "0.1", "max_pressure": "4bar"}
+    own = {"ice_material": "2,900,2000", "melting_temperature": "-2degC", "viscosity": "2mPa*s"}
+    ride = FootprintCase.of(given | own).ride
+    assert ride.solid == Solid(2.0, 900.0, 2000.0, 271.15, ICE.latent_heat)
+    block = TreadBlock(x=0.0, y=0.0, length=0.02, width=0.02, pressure=2e5, load=80.0)
+    scene = tomllib.loads(scene_text("b", block, 1.0, ride, TreadRubber("B", None, 8e-3)))
+    made = scene_from_dict(scene)
+    assert made.ice.solid == ride.solid and made.water.viscosity == ride.viscosity == 2e-3
+    assert FootprintCase.of(given).ride.solid == ICE
+    with pytest.raises(SceneError, match="not below --melting-temperature -5 degC"):
+        FootprintCase.of(given | {"melting_temperature": "-5degC"})

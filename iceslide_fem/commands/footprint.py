@@ -79,12 +79,19 @@ def footprint(
         Text, _option("T", "Of air and tread before they touch, in (3.6).", "that of the ice")
     ] = None,
     ice_material: Annotated[
-        Text, _option("K,RHO,C", "Of the macroscopic model, SI units.", "2.22,917.8,2020")
+        Text,
+        _option(
+            "K,RHO,C", "Of the ice, SI units.", "2.22,917.8,2020; below the film 2.25,916,2220"
+        ),
     ] = None,
     tread_material: Annotated[
         Text, _option("K,RHO,C", "Of the macroscopic model, SI units.", "0.19,940,1500")
     ] = None,
     water_conductivity: Annotated[Text, _option("W/(m K)", "In (3.7).", "0.56")] = None,
+    viscosity: Annotated[Text, _option("PA*S", "Of the film's water.", "1.8mPa*s")] = None,
+    initial_height: Annotated[Text, _option("M", "Of the film at first.", "70nm")] = None,
+    melting_temperature: Annotated[Text, _option("T", "Of the ice, as of salt.", "0degC")] = None,
+    latent_heat: Annotated[Text, _option("J/KG", "Of melting.", "330kJ/kg")] = None,
     aggregate: Annotated[Text, _option("G/M2", "Spread on the ice, in (1.2).", "0")] = None,
     tolerance: Annotated[Text, _option("X", "Relative error of the film's mu.", "1e-2")] = None,
     scenes: Annotated[Text, _option("N", "Write scenes of N representative blocks.", "0")] = None,

@@ -15,7 +15,7 @@ from iceslide_fem.errors import SceneError
 from iceslide_fem.footprint.film_map import Ride
 from iceslide_fem.footprint.outlines import patch_outline
 from iceslide_fem.footprint.pressure_map import PressureMap
-from iceslide_fem.materials import BAR, ZERO_CELSIUS
+from iceslide_fem.materials import BAR, ICE, WATER_VISCOSITY, ZERO_CELSIUS, Solid
 from iceslide_fem.scene import scene_from_dict
 
 # Smaller patches are noise, not blocks: share of the mean area of all patches.
@@ -107,6 +107,14 @@ def scene_text(name: str, block: TreadBlock, share: float, ride: Ride, tread: Tr
     contact = (
         "" if tread.contact is None else f"contact = {json.dumps(str(tread.contact.resolve()))}\n"
     )
+    given = [
+        f"{name} = {value!r}\n"
+        for name, value, usual in zip(Solid._fields, ride.solid, ICE, strict=True)
+        if value != usual
+    ]
+    water = (
+        "" if ride.viscosity == WATER_VISCOSITY else f"[water]\nviscosity = {ride.viscosity!r}\n"
+    )
     duration = TRANSITS * block.length / ride.sliding_speed
     text = f"""\
 # A tread block of a footprint, on fresh ice. Its load of {block.load:.1f} N is centred
@@ -130,7 +138,7 @@ duration = "{1e3 * duration:.5g} ms"
 temperature = "{ride.temperature - ZERO_CELSIUS:.6g} degC"
 motion = "sliding"
 heat = "column"
-
+{"".join(given)}{water}
 [film]
 carrier = "ice"
 initial_height = "{1e9 * ride.initial_height:.6g} nm"

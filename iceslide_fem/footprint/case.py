@@ -22,8 +22,11 @@ from iceslide_fem.footprint.macroscopic import Macroscopic
 from iceslide_fem.materials import (
     BAR,
     CONTACT_TABLES,
+    ICE,
     ICE_EFFUSIVITY,
     WATER_CONDUCTIVITY,
+    WATER_VISCOSITY,
+    ZERO_CELSIUS,
     ContactTable,
     Solid,
 )
@@ -106,7 +109,9 @@ class FootprintCase(CommandOptions):
     source: 1 is a locked wheel. thesis_slip and thesis_time (s) enter (3.2) and (3.3) alone.
     contact: a file with k, D, H_V over pressure instead of the compound's. air_temperature (K): of
     the tread before it touches, else the ice's. ice_material, tread_material, water_conductivity:
-    of the macroscopic model, else table 1. aggregate: of (1.2), g/m2.
+    of the macroscopic model, else table 1; the ice's is that below the film, too. viscosity (Pa s),
+    initial_height (m), melting_temperature (K), latent_heat (J/kg): of film and ice. aggregate: of
+    (1.2), g/m2.
     """
 
     model_config = ConfigDict(alias_generator=_named)
@@ -144,6 +149,14 @@ class FootprintCase(CommandOptions):
     water_conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "10 W/m/K"), Number] = (
         WATER_CONDUCTIVITY
     )
+    viscosity: Annotated[float, Quantity("Pa*s", "0.01 mPa*s", "10 Pa*s"), Number] = WATER_VISCOSITY
+    initial_height: Annotated[float, Quantity("m", "1 nm", "10 um"), Number] = 70e-9
+    melting_temperature: Annotated[float, Quantity("K", "-60 degC", "0.01 degC"), Number] = (
+        ICE.melting_temperature
+    )
+    latent_heat: Annotated[float, Quantity("J/kg", "1 kJ/kg", "10000 kJ/kg"), Number] = (
+        ICE.latent_heat
+    )
     aggregate: Annotated[float, Quantity("g/m^2", "0 g/m^2", "1000 g/m^2"), Number] = 0.0
     tolerance: Annotated[float, Quantity("", "1e-6", "0.1"), Number] = 1e-2
     scenes: Annotated[int, Field(ge=0, le=1000)] = 0
@@ -165,6 +178,15 @@ class FootprintCase(CommandOptions):
         if contact is not None:
             read_contact_table(contact, "--contact")
         return contact
+
+    @model_validator(mode="after")
+    def _is_frozen(self) -> Self:
+        if self.temperature > self.melting_temperature - 1e-3 + 1e-9:
+            raise ValueError(
+                f"--temperature {self.temperature - ZERO_CELSIUS:.6g} degC is not below "
+                f"--melting-temperature {self.melting_temperature - ZERO_CELSIUS:.6g} degC"
+            )
+        return self
 
     @model_validator(mode="after")
     def _no_contradiction(self) -> Self:
@@ -271,5 +293,12 @@ class FootprintCase(CommandOptions):
             self.speed,
             self.slip * self.speed,
             self.temperature,
-            water_speed=self.water_speed,
+            self.initial_height,
+            ICE._replace(
+                **dict(zip(Solid._fields, self.ice_material or (), strict=False)),
+                melting_temperature=self.melting_temperature,
+                latent_heat=self.latent_heat,
+            ),
+            self.viscosity,
+            self.water_speed,
         )
