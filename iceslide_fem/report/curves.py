@@ -49,6 +49,8 @@ def charts_of(runs: Mapping[str, Run]) -> list[Chart]:
     alone = next(iter(runs.values())) if len(runs) == 1 else None
     charts = []
     for quantity in QUANTITIES:
+        if not any(np.isfinite(run.history[quantity.column]).any() for run in runs.values()):
+            continue  # Coulomb's friction has no film
         curves = [
             Curve(
                 name,
@@ -68,7 +70,9 @@ def charts_of(runs: Mapping[str, Run]) -> list[Chart]:
 def _said(curve: Curve) -> str:
     """A curve in words: from where to where, with its extremes."""
     x, y = np.asarray(curve.x), np.asarray(curve.y)
-    high, low = int(y.argmax()), int(y.argmin())
+    if not np.isfinite(y).any():
+        return f"{curve.name}: none"
+    high, low = int(np.nanargmax(y)), int(np.nanargmin(y))
     return (
         f"{curve.name}: from {y[0]:.4g} to {y[-1]:.4g}, largest {y[high]:.4g} at {x[high]:.3g} ms, "
         f"smallest {y[low]:.4g} at {x[low]:.3g} ms"

@@ -14,7 +14,7 @@ from iceslide_fem.scene import Scene, flat, scene_from_dict, unit_of
 
 MM, MS, NM = 1e3, 1e3, 1e9
 _MODELS = {
-    "point": "by the film law alone, at its nominal pressure",
+    "point": "at one point, at its nominal pressure",
     "slice": "in a slice along the sliding direction (plane strain)",
     "block": "in three dimensions",
 }
@@ -42,10 +42,18 @@ def in_words(scene: Mapping[str, Any]) -> str:
         f"It is computed {_MODELS[scene['model']]}. The ice {passing}"
         f"{carried if ice['motion'] == 'sliding' else ''}; heat in it is computed "
         f"{_HEAT[ice['heat']]}, {'with' if rubber.get('heat') else 'without'} heat in the rubber. "
-        f"The film begins with {NM * film['initial_height']:.4g} nm. "
+        f"{_law(scene, film)} "
         f"Steps and layers are chosen for a relative error of mu(t) of "
         f"{scene['numerics']['tolerance']:g}."
     )
+
+
+def _law(scene: Mapping[str, Any], film: Mapping[str, Any]) -> str:
+    """What rubs: the film, or another law."""
+    law = scene.get("friction", {}).get("law", "film")
+    if law == "film":
+        return f"The film begins with {NM * film['initial_height']:.4g} nm."
+    return f"Friction is that of the law {law} in place of the film."
 
 
 def doubts_of(run: Run) -> list[Text]:
