@@ -156,8 +156,8 @@ def test_heat_given_is_the_heat_in_the_ice_trail_included():
     sliding = started(scene)
     given = 0.0
     while sliding.current.time < scene.load.duration:
-        passage = sliding.advance().interface_step
-        given += float(passage.step.ice_heat @ passage.area)
+        passage = sliding.advance().passage
+        given += sum(float(one.step.ice_heat @ one.area) for one in passage.steps)
     kept = heat_in(sliding.carrier.ice, sliding.current.interface.ice)
     assert kept == pytest.approx(given, rel=1e-9)
 

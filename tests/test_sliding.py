@@ -188,7 +188,7 @@ def test_a_step_that_is_no_number_ends_the_trials(monkeypatch):
 def test_friction_that_springs_back_has_no_negative_error():
     sliding = started(thesis("load.duration=1ms", "numerics.refinement=0.25"))
     accepted = sliding.advance()
-    step = accepted.interface_step
+    step = accepted.passage.steps[-1]
     forwards = sliding._error.of_film(step, sliding.current.interface)
     turned = step._replace(loads=step.loads._replace(viscous=-step.loads.viscous))
     assert sliding._error.of_film(turned, sliding.current.interface) == forwards > 0.0

@@ -6,11 +6,16 @@ They are found before the step is accepted: one whose energy does not close is r
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.interface.carriers import InterfaceStep
+from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.rubber.block import Block
+
+if TYPE_CHECKING:
+    from iceslide_fem.coupling.passage import Passage
 
 
 class Mechanics(NamedTuple):
@@ -75,7 +80,8 @@ def mechanics_of(
 
 def step_energies(
     block: Block,
-    interface_step: InterfaceStep,
+    passage: Passage,
+    forces: Sequence[float],
     time: float,
     dt: float,
     before: Mechanics,
@@ -83,27 +89,31 @@ def step_energies(
 ) -> Energies:
     """Entries of a step of `dt` (s) from `time` that leads from `before` to `after`. Collective.
 
-    The plate's force and speed are straight lines over the step, and so is friction.
+    The plate's force and speed are straight lines over the step, and so is friction between the
+    `forces` (N) at its start and at the ends of the parts of `passage`.
     """
-    step, area = interface_step.step, interface_step.area
-    force = 0.5 * (before.friction_force + after.friction_force)
     load, end = block.scene.load, time + dt
-    bend = (after.friction_force - before.friction_force) / 12.0
-    bend *= load.speeds.at(end) - load.speeds.at(time)
+    times = [time, *(time + share * dt for share in passage.ends)]
+    work = 0.0
+    for (first, last), (force, final) in zip(pairwise(times), pairwise(forces), strict=True):
+        bend = (final - force) / 12.0 * (load.speeds.at(last) - load.speeds.at(first))
+        mean = 0.5 * (force + final) * load.speeds.mean_between(first, last)
+        work += (mean + bend) * (last - first)
     acceleration = (load.speeds.at(end) - load.speeds.at(time)) / dt
     carried = acceleration * (after.mass_moment - before.mass_moment)
     weight = load.pressures.mean_between(time, end) * block.area
 
-    def total(density: Array) -> float:
-        return block.scale * block.surface.total(density, area)
+    def total(heat: str) -> float:
+        own = sum(float(one.area @ getattr(one.step, heat)) for one in passage.steps)
+        return block.scale * float(block.surface.comm.allreduce(own, op=MPI.SUM))
 
     return Energies(
-        friction_work=force * load.speeds.mean_between(time, end) * dt + bend * dt,
+        friction_work=work,
         load_work=block.scale * weight * (after.plate_displacement - before.plate_displacement)
         - carried,
-        ice_heat=total(step.ice_heat),
-        rubber_heat=total(step.rubber_heat),
-        latent_heat=total(step.latent_heat),
+        ice_heat=total("ice_heat"),
+        rubber_heat=total("rubber_heat"),
+        latent_heat=total("latent_heat"),
         elastic_energy=after.elastic_energy - before.elastic_energy,
         kinetic_energy=after.kinetic_energy - before.kinetic_energy,
     )

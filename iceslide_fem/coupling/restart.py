@@ -143,6 +143,7 @@ def gathered(sliding: Sliding) -> dict[str, Any]:
     return {
         "time": memory.time,
         "step": memory.step,
+        "film_step": memory.film_step,
         "solved": memory.motion[:2],
         "offset": memory.offset,
         "steady": memory.steady,
@@ -173,6 +174,7 @@ def resumed(block: Block, state: Mapping[str, Any]) -> Sliding:
         Memory(
             time=state["time"],
             step=state["step"],
+            film_step=state["film_step"],
             start=nodes["start"],
             motion=Motion(time, span, **{name: nodes[name] for name in MOVES}),
             speed=points["speed"],

@@ -1,9 +1,10 @@
 """The coupled step: film and ice heat under a changing pressure, the block under a changing shear.
 
-A step predicts the block's motion, advances film and ice heat under the predicted pressure,
-finds the block's equilibrium under the new shear, and advances film and heat once more from the
-old state under the pressure found. If that changes the film by more than a share of the tolerance,
-block and film are solved again. Nothing of the old state is touched before the step is accepted.
+A step predicts the block's motion, advances film and ice heat under the predicted pressure (in
+sub-steps of their own: `passage`), finds the block's equilibrium under the new shear, and advances
+film and heat once more from the old state under the pressure found. If that changes the film by
+more than a share of the tolerance, block and film are solved again. Nothing of the old state is
+touched before the step is accepted.
 """
 
 from __future__ import annotations
@@ -14,15 +15,16 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.energy import Mechanics, mechanics_of, step_energies
+from iceslide_fem.coupling.passage import Films, Passage, Refused
 from iceslide_fem.coupling.state import Accepted, CoupledState, Memory
 from iceslide_fem.coupling.step_error import COUPLING, CouplingControl, StepError
 from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.friction import Sheared
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
-from iceslide_fem.film.step_control import step_factor
+from iceslide_fem.film.step_control import GROW, step_factor
 from iceslide_fem.interface.build import carrier_of
-from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep
+from iceslide_fem.interface.carriers import ContactLoads
 from iceslide_fem.mesh.ice import window_cell
 from iceslide_fem.rubber.block import Block, SpeedLaw
 from iceslide_fem.rubber.time_discretisation import (
@@ -41,14 +43,6 @@ SMALLEST_STEP = 1e-10  # of the duration
 MANY_ITERATIONS = 10
 # What is told of a trial that is refused: its length (s), and why.
 Refusal = Callable[[float, Exception], None]
-
-
-class Refused(ArithmeticError):
-    """A trial step is not good enough: `factor` says how much shorter the next should be."""
-
-    def __init__(self, reason: str, factor: float) -> None:
-        super().__init__(reason)
-        self.factor = factor
 
 
 def _motion_law(block: Block) -> MotionLaw:
@@ -76,12 +70,13 @@ class Sliding:
         """
         scene = block.scene
         self.block = block
-        self._integrator = INTEGRATORS[scene.numerics.film_integrator]
+        integrator = INTEGRATORS[scene.numerics.film_integrator]
         self._duration = scene.load.duration
         n = block.surface.n_points
         self.layers_for = layers_for or self._duration
         self.carrier = carrier_of(block, self.layers_for)
         self._error = StepError(block, control)
+        self._films = Films(self.carrier, self._error, integrator)
         state = self.carrier.start(scene.initial_height, n)
         self._pressures, self._speeds = scene.load.pressures, scene.load.speeds
         loads = self._loads(np.full(n, self._speeds.first), 0.0)
@@ -99,8 +94,9 @@ class Sliding:
         self._passing = scene.ice.motion == "sliding"
         if self._passing:  # no ice passes from cell to cell unseen
             self._longest = min(self._longest, window_cell(scene) / self._speeds.largest)
-        self._adaptive = bool(self._integrator.estimate)
+        self._adaptive = bool(integrator.estimate)
         self._dt = min(FIRST_STEP * self._duration if self._adaptive else np.inf, self._longest)
+        self._film_step = self._dt
 
     def memory(self) -> Memory:
         """All that later steps depend on, of this rank."""
@@ -108,6 +104,7 @@ class Sliding:
         return Memory(
             time=now.time,
             step=self._dt,
+            film_step=self._film_step,
             start=self._start,
             motion=now.motion,
             speed=now.loads.speed,
@@ -134,7 +131,7 @@ class Sliding:
             steady=memory.steady,
             way=memory.way,
         )
-        self._dt = memory.step
+        self._dt, self._film_step = memory.step, memory.film_step
 
     def shear(self, interface: InterfaceState, loads: ContactLoads) -> Array:
         """Friction stress on the ice at the points, (n,), Pa. Collective."""
@@ -194,6 +191,7 @@ class Sliding:
                 if cut and not rejected:  # a short step to a corner says nothing of the next
                     following = max(following, self._dt)
                 self._dt = min(following, self._longest)
+                self._film_step = trial.passage.following
             return trial._replace(rejected=rejected)
 
     def _try(self, dt: float) -> tuple[Accepted, float]:
@@ -207,9 +205,8 @@ class Sliding:
         start, before = self.current, self._resting(self.current.loads, self.current.time)
         loads = self._resting(before, start.time + dt)
         loads = loads._replace(offset=before.offset + self._way(dt))
-        interface_step = self._advance_interface(loads, dt, before)
-        control = self._allowed(interface_step, 1.0)
-        state = interface_step.step.state
+        passage = self._films.passage(start.interface, before, loads, dt, self._film_step)
+        state = passage.state
         shear = self.shear(state, loads)
         if not self._error.is_quiet(shear, start.solved_shear, start.loads.area):
             return None
@@ -221,7 +218,7 @@ class Sliding:
             interface=state,
             mechanics=start.mechanics._replace(friction_force=force),
         )
-        return self._accepted(after, dt, interface_step, 0, False, float(self._factor(control)))
+        return self._accepted(after, dt, passage, 0, False, GROW)
 
     def _solved(self, dt: float) -> tuple[Accepted, float]:
         """A trial step with the block in equilibrium under the shear at its end."""
@@ -230,21 +227,23 @@ class Sliding:
         values[:], rate = self.motion_law.begin(start, time)
         speed, load = self._speed(rate, time), self._pressures.at(time) / self._pressures.first
         loads = self._loads_after(dt, speed)
-        interface_step = self._advance_interface(loads, dt)
-        self._allowed(interface_step, 1.0)
+        interface, before = self.current.interface, self.current.loads
+        passage = self._films.passage(interface, before, loads, dt, self._film_step)
+        bend = self._error.of_curve(self._forces(passage), passage.ends)
+        if bend > 1.0 and self._adaptive:
+            raise Refused("friction follows no straight line", float(step_factor(bend, 2)))
         iterations, mismatches = 0, []
         for _ in range(self._passes):
-            sheared = self.carrier.sheared(interface_step.step.state, loads)
+            sheared = self.carrier.sheared(passage.state, loads)
             iterations += self._balance(sheared, speed, load)
             loads = self._loads_after(dt, speed)
-            corrected = self._advance_interface(loads, dt)
-            mismatches.append(self._error.of_coupling(interface_step, corrected))
-            interface_step = corrected
+            corrected = self._films.again(interface, before, loads, dt, passage)
+            mismatches.append(self._error.of_coupling(passage.steps[-1], corrected.steps[-1]))
+            passage = corrected
             if mismatches[-1] <= 1.0:
                 break
         else:
             raise Refused("block and film do not agree", 0.4)
-        control = self._allowed(interface_step, 2.0)
 
         motion = self.motion_law.end(start, time, values.copy())
         drift = self._error.of_motion(
@@ -253,23 +252,22 @@ class Sliding:
         if drift > 1.0:
             raise Refused("the block moves too fast", float(step_factor(drift, 2)))
 
-        state = interface_step.step.state
+        state = passage.state
         shear, at_rest = self.shear(state, loads), self.shear(state, self._resting(loads, time))
-        before, area = self.current.solved_shear, self.current.loads.area
-        steady = self.motion_law.may_rest and self._error.is_quiet(at_rest, before, area)
+        solved, area = self.current.solved_shear, self.current.loads.area
+        steady = self.motion_law.may_rest and self._error.is_quiet(at_rest, solved, area)
         mechanics = self._mechanics(shear, loads, motion)
         after = CoupledState(time, motion, block.contact, loads, state, mechanics, shear, steady)
-        factor = min(float(self._factor(control)), float(step_factor(mismatches[0], 2)))
-        factor = min(factor, float(step_factor(drift, 2)))
+        factor = float(step_factor(max(mismatches[0], drift, bend), 2))
         if iterations > MANY_ITERATIONS:
             factor = min(factor, 0.8)
-        return self._accepted(after, dt, interface_step, iterations, True, factor)
+        return self._accepted(after, dt, passage, iterations, True, factor)
 
     def _accepted(
         self,
         after: CoupledState,
         dt: float,
-        interface_step: InterfaceStep,
+        passage: Passage,
         iterations: int,
         solved: bool,
         factor: float,
@@ -282,28 +280,41 @@ class Sliding:
             raise Refused("rubber that springs back would push the block forward", 0.25)
         before = self.current.mechanics
         energies = step_energies(
-            self.block, interface_step, self.current.time, dt, before, after.mechanics
+            self.block,
+            passage,
+            self._forces(passage),
+            self.current.time,
+            dt,
+            before,
+            after.mechanics,
         )
         unclosed = self._error.of_energy(energies, dt, after.mechanics.friction_force)
         shorter = float(step_factor(unclosed, 2))
         if unclosed > 1.0 and self._adaptive:  # else nobody could choose a better step
             raise Refused("the step's energy does not close: the block snaps", shorter)
-        rise = after.interface.squeezed_height - self.current.interface.squeezed_height
-        squeezed = self.block.scale * self.block.surface.total(rise, interface_step.area)
+        squeezed = self._squeezed(passage)
         shifted, lost = self._window_shifted(after)
         accepted = Accepted(
-            shifted,
-            dt,
-            interface_step,
-            energies,
-            after.loads,
-            iterations,
-            solved,
-            0,
-            squeezed,
-            lost,
+            shifted, dt, passage, energies, after.loads, iterations, solved, 0, squeezed, lost
         )
         return accepted, dt * min(factor, shorter)
+
+    def _forces(self, passage: Passage) -> list[float]:
+        """Friction force of the block, N, now and after each step of `passage`. Collective."""
+        forces = [self.current.mechanics.friction_force]
+        for one, loads in zip(passage.steps, passage.loads, strict=True):
+            shear = self.shear(one.step.state, loads)
+            forces.append(self.block.scale * self.block.surface.total(shear, loads.area))
+        return forces
+
+    def _squeezed(self, passage: Passage) -> float:
+        """Water that leaves the films of the whole block in `passage`, m3. Collective."""
+        water, before = 0.0, self.current.interface.squeezed_height
+        for one in passage.steps:
+            after = one.step.state.squeezed_height
+            water += self.block.surface.total(after - before, one.area)
+            before = after
+        return self.block.scale * water
 
     def _mechanics(self, shear: Array, loads: ContactLoads, motion: Motion) -> Mechanics:
         """What the block does and stores at its present displacements. Collective."""
@@ -394,23 +405,6 @@ class Sliding:
     def _resting(self, loads: ContactLoads, time: float) -> ContactLoads:
         """The rubber's points at `time` (s) if they do not move relative to the plate."""
         return loads._replace(speed=np.full_like(loads.speed, self._speeds.at(time)))
-
-    def _advance_interface(
-        self, loads: ContactLoads, dt: float, before: ContactLoads | None = None
-    ) -> InterfaceStep:
-        """Film and heat over the step to `loads`, from `before` or the current ones."""
-        start, before = self.current, before or self.current.loads
-        return self.carrier.pass_over(start.interface, before, loads, dt, self._integrator)
-
-    def _allowed(self, interface_step: InterfaceStep, most: float) -> float:
-        """Error of film and heat; raises Refused if it is above `most` of what is allowed."""
-        control = self._error.of_film(interface_step, self.current.interface)
-        if control > most:
-            raise Refused("film and heat change too fast", float(self._factor(control)))
-        return control
-
-    def _factor(self, control: float) -> Array:
-        return step_factor(control, self._integrator.estimate_order)
 
     def _all(self, here: bool) -> bool:
         return bool(self.block.surface.comm.allreduce(here, op=MPI.LAND))

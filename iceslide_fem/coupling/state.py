@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.energy import Energies, Mechanics
+from iceslide_fem.coupling.passage import Passage
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep
+from iceslide_fem.interface.carriers import ContactLoads
 from iceslide_fem.rubber.contact import ContactState
 from iceslide_fem.rubber.time_discretisation import Motion
 
@@ -35,12 +36,13 @@ class CoupledState(NamedTuple):
 class Memory(NamedTuple):
     """What a slide remembers between two steps: the rest of its state follows from it.
 
-    time and step, the length of the next (s); start: displacements at t = 0; motion, speed, shear
+    time and step, the length of the next (s); film_step: of film and heat (s); start: displacements at t = 0; motion, speed, shear
     (of the points, m/s and Pa), offset and way (m), interface and steady as in `CoupledState`.
     """
 
     time: float
     step: float
+    film_step: float
     start: Array
     motion: Motion
     speed: Array
@@ -54,7 +56,7 @@ class Memory(NamedTuple):
 class Accepted(NamedTuple):
     """An accepted step: the state it leads to, and what happened on the way.
 
-    interface_step: film and heat; energies: its entries in the ledger; loads: the rubber's points
+    passage: of film and heat; energies: its entries in the ledger; loads: the rubber's points
     at its end, before the window moved; iterations: Newton's; solved: whether the block was solved;
     rejected: steps refused before; squeezed_water: what contact has squeezed out in it, lost_water:
     what was scraped off or has left the window of ice, m3.
@@ -62,7 +64,7 @@ class Accepted(NamedTuple):
 
     state: CoupledState
     dt: float
-    interface_step: InterfaceStep
+    passage: Passage
     energies: Energies
     loads: ContactLoads
     iterations: int

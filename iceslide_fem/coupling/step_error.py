@@ -6,6 +6,7 @@ of relative errors of the shear bounds that of mu.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +24,8 @@ LOCAL_SHARE, LOCAL_POWER = 2.4, 1.6
 # How much larger the temperature's local error may be where ice passes: it sits in the one or two
 # cells where melting begins, and leaves with them. mu(t) stays within the tolerance.
 PASSING_EASE = 10.0
+# Share of the tolerance by which friction may leave the line from one step's end to the next.
+CURVE_SHARE = 0.5
 # Share of the energy that a step turns over which may be missing or too much: that of a whole run
 # is then no larger. Steps of a smooth motion stay below half of it.
 ENERGY_SHARE = 0.01
@@ -57,7 +60,7 @@ class StepError:
     def __init__(self, block: Block, control: CouplingControl = COUPLING) -> None:
         scene = block.scene
         self._block, self._control = block, control
-        tolerance = scene.numerics.tolerance
+        self._tolerance = tolerance = scene.numerics.tolerance
         self._local_tolerance = LOCAL_SHARE * tolerance**LOCAL_POWER
         # However large a tolerance: energies of a block and a film that agree less do not close.
         self._agreement = min(tolerance, ENERGY_SHARE)
@@ -88,6 +91,18 @@ class StepError:
         """What one more pass over block and film has changed."""
         change = after.change(before)
         return self._mean(change, after.friction()) / (self._control.agreement * self._agreement)
+
+    def of_curve(self, forces: Sequence[float], ends: Sequence[float]) -> float:
+        """How far friction `forces` (N) within a step leave the line between its ends.
+
+        `forces` are those at its start and at the `ends` (shares) of its parts. A history has one
+        row per step.
+        """
+        line = np.interp(ends, [0.0, 1.0], [forces[0], forces[-1]])
+        off = float(np.abs(np.array(forces[1:]) - line).max())
+        load = self._block.scene.load
+        least = LEAST_FRICTION * load.pressures.smallest * self._block.area * self._block.scale
+        return off / (CURVE_SHARE * self._tolerance * max(np.abs(forces).max(), least))
 
     def of_energy(self, energies: Energies, dt: float, friction: float) -> float:
         """What is missing in the energies of a step of `dt` (s), or too much.

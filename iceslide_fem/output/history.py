@@ -162,7 +162,7 @@ def _switches(sliding: Sliding, accepted: Accepted | None) -> tuple[Array, Array
     if accepted is None:
         nowhere = np.zeros(sliding.block.surface.n_points)
         return nowhere, nowhere
-    last, loads = accepted.interface_step.step.last, accepted.loads
+    last, loads = accepted.passage.steps[-1].step.last, accepted.loads
     carrier = sliding.carrier
     melting, saturated = last.melting.astype(float), last.saturated.astype(float)
     return carrier.at_points(melting, loads), carrier.at_points(saturated, loads)

@@ -120,24 +120,30 @@ class Equilibrium:
             smallest = min(size, smallest)
             if change is None:
                 change = self._kept_direction()
-            fresh = change is None
             if change is None:
                 change, tangents = self._new_direction(size), tangents + 1
-            trial = self._trial(force, law, tolerance, change, DAMPINGS if fresh else DAMPINGS[:1])
+                strides, safe = 0, values.copy()
+            trial = self._trial(force, law, tolerance, change, DAMPINGS[:1])
+            if not trial.accepted and strides < LEAPS and trial.contraction < STRIDE:
+                size, change, strides = trial.size, trial.following, strides + 1
+                continue
+            fresh = tangents > 0
+            if not trial.accepted and fresh:
+                values -= change
+                trial = self._trial(force, law, tolerance, change, DAMPINGS[1:])
             if trial.accepted:
                 size, safe = trial.size, values.copy()
                 soon = size * trial.contraction**self._patience <= tolerance
-                self._has_tangent, change = soon, trial.following if soon else None
+                self._has_tangent = soon or trial.damping < 1.0
+                change = trial.following if self._has_tangent else None
                 continue
-            if not fresh and strides < LEAPS and trial.contraction < STRIDE:
-                size, change, strides = trial.size, trial.following, strides + 1
-                continue
-            self._has_tangent, values[:] = False, safe
-            if fresh:
-                if leaps == LEAPS or trial.finite is None:
-                    raise NotConverged(_stuck(smallest, force))
+            values[:] = safe
+            if fresh and leaps < LEAPS and trial.finite is not None:
                 values += trial.finite * change
                 leaps += 1
+            elif fresh:
+                raise NotConverged(_stuck(smallest, force))
+            self._has_tangent = fresh
             size, change = self._imbalance(force, law), None
         raise NotConverged(_stuck(smallest, force))
 

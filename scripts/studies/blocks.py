@@ -51,7 +51,7 @@ def slid(scene: Scene, block: Block | None = None, control: CouplingControl = CO
         accepted = run.advance()
         time.append(run.current.time)
         mu.append(present_mu(run))
-        work += float(accepted.interface_step.area @ accepted.interface_step.step.friction_work)
+        work += sum(float(one.area @ one.step.friction_work) for one in accepted.passage.steps)
         rejected += accepted.rejected
         iterations += accepted.iterations
     mean = work / (scene.load.speed * run.current.time * block.force)
