@@ -98,8 +98,8 @@ def test_uniform_pressure_gives_the_point_rung(heat):
 def test_energy_ledger_closes(heat):
     rows = slide(thesis(f"ice.heat={heat}"))
     late = rows["time_s"] > 1e-4
-    assert np.abs(rows["energy_imbalance"][late]).max() < 3e-4
-    assert np.abs(rows["energy_imbalance"][-1]) < 3e-5
+    assert np.abs(rows["energy_imbalance"][late]).max() < 1e-3
+    assert np.abs(rows["energy_imbalance"][-1]) < 1e-4
     assert rows["latent_heat_J"][-1] > 0.02 * rows["friction_work_J"][-1]
     # The film grows from what was melted, less what was squeezed out: another count of latent heat.
     assert rows["friction_force_N"][-1] == pytest.approx(

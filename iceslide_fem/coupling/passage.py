@@ -78,13 +78,13 @@ class Films:
                 trial = self._carrier.pass_over(state, points[-1], loads, length, self._integrator)
                 control = self._error.of_film(trial, state)
             except NotConverged:
-                if length < SMALLEST_SHARE * dt or not self._adaptive:
+                if not self._adaptive or not length >= SMALLEST_SHARE * dt:
                     raise
                 wanted = 0.25 * length
                 continue
             factor = self._factor(control)
             if control > 1.0:
-                if not self._adaptive or length < SMALLEST_SHARE * dt:
+                if not self._adaptive or not length >= SMALLEST_SHARE * dt:
                     raise Refused("film and heat change too fast", factor)
                 wanted = factor * length
                 continue

@@ -3,27 +3,86 @@
 The error is that of mu(t) over all 7 ms against a run with a mesh twice as fine and steps at
 least four times as fine; references are kept in a folder and computed once. Each timed run is a
 process of its own, started after its forms were compiled. A reference once made serves for any
-`--refinement`: its own is printed.
+`--refinement`: its own is printed. With `--against TREE` the same runs are made by the package in
+that folder, too, one after the other, and the ratio of their times is printed. The ice's share is
+that of its stages without the film's, by Python's profiler.
 """
 
 from __future__ import annotations
 
+import os
+import pstats
+import subprocess
+import sys
 import tempfile
 from pathlib import Path
+from resource import RUSAGE_CHILDREN, getrusage
+from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.results import differences, read_run
-from scripts.studies.common import ROOT, options, run_words, silently
+from iceslide_fem.results import Run, differences, read_run
+from scripts.studies.common import ROOT, options, run_words, silently, table
 
-LIMITS = {"slice": 5.0, "block": 180.0}
+LIMITS = {"slice": 1.5, "block": 14.0}  # s at a tolerance of 1e-2
 SCENE = ROOT / "cases" / "thesis_1bar.toml"
+HEAD = ("tree", "tolerance", "ranks", "unknowns", "steps", "seconds", "processor s",
+        "largest", "rms", "mean", "of mean mu")  # fmt: skip
 
 
-def make(model: str, out: Path, ranks: int, changes: list[str]) -> None:
-    """Run the case."""
-    common = (f"model={model}", "ice.heat=continuum")
-    silently(run_words(SCENE, out, *common, *changes, ranks=ranks))
+class Timed(NamedTuple):
+    """A run, and the processor seconds of all its processes."""
+
+    run: Run
+    processor: float
+
+
+def make(tree: Path, out: Path, ranks: int, changes: list[str]) -> Timed:
+    """Run the case with the package of `tree`."""
+    before = getrusage(RUSAGE_CHILDREN)
+    words = [word for word in run_words(SCENE, out, *changes, ranks=ranks) if word != "--force"]
+    paths = os.environ | {"PYTHONPATH": str(tree)}
+    subprocess.run(words, check=True, stdout=subprocess.DEVNULL, cwd=tree, env=paths)
+    after = getrusage(RUSAGE_CHILDREN)
+    spent = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+    return Timed(read_run(out), spent)
+
+
+def ice_share(folder: Path, changes: list[str]) -> float:
+    """The ice's share of a run on one rank: its stages less what the film takes of them."""
+    profile = folder / "profile"
+    words = run_words(SCENE, folder / "profiled", *changes)
+    silently([sys.executable, "-m", "cProfile", "-o", str(profile), *words[1:]])
+    found = pstats.Stats(str(profile)).stats  # type: ignore[attr-defined]
+
+    def seconds(module: str, function: str) -> float:
+        return sum(
+            row[3] for key, row in found.items() if key[0].endswith(module) and key[2] == function
+        )
+
+    ice = seconds("ice_continuum.py", "stage") - seconds("film/law.py", "solve")
+    return ice / seconds("coupling/sliding.py", "advance")
+
+
+def reference(folder: Path, loose: float, steps: int, changes: list[str], refinement: float) -> Run:
+    """The fine run in `folder`, made if it is not there.
+
+    Steps are as tolerance^0.8 (docs/accuracy.md): four times as many at a sixth.
+    """
+    if not (folder / "summary.json").is_file():
+        fine = [
+            f"numerics.max_step={7e-3 / (4 * steps)}",
+            f"numerics.tolerance={loose / 6.0}",
+            f"numerics.refinement={2.0 * refinement}",
+        ]
+        make(ROOT, folder, 2, [*changes, *fine])
+    run = read_run(folder)
+    summary = run.summary
+    print(
+        f"reference: {summary['steps']} steps, {summary['dofs']} unknowns, "
+        f"{summary['wall_s']:.0f} s, refinement {summary['scene']['numerics']['refinement']:g}"
+    )
+    return run
 
 
 def main() -> None:
@@ -33,52 +92,55 @@ def main() -> None:
     parser.add_argument("--tolerances", nargs="+", default=["1e-2", "1e-3"])
     parser.add_argument("--refinement", type=float, default=1.0, help="of the timed runs' mesh")
     parser.add_argument("--references", type=Path, default=ROOT / "results" / "references")
+    parser.add_argument("--against", type=Path, help="folder with another version of the package")
     arguments = parser.parse_args()
     model = arguments.model
-    reference = arguments.references / f"thesis_1bar_{model}"
-    with tempfile.TemporaryDirectory() as folder:
-        rows = []
+    scene = [f"model={model}", "ice.heat=continuum"]
+    trees = [ROOT] + ([arguments.against.resolve()] if arguments.against else [])
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        found: dict[tuple[str, int, Path], Timed] = {}
         for tolerance in arguments.tolerances:
-            for ranks in arguments.ranks:
-                change = [
-                    f"numerics.tolerance={tolerance}",
-                    f"numerics.refinement={arguments.refinement}",
-                ]
-                make(model, Path(folder) / "warm", ranks, [*change, "load.duration=20us"])
-                out = Path(folder) / f"{tolerance}_{ranks}"
-                make(model, out, ranks, change)
-                rows.append((tolerance, ranks, read_run(out)))
-        if not (reference / "summary.json").is_file():
-            # Steps are as tolerance^0.8 (docs/accuracy.md): four times as many at a sixth.
-            # The longest step is bounded too.
-            loose = max(float(tolerance) for tolerance in arguments.tolerances)
-            steps = min(run.summary["steps"] for _, _, run in rows)
-            longest = 7e-3 / (4 * steps)
-            fine = [
-                f"numerics.max_step={longest}",
-                f"numerics.tolerance={loose / 6.0}",
-                f"numerics.refinement={2.0 * arguments.refinement}",
+            numerics = [
+                f"numerics.tolerance={tolerance}",
+                f"numerics.refinement={arguments.refinement}",
             ]
-            make(model, reference, 2, fine)
-        fine_run = read_run(reference)
-        print(
-            f"reference: {fine_run.summary['steps']} steps, {fine_run.summary['dofs']} unknowns, "
-            f"{fine_run.summary['wall_s']:.0f} s, refinement "
-            f"{fine_run.summary['scene']['numerics']['refinement']:g}"
-        )
-        print(f"{'model':6} {'tolerance':>9} {'ranks':>5} {'unknowns':>8} {'steps':>5} "
-              f"{'seconds':>8} {'largest':>8} {'rms':>8} {'mean':>8} "
-              f"{'of mean mu':>10}")  # fmt: skip
-        for tolerance, ranks, run in rows:
-            error = np.abs(differences(run, fine_run))
-            largest, rms, mean = error.max(), np.sqrt(np.mean(error**2)), error.mean()
+            for ranks in arguments.ranks:
+                for number, tree in enumerate(trees):
+                    out = folder / f"{tolerance}_{ranks}_{number}"
+                    warm = out.with_suffix(".warm")
+                    make(tree, warm, ranks, [*scene, *numerics, "load.duration=20us"])
+                    found[tolerance, ranks, tree] = make(tree, out, ranks, [*scene, *numerics])
+        loose = max(float(tolerance) for tolerance in arguments.tolerances)
+        steps = min(timed.run.summary["steps"] for timed in found.values())
+        kept = arguments.references / f"thesis_1bar_{model}"
+        fine = reference(kept, loose, steps, scene, arguments.refinement)
+        rows = []
+        for (tolerance, ranks, tree), (run, processor) in found.items():
+            error = np.abs(differences(run, fine))
             summary = run.summary
-            print(
-                f"{model:6} {tolerance:>9} {ranks:5d} {summary['dofs']:8d} {summary['steps']:5d} "
-                f"{summary['wall_s']:8.1f} {largest:8.2%} {rms:8.2%} {mean:8.2%} "
-                f"{summary['mu_mean'] / fine_run.summary['mu_mean'] - 1:10.2%}"
-            )
-        print(f"limit: {LIMITS[model]:g} s at 1 % (see docs/accuracy.md)")
+            sizes = (error.max(), np.sqrt(np.mean(error**2)), error.mean())
+            rows.append((
+                "this" if tree == ROOT else tree.name, tolerance, ranks, summary["dofs"],
+                summary["steps"], f"{summary['wall_s']:.1f}", f"{processor:.1f}",
+                *(f"{size:.2%}" for size in sizes),
+                f"{summary['mu_mean'] / fine.summary['mu_mean'] - 1:.2%}",
+            ))  # fmt: skip
+        table(HEAD, rows)
+        for (tolerance, ranks, tree), timed in found.items():
+            if tree != ROOT:
+                new = found[tolerance, ranks, ROOT]
+                wall = timed.run.summary["wall_s"] / new.run.summary["wall_s"]
+                print(f"{tolerance}, {ranks} ranks: {wall:.2f} times as fast as {tree.name}, "
+                      f"{timed.processor / new.processor:.2f} by the processor")  # fmt: skip
+        for tolerance in arguments.tolerances:
+            walls = [found[tolerance, n, ROOT].run.summary["wall_s"] for n in arguments.ranks]
+            if len(walls) > 1:
+                print(f"{tolerance}: {arguments.ranks[-1]} ranks {walls[0] / walls[-1]:.2f} times "
+                      f"as fast as {arguments.ranks[0]}")  # fmt: skip
+        share = ice_share(folder, [*scene, f"numerics.tolerance={arguments.tolerances[0]}"])
+        print(f"share of the ice in the steps at {arguments.tolerances[0]}: {share:.1%}")
+        print(f"limit: {LIMITS[model]:g} s on one rank at 1e-2")
 
 
 if __name__ == "__main__":

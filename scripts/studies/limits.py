@@ -1,0 +1,161 @@
+"""Seconds and memory of the 3-D tread block against its unknowns: direct and iterative, 1 and 2
+ranks, where the time goes, the exponents, and what two million unknowns would take.
+
+Each run presses the block and slides it for a moment, in a process of its own. Seconds are per
+step of the slide, memory is that of one process. What stands for more unknowns than were run is
+calculated from the two largest runs and printed as such.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from iceslide_fem.mesh.size import unknowns
+from scripts.studies.common import ROOT, case, draw, on_ranks, options, picture_options, table
+
+SOLVERS = {
+    "direct": "",
+    "iterative": "-rubber_ksp_type fgmres -rubber_ksp_rtol 1e-6 -rubber_ksp_max_it 400 "
+    "-rubber_ksp_gmres_restart 100 -rubber_pc_type gamg",
+}
+SIZES = (5e3, 1.2e4, 3e4, 6e4, 1.2e5, 2.5e5)
+QUICK_SIZES = (2e3, 5e3)
+CLUSTER = 2e6  # unknowns
+# What the calculation assumes of it: cores as fast as this one, so many, and their efficiency.
+CORES, EFFICIENCY = 64, 0.5
+
+
+class Point(NamedTuple):
+    """One run: its solver, ranks and unknowns of rubber; per step seconds of parts; MB."""
+
+    solver: str
+    ranks: int
+    rubber: int
+    steps: int
+    parts: dict[str, float]
+    seconds: float
+    memory: float
+
+
+def changes_for(size: float) -> list[str]:
+    """Changes of the scene with which its rubber has about `size` unknowns."""
+    low, high = 0.05, 4.0
+    for _ in range(30):
+        middle = (low * high) ** 0.5
+        found = unknowns(case("tread_block", "model=block", f"numerics.refinement={middle}"))
+        low, high = (middle, high) if found.rubber < size else (low, middle)
+    return ["model=block", f"numerics.refinement={high:.4f}"]
+
+
+def measured(solver: str, ranks: int, size: float, duration: str, limit: float) -> Point | None:
+    """The run, or None if it fails or takes longer than `limit` (s)."""
+    changes = [*changes_for(size), f"load.duration={duration}"]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "run.json"
+        words = [sys.executable, "-m", "scripts.studies.sliding_cost", "--child", str(path)]
+        words += [word for change in changes for word in ("--set", change)]
+        environment = os.environ | {"PETSC_OPTIONS": SOLVERS[solver]}
+        try:
+            done = subprocess.run(
+                on_ranks(words, ranks),
+                cwd=ROOT,
+                env=environment,
+                capture_output=True,
+                timeout=limit,
+            )
+        except subprocess.TimeoutExpired:
+            return None
+        if done.returncode:
+            return None
+        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    steps = found["steps"]
+    parts = {name: seconds / steps for name, seconds in found["parts"].items()}
+    rubber = unknowns(case("tread_block", *changes)).rubber
+    total = sum(parts.values())
+    return Point(solver, ranks, rubber, steps, parts, total, found["memory"])
+
+
+def exponent(points: list[Point], value: str) -> float:
+    """Of `value` in the unknowns, between the two largest runs."""
+    one, other = points[-2:]
+    grown = np.log(getattr(other, value) / getattr(one, value))
+    return float(grown / np.log(other.rubber / one.rubber))
+
+
+def picture(series: dict[tuple[str, int], list[Point]]) -> Figure:
+    """Seconds and memory against unknowns."""
+    figure = Figure(figsize=(9.0, 4.0), layout="constrained")
+    for axes, value, name in zip(
+        figure.subplots(1, 2), ("seconds", "memory"), ("s per step", "MB per process"), strict=True
+    ):
+        for (solver, ranks), points in series.items():
+            axes.loglog(
+                [point.rubber for point in points],
+                [getattr(point, value) for point in points],
+                "o-" if solver == "direct" else "s--",
+                label=f"{solver}, {ranks} rank{'s' if ranks > 1 else ''}",
+            )
+        axes.set(xlabel="unknowns of the rubber", ylabel=name)
+        axes.grid(which="both", alpha=0.3)
+        axes.legend(fontsize=8)
+    return figure
+
+
+def main() -> None:
+    parser = options(__doc__)
+    picture_options(parser, "docs/accuracy")
+    parser.add_argument("--quick", action="store_true", help="two small meshes, direct, one rank")
+    parser.add_argument("--sizes", type=float, nargs="+", default=SIZES)
+    parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2])
+    parser.add_argument("--solvers", nargs="+", choices=tuple(SOLVERS), default=tuple(SOLVERS))
+    parser.add_argument("--duration", default="0.1ms", help="of the slide")
+    parser.add_argument("--limit", type=float, default=1800.0, help="seconds for one run")
+    arguments = parser.parse_args()
+    if arguments.quick:
+        arguments.sizes, arguments.ranks, arguments.solvers = QUICK_SIZES, [1], ["direct"]
+    series: dict[tuple[str, int], list[Point]] = {}
+
+    def rows() -> Any:
+        for solver in arguments.solvers:
+            for ranks in arguments.ranks:
+                for size in arguments.sizes:
+                    point = measured(solver, ranks, size, arguments.duration, arguments.limit)
+                    if point is None:
+                        yield solver, ranks, f"{size:.0f}", "fails, or takes too long", "", "", ""
+                        break
+                    series.setdefault((solver, ranks), []).append(point)
+                    share = point.parts.get("mechanics", 0.0) / point.seconds
+                    yield (
+                        solver, ranks, point.rubber, point.steps, f"{point.seconds:.3g}",
+                        f"{share:.0%}", f"{point.memory:.0f}",
+                    )  # fmt: skip
+
+    head = ("solver", "ranks", "rubber", "steps", "s per step", "of it mechanics", "MB")
+    table(head, rows())
+    for (solver, ranks), points in series.items():
+        if len(points) > 1:
+            print(f"{solver}, {ranks} ranks: seconds as n^{exponent(points, 'seconds'):.2f}, "
+                  f"memory as n^{exponent(points, 'memory'):.2f}")  # fmt: skip
+    largest = series.get(("direct", 1), [])
+    if len(largest) > 1 and largest[-1].rubber > 5e4:
+        grown = CLUSTER / largest[-1].rubber
+        seconds = largest[-1].seconds * grown ** exponent(largest, "seconds")
+        memory = largest[-1].memory * grown ** exponent(largest, "memory") / 1e3
+        print(f"calculated, not run: {CLUSTER:.0f} unknowns, direct: {memory:.0f} GB in all, "
+              f"{seconds:.0f} s per step on one core, {seconds / (CORES * EFFICIENCY):.0f} s on "
+              f"{CORES} cores at an efficiency of {EFFICIENCY:.0%}")  # fmt: skip
+    if series:
+        draw(picture(series), arguments.pictures / "limits.png")
+
+
+if __name__ == "__main__":
+    main()
