@@ -36,8 +36,9 @@ class CoupledState(NamedTuple):
 class Memory(NamedTuple):
     """What a slide remembers between two steps: the rest of its state follows from it.
 
-    time and step, the length of the next (s); film_step: of film and heat (s); start: displacements at t = 0; motion, speed, shear
-    (of the points, m/s and Pa), offset and way (m), interface and steady as in `CoupledState`.
+    time and step, the length of the next (s), film_step: of the next of film and heat; start:
+    displacements at t = 0; motion, speed, shear (of the points, m/s and Pa), offset and way (m),
+    interface and steady as in `CoupledState`.
     """
 
     time: float
