@@ -8,14 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from iceslide_fem.arrays import Array
+from iceslide_fem.coupling.passage import Passage
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.rubber.block import Block
-
-if TYPE_CHECKING:
-    from iceslide_fem.coupling.passage import Passage
 
 
 class Mechanics(NamedTuple):

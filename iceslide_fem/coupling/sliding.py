@@ -1,7 +1,7 @@
 """The coupled step: film and ice heat under a changing pressure, the block under a changing shear.
 
 A step predicts the block's motion, advances film and ice heat under the predicted pressure (in
-sub-steps of their own: `passage`), finds the block's equilibrium under the new shear, and advances
+sub-steps of their own: `films`), finds the block's equilibrium under the new shear, and advances
 film and heat once more from the old state under the pressure found. If that changes the film by
 more than a share of the tolerance, block and film are solved again. Nothing of the old state is
 touched before the step is accepted.
@@ -15,7 +15,8 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.energy import Mechanics, mechanics_of, step_energies
-from iceslide_fem.coupling.passage import Films, Passage, Refused
+from iceslide_fem.coupling.films import Films, Refused
+from iceslide_fem.coupling.passage import Passage
 from iceslide_fem.coupling.state import Accepted, CoupledState, Memory
 from iceslide_fem.coupling.step_error import COUPLING, CouplingControl, StepError
 from iceslide_fem.errors import NotConverged, SimulationStopped
