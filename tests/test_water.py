@@ -89,7 +89,7 @@ def error(share, way, cells):
 
 @pytest.mark.parametrize(
     ("share", "way", "bound"),
-    [(1.0, 3.0, 1e-3), (0.5, 0.8, 0.025), (0.5, 3.0, 0.035), (0.0, 0.8, 0.012), (0.0, 3.0, 0.01)],
+    [(1.0, 3.0, 1e-3), (0.5, 0.8, 0.025), (0.5, 3.0, 0.035), (0.0, 0.8, 0.045), (0.0, 3.0, 0.05)],
 )
 def test_an_even_block_follows_the_characteristics_of_its_water(share, way, bound):
     """Under way, with a front between old and new, and steady where that comes; of first order."""
