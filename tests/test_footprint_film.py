@@ -11,6 +11,7 @@ from iceslide_fem.footprint import film_map as module
 from iceslide_fem.footprint.blocks import TreadRubber, representative, scene_text, tread_blocks
 from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.film_map import Ride, film_map
+from iceslide_fem.footprint.outlines import outline_text
 from iceslide_fem.footprint.pressure_map import PressureMap
 from iceslide_fem.footprint.synthetic import Tread
 from iceslide_fem.materials import (
@@ -20,7 +21,7 @@ from iceslide_fem.materials import (
     WATER_VISCOSITY,
     ConstantContact,
 )
-from iceslide_fem.scene import scene_from_dict
+from iceslide_fem.scene import load_scene, scene_from_dict
 
 B = CONTACT_TABLES["B"]
 LOCKED = Ride(4.0, 4.0, 269.15)
@@ -166,14 +167,16 @@ def test_too_many_scenes_are_refused():
         representative(tread_blocks(footprint), 2)
 
 
-def test_the_scene_of_a_block_is_that_block():
+def test_the_scene_of_a_block_is_that_block(tmp_path):
     footprint = PressureMap(np.zeros((40, 60)), 1e-3, 5e-4)
     footprint.pressure[10:30, 20:45] = 2.5e5
     ((block, share),) = representative(tread_blocks(footprint), 1)
     assert (block.x, block.y) == pytest.approx((32.5e-3, 10e-3))
-    scene = scene_from_dict(
-        tomllib.loads(scene_text("block", block, share, LOCKED, TreadRubber("B", None, 8e-3)))
+    (tmp_path / "block.toml").write_text(
+        scene_text("block", block, share, LOCKED, TreadRubber("B", None, 8e-3))
     )
+    (tmp_path / "block.csv").write_text(outline_text(block.outline, footprint.dx))
+    scene = load_scene(tmp_path / "block.toml")
     assert scene.rubber.length == pytest.approx(25e-3)
     assert scene.rubber.width == pytest.approx(10e-3)
     assert scene.rubber.height == pytest.approx(8e-3)

@@ -15,9 +15,8 @@ from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import load_scene
 from scripts.studies.common import ROOT, options, table
 
-AS_PRINTED: dict[str, float] = {}
-READINGS = {
-    "as printed": AS_PRINTED,
+READINGS: dict[str, dict[str, int]] = {
+    "as printed": {},
     "p of the scene": {"press": -1},
     "p of the scene, brackets": {"press": -1, "brackets": 1},
     "p of the scene, brackets, xx set": {"press": -1, "brackets": 1, "xx_set": 1},
@@ -44,7 +43,7 @@ def main() -> None:
                     found, _ = point_history(load_scene(path, sets))
                     time = np.array([row.time_s for row in found])
                     mu = np.array([row.mu for row in found])
-                    full = np.array([row.law_Hss_m for row in found])
+                    full = np.array([row._asdict()["law_Hss_m"] for row in found])
                     H_V = 2.86e-6 if bar == 1 else 0.56e-6
                     late = time > 0.05e-3
                     peak = int(np.argmax(np.where(late, mu, 0.0)))
