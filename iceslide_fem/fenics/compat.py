@@ -59,26 +59,43 @@ _JIT_DEFAULTS["cache_dir"] = (_FORMS, _JIT_DEFAULTS["cache_dir"][-1])
 _Compiling = TypeVar("_Compiling", bound=Callable[..., Any])
 
 
-def _compiling(compiling: _Compiling) -> _Compiling:
-    # cffi resets the root logger to INFO while it compiles, so a level set once does not last
-    @functools.wraps(compiling)
-    def quiet(*args: Any, **kwargs: Any) -> Any:
-        root, disabled = logging.getLogger(), logging.root.manager.disable
-        level = root.level
-        logging.disable(logging.INFO)
-        # DOLFINx compiles on rank 0, while the others wait.
-        alone = sole_compiler(_FORMS) if MPI.COMM_WORLD.rank == 0 else nullcontext()
-        try:
-            with alone:
-                return compiling(*args, **kwargs)
-        finally:
-            logging.disable(disabled)
-            root.setLevel(level)
+def _compiling(communicator: Callable[..., Any]) -> Callable[[_Compiling], _Compiling]:
+    """Guard what compiles forms; `communicator` is its mesh's, found from its arguments.
 
-    return quiet  # type: ignore[return-value]
+    DOLFINx compiles on the first rank of it, while its others wait: that of a mesh on every rank
+    for itself is each rank.
+    """
+
+    def guarding(compiling: _Compiling) -> _Compiling:
+        # cffi resets the root logger to INFO while it compiles, so a level set once does not last
+        @functools.wraps(compiling)
+        def quiet(*args: Any, **kwargs: Any) -> Any:
+            root, disabled = logging.getLogger(), logging.root.manager.disable
+            level = root.level
+            logging.disable(logging.INFO)
+            compiles = communicator(*args, **kwargs).rank == 0
+            try:
+                with sole_compiler(_FORMS) if compiles else nullcontext():
+                    return compiling(*args, **kwargs)
+            finally:
+                logging.disable(disabled)
+                root.setLevel(level)
+
+        return quiet  # type: ignore[return-value]
+
+    return guarding
 
 
-@_compiling
+def _of_mesh(mesh: Any, *_: Any) -> Any:
+    return mesh.comm
+
+
+def _of_form(expression: Any) -> Any:
+    first = expression[0] if isinstance(expression, list) else expression
+    return first.ufl_domain().ufl_cargo().comm
+
+
+@_compiling(_of_mesh)
 def scalar_space(mesh: Any, degree: int) -> Any:
     """Continuous Lagrange space of scalars of the given degree."""
     if _HAS_BASIX_UFL:
@@ -86,7 +103,7 @@ def scalar_space(mesh: Any, degree: int) -> Any:
     return fem.FunctionSpace(mesh, ("Lagrange", degree))
 
 
-@_compiling
+@_compiling(_of_mesh)
 def vector_space(mesh: Any, degree: int) -> Any:
     """Continuous Lagrange space of vectors with as many components as the mesh has dimensions."""
     if _HAS_BASIX_UFL:
@@ -94,7 +111,7 @@ def vector_space(mesh: Any, degree: int) -> Any:
     return fem.VectorFunctionSpace(mesh, ("Lagrange", degree))
 
 
-@_compiling
+@_compiling(_of_mesh)
 def polynomial_space(mesh: Any, degree: int) -> Any:
     """Complete polynomials of the given degree in every quadrilateral or hexahedron, no continuity.
 
@@ -105,7 +122,7 @@ def polynomial_space(mesh: Any, degree: int) -> Any:
     return fem.FunctionSpace(mesh, ("DPC", degree))
 
 
-@_compiling
+@_compiling(_of_form)
 def form(expression: Any) -> Any:
     """Compile a UFL form (or a list of them) for this machine's processor."""
     options = {"cffi_extra_compile_args": _COMPILER_FLAGS}
@@ -114,7 +131,7 @@ def form(expression: Any) -> Any:
     return fem.form(expression, jit_params=options)
 
 
-@_compiling
+@_compiling(lambda value, space: space.mesh.comm)
 def expression(value: Any, space: Any) -> Any:
     """`fem.Expression` of a UFL expression at the interpolation points of `space`."""
     points = space.element.interpolation_points
@@ -240,7 +257,7 @@ def quadrature(name: str, degree: int) -> tuple[FloatArray, FloatArray]:
     return np.array(points), np.array(weights)
 
 
-@_compiling
+@_compiling(lambda model, comm, *_: comm)
 def mesh_from_gmsh(model: Any, comm: MPI.Comm, rank: int, gdim: int) -> tuple[Any, Any, Any]:
     """Distribute the gmsh model of one rank: (mesh, cell tags, facet tags).
 
