@@ -45,7 +45,8 @@ def check(out, done, scene):
     assert done.returncode == 0, done.stderr
     run = read_run(out)
     assert run.history["time_s"][-1] == pytest.approx(scene.load.duration)
-    assert np.isfinite(run.history["mu"]).all() and 0.01 < run.summary["mu_mean"] < 1.0
+    # The friction tester begins at 0.1 m/s and 1 bar: k eta v / (h0 p) = 0.0068.
+    assert np.isfinite(run.history["mu"]).all() and 0.006 < run.summary["mu_mean"] < 1.0
     assert run.summary["stopped"] is None
     assert set(run.preload["phase"]) == {"press", "ramp"}
     meshed = ("rubber", "interface", "ice")[: 3 if scene.ice.heat == "continuum" else 2]
