@@ -24,8 +24,10 @@ from iceslide_fem.mesh.grid import graded, tensor_grid  # noqa: E402
 from iceslide_fem.mesh.user_mesh import _names, load_user_mesh, mesh_size  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
+from iceslide_fem.scene.course import Course  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 
+SPEEDS = Course((), (3.0,), 7e-3)
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 
 pytestmark = pytest.mark.fe
@@ -57,7 +59,7 @@ def a_scene(model, length=1e-3, width=1e-3, height=1e-3, refinement=1.0, mesh=No
             chamfer=0.0,
             draft_angle=0.0,
         ),
-        load=SimpleNamespace(duration=7e-3, speed=3.0),
+        load=SimpleNamespace(duration=7e-3, speed=3.0, speeds=SPEEDS),
         ice=SimpleNamespace(margin=margin, motion="attached", solid=ICE),
         numerics=SimpleNamespace(refinement=refinement, tolerance=1e-3),
     )

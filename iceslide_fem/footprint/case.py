@@ -33,6 +33,7 @@ from iceslide_fem.materials import (
 from iceslide_fem.scene.command_options import CommandOptions, Number, option_names
 from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.messages import missing
 from iceslide_fem.scene.units import Quantity
 
 THRESHOLD = 0.05  # of the range of pressures
@@ -220,9 +221,8 @@ class FootprintCase(CommandOptions):
         if len(given) != 1:
             what = "; ".join(map(_named, given)) if given else "none of them"
             raise ValueError(f"give one of IMAGE, --pressure-map and --line; given: {what}")
-        for name in NEEDED[given[0]]:
-            if getattr(self, name) is None:
-                raise ValueError(f"{_named(name)} is missing")
+        if absent := [name for name in NEEDED[given[0]] if getattr(self, name) is None]:
+            raise ValueError(missing([_named(name) for name in absent]))
         for name in UNFIT[given[0]]:
             if name in self.model_fields_set:
                 raise ValueError(f"{_named(name)} does not fit {_named(given[0])}")

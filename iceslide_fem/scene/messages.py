@@ -24,7 +24,8 @@ def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
         case "extra_forbidden":
             return unknown_key(key, keys)
         case "missing":
-            return _missing(error)
+            faults = [fault for fault in error.errors() if fault["type"] == "missing"]
+            return missing([shortened(_dotted(fault["loc"])) for fault in faults])
         case "value_error":
             return str(fault["ctx"]["error"])
         case "quantity" | "table":
@@ -51,10 +52,9 @@ def _dotted(place: Sequence[int | str]) -> str:
     return ".".join(str(part) for part in place if not str(part).startswith("<"))
 
 
-def _missing(error: ValidationError) -> str:
-    """A sentence that names all keys that are missing."""
-    faults = [fault for fault in error.errors() if fault["type"] == "missing"]
-    *others, last = (shortened(_dotted(fault["loc"])) for fault in faults)
+def missing(names: Sequence[str]) -> str:
+    """A sentence that names all keys or options that are missing."""
+    *others, last = names
     return f"{', '.join(others)} and {last} are missing" if others else f"{last} is missing"
 
 
