@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
-from iceslide_fem.arrays import Array, Index
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
@@ -231,7 +232,7 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     )
 
 
-def _facets_near_ice(rubber: HyperelasticBody, height: float) -> Index:
+def _facets_near_ice(rubber: HyperelasticBody, height: float) -> NDArray[np.int32]:
     """Local numbers of the facets that may touch the ice: `contact`, and the lower ones of `walls`,
     which roll onto it.
     """

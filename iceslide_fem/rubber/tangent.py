@@ -51,7 +51,8 @@ class Tangent:
         self._fixed = np.unique(np.concatenate([plate, symmetry])).astype(np.int32)
         self._first = index_map.local_range[0] * self._dim
         self._lift.array[self.plate_z] = 1.0
-        self._factored = self._difference = np.zeros(0)  # contact's part of the factors; present
+        self._factored: Array = np.zeros(0)  # the contact's part of the factors
+        self._difference: Array = np.zeros(0)
         self._differs = False
         self.ksp = PETSc.KSP().create(self._comm)
         self.ksp.setType("preonly")
