@@ -158,7 +158,7 @@ LINE, PIXELS = "x_m,pressure_Pa\n0,1e5\n1e-3,2e5\n", ["--length", "180mm", "--wi
         ("x_mm,pressure_Pa\n0,0\n1,0\n", ["--line", "f"], "nothing is in contact"),
         ("x_mm,pressure_Pa,state\n0,1,9\n1,2,1\n", ["--line", "f"], "other states than 0"),
         ("1 2\n3\n", ["--pressure-map", "f", *PIXELS], "is no table of numbers"),
-        ("1e5 2e5\n", ["--pressure-map", "f"], "--length is missing"),
+        ("1e5 2e5\n", ["--pressure-map", "f"], "--length and --width are missing"),
         ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--legend", "0,0,9,9"], "does not fit"),
         ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--row", "1"], "has rows 0 to 0"),
         ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--threshold", "3e5"], "no pixel is in"),

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import solve_ivp, trapezoid
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.film.conditions import scene_conditions, scene_loading, simulation_settings
@@ -48,7 +48,7 @@ def test_a_course_has_its_rows_an_exact_integral_and_holds_beyond(smooth):
     t = np.linspace(0.0, 6.0, 600_001)
     values = course(t)
     assert (values.min(), values.max()) == (1.0, 3.0)  # no overshoot
-    way = np.trapz(values, t)
+    way = trapezoid(values, t)
     assert course.integral(6.0) == pytest.approx(way, rel=1e-9)
     assert course.mean == pytest.approx(way / 6.0, rel=1e-9)
     assert course.mean_between(0.5, 3.0) == pytest.approx(
@@ -224,8 +224,8 @@ def test_the_columns_and_the_work_of_a_point_follow_its_loads():
         assert row.mu == pytest.approx(row.friction_force_N / row.normal_force_N)
     power = [row.friction_force_N * row.speed_m_per_s for row in rows]
     assert rows[-1].friction_work_J == pytest.approx(
-        np.trapz(power, [row.time_s for row in rows]), rel=2e-3
+        trapezoid(power, [row.time_s for row in rows]), rel=2e-3
     )
-    mean = np.trapz([row.mu for row in rows], [row.time_s for row in rows]) / 2e-3
+    mean = trapezoid([row.mu for row in rows], [row.time_s for row in rows]) / 2e-3
     assert entries["mu_mean"] == pytest.approx(mean, rel=2e-3)
     assert scene_loading(scene()) is None
