@@ -74,19 +74,22 @@ def half_cube(n: int) -> TaggedMesh:
 
 def in_tetrahedra(grid: TaggedMesh) -> TaggedMesh:
     """Every hexahedron cut into six tetrahedra along its diagonal, facets to match (Kuhn)."""
-    # in gmsh's order, corners 0 and 6 are opposite; a tetrahedron is a way along edges between
-    corner = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}
+    # by coordinates, because gmsh's versions begin at different corners: the diagonals run from the
+    # lowest corner to the highest; a tetrahedron is a way along edges between
+    corners = grid.points[grid.cells]
+    upper = corners > corners.mean(axis=1, keepdims=True)
+    cubes = np.take_along_axis(grid.cells, np.argsort(upper @ [1, 2, 4], axis=1), axis=1)
     ways = []
-    for order in itertools.permutations(np.eye(3, dtype=int)):
-        steps = np.cumsum([np.zeros(3, dtype=int), *order], axis=0)
-        ways.append([corner[int(x), int(y)] + 4 * int(z) for x, y, z in steps])
-    cells = np.concatenate([grid.cells[:, way] for way in ways])
+    for order in itertools.permutations([1, 2, 4]):
+        ways.append(np.cumsum([0, *order]))
+    cells = np.concatenate([cubes[:, way] for way in ways])
     volume = np.linalg.det(np.diff(grid.points[cells], axis=1))
     cells[volume < 0] = cells[volume < 0][:, [0, 1, 3, 2]]
-    facets = {
-        name: np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-        for name, quads in grid.facets.items()
-    }
+    facets = {}
+    for name, quads in grid.facets.items():
+        first = np.argmin(grid.points[quads].sum(axis=2), axis=1)[:, None]
+        turned = np.take_along_axis(quads, (first + np.arange(4)) % 4, axis=1)
+        facets[name] = np.concatenate([turned[:, [0, 1, 2]], turned[:, [0, 2, 3]]])
     return TaggedMesh(grid.points, "tetrahedron", cells, facets, grid.body)
 
 
