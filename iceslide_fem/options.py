@@ -22,6 +22,13 @@ def folder_option(text: str) -> Any:
     return typer.Option(metavar="DIR", help=text, show_default=False, parser=_folder)
 
 
+def option(metavar: str, text: str, default: str = "") -> Any:
+    """An option whose `Text` is checked later, with all others of its command."""
+    shown = f" [dim]\\[default: {default}][/dim]" if default else ""
+    return typer.Option(metavar=metavar, help=text + shown, show_default=False)
+
+
+Text = str | None
 SceneFile = Annotated[
     Path, typer.Argument(metavar="SCENE.toml", help="The scene file.", show_default=False)
 ]

@@ -3,21 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from iceslide_fem.commands.report import NoReport, leave_report
-from iceslide_fem.options import Force, folder_option
-
-
-def _option(metavar: str, text: str, default: str = "") -> Any:
-    """An option whose value is checked later, by `FootprintCase`, with all others."""
-    shown = f" [dim]\\[default: {default}][/dim]" if default else ""
-    return typer.Option(metavar=metavar, help=text + shown, show_default=False)
-
-
-Text = str | None
+from iceslide_fem.options import Force, Text, folder_option, option
 
 
 def footprint(
@@ -26,76 +17,74 @@ def footprint(
         typer.Argument(metavar="IMAGE", help="PNG, JPEG or TIFF.", show_default=False),
     ] = None,
     pressure_map: Annotated[
-        Text, _option("FILE", "Pressures in Pa, .npy or text, instead of a picture.")
+        Text, option("FILE", "Pressures in Pa, .npy or text, instead of a picture.")
     ] = None,
     line: Annotated[
-        Text, _option("CSV", "One line: columns x_m, pressure_Pa, perhaps temperature_C, state.")
+        Text, option("CSV", "One line: columns x_m, pressure_Pa, perhaps temperature_C, state.")
     ] = None,
-    row: Annotated[Text, _option("N", "One line: row N of the pixels, from the top.")] = None,
+    row: Annotated[Text, option("N", "One line: row N of the pixels, from the top.")] = None,
     temperature_map: Annotated[
-        Text, _option("FILE", "Temperatures of the ice in degC, for module 3.")
+        Text, option("FILE", "Temperatures of the ice in degC, for module 3.")
     ] = None,
     state_map: Annotated[
-        Text, _option("FILE", "States for module 3: 1 dry, 2 mixed, 3 wet.")
+        Text, option("FILE", "States for module 3: 1 dry, 2 mixed, 3 wet.")
     ] = None,
-    length: Annotated[Text, _option("M", "Size along the direction of travel: 180mm.")] = None,
-    width: Annotated[Text, _option("M", "Size across it; both of the cropped picture.")] = None,
-    max_pressure: Annotated[Text, _option("PA", "High end of the scale: 5bar.")] = None,
-    min_pressure: Annotated[Text, _option("PA", "Low end of the scale.", "0bar")] = None,
+    length: Annotated[Text, option("M", "Size along the direction of travel: 180mm.")] = None,
+    width: Annotated[Text, option("M", "Size across it; both of the cropped picture.")] = None,
+    max_pressure: Annotated[Text, option("PA", "High end of the scale: 5bar.")] = None,
+    min_pressure: Annotated[Text, option("PA", "Low end of the scale.", "0bar")] = None,
     threshold: Annotated[
-        Text, _option("PA", "No contact up to here.", "5 % of the scale above its low end")
+        Text, option("PA", "No contact up to here.", "5 % of the scale above its low end")
     ] = None,
-    colormap: Annotated[Text, _option("NAME", "A colour map of matplotlib; else grey.")] = None,
+    colormap: Annotated[Text, option("NAME", "A colour map of matplotlib; else grey.")] = None,
     legend: Annotated[
-        Text, _option("L,T,R,B", "Box of the colour bar in the picture, in pixels.")
+        Text, option("L,T,R,B", "Box of the colour bar in the picture, in pixels.")
     ] = None,
     background: Annotated[
-        Text, _option("COLOUR", "Colour of no contact beside the bar, or none.", "white")
+        Text, option("COLOUR", "Colour of no contact beside the bar, or none.", "white")
     ] = None,
     rotation: Annotated[
-        Text, _option("DEG", "Counter-clockwise, to turn the direction of travel to the right.")
+        Text, option("DEG", "Counter-clockwise, to turn the direction of travel to the right.")
     ] = None,
     crop: Annotated[
-        Text, _option("L,T,R,B", "Box of the footprint after rotation, in pixels.")
+        Text, option("L,T,R,B", "Box of the footprint after rotation, in pixels.")
     ] = None,
-    load: Annotated[Text, _option("N", "Wheel load to scale the pressures to: 3kN.")] = None,
-    speed: Annotated[Text, _option("M/S", "Speed of the vehicle.", "3m/s")] = None,
+    load: Annotated[Text, option("N", "Wheel load to scale the pressures to: 3kN.")] = None,
+    speed: Annotated[Text, option("M/S", "Speed of the vehicle.", "3m/s")] = None,
     slip: Annotated[
-        Text, _option("S", "Slip ratio of film and moving source.", "1, a locked wheel")
+        Text, option("S", "Slip ratio of film and moving source.", "1, a locked wheel")
     ] = None,
     water_speed: Annotated[
-        Text, _option("S", "Of squeezed-out water on the rubber, over that of the ice.", "1")
+        Text, option("S", "Of squeezed-out water on the rubber, over that of the ice.", "1")
     ] = None,
-    temperature: Annotated[Text, _option("T", "Temperature of the ice.", "-4degC")] = None,
-    compound: Annotated[Text, _option("NAME", "Rubber compound.", "B")] = None,
+    temperature: Annotated[Text, option("T", "Temperature of the ice.", "-4degC")] = None,
+    compound: Annotated[Text, option("NAME", "Rubber compound.", "B")] = None,
     contact: Annotated[
-        Text, _option("CSV", "Table of k, D, H_V over pressure instead of the compound's.")
+        Text, option("CSV", "Table of k, D, H_V over pressure instead of the compound's.")
     ] = None,
-    static_friction: Annotated[Text, _option("MU", "mu_st of (3.2).", "0.1")] = None,
-    depth: Annotated[Text, _option("M", "Depth d of (3.5) to (3.7).", "0.1mm")] = None,
-    thesis_slip: Annotated[Text, _option("S", "Slip in (3.2) for (3.3) alone.", "1e-5")] = None,
-    thesis_time: Annotated[Text, _option("S", "Time t in (3.3).", "1s")] = None,
+    static_friction: Annotated[Text, option("MU", "mu_st of (3.2).", "0.1")] = None,
+    depth: Annotated[Text, option("M", "Depth d of (3.5) to (3.7).", "0.1mm")] = None,
+    thesis_slip: Annotated[Text, option("S", "Slip in (3.2) for (3.3) alone.", "1e-5")] = None,
+    thesis_time: Annotated[Text, option("S", "Time t in (3.3).", "1s")] = None,
     air_temperature: Annotated[
-        Text, _option("T", "Of air and tread before they touch, in (3.6).", "that of the ice")
+        Text, option("T", "Of air and tread before they touch, in (3.6).", "that of the ice")
     ] = None,
     ice_material: Annotated[
         Text,
-        _option(
-            "K,RHO,C", "Of the ice, SI units.", "2.22,917.8,2020; below the film 2.25,916,2220"
-        ),
+        option("K,RHO,C", "Of the ice, SI units.", "2.22,917.8,2020; below the film 2.25,916,2220"),
     ] = None,
     tread_material: Annotated[
-        Text, _option("K,RHO,C", "Of the macroscopic model, SI units.", "0.19,940,1500")
+        Text, option("K,RHO,C", "Of the macroscopic model, SI units.", "0.19,940,1500")
     ] = None,
-    water_conductivity: Annotated[Text, _option("W/(m K)", "In (3.7).", "0.56")] = None,
-    viscosity: Annotated[Text, _option("PA*S", "Of the film's water.", "1.8mPa*s")] = None,
-    initial_height: Annotated[Text, _option("M", "Of the film at first.", "70nm")] = None,
-    melting_temperature: Annotated[Text, _option("T", "Of the ice, as of salt.", "0degC")] = None,
-    latent_heat: Annotated[Text, _option("J/KG", "Of melting.", "330kJ/kg")] = None,
-    aggregate: Annotated[Text, _option("G/M2", "Spread on the ice, in (1.2).", "0")] = None,
-    tolerance: Annotated[Text, _option("X", "Relative error of the film's mu.", "1e-2")] = None,
-    scenes: Annotated[Text, _option("N", "Write scenes of N representative blocks.", "0")] = None,
-    tread_height: Annotated[Text, _option("M", "Height of their blocks.", "8mm")] = None,
+    water_conductivity: Annotated[Text, option("W/(m K)", "In (3.7).", "0.56")] = None,
+    viscosity: Annotated[Text, option("PA*S", "Of the film's water.", "1.8mPa*s")] = None,
+    initial_height: Annotated[Text, option("M", "Of the film at first.", "70nm")] = None,
+    melting_temperature: Annotated[Text, option("T", "Of the ice, as of salt.", "0degC")] = None,
+    latent_heat: Annotated[Text, option("J/KG", "Of melting.", "330kJ/kg")] = None,
+    aggregate: Annotated[Text, option("G/M2", "Spread on the ice, in (1.2).", "0")] = None,
+    tolerance: Annotated[Text, option("X", "Relative error of the film's mu.", "1e-2")] = None,
+    scenes: Annotated[Text, option("N", "Write scenes of N representative blocks.", "0")] = None,
+    tread_height: Annotated[Text, option("M", "Height of their blocks.", "8mm")] = None,
     out: Annotated[
         Path | None, folder_option("Where to write; else results/<name of the picture>.")
     ] = None,

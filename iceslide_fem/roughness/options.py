@@ -3,20 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from iceslide_fem.options import Force, folder_option
-
-
-def _option(metavar: str, text: str, default: str = "") -> Any:
-    """An option whose value is checked later, by `RoughnessCase`, with all others."""
-    shown = f" [dim]\\[default: {default}][/dim]" if default else ""
-    return typer.Option(metavar=metavar, help=text + shown, show_default=False)
-
-
-Text = str | None
+from iceslide_fem.options import Force, Text, folder_option, option
 
 
 def roughness(
@@ -29,21 +20,21 @@ def roughness(
             show_default=False,
         ),
     ],
-    compound: Annotated[Text, _option("NAME", "Rubber: A, B or C.", "B")] = None,
-    modulus: Annotated[Text, _option("PA", "Rubber: Young's modulus, 1.6MPa.")] = None,
-    scene: Annotated[Text, _option("TOML", "Rubber: that of a scene.")] = None,
+    compound: Annotated[Text, option("NAME", "Rubber: A, B or C.", "B")] = None,
+    modulus: Annotated[Text, option("PA", "Rubber: Young's modulus, 1.6MPa.")] = None,
+    scene: Annotated[Text, option("TOML", "Rubber: that of a scene.")] = None,
     pressures: Annotated[
-        Text, _option("P:P:N", "First, last, count; in equal ratios.", "0.2bar:20bar:12")
+        Text, option("P:P:N", "First, last, count; in equal ratios.", "0.2bar:20bar:12")
     ] = None,
-    realisations: Annotated[Text, _option("N", "Of a generated surface.", "8")] = None,
+    realisations: Annotated[Text, option("N", "Of a generated surface.", "8")] = None,
     definition: Annotated[
-        Text, _option("NAME", "Of k and D: hydrodynamic or thesis.", "hydrodynamic")
+        Text, option("NAME", "Of k and D: hydrodynamic or thesis.", "hydrodynamic")
     ] = None,
     shortest_wave: Annotated[
-        Text, _option("M", "Remove shorter waves.", "35um for a map, with hydrodynamic")
+        Text, option("M", "Remove shorter waves.", "35um for a map, with hydrodynamic")
     ] = None,
-    pixel: Annotated[Text, _option("M", "Pixel of a map that does not say: 17.5um.")] = None,
-    height_unit: Annotated[Text, _option("UNIT", "Of heights that do not say: um.", "m")] = None,
+    pixel: Annotated[Text, option("M", "Pixel of a map that does not say: 17.5um.")] = None,
+    height_unit: Annotated[Text, option("UNIT", "Of heights that do not say: um.", "m")] = None,
     out: Annotated[
         Path | None, folder_option("Where to write; else results/<name of the surface>.")
     ] = None,
