@@ -169,6 +169,19 @@ def test_maps_are_those_of_their_lines_of_python(contact):
         point.friction_map(TEXTS | {"contact": contact}, wrong, "mu_mean")
 
 
+def test_a_map_is_of_the_water_and_the_ice_of_its_curves():
+    own = {"water.viscosity": "3 mPa*s", "ice.conductivity": "1 W/(m K)"}
+    own["film.initial_height"] = '[["-10 degC", "50 nm"], ["0 degC", "100 nm"]]'
+    texts = TEXTS | own
+    corner = texts | {"load.pressure": "0.1 bar", "load.speed": "0.05 m/s"}
+    found = point.friction_map(texts, ("load.pressure", "load.speed"), "mu_mean")
+    expected = point.curves(corner)
+    assert found["z"][0][0] == pytest.approx(expected["numbers"]["mu_mean"], rel=1e-2)
+    assert expected["values"]["film.initial_height"] == pytest.approx(80e-9)
+    half = [point.half_space_curves(each)["series"]["closed_flux"][-1] for each in (texts, TEXTS)]
+    assert half[0] / half[1] == pytest.approx((1.0 / 2.25) ** 0.5)
+
+
 def test_a_table_of_ones_own(tmp_path, served):
     (tmp_path / "contact.csv").write_text(
         "pressure_Pa,k,D_m,H_V_m\n1e5,0.266,29e-6,2.86e-6\n5e5,0.405,46.5e-6,0.56e-6\n"

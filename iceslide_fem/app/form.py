@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 
 from iceslide_fem.errors import SceneError
-from iceslide_fem.materials import COMPOUNDS
+from iceslide_fem.materials import COMPOUNDS, ZERO_CELSIUS
 from iceslide_fem.scene import Scene, parsed, put, scene_from_dict
 from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.units import Quantity, readable
@@ -127,7 +127,7 @@ def _default(value: Any, quantity: Quantity | None) -> str:
     if value is None or value == {}:
         return ""
     if quantity is not None and quantity.unit == "K":
-        return f"{value - 273.15:g} degC"
+        return f"{value - ZERO_CELSIUS:g} degC"
     if quantity is not None and quantity.unit in ("m", "s") and value:
         return readable(value, quantity.unit)
     return f"{_text(value)} {quantity.unit}".strip() if quantity else _text(value)

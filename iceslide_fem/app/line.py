@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from iceslide_fem.app.form import Texts
 from iceslide_fem.app.slider import Slider
@@ -25,6 +25,7 @@ from iceslide_fem.footprint.macroscopic import Macroscopic
 from iceslide_fem.footprint.survey import read_footprint
 from iceslide_fem.footprint.tables import read_profile
 from iceslide_fem.materials import BAR, CONTACT_TABLES, MELTING_TEMPERATURE, Solid
+from iceslide_fem.scene.command_options import Number
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.units import Quantity
@@ -32,15 +33,6 @@ from iceslide_fem.scene.units import Quantity
 POINTS = 540  # of a Gaussian profile
 
 
-def _number(text: Any) -> Any:
-    """A number typed without a unit, which is in SI; everything else as it is."""
-    try:
-        return float(text)
-    except (TypeError, ValueError):
-        return text
-
-
-Number = BeforeValidator(_number)
 Length = Annotated[float, Quantity("m", "1 mm", "5 m"), Number]
 Pressure = Annotated[float, Quantity("Pa", "0.1 bar", "100 bar"), Number]
 Speed = Annotated[float, Quantity("m/s", "0.001 m/s", "100 m/s"), Number]
@@ -314,7 +306,6 @@ def _lines(case: LineCase) -> str:
         imports += "\nfrom iceslide_fem.footprint.survey import read_footprint"
     return f"""\
 {imports}
-from iceslide_fem.footprint.tables import read_profile
 from iceslide_fem.materials import Solid
 
 {pressure}

@@ -15,17 +15,19 @@ from iceslide_fem.app.slider import Slider
 from iceslide_fem.app.snippets import map_lines, point_lines, toml
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
+from iceslide_fem.film.conditions import scene_conditions
 from iceslide_fem.film.point import Conditions, PointResult, simulate
-from iceslide_fem.materials import ICE_EFFUSIVITY, MELTING_TEMPERATURE
+from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.output.table import HistoryRow
 from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.notes import notes
 
+T_0 = ZERO_CELSIUS
 SLIDERS = (
     Slider("load.pressure", "pressure", "bar", 1e5, 0.1, 20.0, 1.0),
     Slider("load.speed", "sliding speed", "m/s", 1.0, 0.05, 20.0, 3.0),
-    Slider("ice.temperature", "ice temperature", "degC", 1.0, -30.0, -0.1, -4.0, False, 273.15),
+    Slider("ice.temperature", "ice temperature", "degC", 1.0, -30.0, -0.1, -4.0, False, T_0),
     Slider("film.k", "k, relative contact area", "", 1.0, 0.01, 1.0, 0.266),
     Slider("film.D", "D, asperity diameter", "um", 1e-6, 1.0, 500.0, 29.0),
     Slider("film.H_V", "H_V, free height", "um", 1e-6, 0.05, 50.0, 2.86),
@@ -129,19 +131,10 @@ def friction_map(texts: Texts, along: Sequence[str], quantity: str) -> dict[str,
 def map_result(scene: Scene, x: Slider, y: Slider) -> PointResult:
     """The point of `scene` at all values of two sliders, x varying fastest, (MAP_SIZE^2,)."""
     across, up = np.meshgrid(x.si(x.values(MAP_SIZE)), y.si(y.values(MAP_SIZE)))
-    varied = {CONDITIONS[x.key]: across.ravel(), CONDITIONS[y.key]: up.ravel()}
-    pressure = varied.get("pressure", scene.load.pressure)
-    k, D, H_V, _ = scene.contact_parameters(pressure)
-    fixed: dict[str, Any] = {
-        "pressure": pressure,
-        "speed": scene.load.speed,
-        "temperature": scene.ice.temperature,
-        "k": k,
-        "D": D,
-        "H_V": H_V,
-        "initial_height": scene.film.initial_height,
-        "duration": scene.load.duration,
-    }
+    varied: dict[str, Any] = {CONDITIONS[x.key]: across.ravel(), CONDITIONS[y.key]: up.ravel()}
+    fixed: dict[str, Any] = scene_conditions(scene)._asdict()
+    k, D, H_V, _ = scene.contact_parameters(varied.get("pressure", fixed["pressure"]))
+    fixed |= {"k": k, "D": D, "H_V": H_V}
     return simulate(Conditions.of(**fixed | varied), tolerance=MAP_TOLERANCE)
 
 
@@ -199,8 +192,9 @@ _DRAWN = (
 def _closed_form(scene: Scene) -> dict[str, list[float]]:
     """(5.6), q = e (T_m - T_0) / sqrt(pi t), over the whole run."""
     time = scene.load.duration * np.geomspace(1e-3, 1.0, 100)
-    undercooling = MELTING_TEMPERATURE - scene.ice.temperature
-    flux = ICE_EFFUSIVITY * undercooling / np.sqrt(np.pi * time)
+    ice = scene.ice.solid
+    undercooling = ice.melting_temperature - scene.ice.temperature
+    flux = ice.effusivity * undercooling / np.sqrt(np.pi * time)
     return {"closed_time": (1e3 * time).tolist(), "closed_flux": flux.tolist()}
 
 
@@ -214,6 +208,6 @@ def _values(scene: Scene) -> dict[str, float]:
         "film.k": float(k),
         "film.D": float(D),
         "film.H_V": float(H_V),
-        "film.initial_height": scene.film.initial_height,
+        "film.initial_height": scene.initial_height,
         "load.duration": scene.load.duration,
     }

@@ -42,22 +42,13 @@ def map_lines(
 ) -> str:
     """Lines that compute a map over two sliders; `names` are those of a point's conditions."""
     x, y = along
-    conditions = {
-        "pressure": "scene.load.pressure",
-        "speed": "scene.load.speed",
-        "temperature": "scene.ice.temperature",
-        "initial_height": "scene.film.initial_height",
-        "duration": "scene.load.duration",
-        "k": "k",
-        "D": "D",
-        "H_V": "H_V",
-    }
-    conditions |= {names[x.key]: "x.ravel()", names[y.key]: "y.ravel()"}
-    given = "\n".join(f"    {name}={value}," for name, value in conditions.items())
+    varied = {names[x.key]: "x.ravel()", names[y.key]: "y.ravel()"}
+    given = ", ".join(f'"{name}": {value}' for name, value in varied.items())
     return f"""\
 import numpy as np
 
 from iceslide_fem import point
+from iceslide_fem.film.conditions import scene_conditions
 from iceslide_fem.scene import scene_from_dict
 
 {_scene(tables)}
@@ -65,10 +56,10 @@ x, y = np.meshgrid(
     {_values(x, count)},  # {names[x.key]}, SI
     {_values(y, count)},  # {names[y.key]}, SI
 )
-k, D, H_V, _ = scene.contact_parameters({conditions["pressure"]})
-conditions = point.Conditions.of(
-{given}
-)
+fixed, varied = scene_conditions(scene)._asdict(), {{{given}}}
+k, D, H_V, _ = scene.contact_parameters(varied.get("pressure", fixed["pressure"]))
+fixed |= {{"k": k, "D": D, "H_V": H_V}}
+conditions = point.Conditions.of(**fixed | varied)
 z = point.simulate(conditions, tolerance={tolerance:g}).{quantity}.reshape(x.shape)
 """
 
