@@ -10,9 +10,10 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
+import numpy as np
+
 from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.passage import Passage
-from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.rubber.block import Block
 
 
@@ -68,7 +69,7 @@ def mechanics_of(
     penalty = 0.5 * contact.pressure**2 / block.equilibrium.penalty
     sunk = block.surface.total(penalty, contact.area)
     return Mechanics(
-        scale * block.surface.total(shear, area),
+        block.total(shear, area),
         block.equilibrium.plate_displacement(),
         scale * (block.rubber.elastic_energy() + sunk),
         scale * kinetic_energy,
@@ -102,8 +103,8 @@ def step_energies(
     weight = load.pressures.mean_between(time, end) * block.area
 
     def total(heat: str) -> float:
-        own = sum(float(one.area @ getattr(one.step, heat)) for one in passage.steps)
-        return block.scale * float(block.surface.comm.allreduce(own, op=MPI.SUM))
+        parts = [getattr(one.step, heat) for one in passage.steps]
+        return block.total(np.concatenate(parts), passage.area)
 
     return Energies(
         friction_work=work,

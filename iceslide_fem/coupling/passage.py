@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
+from iceslide_fem.arrays import Array
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep
 
@@ -24,3 +27,8 @@ class Passage(NamedTuple):
     def state(self) -> InterfaceState:
         """Film and heat at the end."""
         return self.steps[-1].step.state
+
+    @property
+    def area(self) -> Array:
+        """What each film of each sub-step stands for, one after the other, m2."""
+        return np.concatenate([one.area for one in self.steps])

@@ -10,6 +10,7 @@ touched before the step is accepted.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 
 import numpy as np
 
@@ -211,7 +212,7 @@ class Sliding:
         shear = self.shear(state, loads)
         if not self._error.is_quiet(shear, start.solved_shear, start.loads.area):
             return None
-        force = self.block.scale * self.block.surface.total(shear, loads.area)
+        force = self.block.total(shear, loads.area)
         after = start._replace(
             time=start.time + dt,
             motion=rested(start.motion),
@@ -305,17 +306,15 @@ class Sliding:
         forces = [self.current.mechanics.friction_force]
         for one, loads in zip(passage.steps, passage.loads, strict=True):
             shear = self.shear(one.step.state, loads)
-            forces.append(self.block.scale * self.block.surface.total(shear, loads.area))
+            forces.append(self.block.total(shear, loads.area))
         return forces
 
     def _squeezed(self, passage: Passage) -> float:
         """Water that leaves the films of the whole block in `passage`, m3. Collective."""
-        water, before = 0.0, self.current.interface.squeezed_height
-        for one in passage.steps:
-            after = one.step.state.squeezed_height
-            water += self.block.surface.total(after - before, one.area)
-            before = after
-        return self.block.scale * water
+        heights = [one.step.state.squeezed_height for one in passage.steps]
+        heights.insert(0, self.current.interface.squeezed_height)
+        gains = [after - before for before, after in pairwise(heights)]
+        return self.block.total(np.concatenate(gains), passage.area)
 
     def _mechanics(self, shear: Array, loads: ContactLoads, motion: Motion) -> Mechanics:
         """What the block does and stores at its present displacements. Collective."""

@@ -30,7 +30,7 @@ def preload_row(block: Block, point: PathPoint) -> PreloadRow:
         load_fraction=point.load,
         speed_fraction=point.speed,
         normal_force_N=block.normal_force(contact),
-        friction_force_N=-block.scale * block.surface.total(traction, contact.area),
+        friction_force_N=-block.total(traction, contact.area),
         plate_displacement_m=block.equilibrium.plate_displacement(),
         contact_fraction=_contact_area(block, contact) / block.area,
         largest_pressure_Pa=block.surface.comm.allreduce(highest, op=MPI.MAX),
@@ -55,7 +55,7 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Hi
     melted, saturated = _switches(sliding, accepted)
     normal, friction = block.normal_force(contact), ledger.friction_force()
     below, beside = (
-        block.scale * block.surface.total(current.interface.squeezed_height, area)
+        block.total(current.interface.squeezed_height, area)
         for area in carrier.water_areas(current.loads)
     )
     values = HistoryRow(

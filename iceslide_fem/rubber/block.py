@@ -164,7 +164,13 @@ class Block:
 
     def normal_force(self, contact: ContactState) -> float:
         """Contact force of the whole block, N. Collective."""
-        return self.scale * self.surface.total(contact.pressure, contact.area)
+        return self.total(contact.pressure, contact.area)
+
+    def total(self, density: Array, area: Array) -> float:
+        """Integral of `density` over the whole block's contact, whose points have `area` (m2; m in
+        a slice), both of one shape. Collective.
+        """
+        return self.scale * self.surface.total(density, area)
 
 
 def film_friction(scene: Scene) -> FilmFriction:
