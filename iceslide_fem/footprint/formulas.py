@@ -44,6 +44,15 @@ _FILM = Parameter("m", 1e-10, 1e-3, "height of the water film", "100nm")
 _DRY = Parameter("", 0.0, 2.0, "friction of the dry area", "0.1")
 _WET = Parameter("m", 0.0, 5.0, "x_m, length of the wet area", "75mm")
 
+_RECTANGLE = {
+    "speed": _SPEED,
+    "film": _FILM,
+    "pressure": _PRESSURE,
+    "x_m": _WET,
+    "length": _LENGTH,
+    "dry": _DRY,
+}
+
 
 def _peng(function: Callable[..., Array]) -> Callable[..., Array]:
     """One of Peng's formulas, which take a wet area within the contact only."""
@@ -106,14 +115,7 @@ FORMULAS = {
     "peng-rectangle": Formula(
         "(1.7), weights put right",
         "mu",
-        {
-            "speed": _SPEED,
-            "film": _FILM,
-            "pressure": _PRESSURE,
-            "x_m": _WET,
-            "length": _LENGTH,
-            "dry": _DRY,
-        },
+        _RECTANGLE,
         _peng(
             lambda speed, film, pressure, x_m, length, dry: empirical.peng_rectangle(
                 speed, film, pressure, x_m, length, dry
@@ -123,14 +125,7 @@ FORMULAS = {
     "peng-rectangle-printed": Formula(
         "(1.7) as printed",
         "mu",
-        {
-            "speed": _SPEED,
-            "film": _FILM,
-            "pressure": _PRESSURE,
-            "x_m": _WET,
-            "length": _LENGTH,
-            "dry": _DRY,
-        },
+        _RECTANGLE,
         _peng(
             lambda speed, film, pressure, x_m, length, dry: empirical.peng_rectangle_as_printed(
                 speed, film, pressure, x_m, length, dry

@@ -21,7 +21,7 @@ from iceslide_fem.results import Run, field_files
 
 MOMENTS = 13  # at most
 CELLS = 6000  # of a drawing at most
-ROBUST = 98.0  # per cent of the values that colours span: pressures are singular at an edge
+ROBUST = 98.0  # percentile at which colours end: pressures are singular at an edge
 PRESSURE, MISES = "contact pressure (Pa)", "von Mises stress (Pa)"
 MM, MS, UM = 1e3, 1e3, 1e6
 CORNERS = {"triangle": 3, "quad": 4, "tetra": 4, "hexahedron": 8}
@@ -85,8 +85,8 @@ def fields_of(run: Run) -> list[Text | Fields]:
     left = times.size - len(chosen)
     about = Text(
         f"{len(chosen)} of the {times.size} moments that the run wrote"
-        f"{'; the others are in its folder' if left else ''}. Colours span the middle {ROBUST:g} % "
-        "of all moments."
+        f"{'; the others are in its folder' if left else ''}. Colours end where "
+        f"{100.0 - ROBUST:g} % of the values of all moments lie beyond."
     )
     if not drawings:
         return [Text(f"More than {CELLS} cells are not drawn here: iceslide view does that.")]
