@@ -8,7 +8,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.film.integrators import INTEGRATORS
-from iceslide_fem.film.point import Conditions, Loading
+from iceslide_fem.film.point_conditions import Conditions, Loading
 from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns
 from iceslide_fem.scene import Scene
 

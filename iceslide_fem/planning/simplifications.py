@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.film.point import RANGES, Conditions, simulate
+from iceslide_fem.film.point import Conditions, simulate
+from iceslide_fem.film.point_conditions import RANGES
 from iceslide_fem.scene import Scene
 
 TIMES = 200  # at which mu(t) is compared

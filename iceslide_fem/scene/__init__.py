@@ -3,16 +3,10 @@
 From a TOML file or a dictionary, with units at the edge. Imports `errors` and `materials` only.
 """
 
-from iceslide_fem.scene.model import (
-    REFINEMENTS,
-    Film,
-    Ice,
-    Load,
-    Numerics,
-    Rubber,
-    Scene,
-    Water,
-)
+from iceslide_fem.scene.ice import Ice, Water
+from iceslide_fem.scene.load import Load
+from iceslide_fem.scene.model import REFINEMENTS, Film, Numerics, Scene
+from iceslide_fem.scene.rubber import Rubber
 from iceslide_fem.scene.toml import (
     flat,
     key_and_text,

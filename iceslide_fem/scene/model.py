@@ -11,9 +11,6 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import (
-    AliasChoices,
-    Field,
-    StrictBool,
     StringConstraints,
     field_validator,
     model_validator,
@@ -24,42 +21,23 @@ from iceslide_fem.materials import (
     COMPOUNDS,
     CONTACT_TABLES,
     HEATED_LAYERS,
-    ICE,
-    RUBBER_CONDUCTIVITY,
-    RUBBER_HEAT_CAPACITY,
-    WATER_CONDUCTIVITY,
-    WATER_VISCOSITY,
-    YOUNGS_MODULUS_ONLY,
-    ZERO_CELSIUS,
     ConstantContact,
     ContactTable,
     MooneyRivlin,
-    Solid,
 )
 from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.friction import Friction
+from iceslide_fem.scene.ice import Ice, Water
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.load import Load
-from iceslide_fem.scene.outline_file import read_outline
 from iceslide_fem.scene.rows import RowsOf
-from iceslide_fem.scene.shape import (
-    WIDEST,
-    Cut,
-    Groove,
-    Sipe,
-    Sipes,
-    check_shape,
-    evenly_spaced,
-)
+from iceslide_fem.scene.rubber import Rubber
 from iceslide_fem.scene.table import Table
 from iceslide_fem.scene.units import Quantity
 
 Place = Annotated[float, Quantity("m", "-1 m", "1 m")]
-Length = Annotated[float, Quantity("m", "10 um", "1 m")]
-Stiffness = Annotated[float, Quantity("Pa", "0 MPa", "10000 MPa")]
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$", strict=True)]
 
-WARMEST = 1e-3  # K below its melting temperature
 HEIGHT = RowsOf(
     "ice temperature",
     Quantity("K", "-80 degC", "0.01 degC"),
@@ -76,174 +54,6 @@ FILE_KEYS = (
 )  # table and key of what names a file
 # of what may name a file of rows
 TABLE_KEYS = (("load", "pressure"), ("load", "speed"), ("film", "initial_height"))
-
-
-class Rubber(Table):
-    """The rubber block: a compound or its Mooney-Rivlin constants, size (m), density (kg/m3).
-
-    C10, C01 in Pa; compressibility by D1 (1/Pa) or by Poisson's ratio nu (also `poisson_ratio`),
-    which may be given beside a compound, too, instead of its D1. `heat` resolves heat
-    conduction in the rubber, with its `conductivity` (W/(m K)) and `heat_capacity` (J/(kg K)) by
-    default of the thesis's table 1, `inertia` its motion. The edges across the sliding direction
-    are round (`edge_radius`) or cut off at 45 degrees (`chamfer`), the sides lean by `draft_angle`
-    (rad), so that the block is wider at the plate; length and width are those at the ice. `sipes`:
-    how many evenly spaced slots across the sliding direction are cut into the box from below, or a
-    list of them; `grooves` run along it. `outline` is a file of polygons (x, y), the block seen
-    from above, instead of the rectangle. `mesh` replaces the box by a mesh file, whose coordinates
-    are in `mesh_unit`.
-    """
-
-    compound: str | None = None
-    C10: Stiffness | None = None
-    C01: Stiffness | None = None
-    D1: Annotated[float, Quantity("1/Pa", "1e-6 1/MPa", "1000 1/MPa")] | None = None
-    nu: Annotated[float, Quantity("", "0", "0.4995")] | None = Field(
-        None, validation_alias=AliasChoices("nu", "poisson_ratio")
-    )
-    length: Length = 1e-3
-    width: Length = 1e-3
-    height: Length = 1e-3
-    edge_radius: Cut = 0.0
-    chamfer: Cut = 0.0
-    draft_angle: Annotated[float, Quantity("rad", "0 deg", "30 deg")] = 0.0
-    sipes: Sipes = 0
-    sipe_width: Length = 0.5e-3
-    sipe_depth: Length = 4e-3
-    grooves: tuple[Groove, ...] = ()
-    outline: InputFile | None = None
-    density: Annotated[float, Quantity("kg/m^3", "100 kg/m^3", "10000 kg/m^3")] = 1100.0
-    conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K")] = (
-        RUBBER_CONDUCTIVITY
-    )
-    heat_capacity: Annotated[float, Quantity("J/kg/K", "100 J/kg/K", "10000 J/kg/K")] = (
-        RUBBER_HEAT_CAPACITY
-    )
-    heat: StrictBool = False
-    inertia: StrictBool = False
-    mesh: InputFile | None = None
-    mesh_unit: Literal["m", "cm", "mm", "um", "inch"] = "m"
-
-    @field_validator("compound")
-    @classmethod
-    def _published(cls, compound: str | None) -> str | None:
-        if compound in YOUNGS_MODULUS_ONLY:
-            raise ValueError(
-                f'rubber.compound = "{compound}" cannot be used: only its Young\'s modulus '
-                f"({YOUNGS_MODULUS_ONLY[compound] / 1e6:.2f} MPa) is published; give rubber.C10, "
-                "rubber.C01 and rubber.D1 (or nu), and film.k, film.D and film.H_V instead"
-            )
-        if compound is not None and compound not in COMPOUNDS:
-            allowed = ", ".join(f'"{name}"' for name in COMPOUNDS)
-            raise ValueError(
-                f'rubber.compound = "{compound}" is not known; allowed: {allowed}, '
-                "or rubber.C10, rubber.C01 and rubber.D1 (or nu) instead"
-            )
-        return compound
-
-    @model_validator(mode="after")
-    def _cuts_fit(self) -> Self:
-        if isinstance(self.sipes, int) and self.sipes:
-            most = WIDEST * self.length / (self.sipes + 1)
-            if self.sipe_width > most:
-                raise ValueError(
-                    f"rubber.sipe_width = {1e3 * self.sipe_width:.3g} mm is too wide for "
-                    f"{self.sipes} sipes in {1e3 * self.length:.3g} mm; allowed: up to "
-                    f"{1e3 * most:.3g} mm, half of their distance"
-                )
-        check_shape(self)
-        if self.outline is not None:
-            read_outline(self.outline, "rubber.outline")
-        return self
-
-    @property
-    def cuts(self) -> tuple[Sipe, ...]:
-        """The sipes one by one, along x."""
-        if isinstance(self.sipes, int):
-            return evenly_spaced(self.sipes, self.length, self.sipe_width, self.sipe_depth)
-        return tuple(sorted(self.sipes, key=lambda sipe: sipe.position))
-
-    @model_validator(mode="after")
-    def _one_description(self) -> Self:
-        given = [name for name in ("C10", "C01", "D1", "nu") if getattr(self, name) is not None]
-        if "D1" in given and "nu" in given:
-            raise ValueError("rubber.D1 and rubber.nu contradict each other; give one of them")
-        if self.compound is not None:
-            if given and given[0] in ("C10", "C01"):
-                raise ValueError(
-                    f'rubber.compound = "{self.compound}" and rubber.{given[0]} contradict each '
-                    "other; give the compound or the constants"
-                )
-            return self
-        if len(given) < 3:
-            raise ValueError(
-                'rubber needs compound = "B", or C10, C01 and one of D1 and nu; '
-                f"given: {', '.join(given) or 'none of them'}"
-            )
-        if self.C10 == self.C01 == 0.0:
-            raise ValueError("rubber.C10 and rubber.C01 are both 0; one of them must be positive")
-        return self
-
-    @property
-    def solid(self) -> Solid:
-        """The rubber as heat sees it."""
-        return Solid(self.conductivity, self.density, self.heat_capacity)
-
-
-class Ice(Table):
-    """Initial temperature of the ice (K), its motion under the rubber, and its heat model.
-
-    `margin` (m) is how far continuum ice extends beside the contact. The attached ice of a
-    sample of a long block has none: its neighbours are as warm. Ice that slides lies in cells of
-    width `cell` (m, along x), kept until they are `trail` (m) behind the block.
-
-    conductivity (W/(m K)), density (kg/m3), heat_capacity (J/(kg K)), latent_heat (J/kg) and
-    melting_temperature (K), which salt and pressure lower; by default those of the thesis's film
-    model (its table 4).
-    """
-
-    temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC")] = 269.15
-    margin: Annotated[float, Quantity("m", "0 m", "1 m")] = 0.0
-    cell: Annotated[float, Quantity("m", "0.1 um", "10 mm")] | None = None
-    trail: Annotated[float, Quantity("m", "0 m", "1 m")] = 0.0
-    motion: Literal["attached", "sliding"] = "attached"
-    heat: Literal["half-space", "column", "continuum"] = "column"
-    conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K")] = ICE.conductivity
-    density: Annotated[float, Quantity("kg/m^3", "10 kg/m^3", "10000 kg/m^3")] = ICE.density
-    heat_capacity: Annotated[float, Quantity("J/kg/K", "100 J/kg/K", "10000 J/kg/K")] = (
-        ICE.heat_capacity
-    )
-    melting_temperature: Annotated[float, Quantity("K", "-60 degC", "0.01 degC")] = (
-        ICE.melting_temperature
-    )
-    latent_heat: Annotated[float, Quantity("J/kg", "1 kJ/kg", "10000 kJ/kg")] = ICE.latent_heat
-
-    @model_validator(mode="after")
-    def _is_frozen(self) -> Self:
-        highest = self.melting_temperature - WARMEST
-        if self.temperature > highest + 1e-9:
-            raise ValueError(
-                f"ice.temperature = {self.temperature - ZERO_CELSIUS:.6g} degC is not below "
-                f"ice.melting_temperature = {self.melting_temperature - ZERO_CELSIUS:.6g} degC; "
-                f"allowed: up to {highest - ZERO_CELSIUS:.6g} degC"
-            )
-        return self
-
-    @property
-    def solid(self) -> Solid:
-        """The ice as heat sees it."""
-        return Solid(*(getattr(self, name) for name in Solid._fields))
-
-
-class Water(Table):
-    """The water of the film: viscosity (Pa s), conductivity k_w (W/(m K)).
-
-    By default the thesis's.
-    """
-
-    viscosity: Annotated[float, Quantity("Pa*s", "0.01 mPa*s", "10 Pa*s")] = WATER_VISCOSITY
-    conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K")] = (
-        WATER_CONDUCTIVITY
-    )
 
 
 class Film(Table):

@@ -1,0 +1,76 @@
+"""The ice of a scene and the water that it melts to."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import model_validator
+
+from iceslide_fem.materials import (
+    ICE,
+    WATER_CONDUCTIVITY,
+    WATER_VISCOSITY,
+    ZERO_CELSIUS,
+    Solid,
+)
+from iceslide_fem.scene.table import Table
+from iceslide_fem.scene.units import Quantity
+
+WARMEST = 1e-3  # K below its melting temperature
+
+
+class Ice(Table):
+    """Initial temperature of the ice (K), its motion under the rubber, and its heat model.
+
+    `margin` (m) is how far continuum ice extends beside the contact. The attached ice of a
+    sample of a long block has none: its neighbours are as warm. Ice that slides lies in cells of
+    width `cell` (m, along x), kept until they are `trail` (m) behind the block.
+
+    conductivity (W/(m K)), density (kg/m3), heat_capacity (J/(kg K)), latent_heat (J/kg) and
+    melting_temperature (K), which salt and pressure lower; by default those of the thesis's film
+    model (its table 4).
+    """
+
+    temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC")] = 269.15
+    margin: Annotated[float, Quantity("m", "0 m", "1 m")] = 0.0
+    cell: Annotated[float, Quantity("m", "0.1 um", "10 mm")] | None = None
+    trail: Annotated[float, Quantity("m", "0 m", "1 m")] = 0.0
+    motion: Literal["attached", "sliding"] = "attached"
+    heat: Literal["half-space", "column", "continuum"] = "column"
+    conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K")] = ICE.conductivity
+    density: Annotated[float, Quantity("kg/m^3", "10 kg/m^3", "10000 kg/m^3")] = ICE.density
+    heat_capacity: Annotated[float, Quantity("J/kg/K", "100 J/kg/K", "10000 J/kg/K")] = (
+        ICE.heat_capacity
+    )
+    melting_temperature: Annotated[float, Quantity("K", "-60 degC", "0.01 degC")] = (
+        ICE.melting_temperature
+    )
+    latent_heat: Annotated[float, Quantity("J/kg", "1 kJ/kg", "10000 kJ/kg")] = ICE.latent_heat
+
+    @model_validator(mode="after")
+    def _is_frozen(self) -> Self:
+        highest = self.melting_temperature - WARMEST
+        if self.temperature > highest + 1e-9:
+            raise ValueError(
+                f"ice.temperature = {self.temperature - ZERO_CELSIUS:.6g} degC is not below "
+                f"ice.melting_temperature = {self.melting_temperature - ZERO_CELSIUS:.6g} degC; "
+                f"allowed: up to {highest - ZERO_CELSIUS:.6g} degC"
+            )
+        return self
+
+    @property
+    def solid(self) -> Solid:
+        """The ice as heat sees it."""
+        return Solid(*(getattr(self, name) for name in Solid._fields))
+
+
+class Water(Table):
+    """The water of the film: viscosity (Pa s), conductivity k_w (W/(m K)).
+
+    By default the thesis's.
+    """
+
+    viscosity: Annotated[float, Quantity("Pa*s", "0.01 mPa*s", "10 Pa*s")] = WATER_VISCOSITY
+    conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K")] = (
+        WATER_CONDUCTIVITY
+    )

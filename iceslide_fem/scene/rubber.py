@@ -1,0 +1,142 @@
+"""The rubber block of a scene: its material, its shape, what is computed of it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import AliasChoices, Field, StrictBool, field_validator, model_validator
+
+from iceslide_fem.materials import (
+    COMPOUNDS,
+    RUBBER_CONDUCTIVITY,
+    RUBBER_HEAT_CAPACITY,
+    YOUNGS_MODULUS_ONLY,
+    Solid,
+)
+from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.outline_file import read_outline
+from iceslide_fem.scene.shape import (
+    WIDEST,
+    Cut,
+    Groove,
+    Sipe,
+    Sipes,
+    check_shape,
+    evenly_spaced,
+)
+from iceslide_fem.scene.table import Table
+from iceslide_fem.scene.units import Quantity
+
+Length = Annotated[float, Quantity("m", "10 um", "1 m")]
+Stiffness = Annotated[float, Quantity("Pa", "0 MPa", "10000 MPa")]
+
+
+class Rubber(Table):
+    """The rubber block: a compound or its Mooney-Rivlin constants, size (m), density (kg/m3).
+
+    C10, C01 in Pa; compressibility by D1 (1/Pa) or by Poisson's ratio nu (also `poisson_ratio`),
+    which may be given beside a compound, too, instead of its D1. `heat` resolves heat
+    conduction in the rubber, with its `conductivity` (W/(m K)) and `heat_capacity` (J/(kg K)) by
+    default of the thesis's table 1, `inertia` its motion. The edges across the sliding direction
+    are round (`edge_radius`) or cut off at 45 degrees (`chamfer`), the sides lean by `draft_angle`
+    (rad), so that the block is wider at the plate; length and width are those at the ice. `sipes`:
+    how many evenly spaced slots across the sliding direction are cut into the box from below, or a
+    list of them; `grooves` run along it. `outline` is a file of polygons (x, y), the block seen
+    from above, instead of the rectangle. `mesh` replaces the box by a mesh file, whose coordinates
+    are in `mesh_unit`.
+    """
+
+    compound: str | None = None
+    C10: Stiffness | None = None
+    C01: Stiffness | None = None
+    D1: Annotated[float, Quantity("1/Pa", "1e-6 1/MPa", "1000 1/MPa")] | None = None
+    nu: Annotated[float, Quantity("", "0", "0.4995")] | None = Field(
+        None, validation_alias=AliasChoices("nu", "poisson_ratio")
+    )
+    length: Length = 1e-3
+    width: Length = 1e-3
+    height: Length = 1e-3
+    edge_radius: Cut = 0.0
+    chamfer: Cut = 0.0
+    draft_angle: Annotated[float, Quantity("rad", "0 deg", "30 deg")] = 0.0
+    sipes: Sipes = 0
+    sipe_width: Length = 0.5e-3
+    sipe_depth: Length = 4e-3
+    grooves: tuple[Groove, ...] = ()
+    outline: InputFile | None = None
+    density: Annotated[float, Quantity("kg/m^3", "100 kg/m^3", "10000 kg/m^3")] = 1100.0
+    conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K")] = (
+        RUBBER_CONDUCTIVITY
+    )
+    heat_capacity: Annotated[float, Quantity("J/kg/K", "100 J/kg/K", "10000 J/kg/K")] = (
+        RUBBER_HEAT_CAPACITY
+    )
+    heat: StrictBool = False
+    inertia: StrictBool = False
+    mesh: InputFile | None = None
+    mesh_unit: Literal["m", "cm", "mm", "um", "inch"] = "m"
+
+    @field_validator("compound")
+    @classmethod
+    def _published(cls, compound: str | None) -> str | None:
+        if compound in YOUNGS_MODULUS_ONLY:
+            raise ValueError(
+                f'rubber.compound = "{compound}" cannot be used: only its Young\'s modulus '
+                f"({YOUNGS_MODULUS_ONLY[compound] / 1e6:.2f} MPa) is published; give rubber.C10, "
+                "rubber.C01 and rubber.D1 (or nu), and film.k, film.D and film.H_V instead"
+            )
+        if compound is not None and compound not in COMPOUNDS:
+            allowed = ", ".join(f'"{name}"' for name in COMPOUNDS)
+            raise ValueError(
+                f'rubber.compound = "{compound}" is not known; allowed: {allowed}, '
+                "or rubber.C10, rubber.C01 and rubber.D1 (or nu) instead"
+            )
+        return compound
+
+    @model_validator(mode="after")
+    def _cuts_fit(self) -> Self:
+        if isinstance(self.sipes, int) and self.sipes:
+            most = WIDEST * self.length / (self.sipes + 1)
+            if self.sipe_width > most:
+                raise ValueError(
+                    f"rubber.sipe_width = {1e3 * self.sipe_width:.3g} mm is too wide for "
+                    f"{self.sipes} sipes in {1e3 * self.length:.3g} mm; allowed: up to "
+                    f"{1e3 * most:.3g} mm, half of their distance"
+                )
+        check_shape(self)
+        if self.outline is not None:
+            read_outline(self.outline, "rubber.outline")
+        return self
+
+    @property
+    def cuts(self) -> tuple[Sipe, ...]:
+        """The sipes one by one, along x."""
+        if isinstance(self.sipes, int):
+            return evenly_spaced(self.sipes, self.length, self.sipe_width, self.sipe_depth)
+        return tuple(sorted(self.sipes, key=lambda sipe: sipe.position))
+
+    @model_validator(mode="after")
+    def _one_description(self) -> Self:
+        given = [name for name in ("C10", "C01", "D1", "nu") if getattr(self, name) is not None]
+        if "D1" in given and "nu" in given:
+            raise ValueError("rubber.D1 and rubber.nu contradict each other; give one of them")
+        if self.compound is not None:
+            if given and given[0] in ("C10", "C01"):
+                raise ValueError(
+                    f'rubber.compound = "{self.compound}" and rubber.{given[0]} contradict each '
+                    "other; give the compound or the constants"
+                )
+            return self
+        if len(given) < 3:
+            raise ValueError(
+                'rubber needs compound = "B", or C10, C01 and one of D1 and nu; '
+                f"given: {', '.join(given) or 'none of them'}"
+            )
+        if self.C10 == self.C01 == 0.0:
+            raise ValueError("rubber.C10 and rubber.C01 are both 0; one of them must be positive")
+        return self
+
+    @property
+    def solid(self) -> Solid:
+        """The rubber as heat sees it."""
+        return Solid(self.conductivity, self.density, self.heat_capacity)
