@@ -98,9 +98,10 @@ class Rubber(Table):
         if isinstance(self.sipes, int) and self.sipes:
             most = WIDEST * self.length / (self.sipes + 1)
             if self.sipe_width > most:
+                cuts = "one sipe" if self.sipes == 1 else f"{self.sipes} sipes"
                 raise ValueError(
                     f"rubber.sipe_width = {1e3 * self.sipe_width:.3g} mm is too wide for "
-                    f"{self.sipes} sipes in {1e3 * self.length:.3g} mm; allowed: up to "
+                    f"{cuts} in {1e3 * self.length:.3g} mm; allowed: up to "
                     f"{1e3 * most:.3g} mm, half of their distance"
                 )
         check_shape(self)

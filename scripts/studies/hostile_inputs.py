@@ -133,7 +133,10 @@ def contradictions() -> Iterator[Input]:
         (("ice.heat=half-space", "rubber.heat=true"), "half-space"),
         (("rubber.heat=true", "rubber.height=10um", "load.duration=1s"), "rubber.height"),
         (("rubber.sipes=8", "rubber.sipe_width=1mm"), "rubber.sipe"),
-        (("rubber.sipes=1", "rubber.sipe_depth=1mm"), "rubber.sipe_depth"),
+        (
+            ("rubber.sipes=1", "rubber.sipe_width=0.1mm", "rubber.sipe_depth=1mm"),
+            "rubber.sipe_depth",
+        ),
         (("rubber.compound=A",), "Young's modulus"),
         (("load.pressur=1bar",), "did you mean load.pressure?"),
         (("pressure=1bar",), "load.pressure"),
