@@ -205,6 +205,12 @@ def test_the_line_is_that_of_the_library(served):
     assert np.allclose(found["line"].mu, expected.mu, rtol=1e-12)
 
 
+def test_friction_of_the_printed_slip_is_in_doubt():
+    (note,) = line.curves({})["notes"]
+    assert "mu by (4.7) to (4.9) is 35" in note and "p V S = 5 " in note
+    assert line.curves({"slip": "0.5", "source": "moving"})["notes"] == []
+
+
 def test_every_slider_of_the_line_changes_it():
     picture = str(CASES.parent / "docs" / "pictures" / "footprint_picture.jpg")
     boxes = {"legend": "556,42,583,378", "crop": "0,0,540,420", "image": picture}

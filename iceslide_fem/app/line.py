@@ -13,6 +13,7 @@ from iceslide_fem.app.form import Texts
 from iceslide_fem.app.slider import Slider
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
+from iceslide_fem.footprint.balance import SlidingLine, doubts
 from iceslide_fem.footprint.case import FootprintCase, PixelBox
 from iceslide_fem.footprint.jaeger import TABLE_1_RUBBER
 from iceslide_fem.footprint.line import (
@@ -202,7 +203,7 @@ def curves(texts: Texts) -> dict[str, Any]:
     """Everything that the tab shows. Raises SceneError, SimulationStopped.
 
     series over x (mm): pressure (bar), flux (W/m2), temperature (degC), mu, state by its name; with
-    the film law its temperature and mu.
+    the film law its temperature and mu. notes: sentences on what is in doubt.
     """
     case = LineCase.of(texts)
     pressure, dx = case.pressure()
@@ -226,7 +227,9 @@ def curves(texts: Texts) -> dict[str, Any]:
         }
         film = {"film_mu": float(found.shear.sum() / pressure.sum())}
     balance = line.balance
+    sliding = SlidingLine(float(pressure[pressure > 0.0].mean()), case.speed, case.slip)
     return {
+        "notes": doubts(line.mu_mean, sliding),
         "series": series,
         "numbers": {
             "mu_mean": line.mu_mean,

@@ -6,6 +6,7 @@ from __future__ import annotations
 THINNEST_FILM = 1e-9  # m
 # Nearly three times the largest value that the thesis prints, 0.55.
 LARGEST_FRICTION = 1.5
+IN_DOUBT = f"the thesis's largest is 0.55, and above {LARGEST_FRICTION:g} it is in doubt"
 
 
 def doubts(height: float, friction: float) -> list[str]:
@@ -17,6 +18,5 @@ def doubts(height: float, friction: float) -> list[str]:
             "three water molecules or less, which are no fluid with a viscosity"
         )
     if friction > LARGEST_FRICTION:
-        known = f"the thesis's largest is 0.55, and above {LARGEST_FRICTION:g} it is in doubt"
-        found.append(f"mu rises to {friction:.3g}: {known}")
+        found.append(f"mu rises to {friction:.3g}: {IN_DOUBT}")
     return found

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.film.doubts import IN_DOUBT, LARGEST_FRICTION
 from iceslide_fem.footprint.jaeger import TABLE_1_ICE, TABLE_1_RUBBER
 from iceslide_fem.materials import WATER_CONDUCTIVITY
 
@@ -130,3 +131,13 @@ def heat_balance(
     tread = conductivities.tread * float(above[state > 0].sum()) * pixel_area / depth
     water = conductivities.water * (mixed + wet)
     return HeatBalance(ice, tread, water, (ice + tread + water) / (sliding.power * area))
+
+
+def doubts(friction: float, sliding: SlidingLine) -> list[str]:
+    """A sentence, without its full stop, if the mean friction of (4.7) to (4.9) is none."""
+    if friction <= LARGEST_FRICTION:
+        return []
+    return [
+        f"mu by (4.7) to (4.9) is {friction:.4g}: {IN_DOUBT}. The heat through the depth d is "
+        f"divided by p V S = {sliding.power:.3g} W/m2, and a slip that small makes next to none"
+    ]

@@ -2,7 +2,7 @@
 
 import { ask, latest } from "./api.js";
 import { band, colours, curve, draw, onColours } from "./charts.js";
-import { element, fill, mark, numbers, setTexts, slider, textsIn } from "./controls.js";
+import { element, fill, mark, notes, numbers, setTexts, slider, textsIn } from "./controls.js";
 
 const WORDS = {
   gaussian: "a Gaussian", file: "a file", picture: "a row of a picture",
@@ -108,6 +108,7 @@ export function makeLine({ start, changed }) {
       curve("(4.7) to (4.9)", series.x, series.mu, colours.c1),
       ...(series.film_mu ? [curve("film law", series.x, series.film_mu, colours.c2, "dot")] : []),
     ], { x, shapes, said: `Friction along the line, mean ${fixed(found.mu_mean)}` });
+    notes(document.getElementById("line-notes"), now.notes);
     numbers(document.getElementById("line-numbers"), [
       ["mean μ, (4.7) to (4.9)", fixed(found.mu_mean)],
       ["μ of the balance (3.8)", fixed(found.mu_balance)],
