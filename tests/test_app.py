@@ -17,6 +17,7 @@ from app_server import fixtures, stop
 
 from iceslide_fem.app import form, line, point
 from iceslide_fem.errors import SceneError
+from iceslide_fem.footprint.jaeger import TABLE_1_ICE
 from iceslide_fem.footprint.line import gaussian_profile, macroscopic_line
 from iceslide_fem.footprint.macroscopic import Macroscopic
 from iceslide_fem.results import read_run
@@ -209,6 +210,13 @@ def test_friction_of_the_printed_slip_is_in_doubt():
     (note,) = line.curves({})["notes"]
     assert "mu by (4.7) to (4.9) is 35" in note and "p V S = 5 " in note
     assert line.curves({"slip": "0.5", "source": "moving"})["notes"] == []
+
+
+def test_sliders_of_the_line_begin_with_the_model_as_printed():
+    texts = {slider.key: slider.text(slider.start) for slider in line.SLIDERS}
+    texts.pop("air_temperature")  # empty at first: that of the ice
+    assert line.LineCase.of(texts).parameters == Macroscopic(effusivity=TABLE_1_ICE.effusivity)
+    assert line.LineCase.of(texts) == line.LineCase()
 
 
 def test_every_slider_of_the_line_changes_it():

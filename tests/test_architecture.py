@@ -12,7 +12,8 @@ PACKAGE = Path(__file__).parent.parent / "iceslide_fem"
 # From the ground up; a module or folder imports only what stands below its floor.
 FLOORS = [
     {"arrays", "errors", "launch"},
-    {"files", "laws", "materials", "options", "parallel", "progress", "screen"},
+    {"files", "materials", "options", "parallel", "progress", "screen"},
+    {"laws"},
     {"folder", "scene", "fenics"},
     {"film", "results", "mesh"},
     {"rubber", "footprint", "roughness", "reference"},

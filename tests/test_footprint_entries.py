@@ -9,7 +9,9 @@ import pytest
 from iceslide_fem.cli import main
 from iceslide_fem.errors import SceneError
 from iceslide_fem.footprint import empirical
+from iceslide_fem.footprint.balance import State
 from iceslide_fem.footprint.case import FootprintCase
+from iceslide_fem.footprint.comparison import friction_curves
 from iceslide_fem.footprint.formulas import FORMULAS, evaluate
 from iceslide_fem.footprint.line import gaussian_profile
 from iceslide_fem.footprint.macroscopic import heat_model
@@ -89,6 +91,22 @@ def test_states_of_ones_own_decide_module_3(files):
     expected = (0.19 + 2.22) / 1e-4 * plain.moving.rise.mean() / plain.moving.sliding.power
     assert dry.moving.balance.mu == pytest.approx(expected)
     assert dry.film.shear == pytest.approx(plain.film.shear)
+
+
+def test_ice_that_melts_below_zero_is_wet_where_it_melts(files):
+    """And its curves over temperature end below its melting temperature."""
+    own = {"melting_temperature": "-5degC", "temperature": "-9degC"}
+    same, salty = (
+        surveyed(pressure_map=str(files / "map.npy"), **SIZE, **given)
+        for given in ({"temperature": "-4degC"}, own)
+    )
+    assert salty.film.melting.any()
+    assert (salty.state[salty.film.melting] == State.WET).all()
+    assert (salty.state == same.state).all()
+    curves = friction_curves(salty.read.pressure_map, salty.case)
+    pure = friction_curves(same.read.pressure_map, same.case)
+    assert curves.temperature == pytest.approx(pure.temperature - 5.0)
+    assert curves.film == pytest.approx(pure.film) and curves.peng == pytest.approx(pure.peng)
 
 
 def test_maps_have_their_first_row_on_top(tmp_path):
@@ -204,8 +222,9 @@ def test_formulas_have_every_parameter_of_their_functions():
     [
         (["nobody"], 'there is no formula "nobody"; there are: stopping-distance'),
         (["navin", "salt=3"], 'takes KEY=VALUE with temperature, aggregate; given: "salt=3"'),
-        (["navin", "aggregate=-1"], "allowed: 0 to 1000 g/m^2"),
-        (["navin", "temperature=4degC"], "is out of range"),
+        (["navin", "aggregate=-1"], "allowed: 0 g/m^2 to 1000 g/m^2"),
+        (["navin", "temperature=4degC"], "is out of range; allowed: -80 degC to 0 degC"),
+        (["navin", "temperature=-4"], "(a plain number is in K); allowed: -80 degC to 0 degC"),
         (["navin", "aggregate=1", "aggregate=2"], "is given twice"),
         (["navin", "aggregate=3bar"], 'navin: aggregate "3bar"'),
         (["peng-ellipse", "x_m=1m"], "x_m is longer than length"),
@@ -225,4 +244,5 @@ def test_the_command_prints_rows(capsys):
         "269.15,200,0.1708",
     ]
     assert iceslide("formula") == 0
-    assert "peng-ellipse" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "peng-ellipse" in printed and "-80 degC to 0 degC" in printed

@@ -75,7 +75,7 @@ def test_what_has_an_effect_is_not_noted():
         (["ice.temperature=-60degC"], "ice.temperature = -60 degC is outside"),
         (["film.initial_height=5um"], "film.initial_height = 5 µm is outside"),
         (["load.pressure=0.2bar", "load.speed=30"], "friction at t = 0 is 10.3"),
-        (["rubber.height=10mm"], "10 times as tall as thick, it buckles at about 0.13 bar"),
+        (["rubber.height=10mm"], "10 times as tall as thick, buckles at about 0.13 bar"),
         (["numerics.penalty=5MPa/mm"], "numerics.penalty = 5e+09 Pa/m is 3.1 E / H"),
         (["numerics.shear_ramp_pressure=0.5bar"], "is 0.5 p; 0.002 to 0.2 p are known to work"),
     ],

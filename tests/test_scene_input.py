@@ -10,7 +10,7 @@ import pytest
 from iceslide_fem.errors import SceneError
 from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.toml import parsed, read_scene
-from iceslide_fem.scene.units import to_si
+from iceslide_fem.scene.units import readable, to_si
 
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 
@@ -66,6 +66,14 @@ def test_units_as_people_write_them(text, unit, value):
 def test_what_pint_stumbles_over_is_a_value_error(text):
     with pytest.raises(ValueError, match="unit"):
         to_si(text, "m")
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(8.8e-5, "88 µm"), (9.9999e-10, "1 nm"), (0.9996, "1 m"), (1234.0, "1.23 km")],
+)
+def test_lengths_are_rounded_before_they_get_a_prefix(value, text):
+    assert readable(value, "m") == text
 
 
 def test_a_byte_order_mark_is_skipped(tmp_path):

@@ -15,24 +15,23 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
 from iceslide_fem.footprint.balance import SlidingLine, doubts
 from iceslide_fem.footprint.case import FootprintCase, PixelBox
-from iceslide_fem.footprint.jaeger import TABLE_1_RUBBER
 from iceslide_fem.footprint.line import (
     film_line,
     gaussian_profile,
     macroscopic_line,
     state_names,
 )
-from iceslide_fem.footprint.macroscopic import Macroscopic
+from iceslide_fem.footprint.macroscopic import Macroscopic, Source
 from iceslide_fem.footprint.survey import read_footprint
 from iceslide_fem.footprint.tables import read_profile
-from iceslide_fem.materials import BAR, CONTACT_TABLES, MELTING_TEMPERATURE, Solid
+from iceslide_fem.materials import BAR, CONTACT_TABLES, ZERO_CELSIUS, Solid
 from iceslide_fem.scene.command_options import Number
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.units import Quantity
 
 POINTS = 540  # of a Gaussian profile
-
+THESIS = Macroscopic()
 
 Length = Annotated[float, Quantity("m", "1 mm", "5 m"), Number]
 Pressure = Annotated[float, Quantity("Pa", "0.1 bar", "100 bar"), Number]
@@ -70,19 +69,19 @@ class LineCase(BaseModel):
     legend: PixelBox | None = None
     crop: PixelBox | None = None
     row: Share = 0.5
-    speed: Speed = 3.0
-    slip: Slip = 1e-5
-    static_friction: Friction = 0.1
-    ice_temperature: IceTemperature = 269.15
+    speed: Speed = THESIS.speed
+    slip: Slip = THESIS.slip
+    static_friction: Friction = THESIS.static_friction
+    ice_temperature: IceTemperature = THESIS.ice_temperature
     air_temperature: AirTemperature | None = None
-    source: Literal["next pixel", "moving"] = "next pixel"
-    time: Time = 1.0
-    depth: Depth = 1e-4
-    ice_conductivity: Conductivity = 2.22
-    ice_density: Density = 917.8
-    ice_heat_capacity: HeatCapacity = 2020.0
-    tread_conductivity: Conductivity = 0.19
-    water_conductivity: Conductivity = 0.56
+    source: Source = THESIS.source
+    time: Time = THESIS.time
+    depth: Depth = THESIS.depth
+    ice_conductivity: Conductivity = THESIS.ice.conductivity
+    ice_density: Density = THESIS.ice.density
+    ice_heat_capacity: HeatCapacity = THESIS.ice.heat_capacity
+    tread_conductivity: Conductivity = THESIS.tread.conductivity
+    water_conductivity: Conductivity = THESIS.water_conductivity
     film_law: Literal["no", "yes"] = "no"
 
     @model_validator(mode="after")
@@ -116,7 +115,7 @@ class LineCase(BaseModel):
             time=self.time,
             depth=self.depth,
             ice=ice,
-            tread=TABLE_1_RUBBER._replace(conductivity=self.tread_conductivity),
+            tread=THESIS.tread._replace(conductivity=self.tread_conductivity),
             water_conductivity=self.water_conductivity,
             effusivity=ice.effusivity,
         )
@@ -145,27 +144,44 @@ class LineCase(BaseModel):
 
 KEYS = list(LineCase.model_fields)
 
-T_M = MELTING_TEMPERATURE
+
+def _slider(
+    key: str,
+    label: str,
+    unit: str,
+    scale: float,
+    low: float,
+    high: float,
+    log: bool = True,
+    shift: float = 0.0,
+) -> Slider:
+    """A slider that begins where the case does; of a key without a value, with the ice."""
+    default = LineCase.model_fields[key].default
+    start = THESIS.ice_temperature if default is None else default
+    return Slider(
+        key, label, unit, scale, low, high, float(f"{(start - shift) / scale:.12g}"), log, shift
+    )
+
+
+T_0 = ZERO_CELSIUS
 SLIDERS = (
-    Slider("length", "length of the line", "mm", 1e-3, 20.0, 500.0, 180.0, False),
-    Slider("peak", "largest pressure", "bar", 1e5, 0.2, 20.0, 4.0),
-    Slider("sigma", "standard deviation of the Gaussian", "mm", 1e-3, 2.0, 200.0, 30.0),
-    Slider("max_pressure", "high end of its colours", "bar", 1e5, 0.2, 20.0, 4.0),
-    Slider("row", "row of the picture, 0 below to 1", "", 1.0, 0.0, 1.0, 0.5, False),
-    Slider("speed", "V, speed", "m/s", 1.0, 0.1, 50.0, 3.0),
-    Slider("slip", "S, slip ratio", "", 1.0, 1e-7, 1.0, 1e-5),
-    Slider("static_friction", "μ_st, static friction", "", 1.0, 0.01, 1.0, 0.1),
-    Slider("ice_temperature", "T₀, ice temperature", "degC", 1.0, -30.0, -0.1, -4.0, False, T_M),
-    Slider(
-        "air_temperature", "air and tread (or as the ice)", "degC", 1.0, -30, 30, -4, False, T_M
-    ),
-    Slider("time", "t of (3.3), time", "s", 1.0, 0.01, 100.0, 1.0),
-    Slider("depth", "d, depth of heat", "mm", 1e-3, 0.01, 10.0, 0.1),
-    Slider("ice_conductivity", "ice: conductivity", "W/m/K", 1.0, 0.5, 5.0, 2.22, False),
-    Slider("ice_density", "ice: density", "kg/m^3", 1.0, 500.0, 1000.0, 917.8, False),
-    Slider("ice_heat_capacity", "ice: heat capacity", "J/kg/K", 1.0, 1000.0, 4000.0, 2020.0, False),
-    Slider("tread_conductivity", "tread: conductivity", "W/m/K", 1.0, 0.05, 1.0, 0.19, False),
-    Slider("water_conductivity", "water: conductivity", "W/m/K", 1.0, 0.1, 2.0, 0.56, False),
+    _slider("length", "length of the line", "mm", 1e-3, 20.0, 500.0, False),
+    _slider("peak", "largest pressure", "bar", BAR, 0.2, 20.0),
+    _slider("sigma", "standard deviation of the Gaussian", "mm", 1e-3, 2.0, 200.0),
+    _slider("max_pressure", "high end of its colours", "bar", BAR, 0.2, 20.0),
+    _slider("row", "row of the picture, 0 below to 1", "", 1.0, 0.0, 1.0, False),
+    _slider("speed", "V, speed", "m/s", 1.0, 0.1, 50.0),
+    _slider("slip", "S, slip ratio", "", 1.0, 1e-7, 1.0),
+    _slider("static_friction", "μ_st, static friction", "", 1.0, 0.01, 1.0),
+    _slider("ice_temperature", "T₀, ice temperature", "degC", 1.0, -30.0, -0.1, False, T_0),
+    _slider("air_temperature", "air and tread (or as the ice)", "degC", 1.0, -30, 30, False, T_0),
+    _slider("time", "t of (3.3), time", "s", 1.0, 0.01, 100.0),
+    _slider("depth", "d, depth of heat", "mm", 1e-3, 0.01, 10.0),
+    _slider("ice_conductivity", "ice: conductivity", "W/m/K", 1.0, 0.5, 5.0, False),
+    _slider("ice_density", "ice: density", "kg/m^3", 1.0, 500.0, 1000.0, False),
+    _slider("ice_heat_capacity", "ice: heat capacity", "J/kg/K", 1.0, 1000.0, 4000.0, False),
+    _slider("tread_conductivity", "tread: conductivity", "W/m/K", 1.0, 0.05, 1.0, False),
+    _slider("water_conductivity", "water: conductivity", "W/m/K", 1.0, 0.1, 2.0, False),
 )
 EMPTY_AT_FIRST = ("air_temperature",)
 OF_GAUSSIAN = ("length", "peak", "sigma")
@@ -212,7 +228,7 @@ def curves(texts: Texts) -> dict[str, Any]:
         "x": (1e3 * line.x).tolist(),
         "pressure": (line.pressure / BAR).tolist(),
         "flux": line.flux.tolist(),
-        "temperature": (line.temperature - MELTING_TEMPERATURE).tolist(),
+        "temperature": (line.temperature - ZERO_CELSIUS).tolist(),
         "mu": line.mu.tolist(),
         "state": state_names(line.state),
     }
@@ -222,7 +238,7 @@ def curves(texts: Texts) -> dict[str, Any]:
         touching = pressure > 0.0
         mu = np.divide(found.shear, pressure, out=np.zeros_like(pressure), where=touching)
         series |= {
-            "film_temperature": (found.temperature - MELTING_TEMPERATURE).tolist(),
+            "film_temperature": (found.temperature - ZERO_CELSIUS).tolist(),
             "film_mu": mu.tolist(),
         }
         film = {"film_mu": float(found.shear.sum() / pressure.sum())}
@@ -235,8 +251,8 @@ def curves(texts: Texts) -> dict[str, Any]:
             "mu_mean": line.mu_mean,
             "mu_balance": balance.mu,
             "peak_rise": float(line.rise.max()),
-            "leading": line.edges.leading - MELTING_TEMPERATURE,
-            "trailing": line.edges.trailing - MELTING_TEMPERATURE,
+            "leading": line.edges.leading - ZERO_CELSIUS,
+            "trailing": line.edges.trailing - ZERO_CELSIUS,
             "heat_of_ice": balance.ice,
             "heat_of_tread": balance.tread,
             "heat_of_water": balance.water,

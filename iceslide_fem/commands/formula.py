@@ -33,12 +33,12 @@ def formula(
     from iceslide_fem.footprint.formulas import FORMULAS, evaluate
 
     if name is None:
-        table = Table("formula", "equation", "parameter", "default", "meaning")
+        table = Table("formula", "parameter", "default", "meaning and range")
         for each, about in FORMULAS.items():
-            names = [each, *[""] * (len(about.parameters) - 1)]
-            for shown, (key, parameter) in zip(names, about.parameters.items(), strict=True):
-                equation = about.equation if shown else ""
-                table.add_row(shown, equation, key, parameter.default, parameter.meaning)
+            parameters = about.parameters.items()
+            names = [each, about.equation, *[""] * len(parameters)]
+            for shown, (key, its) in zip(names, parameters, strict=False):
+                table.add_row(shown, key, its.default, f"{its.meaning}; {its.low} to {its.high}")
             table.add_section()
         Console().print(table)
         return

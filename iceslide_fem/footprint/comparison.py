@@ -17,9 +17,11 @@ from iceslide_fem.materials import (
     ICE_EFFUSIVITY,
     MELTING_TEMPERATURE,
     WATER_VISCOSITY,
+    ZERO_CELSIUS,
 )
 
-TEMPERATURES = MELTING_TEMPERATURE - np.array([20.0, 15.0, 10.0, 7.0, 5.0, 4.0, 3.0, 2.0, 1.0, 0.5])
+# K, how far below the melting temperature the ice is
+UNDERCOOLING = np.array([20.0, 15.0, 10.0, 7.0, 5.0, 4.0, 3.0, 2.0, 1.0, 0.5])
 LINES = 40  # of the footprint that stand for all
 
 
@@ -34,29 +36,32 @@ class Curves(NamedTuple):
 
 
 def friction_curves(footprint: PressureMap, case: FootprintCase) -> Curves:
-    """Mean friction at `TEMPERATURES`: the film law under every n-th line, and the formulas.
+    """Mean friction at `UNDERCOOLING`: the film law under every n-th line, and the formulas.
 
     The formulas see one contact with the footprint's mean pressure; it is as long as the area in
     contact on the lines that touch is on average. Peng's wet area begins where the moving source
-    with static friction reaches T_m; its film is that of Hayhoe and Shapley.
+    with static friction reaches T_m; its film is that of Hayhoe and Shapley. Water and salt enter
+    the film law alone: Navin's formula goes by degC, the others are of pure ice that is as far
+    below its melting temperature.
     """
+    temperatures = case.melting_temperature - UNDERCOOLING
+    pure = MELTING_TEMPERATURE - UNDERCOOLING
     lines = np.flatnonzero(footprint.contact.any(axis=1))
     some = lines[:: max(1, lines.size // LINES)]
-    pressure = np.tile(footprint.pressure[some], (TEMPERATURES.size, 1))
+    pressure = np.tile(footprint.pressure[some], (temperatures.size, 1))
     part = replace(footprint, pressure=pressure)
-    ride = case.ride._replace(temperature=np.repeat(TEMPERATURES, some.size))
+    ride = case.ride._replace(temperature=np.repeat(temperatures, some.size))
     film = film_map(part, ride, case.contact_table, case.tolerance)
-    force = film.shear.reshape(TEMPERATURES.size, -1).sum(axis=1)
+    force = film.shear.reshape(temperatures.size, -1).sum(axis=1)
     mu = force / footprint.pressure[some].sum()
     p, v = footprint.mean_pressure, case.ride.sliding_speed
     length = footprint.contact[lines].sum(axis=1).mean() * footprint.dx
-    hayhoe = hayhoe_shapley(p, v, TEMPERATURES, length)
+    hayhoe = hayhoe_shapley(p, v, pure, length)
     # Under the flux q a half-space rises by 2 q sqrt(t / pi) / e.
     q = friction_flux(case.static_friction, p, case.speed, case.slip)
-    undercooling = MELTING_TEMPERATURE - TEMPERATURES
-    onset = np.pi * (undercooling * ICE_EFFUSIVITY / (2.0 * q)) ** 2 * case.speed
+    onset = np.pi * (UNDERCOOLING * ICE_EFFUSIVITY / (2.0 * q)) ** 2 * case.speed
     wet = np.maximum(length - onset, 1e-9)
-    height = WATER_VISCOSITY * v / (p * hayhoe_shapley(p, v, TEMPERATURES, wet))
+    height = WATER_VISCOSITY * v / (p * hayhoe_shapley(p, v, pure, wet))
     peng = peng_rectangle(v, height, p, wet, length, case.static_friction)
-    celsius = TEMPERATURES - MELTING_TEMPERATURE
-    return Curves(TEMPERATURES, mu, navin(celsius, case.aggregate), hayhoe, peng)
+    celsius = temperatures - ZERO_CELSIUS
+    return Curves(temperatures, mu, navin(celsius, case.aggregate), hayhoe, peng)

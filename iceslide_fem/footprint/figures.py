@@ -14,13 +14,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from iceslide_fem.arrays import Array, Mask
-from iceslide_fem.footprint.balance import State
+from iceslide_fem.footprint.balance import MIXED_FROM, WET_FROM, State
 from iceslide_fem.footprint.comparison import Curves
 from iceslide_fem.footprint.empirical import stopping_distance
 from iceslide_fem.footprint.macroscopic import HeatModel
 from iceslide_fem.footprint.pressure_map import PressureMap
 from iceslide_fem.footprint.survey import Survey
-from iceslide_fem.materials import BAR, MELTING_TEMPERATURE
+from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.results.style import BLACK, BLUE, GREEN, NO_CONTACT, ORANGE, PURPLE, RED
 
 DPI = 130
@@ -44,7 +44,8 @@ def draw_maps(result: Survey, directory: Path) -> list[Path]:
     """Write pressure.png, temperature.png, wet_dry.png, mu.png and thesis.png; their paths."""
     footprint, film = result.read.pressure_map, result.film
     contact = footprint.contact
-    coldest = result.case.temperature - MELTING_TEMPERATURE
+    coldest = result.case.temperature - ZERO_CELSIUS
+    melting = result.case.melting_temperature - ZERO_CELSIUS
     mu = film.friction(footprint)
     how = f"{result.case.speed:g} m/s, slip {result.case.slip:g}, ice at {coldest:.3g} °C"
     maps = {
@@ -57,11 +58,11 @@ def draw_maps(result: Survey, directory: Path) -> list[Path]:
             Normalize(0.0, float(footprint.pressure.max()) / BAR),
         ),
         "temperature": Map(
-            film.temperature - MELTING_TEMPERATURE,
+            film.temperature - ZERO_CELSIUS,
             f"Temperature of the ice surface ({how})",
             "temperature (°C)",
             "inferno",
-            Normalize(coldest, 0.0),
+            Normalize(coldest, melting),
         ),
         "mu": Map(
             mu,
@@ -77,7 +78,7 @@ def draw_maps(result: Survey, directory: Path) -> list[Path]:
         _map(panel, footprint, quantity, contact)
         paths.append(_save(figure, directory / f"{name}.png"))
     figure, (panel,) = _page(1, 1, (8.6, 6.4))
-    _states(panel, footprint, result.state, f"State of the ice ({how})")
+    _states(panel, footprint, result.state, f"State of the ice ({how})", melting)
     paths.append(_save(figure, directory / "wet_dry.png"))
     figure, panels = _page(2, 3, (16.0, 8.6))
     figure.suptitle(
@@ -94,7 +95,7 @@ def draw_maps(result: Survey, directory: Path) -> list[Path]:
 def draw_comparison(curves: Curves, result: Survey, directory: Path) -> Path:
     """Write comparison.png: mu over the ice temperature beside the formulas, and over d."""
     figure, (left, right) = _page(1, 2, (13.0, 5.6))
-    celsius = curves.temperature - MELTING_TEMPERATURE
+    celsius = curves.temperature - ZERO_CELSIUS
     sliding = result.case.slip * result.case.speed
     spread = result.case.aggregate
     aggregate = f"{spread:g} g/m² of aggregate" if spread else "no aggregate"
@@ -187,7 +188,14 @@ def _map(panel: Axes, footprint: PressureMap, quantity: Map, contact: Mask) -> N
     panel.set_title(quantity.title, fontsize=11)
 
 
-def _states(panel: Axes, footprint: PressureMap, state: NDArray[np.uint8], title: str) -> None:
+def _states(
+    panel: Axes,
+    footprint: PressureMap,
+    state: NDArray[np.uint8],
+    title: str,
+    melting: float = 0.0,
+) -> None:
+    """Dry, mixed, wet; `melting` (degC) is the temperature from which on ice is wet."""
     colours = ListedColormap(list(STATE_COLOURS.values()))
     edges = [each - 0.5 for each in (*STATE_COLOURS, State.WET + 1)]
     norm = BoundaryNorm(edges, len(STATE_COLOURS))
@@ -201,9 +209,9 @@ def _states(panel: Axes, footprint: PressureMap, state: NDArray[np.uint8], title
         [
             f"{name}\n{np.count_nonzero(state == each) / contact:.0%}"
             for each, name in (
-                (State.DRY, "dry\n(< -2 °C)"),
-                (State.MIXED, "mixed\n(< 0 °C)"),
-                (State.WET, "wet\n(≥ 0 °C)"),
+                (State.DRY, f"dry\n(< {melting + MIXED_FROM:g} °C)"),
+                (State.MIXED, f"mixed\n(< {melting + WET_FROM:g} °C)"),
+                (State.WET, f"wet\n(≥ {melting + WET_FROM:g} °C)"),
             )
         ]
     )

@@ -11,18 +11,18 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
 from iceslide_fem.footprint import empirical
-from iceslide_fem.materials import MELTING_TEMPERATURE
+from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.scene.units import to_si
 
 MOST = 100_000  # values of one call
 
 
 class Parameter(NamedTuple):
-    """SI unit, range in it, what it is, and the default as typed (or none)."""
+    """SI unit; its range as one would type it; what it is, and the default as typed (or none)."""
 
     unit: str
-    low: float
-    high: float
+    low: str
+    high: str
     meaning: str
     default: str = ""
 
@@ -36,13 +36,13 @@ class Formula(NamedTuple):
     function: Callable[..., Array]
 
 
-_SPEED = Parameter("m/s", 1e-3, 100.0, "sliding speed", "3m/s")
-_PRESSURE = Parameter("Pa", 1e2, 1e8, "mean pressure", "2bar")
-_ICE = Parameter("K", 193.15, MELTING_TEMPERATURE, "temperature of the ice", "-4degC")
-_LENGTH = Parameter("m", 1e-4, 5.0, "length of the contact", "150mm")
-_FILM = Parameter("m", 1e-10, 1e-3, "height of the water film", "100nm")
-_DRY = Parameter("", 0.0, 2.0, "friction of the dry area", "0.1")
-_WET = Parameter("m", 0.0, 5.0, "x_m, length of the wet area", "75mm")
+_SPEED = Parameter("m/s", "1 mm/s", "100 m/s", "sliding speed", "3m/s")
+_PRESSURE = Parameter("Pa", "0.001 bar", "1000 bar", "mean pressure", "2bar")
+_ICE = Parameter("K", "-80 degC", "0 degC", "temperature of the ice", "-4degC")
+_LENGTH = Parameter("m", "0.1 mm", "5 m", "length of the contact", "150mm")
+_FILM = Parameter("m", "0.1 nm", "1 mm", "height of the water film", "100nm")
+_DRY = Parameter("", "0", "2", "friction of the dry area", "0.1")
+_WET = Parameter("m", "0 m", "5 m", "x_m, length of the wet area", "75mm")
 
 _RECTANGLE = {
     "speed": _SPEED,
@@ -70,8 +70,8 @@ FORMULAS = {
         "(1.1)",
         "distance (m)",
         {
-            "speed": Parameter("m/s", 0.01, 150.0, "speed of the vehicle", "36km/h"),
-            "mu": Parameter("", 1e-4, 2.0, "friction coefficient", "0.1"),
+            "speed": Parameter("m/s", "0.01 m/s", "150 m/s", "speed of the vehicle", "36km/h"),
+            "mu": Parameter("", "1e-4", "2", "friction coefficient", "0.1"),
         },
         lambda speed, mu: empirical.stopping_distance(3.6 * speed, mu),
     ),
@@ -80,11 +80,11 @@ FORMULAS = {
         "mu",
         {
             "temperature": _ICE,
-            "aggregate": Parameter("g/m^2", 0.0, 1000.0, "aggregate spread on the ice", "0"),
+            "aggregate": Parameter(
+                "g/m^2", "0 g/m^2", "1000 g/m^2", "aggregate spread on the ice", "0"
+            ),
         },
-        lambda temperature, aggregate: empirical.navin(
-            temperature - MELTING_TEMPERATURE, aggregate
-        ),
+        lambda temperature, aggregate: empirical.navin(temperature - ZERO_CELSIUS, aggregate),
     ),
     "hayhoe-shapley": Formula(
         "(1.3) to (1.5)",
@@ -102,7 +102,7 @@ FORMULAS = {
             "film": _FILM,
             "pressure": _PRESSURE,
             "x_m": _WET,
-            "y_m": Parameter("", 0.0, math.pi / 2, "y_m, an angle (rad)", "0.7854"),
+            "y_m": Parameter("", "0", "1.5708", "y_m, an angle (rad)", "0.7854"),
             "length": _LENGTH,
             "dry": _DRY,
         },
@@ -176,16 +176,17 @@ def _values(name: str, key: str, parameter: Parameter, text: str) -> list[float]
 
 
 def _value(name: str, key: str, parameter: Parameter, text: str) -> float:
+    plain = ""
     try:
         value = float(text)
+        if parameter.unit:
+            plain = f" (a plain number is in {parameter.unit})"
     except ValueError:
         try:
             value = to_si(text, parameter.unit)
         except ValueError as error:
             raise SceneError(f'{name}: {key} "{text}" {error}') from None
-    if not parameter.low <= value <= parameter.high:
-        raise SceneError(
-            f'{name}: {key} "{text}" is out of range; allowed: {parameter.low:g} to '
-            f"{parameter.high:g} {parameter.unit}".rstrip()
-        )
+    low, high = parameter.low, parameter.high
+    if not to_si(low, parameter.unit) <= value <= to_si(high, parameter.unit):
+        raise SceneError(f'{name}: {key} "{text}" is out of range{plain}; allowed: {low} to {high}')
     return value

@@ -34,6 +34,7 @@ from iceslide_fem.materials import (
     ICE_EFFUSIVITY,
     MELTING_TEMPERATURE,
     WATER_CONDUCTIVITY,
+    ZERO_CELSIUS,
     Solid,
 )
 
@@ -132,7 +133,7 @@ def heat_model(
         temperature = np.where(contact, temperature, p.ice_temperature)
         rise = temperature - p.ice_temperature
     if state is None:
-        state = classify(temperature - MELTING_TEMPERATURE, contact)
+        state = classify(temperature - ZERO_CELSIUS, contact)
     else:
         state = np.where(contact, state, State.NO_CONTACT).astype(np.uint8)
     sliding = SlidingLine(footprint.mean_pressure, p.speed, p.slip)

@@ -39,7 +39,7 @@ from iceslide_fem.footprint.tables import (
     read_states,
     read_temperatures,
 )
-from iceslide_fem.materials import MELTING_TEMPERATURE
+from iceslide_fem.materials import ZERO_CELSIUS
 
 
 class ReadFootprint(NamedTuple):
@@ -80,9 +80,9 @@ class Survey(NamedTuple):
 
     @property
     def state(self) -> NDArray[np.uint8]:
-        """Dry, mixed, wet by the surface temperature of the film model."""
+        """Dry, mixed, wet by the surface temperature of the film model, from that of melting."""
         footprint = self.read.pressure_map
-        return classify(self.film.temperature - MELTING_TEMPERATURE, footprint.contact)
+        return classify(self.film.temperature - self.case.melting_temperature, footprint.contact)
 
 
 def read_footprint(case: FootprintCase) -> ReadFootprint:
@@ -230,9 +230,7 @@ def summary(result: Survey) -> dict[str, Any]:
         "film": {
             "mu_mean": film.mean_friction(footprint),
             "mean_film_height_m": float(film.height[contact].mean()),
-            "mean_surface_temperature_C": float(
-                film.temperature[contact].mean() - MELTING_TEMPERATURE
-            ),
+            "mean_surface_temperature_C": float(film.temperature[contact].mean() - ZERO_CELSIUS),
             "melting_share": float(film.melting[contact].mean()),
             "saturated_share": float(film.saturated[contact].mean()),
             "outside_table_share": float(outside.mean()),
@@ -278,8 +276,8 @@ def _heat_summary(model: HeatModel, contact: Mask) -> dict[str, Any]:
 
 def _edges(edges: Edges) -> dict[str, float]:
     return {
-        "leading_edge_temperature_C": edges.leading - MELTING_TEMPERATURE,
-        "trailing_edge_temperature_C": edges.trailing - MELTING_TEMPERATURE,
+        "leading_edge_temperature_C": edges.leading - ZERO_CELSIUS,
+        "trailing_edge_temperature_C": edges.trailing - ZERO_CELSIUS,
     }
 
 

@@ -1,5 +1,5 @@
 """Friction laws of one's own: the protocol, what reads and checks a law, Coulomb's friction.
 
 `protocol` is the specification. Everything here knows arrays, and nothing of meshes, ranks or
-films. Imports `arrays` and `errors` only.
+films. Imports `materials` and what is below it only.
 """

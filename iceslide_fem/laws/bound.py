@@ -10,6 +10,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.laws.protocol import Contact, Law, Response, Surface
+from iceslide_fem.materials import MELTING_TEMPERATURE
 
 # Relative change of the slip speed by which the shear's derivative is taken.
 SPEED_CHANGE = 1e-6
@@ -28,7 +29,9 @@ class BoundLaw:
     melting_temperature: of the ice, K.
     """
 
-    def __init__(self, law: Law, name: str, melting_temperature: float = 273.15) -> None:
+    def __init__(
+        self, law: Law, name: str, melting_temperature: float = MELTING_TEMPERATURE
+    ) -> None:
         self._law, self.name, self.melting_temperature = law, name, melting_temperature
         self.fields = {field: float(value) for field, value in law.fields.items()}
         self.fault: str | None = None

@@ -12,9 +12,9 @@ from scipy.interpolate import RegularGridInterpolator
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
 from iceslide_fem.laws.protocol import Contact, Response, Surface
+from iceslide_fem.materials import ZERO_CELSIUS
 
 COLUMNS = ("temperature_C", "speed_m_s", "mu")
-CELSIUS = 273.15
 # The temperature and the heat that makes it are found by so many bisections, to 1e-12 of a kelvin.
 BISECTIONS = 50
 LARGEST = 10.0  # mu, of a table
@@ -33,7 +33,7 @@ class Coulomb:
         if not isinstance(self._mu, RegularGridInterpolator):
             return np.full(speed.shape, self._mu)
         low, high = (np.array([axis[i] for axis in self._mu.grid]) for i in (0, -1))
-        values = np.stack([temperature - CELSIUS, speed], axis=-1)
+        values = np.stack([temperature - ZERO_CELSIUS, speed], axis=-1)
         return np.asarray(self._mu(np.clip(values, low, high)))
 
     def respond(

@@ -20,7 +20,7 @@ from iceslide_fem.mesh.gmsh_model import IntArray, TaggedMesh, empty_model
 from iceslide_fem.mesh.grid import snapped, with_parts
 from iceslide_fem.mesh.profile import CONTACT_HEIGHT, NEAR, part_choosers
 from iceslide_fem.mesh.shape import BlockShape
-from iceslide_fem.mesh.soundness import Soundness
+from iceslide_fem.mesh.soundness import Soundness, place
 from iceslide_fem.scene.outline_file import read_outline
 
 MIRRORED = 1e-6  # of the size: corners nearer than that to mirrored ones are symmetric
@@ -56,9 +56,9 @@ def _build(path: Path, rings: tuple[Array, ...], height: float, refinement: floa
     tagged = with_parts(points, cells, "rubber", part_choosers(block))
     fault = Soundness(tagged).fault(tagged.facets["plate"])
     if fault is not None:
-        place = ", ".join(f"{1e3 * value:.3g}" for value in fault[1])
+        what, where = fault
         raise SceneError(
-            f"rubber.outline: {path} can't be meshed: near ({place}) mm {fault[0]}; smooth the "
+            f"rubber.outline: {path} can't be meshed: near {place(where)} {what}; smooth the "
             "outline or raise numerics.refinement"
         )
     return tagged

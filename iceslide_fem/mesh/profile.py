@@ -14,7 +14,7 @@ from iceslide_fem.mesh.gmsh_model import TaggedMesh
 from iceslide_fem.mesh.grid import Chooser, Lines, snapped, with_parts
 from iceslide_fem.mesh.patches import Patch, Point, even, mesh_patches, rectangle
 from iceslide_fem.mesh.shape import BlockShape, leaned
-from iceslide_fem.mesh.soundness import Soundness
+from iceslide_fem.mesh.soundness import Soundness, place
 
 CONTACT_HEIGHT = 0.5  # the sides may touch the ice up to this fraction of the height
 NEAR = 1e-9  # of the height
@@ -39,10 +39,9 @@ def block_mesh(block: BlockShape, refinement: float) -> TaggedMesh:
     tagged = tagged._replace(points=leaned(block, tagged.points))
     fault = Soundness(tagged).fault(tagged.facets["plate"])
     if fault is not None:
-        place = ", ".join(f"{1e3 * value:.3g}" for value in fault[1])
         raise SceneError(
-            f"the rubber's sipes or sides overlap each other near ({place}) mm: rubber.sipes that "
-            "lean or wave into each other, or rubber.draft_angle, ask for too much"
+            f"the rubber's sipes or sides overlap each other near {place(fault[1])}: rubber.sipes "
+            "that lean or wave into each other, or rubber.draft_angle, ask for too much"
         )
     return tagged
 

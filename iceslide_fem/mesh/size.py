@@ -25,13 +25,14 @@ MOST_MODES = 3000
 
 class Unknowns(NamedTuple):
     """Dimension of the meshes; unknowns of rubber (displacements) and of meshed ice; columns of
-    sliding ice.
+    sliding ice; nodes of meshed ice in its longest line.
     """
 
     dimensions: int
     rubber: int
     ice: int
     columns: int
+    longest: int = 0
 
 
 def unknowns(scene: Scene) -> Unknowns:
@@ -39,7 +40,8 @@ def unknowns(scene: Scene) -> Unknowns:
     dimensions = 2 if scene.model == "slice" else 3
     rubber = dimensions * int(divisions(scene)["quadratic_nodes"])
     if scene.ice.heat == "continuum":
-        return Unknowns(dimensions, rubber, math.prod(ice_shape(scene)), 0)
+        shape = ice_shape(scene)
+        return Unknowns(dimensions, rubber, math.prod(shape), 0, max(shape))
     if scene.ice.motion == "attached":
         return Unknowns(dimensions, rubber, 0, 0)
     lines = window_lines(scene, block_shape(scene).ranges)
@@ -80,11 +82,10 @@ def shortage(scene: Scene) -> str | None:
             f"needs about {needed / 1e9:.3g} GB of memory "
             f"({size.rubber} unknowns of rubber, {ice}), and there are {present / 1e9:.3g} GB"
         )
-    longest = max(ice_shape(scene)) if scene.ice.heat == "continuum" else 0
-    if longest > MOST_MODES:
+    if size.longest > MOST_MODES:
         return (
-            f"needs a mesh of the ice with {longest} nodes in a line, and continuum ice may have "
-            f'{MOST_MODES} (ice.heat = "column" any number)'
+            f"needs a mesh of the ice with {size.longest} nodes in a line, and continuum ice may "
+            f'have {MOST_MODES} (ice.heat = "column" any number)'
         )
     return None
 

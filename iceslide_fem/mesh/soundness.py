@@ -60,6 +60,11 @@ def outer_facets(tagged: TaggedMesh) -> IntArray:
     return facets[np.sort(first[count == 1])]
 
 
+def place(where: Floats, unit: str = "mm", size: float = 1e-3, digits: int = 3) -> str:
+    """The coordinates `where` (m) of a fault in a `unit` of `size` (m): "(1.2, 0, 3) mm"."""
+    return f"({', '.join(f'{value / size:.{digits}g}' for value in where)}) {unit}"
+
+
 def smallest_angle(tagged: TaggedMesh) -> float:
     """Smallest angle between two edges that meet in a corner of a cell's face, degrees."""
     faces = np.array(FACETS[tagged.cell_type])

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from iceslide_fem.errors import SceneError
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.gmsh_model import IntArray, TaggedMesh
-from iceslide_fem.mesh.soundness import Soundness, facets_of
+from iceslide_fem.mesh.soundness import Soundness, facets_of, place
 
 PARTS = ("contact", "plate", "symmetry", "walls")
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}  # of coordinates, in m
@@ -71,8 +71,7 @@ def _checked(path: Path, dim: int, unit: str, changed: int, size: int) -> Tagged
     fault = soundness.fault(tagged.facets["plate"])
     if fault is not None:
         what, where = fault
-        place = ", ".join(f"{value / UNITS[unit]:.6g}" for value in where)
-        raise SceneError(f"mesh {path}, near ({place}) {unit}: {what}")
+        raise SceneError(f"mesh {path}, near {place(where, unit, UNITS[unit], 6)}: {what}")
     return tagged
 
 

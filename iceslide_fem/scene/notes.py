@@ -183,8 +183,8 @@ def _rubber(scene: Scene) -> list[str]:
         limit = buckling_pressure(E, G, length, rubber.height)
         if most > limit:
             found.append(
-                f"the block is slender: {rubber.height / length:.2g} times as tall as thick, it "
-                f"buckles at about {_text(limit, 'Pa')}"
+                f"the block, {rubber.height / length:.2g} times as tall as thick, buckles at about "
+                f"{_text(limit, 'Pa')}"
             )
     for key, value, unit, (low, high), scale, name in (
         ("penalty", numerics.penalty, "Pa/m", PENALTIES, E / rubber.height, "E / H"),

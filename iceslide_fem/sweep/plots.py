@@ -15,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.materials import BAR, MELTING_TEMPERATURE
+from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.results.style import BLUE
 
 DPI = 130
@@ -39,7 +39,7 @@ SHOWN = {
     "load.pressure": SummaryQuantity("pressure (bar)", 1.0 / BAR),
     "load.speed": SummaryQuantity("speed (m/s)"),
     "load.duration": SummaryQuantity("duration (ms)", 1e3),
-    "ice.temperature": SummaryQuantity("ice temperature (°C)", 1.0, MELTING_TEMPERATURE),
+    "ice.temperature": SummaryQuantity("ice temperature (°C)", 1.0, ZERO_CELSIUS),
     "rubber.length": SummaryQuantity("length (mm)", 1e3),
     "rubber.width": SummaryQuantity("width (mm)", 1e3),
     "rubber.height": SummaryQuantity("height (mm)", 1e3),

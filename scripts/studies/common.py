@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.film.point import Conditions
-from iceslide_fem.materials import BAR, CONTACT_TABLES, MELTING_TEMPERATURE
+from iceslide_fem.materials import BAR, CONTACT_TABLES, ZERO_CELSIUS
 from iceslide_fem.scene import Scene, load_scene
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -97,7 +97,7 @@ def conditions(
     pressure = np.asarray(bar, dtype=float) * BAR
     k, D, H_V, _ = CONTACT_TABLES["B"](pressure)
     return Conditions.of(
-        pressure=pressure, speed=speed, temperature=MELTING_TEMPERATURE + np.asarray(celsius),
+        pressure=pressure, speed=speed, temperature=ZERO_CELSIUS + np.asarray(celsius),
         k=k, D=D, H_V=H_V, initial_height=initial_height, duration=duration,
     )  # fmt: skip
 
