@@ -82,6 +82,21 @@ def rubber_solid(
 
 
 @dataclass(frozen=True)
+class ViscosityTable:
+    """Viscosity of water (Pa s) over ascending temperatures (K), with which it must not rise.
+
+    Straight between them, outside the nearest end.
+    """
+
+    temperature: tuple[float, ...]
+    viscosity: tuple[float, ...]
+
+    def __call__(self, temperature: ArrayLike) -> Array:
+        """eta (Pa s) at temperatures (K) of any shape."""
+        return np.asarray(np.interp(np.asarray(temperature), self.temperature, self.viscosity))
+
+
+@dataclass(frozen=True)
 class MooneyRivlin:
     """Constants of W = C10 (I1bar - 3) + C01 (I2bar - 3) + (J - 1)^2 / D1.
 

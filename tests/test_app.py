@@ -171,13 +171,20 @@ def test_maps_are_those_of_their_lines_of_python(contact):
 
 
 def test_a_map_is_of_the_water_and_the_ice_of_its_curves():
-    own = {"water.viscosity": "3 mPa*s", "ice.conductivity": "1 W/(m K)"}
+    own = {"ice.conductivity": "1 W/(m K)"}
     own["film.initial_height"] = '[["-10 degC", "50 nm"], ["0 degC", "100 nm"]]'
+    own["water.viscosity"] = '[["-10 degC", "4 mPa*s"], ["0 degC", "1 mPa*s"]]'
     texts = TEXTS | own
     corner = texts | {"load.pressure": "0.1 bar", "load.speed": "0.05 m/s"}
     found = point.friction_map(texts, ("load.pressure", "load.speed"), "mu_mean")
     expected = point.curves(corner)
     assert found["z"][0][0] == pytest.approx(expected["numbers"]["mu_mean"], rel=1e-2)
+    colder = point.curves(corner | {"load.speed": "3 m/s", "ice.temperature": "-30 degC"})
+    found = point.friction_map(texts, ("load.pressure", "ice.temperature"), "mu_mean")
+    assert found["z"][0][0] == pytest.approx(colder["numbers"]["mu_mean"], rel=1e-2)
+    here: dict = {}
+    exec(found["python"], here)
+    assert np.array_equal(here["z"], found["z"])
     assert expected["values"]["film.initial_height"] == pytest.approx(80e-9)
     half = [point.half_space_curves(each)["series"]["closed_flux"][-1] for each in (texts, TEXTS)]
     assert half[0] / half[1] == pytest.approx((1.0 / 2.25) ** 0.5)

@@ -115,7 +115,7 @@ def test_a_stage_of_any_length_is_finite_positive_and_conserves_energy_and_water
     stage, (h, squeezed, dt, load, ice) = random_stages()
     found = np.isfinite(stage.log_height)  # where two roots are about to merge there may be none
     assert np.count_nonzero(~found) <= 1
-    stage, load = (type(part)(*(x[found] for x in part if x.size)) for part in (stage, load))
+    stage, load = type(stage)(*(x[found] for x in stage[:11])), load.take(found)
     ice = Surface(*(x[found] for x in ice[:3]))
     h, squeezed, dt = h[found], squeezed[found], dt[found]
     assert all(np.isfinite(part).all() for part in stage)

@@ -4,13 +4,20 @@ import tomllib
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.film import conditions, law
 from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
 from iceslide_fem.film.point import Conditions, simulate
-from iceslide_fem.materials import ICE, Solid, rubber_solid
+from iceslide_fem.footprint.blocks import TreadBlock, TreadRubber, scene_text
+from iceslide_fem.footprint.case import FootprintCase
+from iceslide_fem.footprint.film_map import film_map
+from iceslide_fem.footprint.pressure_map import PressureMap
+from iceslide_fem.materials import ICE, ConstantContact, Solid, rubber_solid
+from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import scene_from_dict, unit_of
 from iceslide_fem.scene.fingerprint import scene_hash
 from iceslide_fem.scene.notes import notes
@@ -214,9 +221,6 @@ def test_an_integrated_step_keeps_energy_with_other_data():
 
 
 def test_a_footprint_takes_ice_and_water_of_its_own_and_hands_them_on():
-    from iceslide_fem.footprint.blocks import TreadBlock, TreadRubber, scene_text
-    from iceslide_fem.footprint.case import FootprintCase
-
     given = {"image": "a.png", "length": "0.1", "width": "0.1", "max_pressure": "4bar"}
     own = {"ice_material": "2,900,2000", "melting_temperature": "-2degC", "viscosity": "2mPa*s"}
     ride = FootprintCase.of(given | own).ride
@@ -228,3 +232,117 @@ def test_a_footprint_takes_ice_and_water_of_its_own_and_hands_them_on():
     assert FootprintCase.of(given).ride.solid == ICE
     with pytest.raises(SceneError, match="not below --melting-temperature -5 degC"):
         FootprintCase.of(given | {"melting_temperature": "-5degC"})
+
+
+ROWS = [["-10 degC", "2.64 mPa*s"], ["-5 degC", "2.14 mPa*s"], ["0 degC", "1.79 mPa*s"]]
+
+
+def history(**tables):
+    """Columns of a scene on the point rung, and its results."""
+    rows, entries = point_history(scene(**tables))
+    columns = zip(*rows, strict=True)
+    return dict(zip(rows[0]._fields, map(np.array, columns), strict=True)), entries
+
+
+def test_a_viscosity_table_of_equal_values_is_the_constant():
+    _, usual = history()
+    _, level = history(water={"viscosity": [[263.15, 1.8e-3], [273.15, 1.8e-3]]})
+    for name in ("mu_peak", "mu_mean", "mu_end", "melt_onset_s", "steps"):
+        assert level[name] == pytest.approx(usual[name], rel=1e-12), name
+
+
+@pytest.mark.parametrize("heated", [False, True])
+def test_the_viscosity_is_that_of_the_films_temperature(heated):
+    """Against SciPy with films of eta(T) on the modes of the ice (and of the rubber)."""
+    end = 3e-3
+    own = scene(
+        water={"viscosity": ROWS},
+        load={"pressure": "1 bar", "speed": "3 m/s", "duration": end},
+        rubber={"compound": "B", "heat": heated},
+        film={"conductance": 1e6} if heated else {},
+    )
+    found, _ = point_history(own)
+    here = conditions.scene_conditions(own)
+    ice = Column(own.ice.temperature, end, solid=own.ice.solid)
+    rubber = Column(own.ice.temperature, end, solid=own.rubber.solid)
+    kelvin, values = zip(*own.water.viscosity, strict=True)
+    k, D, v, modes = float(here.k[0]), float(here.D[0]), 3.0, ice.rates.size
+
+    def state(x):
+        """T_f and q_f of ln h and the amplitudes, and the fluxes into both bodies."""
+        T_i = own.ice.temperature + ice.surface @ x[1 : 1 + modes]
+        T_r = own.ice.temperature + rubber.surface @ x[1 + modes :]
+
+        def temperature(T):
+            q = k * np.interp(T, kelvin, values) * v**2 / np.exp(x[0])
+            return T - (0.5 * (T_i + T_r + q / 1e6) if heated else T_i)
+
+        T_f = brentq(temperature, 250.0, 280.0, xtol=1e-10)
+        q = k * np.interp(T_f, kelvin, values) * v**2 / np.exp(x[0])
+        return T_f, q, (1e6 * (T_f - T_i), 1e6 * (T_f - T_r)) if heated else (q, 0.0)
+
+    def rate(t, x):
+        T_f, _, (q_ice, q_rubber) = state(x)
+        eta = np.interp(T_f, kelvin, values)
+        thinning = -law.squeeze_rate(1e5, D, eta) * np.exp(2.0 * x[0])
+        amplitudes = x[1 : 1 + modes], x[1 + modes :]
+        return np.concatenate(
+            [
+                [thinning],
+                -ice.rates * amplitudes[0] + ice.surface * q_ice,
+                -rubber.rates * amplitudes[1] + rubber.surface * q_rubber,
+            ]
+        )
+
+    start = np.concatenate([[np.log(70e-9)], np.zeros(modes + rubber.rates.size)])
+    times = [row.time_s for row in found][::10]
+    run = solve_ivp(rate, (0.0, end), start, "BDF", times, rtol=1e-6, atol=1e-9)
+    exact = [state(x)[1] / (v * 1e5) for x in run.y.T]
+    assert max(state(x)[0] for x in run.y.T) < 273.15  # nothing melts: the film is supercooled
+    np.testing.assert_allclose([row.mu for row in found][10::10], exact[1:], rtol=5e-4)
+    assert exact[-1] / exact[0] > 1.3
+
+
+def test_a_viscosity_is_read_from_rows_or_a_file_and_must_fall(tmp_path):
+    made = scene(water={"viscosity": ROWS})
+    assert made.viscosity == pytest.approx(2.07e-3, rel=1e-12)  # at -4 degC
+    (tmp_path / "eta.csv").write_text("water temperature (degC), viscosity (mPa s)\n-5,2\n0,1.8\n")
+    read = scene(water={"viscosity": str(tmp_path / "eta.csv")})
+    assert read.viscosity == pytest.approx(1.96e-3, rel=1e-12)
+    assert scene_from_dict(made.as_dict()) == made and scene_hash(made) != scene_hash(read)
+    assert scene().viscosity == 1.8e-3 and scene().water.table is None
+    for rows, words in (
+        (ROWS[:1], "has 1 row; allowed: a number, or 2 to"),
+        ([ROWS[0], ["0 degC", "3 mPa*s"]], "water.viscosity rises from row 1 to row 2"),
+        ([ROWS[1], ROWS[0]], "water temperature must rise from row 1 to row 2"),
+        ([["0 degC", "1 m"], ROWS[2]], "row 1"),
+    ):
+        with pytest.raises(SceneError, match=words):
+            scene(water={"viscosity": rows})
+    other = scene(water={"viscosity": ROWS}, friction={"law": "coulomb", "mu": 0.2})
+    assert any("water.viscosity has no effect" in note for note in notes(other))
+
+
+def test_points_and_footprints_take_a_table_of_viscosities(tmp_path):
+    """Warmer ice starts with thinner water; a line of pixels is the point in time of contact."""
+    table = scene(water={"viscosity": ROWS}).water.table
+    colder = THESIS | {"temperature": [263.15, 269.15]}
+    together = simulate(Conditions.of(**colder), water=table, tolerance=1e-4, times=[0.0])
+    np.testing.assert_allclose(together.samples[0], 0.266 * table([263.15, 269.15]) * 3 / 7e-3)
+    alone = simulate(Conditions.of(**THESIS), water=table, tolerance=1e-4)
+    assert together.mu_mean[1] == pytest.approx(alone.mu_mean[0], rel=1e-4)
+    path = tmp_path / "eta.csv"
+    path.write_text("water temperature (degC), viscosity (mPa s)\n-10,2.64\n-5,2.14\n0,1.79\n")
+    line = {"line": str(path), "viscosity": str(path), "speed": "3"}
+    ride = FootprintCase.of(line).ride
+    assert ride.viscosity == table
+    contact = ConstantContact(0.266, 29e-6, 2.86e-6)
+    footprint = PressureMap(np.full((2, 70), 1e5), 3.0 * DURATION / 70, 1e-3)
+    found = film_map(footprint, ride, contact, 1e-3)
+    assert found.mean_friction(footprint) == pytest.approx(alone.mu_mean[0], rel=1e-3)
+    block = TreadBlock(x=0.0, y=0.0, length=0.02, width=0.02, pressure=2e5, load=80.0)
+    text = scene_text("b", block, 1.0, ride, TreadRubber("B", None, 8e-3))
+    assert scene_from_dict(tomllib.loads(text)).water.table == table
+    path.write_text("water temperature (degC), viscosity (mPa s)\n-10,1\n0,2\n")
+    with pytest.raises(SceneError, match="--viscosity rises from row 1 to row 2"):
+        FootprintCase.of(line)

@@ -222,6 +222,14 @@ def test_loads_that_go_in_time_are_said_as_ranges(tmp_path):
     assert "with 1 to 2 bar and slides at 2 to 3 m/s for 7 ms" in text
 
 
+def test_a_first_film_that_follows_the_ice_is_said(tmp_path):
+    write_run(tmp_path, "slice")
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    summary["scene"]["film"]["initial_height"] = [[263.15, 50e-9], [271.15, 90e-9]]
+    write_summary(tmp_path / "summary.json", summary)
+    assert "The film begins with 80 nm." in report([tmp_path]).read_text("utf-8")
+
+
 def test_the_ladder_is_compared_with_its_finest(pages):
     text = pages["ladder"].read_text("utf-8")
     assert text.index("point_column") < text.index("slice_column_x1")

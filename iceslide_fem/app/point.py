@@ -134,8 +134,10 @@ def map_result(scene: Scene, x: Slider, y: Slider) -> PointResult:
     varied: dict[str, Any] = {CONDITIONS[x.key]: across.ravel(), CONDITIONS[y.key]: up.ravel()}
     fixed: dict[str, Any] = scene_conditions(scene)._asdict()
     k, D, H_V, _ = scene.contact_parameters(varied.get("pressure", fixed["pressure"]))
-    fixed |= {"k": k, "D": D, "H_V": H_V}
-    return simulate(Conditions.of(**fixed | varied), tolerance=MAP_TOLERANCE)
+    height = scene.height_on(varied.get("temperature", fixed["temperature"]))
+    fixed |= {"k": k, "D": D, "H_V": H_V, "initial_height": height}
+    conditions = Conditions.of(**fixed | varied)
+    return simulate(conditions, tolerance=MAP_TOLERANCE, water=scene.water.table)
 
 
 def _constant(texts: Texts) -> Scene:

@@ -58,9 +58,11 @@ x, y = np.meshgrid(
 )
 fixed, varied = scene_conditions(scene)._asdict(), {{{given}}}
 k, D, H_V, _ = scene.contact_parameters(varied.get("pressure", fixed["pressure"]))
-fixed |= {{"k": k, "D": D, "H_V": H_V}}
+height = scene.height_on(varied.get("temperature", fixed["temperature"]))
+fixed |= {{"k": k, "D": D, "H_V": H_V, "initial_height": height}}
 conditions = point.Conditions.of(**fixed | varied)
-z = point.simulate(conditions, tolerance={tolerance:g}).{quantity}.reshape(x.shape)
+found = point.simulate(conditions, tolerance={tolerance:g}, water=scene.water.table)
+z = found.{quantity}.reshape(x.shape)
 """
 
 

@@ -77,7 +77,10 @@ def footprint(
         Text, option("K,RHO,C", "Of the macroscopic model, SI units.", "0.19,940,1500")
     ] = None,
     water_conductivity: Annotated[Text, option("W/(m K)", "In (3.7).", "0.56")] = None,
-    viscosity: Annotated[Text, option("PA*S", "Of the film's water.", "1.8mPa*s")] = None,
+    viscosity: Annotated[
+        Text,
+        option("PA*S", "Of the film's water; or a CSV file of it over temperature.", "1.8mPa*s"),
+    ] = None,
     initial_height: Annotated[Text, option("M", "Of the film at first.", "70nm")] = None,
     melting_temperature: Annotated[Text, option("T", "Of the ice, as of salt.", "0degC")] = None,
     latent_heat: Annotated[Text, option("J/KG", "Of melting.", "330kJ/kg")] = None,

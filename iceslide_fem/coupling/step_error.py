@@ -15,6 +15,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.energy import Energies
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import InterfaceState
+from iceslide_fem.film.viscosity import temperature_scale
 from iceslide_fem.interface.carriers import InterfaceStep
 from iceslide_fem.rubber.block import Block
 
@@ -67,6 +68,7 @@ class StepError:
         self._temperature_scale = scene.ice.melting_temperature - scene.ice.temperature
         if scene.ice.motion == "sliding":
             self._temperature_scale *= PASSING_EASE
+        self._temperature_scale = temperature_scale(self._temperature_scale, scene.water.table)
 
     def of_film(self, interface_step: InterfaceStep, before: InterfaceState) -> float:
         """Local error of film and heat over a step from `before`; infinite if one has failed."""

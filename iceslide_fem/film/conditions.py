@@ -46,6 +46,7 @@ def simulation_settings(scene: Scene) -> dict[str, Any]:
         "fixed_step": fixed,
         "max_step": largest,
         "loading": scene_loading(scene),
+        "water": scene.water.table,
     }
 
 
@@ -88,7 +89,7 @@ def scene_conditions(scene: Scene) -> Conditions:
         H_V=H_V,
         initial_height=scene.initial_height,
         duration=exposure(scene),
-        viscosity=scene.water.viscosity,
+        viscosity=scene.viscosity,
         **scene.ice.solid._asdict(),
     )
     return here if speed else here._replace(speed=np.zeros(1))

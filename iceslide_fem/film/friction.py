@@ -10,8 +10,14 @@ import numpy as np
 
 from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.film.integrators import InterfaceState, Loads
-from iceslide_fem.film.law import FilmLoads, film_loads
-from iceslide_fem.materials import WATER_VISCOSITY, ConstantContact, ContactTable
+from iceslide_fem.film.law import FilmLoads, film_loads, log_shearing
+from iceslide_fem.film.viscosity import Thinning
+from iceslide_fem.materials import (
+    WATER_VISCOSITY,
+    ConstantContact,
+    ContactTable,
+    ViscosityTable,
+)
 
 # Shear (Pa) of pressures (Pa) and slip speeds (m/s), and its derivatives by both; arrays (n,) or
 # any other shape of as many.
@@ -52,13 +58,15 @@ class FilmFriction:
     parameters: k, D, H_V of the pressure; nominal: the pressure (Pa) that they and the squeeze
     term follow instead of the local one, or None; ramp_pressure: shear is faded in over this
     pressure (Pa), because the film's shear does not vanish with p and would jump where an edge
-    touches down; viscosity: eta of the water (Pa s).
+    touches down; viscosity: eta of the water (Pa s), of a `table` that at the ice's initial
+    temperature.
     """
 
     parameters: ContactTable | ConstantContact
     nominal: float | None
     ramp_pressure: float
     viscosity: float = WATER_VISCOSITY
+    table: ViscosityTable | None = None
     may_fail: ClassVar[bool] = False
     fault: ClassVar[str | None] = None
 
@@ -66,22 +74,24 @@ class FilmFriction:
         """Loads of the film at local `pressure` (Pa) and `speed` (m/s)."""
         p, k, D, H_V, _ = self._parameters(pressure)
         ramp, _ = self._ramp(pressure)
-        return film_loads(np.where(pressure > 0.0, p, 0.0), speed, ramp * k, D, H_V, self.viscosity)
+        p, k = np.where(pressure > 0.0, p, 0.0), ramp * k
+        return film_loads(p, speed, k, D, H_V, self.viscosity, self._thinning)
 
     def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
-        """Films of the height (m), nothing squeezed out; no memory."""
-        return np.full(n, np.log(film_height)), np.zeros(n), np.zeros((0, n))
+        """Films of the height (m), nothing squeezed out; with a table ln(eta / eta_0) = 0."""
+        remembered = 0 if self.table is None else 1
+        return np.full(n, np.log(film_height)), np.zeros(n), np.zeros((remembered, n))
 
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
         """Shear of films as they are in `state`, whatever the temperature."""
-        return self.over(np.exp(state.log_height))
+        return self.over(np.exp(-log_shearing(state)))
 
     def at_start(self, film_height: float, n: int) -> Sheared:
         """Shear of `n` films of the height (m)."""
         return self.over(np.full(n, film_height))
 
     def over(self, film_height: Array) -> Sheared:
-        """Shear of films of these heights (n,), m."""
+        """Shear of films of these heights over eta / eta_0 (n,), m."""
 
         def shear(pressure: Array, speed: Array) -> tuple[Array, Array, Array]:
             height = film_height.reshape(pressure.shape)
@@ -100,6 +110,10 @@ class FilmFriction:
     def outside(self, pressure: Array) -> Mask:
         """Whether the table of k, D, H_V does not cover the pressure at which it is read."""
         return self.parameters.outside(self._parameters(pressure)[0])
+
+    @property
+    def _thinning(self) -> Thinning | None:
+        return None if self.table is None else Thinning(self.table, self.viscosity)
 
     def _parameters(self, pressure: Array) -> tuple[Array, Array, Array, Array, Array]:
         if self.nominal is None:

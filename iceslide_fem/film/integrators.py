@@ -83,7 +83,8 @@ INTEGRATORS = {
 class InterfaceState(NamedTuple):
     """History of the interface: ln h and H_s (m) per film, contents of heat of ice and rubber.
 
-    memory: what a law of the scene's own remembers, (m, n); the film law nothing.
+    memory: (m, n), see `film.law.Remembered`; of the film law only where the viscosity follows its
+    temperature.
     """
 
     log_height: Array
@@ -114,7 +115,8 @@ class Step(NamedTuple):
 
     error: local errors of ln h (1), H_s (m) and the contents; friction_work, ice_heat,
     rubber_heat, latent_heat: J/m2 over the step, the first is the sum of the others; last: the
-    last stage; height_rate: d ln h / dt at the end (1/s); mean_inverse_height: mean of 1/h (1/m).
+    last stage; rate: of the state at its end, 1/s; mean_shearing: mean of eta / (eta_0 h), of 1/h
+    where the viscosity is constant (1/m).
     """
 
     state: InterfaceState
@@ -124,8 +126,8 @@ class Step(NamedTuple):
     rubber_heat: Array
     latent_heat: Array
     last: FilmStage
-    height_rate: Array
-    mean_inverse_height: Array
+    rate: InterfaceState
+    mean_shearing: Array
 
 
 def advance(
@@ -169,8 +171,8 @@ def advance(
         rubber_heat=dt * _sum(weights, [s.rubber_flux for s in stages]),
         latent_heat=dt * _sum(weights, [s.melt_power for s in stages]),
         last=last,
-        height_rate=increments[-1].log_height / stage_dt,
-        mean_inverse_height=_sum(weights, [np.exp(-s.log_height) for s in stages]),
+        rate=InterfaceState(*(part / stage_dt for part in increments[-1])),
+        mean_shearing=_sum(weights, [s.viscosity * np.exp(-s.log_height) for s in stages]),
     )
 
 
@@ -184,7 +186,8 @@ def error_norms(
 ) -> Array:
     """Largest relative local error at each point: of ln h, of H_s / H_V, of surface temperatures.
 
-    The last are relative to `temperature_scale` (K). Infinite where anything is not finite.
+    The last are relative to `temperature_scale` (K), see `film.viscosity`. Infinite where anything
+    is not finite.
     """
 
     parts = (

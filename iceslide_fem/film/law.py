@@ -16,6 +16,9 @@ be T = T_m as in (5.8).)
 
 The height is advanced as y = ln h: it stays positive for any step, and an error of y is the
 relative error of the shear stress.
+
+Where the viscosity follows the film's temperature (`viscosity`), loads are those of one viscosity
+eta_0, and films remember ln(eta / eta_0).
 """
 
 from __future__ import annotations
@@ -25,7 +28,8 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.arrays import Array, Index, Mask
+from iceslide_fem.film.viscosity import Thinning, settled
 from iceslide_fem.materials import ICE, WATER_VISCOSITY, Solid
 
 T = TypeVar("T", float, Array)
@@ -40,7 +44,9 @@ _UNSETTLED = 8
 
 
 class Remembered(Protocol):
-    """History of films: ln h and H_s (m), and the memory (m, n) of a law of the scene's own."""
+    """History of films: ln h and H_s (m), and memory (m, n): ln(eta / eta_0) where the viscosity
+    follows the temperature, or what a law of the scene's own remembers.
+    """
 
     @property
     def log_height(self) -> Array:
@@ -52,20 +58,36 @@ class Remembered(Protocol):
 
     @property
     def memory(self) -> Array:
-        """Of a law of the scene's own, (m, n)."""
+        """(m, n)."""
+
+
+def log_shearing(state: Remembered) -> Array:
+    """ln(eta / (eta_0 h)) of films (h in m), so that tau = c times its exponential, (n,).
+
+    Linear in the state, and so it is of changes of states, too.
+    """
+    return state.memory[0] - state.log_height if len(state.memory) else -state.log_height
 
 
 class FilmLoads(NamedTuple):
     """What acts on the film at each point; arrays of one shape.
 
     viscous: c = k eta v (Pa m), so that tau = c / h; speed: v (m/s); squeeze_rate: K3
-    (1/(m2 s)); free_height: H_V (m).
+    (1/(m2 s)); free_height: H_V (m). With `thinning` eta follows the film's temperature, and
+    these are of its reference eta_0.
     """
 
     viscous: Array
     speed: Array
     squeeze_rate: Array
     free_height: Array
+    thinning: Thinning | None = None
+
+    def take(self, index: Index) -> FilmLoads:
+        """The loads at `index`."""
+        thinning = self.thinning and self.thinning.take(index)
+        viscous, speed, squeeze, free = (part[index] for part in self[:4])
+        return FilmLoads(viscous, speed, squeeze, free, thinning)
 
     def at(self, end: FilmLoads, fraction: float) -> FilmLoads:
         """Loads at `fraction` of a step that ends with `end`, on straight lines."""
@@ -84,7 +106,8 @@ class FilmLoads(NamedTuple):
         """
         free = np.maximum(self.free_height, before.squeezed_height)
         loads = self._replace(free_height=free)
-        return FilmOnIce(stage, start.log_height, start.squeezed_height, dt, loads)
+        history = start.log_height, start.squeezed_height, dt, loads, start.memory
+        return FilmOnIce(stage, *history)
 
 
 def squeeze_rate(pressure: T, D: T, viscosity: Any = WATER_VISCOSITY) -> T:
@@ -100,20 +123,24 @@ def film_loads(
     D: Array,
     H_V: Array,
     viscosity: Array | float = WATER_VISCOSITY,
+    thinning: Thinning | None = None,
 ) -> FilmLoads:
     """Loads at `pressure` (Pa) and `speed` (m/s) for contact parameters k, D (m), H_V (m).
 
-    c = k eta v of (5.29), eta the `viscosity` (Pa s); no squeeze-out where p <= 0.
+    c = k eta v of (5.29), eta the `viscosity` (Pa s), with `thinning` its reference; no squeeze-out
+    where p <= 0.
     """
     K3 = squeeze_rate(np.maximum(pressure, 0.0), D, viscosity)
-    return FilmLoads(k * viscosity * speed, speed, K3, H_V)
+    return FilmLoads(k * viscosity * speed, speed, K3, H_V, thinning)
 
 
 def interpolate(start: FilmLoads, end: FilmLoads, fraction: float) -> FilmLoads:
     """Loads at `fraction` of a step, on straight lines between its ends."""
     if start is end:
         return start
-    return FilmLoads(*(a + fraction * (b - a) for a, b in zip(start, end, strict=True)))
+    ends = zip(start[:4], end[:4], strict=True)
+    viscous, speed, squeeze, free = (a + fraction * (b - a) for a, b in ends)
+    return FilmLoads(viscous, speed, squeeze, free, end.thinning)
 
 
 class Surface(NamedTuple):
@@ -145,7 +172,7 @@ class FilmStage(NamedTuple):
     overfill: how far H_s would be above H_V (m, negative below) with unlimited free volume;
     ice_slope: resistance times the fall of q_ice with the surface's offset (1), 1 where it melts
     and 0 elsewhere; rubber_flux: q_rubber (W/m2), a part of q_f, too, with heat in the rubber;
-    memory: of a law of the scene's own, (m, n).
+    memory: as in `Remembered`, (m, n); viscosity: eta / eta_0, with which the film was sheared.
     """
 
     log_height: Array
@@ -160,6 +187,7 @@ class FilmStage(NamedTuple):
     ice_slope: Array
     rubber_flux: Array
     memory: Array = np.zeros((0, 1))
+    viscosity: Array = np.ones(1)
 
 
 class Film(Protocol):
@@ -183,7 +211,7 @@ class Film(Protocol):
 class FilmOnIce(NamedTuple):
     """A film below rubber that takes no heat: where the stage starts from, and its loads.
 
-    law: `implicit_stage` or `explicit_stage`; the others are its arguments.
+    law: `implicit_stage` or `explicit_stage`; the others are its arguments, and the memory there.
     """
 
     law: Callable[..., FilmStage]
@@ -191,10 +219,32 @@ class FilmOnIce(NamedTuple):
     squeezed_height: Array
     dt: Array | float
     loads: FilmLoads
+    memory: Array = np.zeros((0, 1))
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
-        """The law's stage above `ice`; it needs no first guess."""
-        return self.law(self.log_height, self.squeezed_height, self.dt, self.loads, ice)
+        """The law's stage above `ice`, with the viscosity of its end; it needs no first guess."""
+        loads, thinning = self.loads, self.loads.thinning
+        if thinning is None:
+            return self.law(self.log_height, self.squeezed_height, self.dt, loads, ice)
+
+        def stage(log_viscosity: Array) -> tuple[Array, FilmStage]:
+            """Temperature and stage of films of ln(eta / eta_0)."""
+            viscosity = np.exp(log_viscosity)
+            acting = loads._replace(
+                viscous=viscosity * loads.viscous, squeeze_rate=loads.squeeze_rate / viscosity
+            )
+            found = self.law(self.log_height, self.squeezed_height, self.dt, acting, ice)
+            warm = ice.offset + ice.resistance * found.friction_power
+            return np.minimum(warm, ice.solid.melting_temperature), found
+
+        log_viscosity, temperature, found = settled(stage, thinning, self.memory[0])
+        # What is not molten makes less heat where the ice is warmer.
+        less = ice.resistance * found.friction_power * thinning.fall(temperature)
+        return found._replace(
+            ice_slope=np.where(found.melting, found.ice_slope, less / (1.0 + less)),
+            memory=log_viscosity[None],
+            viscosity=np.exp(log_viscosity),
+        )
 
 
 def implicit_stage(

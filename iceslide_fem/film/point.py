@@ -23,10 +23,12 @@ from iceslide_fem.film.integrators import (
     Step,
     surface_excess,
 )
-from iceslide_fem.film.law import FilmLoads, interpolate
+from iceslide_fem.film.law import FilmLoads, interpolate, log_shearing
 from iceslide_fem.film.point_conditions import Conditions, Loading
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 from iceslide_fem.film.step_control import StepControl, step_factor
+from iceslide_fem.film.viscosity import temperature_scale
+from iceslide_fem.materials import ViscosityTable
 
 ICE_MODELS: dict[str, type[Column] | type[HalfSpace]] = {
     "column": Column,
@@ -120,6 +122,7 @@ def simulate(
     observe: Callable[[Record], None] | None = None,
     rubber: RubberHeat = INSULATED,
     loading: Loading | None = None,
+    water: ViscosityTable | None = None,
 ) -> PointResult:
     """Integrate all `conditions` from t = 0 to their duration.
 
@@ -127,9 +130,10 @@ def simulate(
     error of mu(t) aimed at; `integrator` one of `INTEGRATORS` or its name; `times` (s, ascending)
     where mu is sampled; `fixed_step` (s) replaces error control, `max_step` (s) bounds it;
     `observe` is called with every accepted step; `rubber` takes heat, too, if it is made of
-    columns; with `loading` pressure and speed go in time, and steps end on its corners. Raises
-    SimulationStopped where a step cannot be made, ValueError where an argument is
-    not possible.
+    columns; with `loading` pressure and speed go in time, and steps end on its corners; with
+    `water` the viscosity follows the film's temperature, and that of the conditions is replaced.
+    Raises SimulationStopped where a step cannot be made, ValueError where an argument is not
+    possible.
     """
     method = INTEGRATORS[integrator] if isinstance(integrator, str) else integrator
     if fixed_step is None and not method.estimate:
@@ -138,6 +142,8 @@ def simulate(
     for name, value in positive.items():
         if value is not None and not value > 0.0:
             raise ValueError(f"{name} = {value:g} is not possible; allowed: more than 0")
+    if water is not None:
+        conditions = conditions._replace(viscosity=water(conditions.temperature))
     n = conditions.pressure.size
     sample_times = np.asarray(times, dtype=float)
     if (np.diff(sample_times) < 0.0).any():
@@ -154,11 +160,11 @@ def simulate(
         np.zeros(n),
         heat.initial(n),
         rubber.initial(n),
-        np.zeros((0, n)),
+        np.zeros((0 if water is None else 1, n)),
     )
     time = np.zeros(n)
     dt = FIRST_STEP * here.duration if fixed_step is None else np.full(n, fixed_step)
-    loads = here.loads()
+    loads = here.loads(water)
     control = StepControl(method, tolerance if fixed_step is None else None)
 
     while active.size:
@@ -167,15 +173,15 @@ def simulate(
         if loading is not None:
             dt_try = np.minimum(dt_try, loading.next_corner(time) - time)
             ends = loading.at(here, time + dt_try)
-        undercooling = here.melting_temperature - here.temperature
-        last = loads if ends is here else ends.loads()
-        step, good, wanted = control.trial(state, loads, last, dt_try, heat, undercooling, rubber)
+        scale = temperature_scale(here.melting_temperature - here.temperature, water)
+        last = loads if ends is here else ends.loads(water)
+        step, good, wanted = control.trial(state, loads, last, dt_try, heat, scale, rubber)
         if loading is not None and fixed_step is None:
             bent = _bend(loads, loading.at(here, time + 0.5 * dt_try).loads(), last)
             good &= bent <= tolerance
             wanted = np.minimum(wanted, dt_try * step_factor(bent / tolerance, 2))
             wanted = np.where(good, np.where(dt_try < dt, np.maximum(wanted, dt), wanted), wanted)
-        power = loads.viscous * loads.speed * np.exp(-state.log_height)
+        power = loads.viscous * loads.speed * np.exp(log_shearing(state))
         on_ice = heat.surface_temperature(state.ice)
         warmth = rubber.film_temperature(on_ice, state.rubber, power, state.log_height)
         event = _events(step, state, warmth, ends, EVENT_SHARE * tolerance)
@@ -210,13 +216,13 @@ def simulate(
         )
         if loading is not None:
             here = loading.at(here, time)
-            loads = here.loads()
+            loads = here.loads(water)
         running = time < here.duration * (1.0 - 1e-12)
         if not running.all():
             keep = np.flatnonzero(running)
             active, time, dt = active[keep], time[keep], dt[keep]
             here = here.take(keep)
-            loads = here.loads()
+            loads = here.loads(water)
             state = InterfaceState(*(part[..., keep] for part in state))
             heat, rubber = heat.take(keep), rubber.take(keep)
     result.mu_mean /= conditions.duration
@@ -271,15 +277,15 @@ def _note(
     dt, t0 = record.dt[at], record.time[at]
     t1 = t0 + dt
     factor = record.loads.viscous[at] / record.pressure[at]
-    y1 = step.state.log_height[at]
-    mu = factor * np.exp(-y1)
+    s1 = log_shearing(step.state)[at]
+    mu = factor * np.exp(s1)
     mean = factor
     if loading is not None:
         mean = 0.5 * (factor + here.loads().viscous[at] / here.pressure[at])
-    result.mu_mean[i] += dt * mean * step.mean_inverse_height[at]
+    result.mu_mean[i] += dt * mean * step.mean_shearing[at]
     higher = mu > result.mu_peak[i]
     result.mu_peak[i[higher]], result.mu_peak_time[i[higher]] = mu[higher], t1[higher]
-    result.mu_end[i], result.film_height[i] = mu, np.exp(y1)
+    result.mu_end[i], result.film_height[i] = mu, np.exp(step.state.log_height[at])
     result.squeezed_height[i] = step.state.squeezed_height[at]
     result.steps[i] += 1
     for times, switch in (
@@ -293,14 +299,14 @@ def _note(
     count = high - low
     which = np.repeat(np.arange(i.size), count)
     sample = np.arange(which.size) - np.repeat(np.cumsum(count) - count, count) + low[which]
-    y0, slope = start.log_height[at], step.height_rate[at] * dt
-    s = (t1[which] - sample_times[sample]) / dt[which]
-    y = y1[which] - slope[which] * s + (y0 - y1 + slope)[which] * s**2
+    s0, slope = log_shearing(start)[at], log_shearing(step.rate)[at] * dt
+    left = (t1[which] - sample_times[sample]) / dt[which]
+    s = s1[which] - slope[which] * left + (s0 - s1 + slope)[which] * left**2
     factor = factor[which]
     if loading is not None:
         then = loading.at(here.take(at[which]), sample_times[sample])
         factor = then.loads().viscous / then.pressure
-    result.samples[sample, i[which]] = factor * np.exp(-y)
+    result.samples[sample, i[which]] = factor * np.exp(s)
 
 
 def _bend(start: FilmLoads, middle: FilmLoads, end: FilmLoads) -> Array:

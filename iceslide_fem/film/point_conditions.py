@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.law import FilmLoads, film_loads
+from iceslide_fem.film.viscosity import Thinning
 from iceslide_fem.materials import (
     ICE,
     MELTING_TEMPERATURE,
@@ -16,6 +17,7 @@ from iceslide_fem.materials import (
     ConstantContact,
     ContactTable,
     Solid,
+    ViscosityTable,
 )
 from iceslide_fem.scene.course import Course
 
@@ -80,10 +82,11 @@ class Conditions(NamedTuple):
         arrays = np.broadcast_arrays(*(np.atleast_1d(values[name]) for name in cls._fields))
         return cls(*(np.array(a, dtype=float).ravel() for a in arrays))
 
-    def loads(self) -> FilmLoads:
-        """The film's loads, constant in time."""
+    def loads(self, water: ViscosityTable | None = None) -> FilmLoads:
+        """The film's loads, constant in time; with `water` the viscosity is that table's at T_0."""
+        thinning = None if water is None else Thinning(water, self.viscosity)
         contact = self.k, self.D, self.H_V
-        return film_loads(self.pressure, self.speed, *contact, self.viscosity)
+        return film_loads(self.pressure, self.speed, *contact, self.viscosity, thinning)
 
     @property
     def solid(self) -> Solid:

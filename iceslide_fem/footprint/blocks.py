@@ -15,7 +15,14 @@ from iceslide_fem.errors import SceneError
 from iceslide_fem.footprint.film_map import Ride
 from iceslide_fem.footprint.outlines import patch_outline
 from iceslide_fem.footprint.pressure_map import PressureMap
-from iceslide_fem.materials import BAR, ICE, WATER_VISCOSITY, ZERO_CELSIUS, Solid
+from iceslide_fem.materials import (
+    BAR,
+    ICE,
+    WATER_VISCOSITY,
+    ZERO_CELSIUS,
+    Solid,
+    ViscosityTable,
+)
 from iceslide_fem.scene import scene_from_dict
 
 # Smaller patches are noise, not blocks: share of the mean area of all patches.
@@ -112,9 +119,12 @@ def scene_text(name: str, block: TreadBlock, share: float, ride: Ride, tread: Tr
         for name, value, usual in zip(Solid._fields, ride.solid, ICE, strict=True)
         if value != usual
     ]
-    water = (
-        "" if ride.viscosity == WATER_VISCOSITY else f"[water]\nviscosity = {ride.viscosity!r}\n"
-    )
+    water, eta = "", ride.viscosity
+    if isinstance(eta, ViscosityTable):
+        rows = zip(eta.temperature, eta.viscosity, strict=True)
+        water = f"[water]\nviscosity = {json.dumps([list(row) for row in rows])}\n"
+    elif eta != WATER_VISCOSITY:
+        water = f"[water]\nviscosity = {eta!r}\n"
     duration = TRANSITS * block.length / ride.sliding_speed
     text = f"""\
 # A tread block of a footprint, on fresh ice. Its load of {block.load:.1f} N is centred

@@ -29,11 +29,14 @@ from iceslide_fem.materials import (
     ZERO_CELSIUS,
     ContactTable,
     Solid,
+    ViscosityTable,
 )
-from iceslide_fem.scene.command_options import CommandOptions, Number, option_names
+from iceslide_fem.scene.command_options import CommandOptions, Number, as_number, option_names
 from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.ice import VISCOSITY, viscosity_table
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.messages import missing
+from iceslide_fem.scene.rows import names_a_file
 from iceslide_fem.scene.units import Quantity
 
 THRESHOLD = 0.05  # of the range of pressures
@@ -87,6 +90,14 @@ def _solid(value: Any) -> Any:
     return solid
 
 
+def _viscosity(value: Any) -> Any:
+    """A number in Pa s, or the path of a CSV file with one over temperature."""
+    if not names_a_file(value):
+        return VISCOSITY.value.validate(as_number(value))
+    viscosity_table(VISCOSITY.validate(value), "--viscosity")
+    return Path(value)
+
+
 SOLID_RANGES = (
     ("conductivity", 0.01, 500.0),
     ("density", 10.0, 2e4),
@@ -110,9 +121,9 @@ class FootprintCase(CommandOptions):
     source: 1 is a locked wheel. thesis_slip and thesis_time (s) enter (3.2) and (3.3) alone.
     contact: a file with k, D, H_V over pressure instead of the compound's. air_temperature (K): of
     the tread before it touches, else the ice's. ice_material, tread_material, water_conductivity:
-    of the macroscopic model, else table 1; the ice's is that below the film, too. viscosity (Pa s),
-    initial_height (m), melting_temperature (K), latent_heat (J/kg): of film and ice. aggregate: of
-    (1.2), g/m2.
+    of the macroscopic model, else table 1; the ice's is that below the film, too. viscosity (Pa
+    s, or a CSV file of it over temperature), initial_height (m), melting_temperature (K),
+    latent_heat (J/kg): of film and ice. aggregate: of (1.2), g/m2.
     """
 
     model_config = ConfigDict(alias_generator=_named)
@@ -150,7 +161,7 @@ class FootprintCase(CommandOptions):
     water_conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "10 W/m/K"), Number] = (
         WATER_CONDUCTIVITY
     )
-    viscosity: Annotated[float, Quantity("Pa*s", "0.01 mPa*s", "10 Pa*s"), Number] = WATER_VISCOSITY
+    viscosity: Annotated[float | Path, BeforeValidator(_viscosity)] = WATER_VISCOSITY
     initial_height: Annotated[float, Quantity("m", "1 nm", "10 um"), Number] = 70e-9
     melting_temperature: Annotated[float, Quantity("K", "-60 degC", "0.01 degC"), Number] = (
         ICE.melting_temperature
@@ -262,6 +273,13 @@ class FootprintCase(CommandOptions):
         return CONTACT_TABLES[self.compound]
 
     @property
+    def water(self) -> float | ViscosityTable:
+        """The film's viscosity (Pa s), or the file's over temperature."""
+        if not isinstance(self.viscosity, Path):
+            return self.viscosity
+        return viscosity_table(VISCOSITY.validate(str(self.viscosity)), "") or WATER_VISCOSITY
+
+    @property
     def moving(self) -> Macroscopic:
         """The macroscopic model with a source that moves."""
         ice = Solid(*self.ice_material) if self.ice_material else None
@@ -299,6 +317,6 @@ class FootprintCase(CommandOptions):
                 melting_temperature=self.melting_temperature,
                 latent_heat=self.latent_heat,
             ),
-            self.viscosity,
+            self.water,
             self.water_speed,
         )

@@ -24,8 +24,16 @@ from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.law import FilmLoads, film_loads
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.step_control import StepControl
+from iceslide_fem.film.viscosity import Thinning, temperature_scale
 from iceslide_fem.footprint.pressure_map import PressureMap
-from iceslide_fem.materials import ICE, WATER_VISCOSITY, ConstantContact, ContactTable, Solid
+from iceslide_fem.materials import (
+    ICE,
+    WATER_VISCOSITY,
+    ConstantContact,
+    ContactTable,
+    Solid,
+    ViscosityTable,
+)
 
 METHOD = INTEGRATORS["sdirk2"]
 # Lines that advance together: their columns of ice stay in the processor's cache.
@@ -39,7 +47,8 @@ class Ride(NamedTuple):
     """How ice passes the footprint: V and the sliding speed V S (m/s), T_0 (K), h0 (m).
 
     T_0 may be an array (ny,), one temperature for each line. water_speed: of squeezed-out water
-    relative to the rubber, a share of the sliding speed.
+    relative to the rubber, a share of the sliding speed. Tables of the viscosity are read at
+    the film's temperature.
     """
 
     speed: float
@@ -47,7 +56,7 @@ class Ride(NamedTuple):
     temperature: float | Array
     initial_height: float = 70e-9
     solid: Solid = ICE
-    viscosity: float = WATER_VISCOSITY
+    viscosity: float | ViscosityTable = WATER_VISCOSITY
     water_speed: float = 1.0
 
     @property
@@ -133,12 +142,18 @@ def _pass(
     """Columns of pixels from the leading to the trailing edge, with their part of the map."""
     lines, columns = pressure.shape
     height, sliding = np.full(lines, ride.initial_height), np.full(lines, ride.sliding_speed)
+    given, thinning = ride.viscosity, None
+    if isinstance(given, ViscosityTable):
+        viscosity = np.broadcast_to(given(ride.temperature), (lines,))
+        thinning = Thinning(given, viscosity)
+    else:
+        viscosity = np.full(lines, given)
     state = InterfaceState(
         np.log(height),
         np.zeros(lines),
         ice.initial(lines),
         INSULATED.initial(lines),
-        np.zeros((0, lines)),
+        np.zeros((0 if thinning is None else 1, lines)),
     )
     dt = np.full(lines, passing)
     share, covered = ride.water_share, np.zeros(lines, dtype=bool)
@@ -148,7 +163,7 @@ def _pass(
         k, D, H_V, _ = contact_of(p)
         voids = np.maximum(share * H_V, least)
         k = np.where(p > 0.0, k, 0.0)
-        loads = film_loads(p, sliding, k, D, voids, ride.viscosity)
+        loads = film_loads(p, sliding, k, D, voids, viscosity, thinning)
         # At a leading edge voids take in as deep a layer as lies on the ice, of that share.
         enters, covered = ~covered & (p > 0.0), p > 0.0
         layer = np.where(enters, share, 1.0) * state.squeezed_height
@@ -177,11 +192,12 @@ def _cross(
     here = np.arange(dt.size)
     control = StepControl(METHOD, tolerance)
     while here.size:
-        start, load = _at(state, here), FilmLoads(*(part[here] for part in loads))
+        start, load = _at(state, here), loads.take(here)
         trial = left[here] / np.ceil(left[here] / dt[here] - SLACK)
         below = ice.take(here)
         undercooling = below.solid.melting_temperature - below.temperature
-        step, good, wanted = control.trial(start, load, load, trial, below, undercooling)
+        scale = temperature_scale(undercooling, loads.thinning and loads.thinning.table)
+        step, good, wanted = control.trial(start, load, load, trial, below, scale)
         dt[here] = wanted
         if (wanted[~good] < SHORTEST * passing).any():
             raise SimulationStopped(
@@ -192,7 +208,7 @@ def _cross(
         for whole, new in zip(state, step.state, strict=True):
             whole[..., done] = new[..., good]
         left[done] -= trial[good]
-        result.shear[done] += (trial * load.viscous * step.mean_inverse_height)[good] / passing
+        result.shear[done] += (trial * load.viscous * step.mean_shearing)[good] / passing
         for name in ("friction_work", "ice_heat", "latent_heat"):
             getattr(result, name)[done] += getattr(step, name)[good]
         result.melting[done] = step.last.melting[good]

@@ -23,6 +23,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.film.friction import Friction, Sheared
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import Integrator, InterfaceState, Step, error_norms
+from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.own_law import own_error, shear_change
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile
@@ -79,11 +80,11 @@ class InterfaceStep(NamedTuple):
         Rubber that springs back faster than the block slides is sheared the other way.
         """
         viscous = np.abs(self.loads.viscous)
-        return np.asarray(self.area * viscous * np.exp(-self.step.state.log_height))
+        return np.asarray(self.area * viscous * np.exp(log_shearing(self.step.state)))
 
     def change(self, before: InterfaceStep) -> Array:
         """By what share (n,) the shear differs from that of another trial of the step."""
-        return self.step.state.log_height - before.step.state.log_height
+        return log_shearing(before.step.state) - log_shearing(self.step.state)
 
 
 class OwnStep(InterfaceStep):

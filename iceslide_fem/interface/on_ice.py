@@ -7,7 +7,7 @@ import numpy as np
 from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.film.friction import FilmFriction, Sheared
 from iceslide_fem.film.integrators import Integrator, InterfaceState, advance
-from iceslide_fem.film.law import FilmLoads
+from iceslide_fem.film.law import FilmLoads, log_shearing
 from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep, Shifted, fresh
 from iceslide_fem.interface.rubber_columns import InsulatedOverGrid, RubberOverGrid
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes
@@ -70,7 +70,8 @@ class OnIce:
 
     def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
         """Shear under the films around each point. Collective."""
-        return self._friction.over(self.film_height(state, contact))
+        shearing = self.at_points(np.exp(log_shearing(state)), contact)
+        return self._friction.over(1.0 / shearing)
 
     def film_height(self, state: InterfaceState, contact: ContactLoads) -> Array:
         """Harmonic mean of the films around each point. Collective."""
@@ -141,9 +142,8 @@ class OnIce:
         fresh, water = float(np.log(self._fresh_height)), moved(state.squeezed_height, 0.0)
         left = float(grid.cell_area @ grid.allgather(state.squeezed_height - water))
         heat = self.ice.shifted(state.ice, cells)
-        after = InterfaceState(
-            moved(state.log_height, fresh), water, heat, state.rubber, state.memory
-        )
+        memory = np.array([moved(one, 0.0) for one in state.memory]).reshape(state.memory.shape)
+        after = InterfaceState(moved(state.log_height, fresh), water, heat, state.rubber, memory)
         return Shifted(after, rest, left)
 
     def _on_nodes(self, contact: ContactLoads) -> tuple[Mask, FilmLoads]:
@@ -170,7 +170,7 @@ class OnIce:
         covered, cell = area > 0.0, grid.cell_area[grid.own]
         speed = np.divide(power, viscous, out=np.zeros_like(power), where=viscous > 0.0)
         free = np.divide(free, area, out=np.ones_like(free), where=covered)
-        return covered, FilmLoads(viscous / cell, speed, squeeze / cell, free)
+        return covered, FilmLoads(viscous / cell, speed, squeeze / cell, free, loads.thinning)
 
 
 def _completed(covered: Mask, loads: FilmLoads, other: FilmLoads) -> FilmLoads:

@@ -116,7 +116,7 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
         scene.load.pressures.first,
         scene.load.speeds.first or scene.load.speeds.mean,
         scene.initial_height,
-        scene.water.viscosity,
+        scene.viscosity,
     )
     contact = scene.contact_parameters(p)
     k, D, H_V = float(contact.k), float(contact.D), float(contact.H_V)
@@ -128,11 +128,21 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
         Row("film", "k", f"{k:.3g}", "relative contact area at the nominal pressure"),
         Row("film", "D", readable(D, "m"), "mean asperity diameter"),
         Row("film", "H_V", readable(H_V, "m"), "mean free height; saturated when squeezed full"),
+        *_thinning(scene),
         Row("film", "friction at t = 0", f"{tau / p:.3g}", "μ = k η v / (h₀ p)"),
         Row("film", "friction power at t = 0", readable(tau * v, "W/m^2"), "k η v² / h₀"),
         Row("film", "squeeze-out time", readable(squeeze_time, "s"), "1 / (2 K₃ h₀²)"),
         Row("film", "melting time", readable(melt_time, "s"), "h₀² / (2 K₁)"),
     ]
+
+
+def _thinning(scene: Scene) -> list[Row]:
+    """The range of viscosities that films may have, where they are a table's."""
+    if (table := scene.water.table) is None:
+        return []
+    warm = readable(float(table(scene.ice.melting_temperature)), "Pa*s")
+    cold = readable(scene.viscosity, "Pa*s")
+    return [Row("film", "viscosity", f"{cold} to {warm}", "of films from T₀ to melting")]
 
 
 def _table(scene: Scene, size: tuple[float, ...], mu: float) -> list[Row]:

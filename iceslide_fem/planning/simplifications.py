@@ -130,10 +130,16 @@ def _friction(
         H_V=H_V,
         initial_height=scene.initial_height,
         duration=duration,
-        viscosity=scene.water.viscosity,
+        viscosity=scene.viscosity,
         **scene.ice.solid._asdict(),
     )
-    found = simulate(conditions, ice, min(ACCURACY, scene.numerics.tolerance), times=times)
+    found = simulate(
+        conditions,
+        ice,
+        min(ACCURACY, scene.numerics.tolerance),
+        times=times,
+        water=scene.water.table,
+    )
     return np.asarray(found.samples * law)
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from iceslide_fem.errors import IceslideError, SceneError
 from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.report.page import Cell, Section, Table, Text, cells
@@ -52,7 +54,10 @@ def _law(scene: Mapping[str, Any], film: Mapping[str, Any]) -> str:
     """What rubs: the film, or another law."""
     law = scene.get("friction", {}).get("law", "film")
     if law == "film":
-        return f"The film begins with {NM * film['initial_height']:.4g} nm."
+        height = film["initial_height"]
+        if isinstance(height, list):  # rows over the ice's temperature
+            height = np.interp(scene["ice"]["temperature"], *np.transpose(height))
+        return f"The film begins with {NM * height:.4g} nm."
     return f"Friction is that of the law {law} in place of the film."
 
 

@@ -179,7 +179,8 @@ def film_friction(scene: Scene) -> FilmFriction:
         scene.contact_parameters,
         scene.load.pressures.first if scene.film.pressure == "nominal" else None,
         scene.numerics.shear_ramp_pressure or default_ramp(scene),
-        scene.water.viscosity,
+        scene.viscosity,
+        scene.water.table,
     )
 
 
@@ -189,7 +190,7 @@ def default_ramp(scene: Scene) -> float:
     """
     pressure, speed = scene.load.pressures.smallest, scene.load.speeds.largest
     k = float(scene.contact_parameters(pressure).k)
-    shear = k * scene.water.viscosity * speed / scene.initial_height
+    shear = k * scene.viscosity * speed / scene.initial_height
     return min(max(RAMP_SHARE * pressure, shear / STEEPEST_RAMP), pressure)
 
 

@@ -17,6 +17,7 @@ from iceslide_fem.film.conditions import (
 )
 from iceslide_fem.film.doubts import doubts
 from iceslide_fem.film.ice_heat import Column, HalfSpace
+from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.own_law import law_of
 from iceslide_fem.film.point import ICE_MODELS, Conditions, PointResult, Record, simulate
 from iceslide_fem.launch import rank
@@ -61,7 +62,8 @@ def point_history(scene: Scene) -> tuple[list[HistoryRow], dict[str, Any]]:
 
         result = simulate(conditions, observe=observe, rubber=rubber_columns(scene), **settings)
     entries, rows = point_summary(result, 0), history.rows
-    entries["warnings"] = point_doubts(conditions, result, 0)
+    thinnest = min(row.film_height_m for row in rows)
+    entries["warnings"] = doubts(thinnest, float(result.mu_peak[0]))
     if scene.ice.motion == "sliding":
         rows = block_rows(rows, scene)
         entries |= _mean_summary(rows)
@@ -158,7 +160,7 @@ class _History:
         row = self._row(
             float(record.time[0]) + dt,
             dt,
-            float(record.loads.viscous[0]) / height,
+            float(record.loads.viscous[0] * np.exp(log_shearing(step.state)[0])),
             height,
             float(step.state.squeezed_height[0]),
             float(self._ice.surface_temperature(step.state.ice)[0]),

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from itertools import pairwise
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import model_validator
+from pydantic import field_validator, model_validator
 
 from iceslide_fem.materials import (
     ICE,
@@ -12,11 +13,19 @@ from iceslide_fem.materials import (
     WATER_VISCOSITY,
     ZERO_CELSIUS,
     Solid,
+    ViscosityTable,
 )
+from iceslide_fem.scene.rows import Rows, RowsOf
 from iceslide_fem.scene.table import Table
 from iceslide_fem.scene.units import Quantity
 
 WARMEST = 1e-3  # K below its melting temperature
+VISCOSITY = RowsOf(
+    "water temperature",
+    Quantity("K", "-80 degC", "100 degC"),
+    Quantity("Pa*s", "0.01 mPa*s", "10 Pa*s"),
+    "0.01 mPa*s",
+)
 
 
 class Ice(Table):
@@ -67,10 +76,40 @@ class Ice(Table):
 class Water(Table):
     """The water of the film: viscosity (Pa s), conductivity k_w (W/(m K)).
 
-    By default the thesis's.
+    The viscosity is a number, by default the thesis's, or rows of it over the film's temperature
+    (K), with which it must not rise; `table` is those rows.
     """
 
-    viscosity: Annotated[float, Quantity("Pa*s", "0.01 mPa*s", "10 Pa*s")] = WATER_VISCOSITY
+    viscosity: Annotated[Any, VISCOSITY] = WATER_VISCOSITY
     conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K")] = (
         WATER_CONDUCTIVITY
     )
+
+    @field_validator("viscosity")
+    @classmethod
+    def _thins(cls, viscosity: Any) -> Any:
+        """`viscosity` itself. Raises ValueError where warmer water is more viscous."""
+        viscosity_table(viscosity, "water.viscosity")
+        return viscosity
+
+    @property
+    def table(self) -> ViscosityTable | None:
+        """Viscosity over the film's temperature; None where it is a number."""
+        return viscosity_table(self.viscosity, "water.viscosity")
+
+
+def viscosity_table(given: float | Rows, key: str) -> ViscosityTable | None:
+    """Rows of a viscosity as a table, None of a number.
+
+    Raises ValueError, a sentence that names `key`, where warmer water is more viscous.
+    """
+    if not isinstance(given, tuple):
+        return None
+    for number, (colder, warmer) in enumerate(pairwise(given), start=1):
+        if warmer[1] > colder[1]:
+            raise ValueError(
+                f"{key} rises from row {number} to row {number + 1}: water gets thinner as it gets "
+                "warmer; allowed: viscosities that fall, or stay as they are"
+            )
+    kelvin, values = zip(*given, strict=True)
+    return ViscosityTable(kelvin, values)

@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import (
     StringConstraints,
     field_validator,
     model_validator,
 )
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.materials import (
     BAR,
     COMPOUNDS,
@@ -53,7 +55,12 @@ FILE_KEYS = (
     ("friction", "table"),
 )  # table and key of what names a file
 # of what may name a file of rows
-TABLE_KEYS = (("load", "pressure"), ("load", "speed"), ("film", "initial_height"))
+TABLE_KEYS = (
+    ("load", "pressure"),
+    ("load", "speed"),
+    ("film", "initial_height"),
+    ("water", "viscosity"),
+)
 
 
 class Film(Table):
@@ -280,12 +287,22 @@ class Scene(Table):
 
     @property
     def initial_height(self) -> float:
-        """h0 (m) on ice of the scene's temperature; of rows, straight between and held outside."""
-        given = self.film.initial_height
+        """h0 (m) on ice of the scene's temperature."""
+        return float(self.height_on(self.ice.temperature))
+
+    def height_on(self, temperature: ArrayLike) -> Array:
+        """h0 (m) on ice of temperatures (K) of any shape; of rows, straight, held outside."""
+        given, here = self.film.initial_height, np.asarray(temperature, dtype=float)
         if not isinstance(given, tuple):
-            return float(given)
+            return np.full_like(here, given)
         kelvin, heights = zip(*given, strict=True)
-        return float(np.interp(self.ice.temperature, kelvin, heights))
+        return np.asarray(np.interp(here, kelvin, heights))
+
+    @property
+    def viscosity(self) -> float:
+        """Of the film's water (Pa s) at the ice's initial temperature, with which it starts."""
+        table = self.water.table
+        return self.water.viscosity if table is None else float(table(self.ice.temperature))
 
     @property
     def mooney_rivlin(self) -> MooneyRivlin:

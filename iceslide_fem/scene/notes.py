@@ -33,7 +33,7 @@ NOT_OF_A_POINT = (
 
 OF_THE_FILM = (
     "film.carrier film.pressure film.k film.contact film.initial_height film.water_speed "
-    "numerics.shear_ramp_pressure"
+    "water.viscosity numerics.shear_ramp_pressure"
 ).split()
 
 
@@ -154,10 +154,7 @@ def _friction(scene: Scene) -> list[str]:
         return []
     p, h0 = scene.load.pressures.first, scene.initial_height
     friction = (
-        float(scene.contact_parameters(p).k)
-        * scene.water.viscosity
-        * scene.load.speeds.first
-        / (h0 * p)
+        float(scene.contact_parameters(p).k) * scene.viscosity * scene.load.speeds.first / (h0 * p)
     )
     if friction <= LARGEST_FRICTION:
         return []

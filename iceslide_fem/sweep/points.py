@@ -30,8 +30,13 @@ def simulate_points(scenes: Sequence[Scene]) -> list[CaseResult]:
     outcomes: list[CaseResult] = [CaseResult(FAILED)] * len(scenes)
     for number, scene in enumerate(scenes):
         # means over a block, each over its own transit; loads that go in time and laws of one's
-        # own, each with their own steps
-        if scene.ice.motion == "sliding" or scene.load.changes or scene.friction.law != "film":
+        # own, each with their own steps; films whose heights do not follow from mu
+        if (
+            scene.ice.motion == "sliding"
+            or scene.load.changes
+            or scene.friction.law != "film"
+            or scene.water.table is not None
+        ):
             outcomes[number] = _alone(scene)
             continue
         settings = simulation_settings(scene)

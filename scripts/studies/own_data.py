@@ -6,16 +6,30 @@ how much the block is pressed together.
 
 from __future__ import annotations
 
+import json
+
 from iceslide_fem.scene import Scene
 from scripts.studies.blocks import slid
 from scripts.studies.common import case, options, table
 
+
+def viscosity(kelvin: float) -> float:
+    """Of water at 1 bar from -20 degC on, supercooled, too, Pa s (IAPWS).
+
+    M. L. Huber et al., J. Phys. Chem. Ref. Data 38 (2009) 101, their equation for 0.1 MPa.
+    """
+    terms = ((280.68, -1.9), (511.45, -7.7), (61.131, -19.6), (0.45903, -40.0))
+    return 1e-6 * sum(factor * (kelvin / 300.0) ** power for factor, power in terms)
+
+
+TABLE = [(273.15 + t, round(viscosity(273.15 + t), 8)) for t in range(-20, 1, 2)]
 VARIANTS = {
     "defaults": (),
     "nu = 0.495 instead of D1": ("rubber.poisson_ratio=0.495",),
     "ice of table 1": ("ice.density=917.8", "ice.conductivity=2.22", "ice.heat_capacity=2020"),
     "melting at -1 degC": ("ice.melting_temperature=-1degC",),
     "viscosity 2.1 mPa s": ("water.viscosity=2.1mPa*s",),
+    "viscosity of the film's temperature": (f"water.viscosity={json.dumps(TABLE)}",),
 }
 
 

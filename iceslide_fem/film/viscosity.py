@@ -1,0 +1,86 @@
+"""A viscosity that follows the film's temperature, and how a stage finds it.
+
+The film's temperature is that of the ice's surface, at most T_m (with heat in the rubber T_f of
+`rubber_heat`): before it melts a film is supercooled. It warms with the power that the viscosity
+makes, and the viscosity falls with it: eta = eta(T(eta)) has one root, because the right side falls
+with eta.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+
+from iceslide_fem.arrays import Array, Index
+from iceslide_fem.materials import ViscosityTable
+
+Stage = TypeVar("Stage")
+Scale = TypeVar("Scale", float, Array)
+
+SETTLED = 1e-10  # change of ln eta that is none
+MOST_PASSES = 100
+WARMER = 1e-3  # K, over which the fall of the viscosity is taken
+
+
+class Thinning(NamedTuple):
+    """ln(eta(T) / eta_0) of a `table`; eta_0 is the `reference`, Pa s, for all points or each."""
+
+    table: ViscosityTable
+    reference: Array | float
+
+    def __call__(self, temperature: Array) -> Array:
+        """ln(eta / eta_0) at temperatures (n,), K."""
+        return np.asarray(np.log(self.table(temperature) / self.reference))
+
+    def fall(self, temperature: Array) -> Array:
+        """- d ln eta / dT (1/K) from there upwards, (n,)."""
+        return (self(temperature) - self(temperature + WARMER)) / WARMER
+
+    def take(self, index: Index) -> Thinning:
+        """The same at the points of `index`."""
+        reference = self.reference
+        return Thinning(
+            self.table, reference[index] if isinstance(reference, np.ndarray) else reference
+        )
+
+
+def temperature_scale(undercooling: Scale, table: ViscosityTable | None) -> Scale:
+    """Temperature (K) whose error counts as a whole: T_m - T_0, or what changes eta by as much.
+
+    The viscosity at the end of a step jumps where contact begins, so no error of its own is known.
+    """
+    if table is None:
+        return undercooling
+    steps = np.diff(table.temperature), np.diff(np.log(table.viscosity))
+    steepest = float(np.max(-steps[1] / steps[0]))
+    return np.minimum(undercooling, 1.0 / steepest) if steepest > 0.0 else undercooling
+
+
+def settled(
+    stage: Callable[[Array], tuple[Array, Stage]], thinning: Thinning, start: Array
+) -> tuple[Array, Array, Stage]:
+    """ln(eta / eta_0), (n,), that its own stage's temperature (K) gives; temperature and stage.
+
+    `stage` says temperature and stage of a ln(eta / eta_0), `start` where to begin. Secants, kept
+    inside the bracket that the residual's signs give; what is left after all passes is NaN.
+    """
+    ends = np.log([max(thinning.table.viscosity), min(thinning.table.viscosity)])
+    highest, lowest = (end - np.log(thinning.reference) for end in ends)
+    high, low = np.broadcast_to(highest, start.shape), np.broadcast_to(lowest, start.shape)
+    here, before, residual_before = start, start, np.full_like(start, np.nan)
+    for _ in range(MOST_PASSES):
+        temperature, found = stage(here)
+        aim = thinning(temperature)
+        residual = here - aim
+        if not (np.abs(residual) > SETTLED).any():
+            return here, temperature, found
+        low, high = np.where(residual < 0.0, here, low), np.where(residual > 0.0, here, high)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slope = (residual - residual_before) / (here - before)
+            next_one = np.where(slope >= 1.0, here - residual / slope, aim)
+        outside = (next_one < low) | (next_one > high)
+        before, residual_before = here, residual
+        here = np.where(outside, 0.5 * (low + high), next_one)
+    return np.where(np.abs(residual) > SETTLED, np.nan, before), temperature, found

@@ -1,0 +1,93 @@
+"""A viscosity that follows the film's temperature, below a block."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+from test_sliding import slide, started, thesis, uniform  # noqa: E402
+
+from iceslide_fem.coupling.restart import gathered, resumed  # noqa: E402
+from iceslide_fem.fenics.compat import MPI  # noqa: E402
+from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
+from iceslide_fem.interface.carriers import ContactLoads  # noqa: E402
+from iceslide_fem.rubber.block import build_block  # noqa: E402
+from iceslide_fem.scene import scene_from_dict  # noqa: E402
+
+pytestmark = pytest.mark.fe
+TABLE = "water.viscosity=[[263.15, 2.64e-3], [268.15, 2.14e-3], [273.15, 1.79e-3]]"
+LEVEL = "water.viscosity=[[263.15, 1.8e-3], [273.15, 1.8e-3]]"
+COARSE = ("numerics.refinement=0.5", "numerics.tolerance=1e-2", "load.duration=0.2ms")
+CARRIERS = {
+    "attached": (),
+    "rubber": ("ice.motion=sliding", "film.carrier=rubber"),
+    "ice": ("ice.motion=sliding", "film.carrier=ice"),
+    "heat": ("ice.motion=sliding", "film.carrier=ice", "rubber.heat=true"),
+    "continuum": ("ice.motion=sliding", "ice.heat=continuum"),
+}
+
+
+@pytest.mark.parametrize("carrier", CARRIERS)
+def test_films_have_the_viscosity_of_their_temperature(carrier):
+    """At the end of a step, at each film; it goes on from a checkpoint, and energy closes."""
+    scene = thesis(*COARSE, *CARRIERS[carrier], TABLE)
+    sliding = started(scene)
+    accepted = [step for step, _ in zip(sliding.steps(), range(12), strict=False)]
+    state, step = sliding.current.interface, accepted[-1].passage.steps[-1]
+    state = step.step.state
+    warm = step.ice.surface_temperature(state.ice)
+    power = step.loads.viscous * step.loads.speed * np.exp(state.memory[0] - state.log_height)
+    film = step.rubber.film_temperature(warm, state.rubber, power, state.log_height)
+    table = scene.water.table
+    expected = np.log(table(film) / scene.viscosity)
+    covered = step.area > 0.0
+    # rubber that covers a cell in part warms its film by that part only
+    nearly = 1e-3 if carrier == "heat" else 2e-4
+    np.testing.assert_allclose(state.memory[0][covered], expected[covered], atol=nearly)
+    assert state.memory[0].min() < -0.002  # it has become thinner
+    missing = sum(one.energies.missing for one in accepted)
+    assert abs(missing) < 1e-3 * sum(one.energies.friction_work for one in accepted)
+    saved = gathered(sliding)
+    sliding.advance()
+    again = resumed(build_block(scene, MPI.COMM_SELF), saved)
+    again.advance()
+    here, there = (one.current.interface.memory for one in (sliding, again))
+    np.testing.assert_allclose(there, here, atol=2e-6)
+
+
+@pytest.mark.parametrize("carrier", ["attached", "ice"])
+def test_a_level_table_is_the_constant(carrier):
+    usual, level = (slide(thesis(*COARSE, *CARRIERS[carrier], *one)) for one in ((), (LEVEL,)))
+    np.testing.assert_allclose(level["mu"], usual["mu"], rtol=1e-9)
+
+
+def test_even_pressure_gives_the_point_rung():
+    tables = uniform("column").as_dict()
+    tables["water"]["viscosity"] = [[263.15, 2.64e-3], [268.15, 2.14e-3], [273.15, 1.79e-3]]
+    tables["load"]["duration"] = 2e-3  # it melts from 0.8 ms on
+    scene = scene_from_dict(tables)
+    rows = slide(scene)
+    k, D, H_V = 0.405, 46.5e-6, 0.56e-6
+    conditions = Conditions.of(
+        pressure=5e5, speed=4.0, temperature=269.15, k=k, D=D, H_V=H_V, initial_height=70e-9,
+        duration=2e-3,
+    )  # fmt: skip
+    exact = simulate(conditions, water=scene.water.table, times=rows["time_s"], tolerance=1e-5)
+    np.testing.assert_allclose(rows["mu"], exact.samples[:, 0], rtol=3e-3)
+
+
+def test_points_are_sheared_with_the_power_that_the_nodes_take():
+    """Power read at points equals that of the nodes to rounding, with a viscosity at each."""
+    sliding = started(thesis(*COARSE, *CARRIERS["ice"], TABLE))
+    carrier, loads = sliding.carrier, sliding.current.loads
+    rng = np.random.default_rng(1)
+    state = sliding.current.interface
+    state = state._replace(
+        log_height=state.log_height + rng.uniform(-1.0, 1.0, state.log_height.size),
+        memory=rng.uniform(-0.3, 0.0, state.memory.shape),
+    )
+    assert isinstance(loads, ContactLoads)
+    shear = carrier.sheared(state, loads)(loads.pressure, loads.speed)[0]
+    covered, on_nodes = carrier._on_nodes(loads)
+    cell = carrier.ice.grid.cell_area[carrier.ice.grid.own]
+    power = on_nodes.viscous * on_nodes.speed * np.exp(state.memory[0] - state.log_height) * cell
+    assert power[covered].sum() == pytest.approx(float(loads.touching @ (shear * loads.speed)))
