@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from iceslide_fem.errors import SceneError, SimulationStopped
 from iceslide_fem.film.own_law import law_of
@@ -159,8 +160,6 @@ def test_a_file_that_is_no_law_is_refused(tmp_path, text, words):
         (["friction.law=coulomb"], "needs one of friction.mu and friction.table"),
         (["friction.mu=0.2"], 'is of friction.law = "coulomb"'),
         (["friction.parameters.a=1"], "of a law in a file"),
-        (["friction.law=coulomb", "friction.mu=0.2", "model=point", "ice.motion=sliding"],
-         "what a law remembers stays with the rubber"),
     ],
 )  # fmt: skip
 def test_a_scene_that_names_no_law_is_refused(changes, words):
@@ -176,3 +175,60 @@ def test_another_text_of_a_law_is_another_scene(tmp_path):
         case = ROOT / "cases" / "thesis_1bar.toml"
         hashes.append(scene_hash(load_scene(case, [f"friction.law={path}:Law"])))
     assert hashes[0] != hashes[1]
+
+
+AGEING = """
+import numpy as np
+from iceslide_fem.laws.protocol import Response
+
+class Ageing:
+    fields = {"fresh": 1.0}
+    carrier = "CARRIER"
+    def __init__(self, time=1e-3):
+        self.time = time
+    def respond(self, contact, state, surface, dt):
+        touches = contact.pressure > 0.0
+        fresh = state["fresh"] / (1.0 + np.where(touches, dt, 0.0) / self.time)
+        mu = 0.1 + 0.3 * fresh
+        return Response(mu * contact.pressure, mu, {"fresh": fresh})
+"""
+
+
+def ageing(folder, carrier="ice"):
+    """A law whose friction falls with the time that a place has been in contact."""
+    (folder / "ageing.py").write_text(AGEING.replace("CARRIER", carrier), encoding="utf-8")
+    return f"friction.law={folder / 'ageing.py'}:Ageing"
+
+
+def aged(time, transit, share=1e-3):
+    """Its mu below an even block over fresh ice: the mean over ages from 0 to t, or L / v."""
+    oldest = np.minimum(time, transit)
+    whole = share * (1.0 - np.exp(-oldest / share)) + (transit - oldest) * np.exp(-oldest / share)
+    return 0.1 + 0.3 * whole / transit
+
+
+PASSING = ("model=point", "ice.motion=sliding", "ice.heat=column", "rubber.length=6mm")
+
+
+def test_a_point_of_passing_ice_has_the_memory_of_its_time_in_contact(tmp_path):
+    case = ROOT / "cases" / "thesis_1bar.toml"
+    scene = load_scene(case, [*PASSING, ageing(tmp_path), "numerics.tolerance=1e-4"])
+    rows, entries = point_history(scene)
+    time, mu, fresh = np.array([(row.time_s, row.mu, row.law_fresh) for row in rows]).T
+    np.testing.assert_allclose(mu, aged(time, 2e-3), rtol=2e-4)
+    np.testing.assert_allclose(0.1 + 0.3 * fresh, aged(time, 2e-3), rtol=1e-3)
+    assert entries["mu_mean"] == pytest.approx(trapezoid(mu, time) / 7e-3, rel=1e-3)
+    assert rows[-1].nominal_pressure_Pa == 1e5 and rows[-1].speed_m_per_s == 3.0
+
+
+def test_a_point_of_passing_ice_has_no_memory_of_the_rubber(tmp_path):
+    case = ROOT / "cases" / "thesis_1bar.toml"
+    with pytest.raises(SceneError, match='Ageing has carrier = "rubber", which contradicts'):
+        point_history(load_scene(case, [*PASSING, ageing(tmp_path, "rubber")]))
+    with pytest.raises(SceneError, match="a memory that stays with the rubber"):
+        load_scene(case, [*PASSING, ageing(tmp_path), "film.carrier=rubber"])
+    with pytest.raises(SceneError, match="has carrier = 'water'; allowed"):
+        law_of(load_scene(case, [ageing(tmp_path, "water")]))
+    coulomb = ("friction.law=coulomb", "friction.mu=0.2", "film.carrier=rubber")
+    rows, _ = point_history(load_scene(case, [*PASSING, *coulomb]))
+    np.testing.assert_allclose([row.mu for row in rows], 0.2, rtol=1e-12)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
-from test_laws import BAD, LAWS, page_law  # noqa: E402
+from test_laws import BAD, LAWS, aged, ageing, page_law  # noqa: E402
+from test_passing import passing  # noqa: E402
 from test_sliding import slide, started, thesis  # noqa: E402
 
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
@@ -65,3 +66,44 @@ def test_a_law_that_fails_under_a_block_stops_it_with_its_name(tmp_path):
         for _ in sliding.steps():
             pass
     assert 0.0 < sliding.current.time <= 2e-5  # what was accepted before stays
+
+
+EVEN = {
+    "rubber__length": "6 mm", "rubber__height": "0.1 mm", "load__speed": "3 m/s",
+    "load__duration": "3 ms", "numerics__penalty": 2e12, "numerics__refinement": 0.5,
+}  # fmt: skip
+
+
+def own(scene, law):
+    """The scene with the law of an override."""
+    return scene.model_copy(update={"friction": thesis(law).friction})
+
+
+def test_what_the_ice_remembers_passes_with_it(tmp_path):
+    """An even block on fresh ice: mu is the mean over ages; and from a checkpoint."""
+    scene = own(passing(**EVEN), ageing(tmp_path))
+    sliding, saved = started(scene), None
+    ledger = Ledger(sliding)
+    rows = [slide_row(sliding, ledger, None)]
+    for number, accepted in enumerate(sliding.steps()):
+        ledger.add(accepted)
+        rows.append(slide_row(sliding, ledger, accepted))
+        if number == 60:
+            saved, middle = gathered(sliding), rows[-1]
+    time, mu, fresh = np.array([(row.time_s, row.mu, row.law_fresh) for row in rows]).T
+    np.testing.assert_allclose(mu, aged(time, 2e-3), rtol=0.01)
+    np.testing.assert_allclose(mu[time > 2.1e-3], aged(3e-3, 2e-3), rtol=3e-3)
+    np.testing.assert_allclose(0.1 + 0.3 * fresh, mu, rtol=0.01)
+    assert abs(rows[-1].energy_imbalance) < 1e-3
+    again = resumed(build_block(scene, MPI.COMM_SELF), saved)
+    assert slide_row(again, Ledger(again), None).law_fresh == pytest.approx(middle.law_fresh)
+
+
+def test_the_film_law_by_the_protocol_on_passing_ice_is_the_built_in_one():
+    """Films live on the ice in both: as `film.carrier` says where the law says nothing."""
+    same = (*COARSE, "numerics.shear_ramp_pressure=5000", "ice.motion=sliding")
+    there = slide(thesis(*same))
+    here = slide(thesis(*same, f"friction.law={LAWS / 'film_law.py'}:FilmLaw"))
+    found = np.interp(here["time_s"], there["time_s"], there["mu"])
+    np.testing.assert_allclose(here["mu"], found, rtol=0.01)
+    assert here["mu"][-1] == pytest.approx(there["mu"][-1], rel=3e-3)

@@ -97,7 +97,7 @@ class GridLayout:
 
 
 class Layouts(NamedTuple):
-    """The rubber's nodes and contact points, the films, and the content of ice and rubber.
+    """The rubber's nodes and contact points, films, memory, and the content of ice and rubber.
 
     Rubber conducts heat above its contact points, wherever the films live.
     """
@@ -105,6 +105,7 @@ class Layouts(NamedTuple):
     nodes: Layout
     points: Layout
     films: Layout
+    memory: Layout
     ice: Layout
     rubber: Layout
 
@@ -127,7 +128,12 @@ def layouts_of(block: Block, carrier: Carrier) -> Layouts:
         return points if nodes is None else GridLayout(nodes, comm)
 
     return Layouts(
-        node_layout(block), points, layout(carrier.nodes), layout(carrier.ice.nodes), points
+        node_layout(block),
+        points,
+        layout(carrier.nodes),
+        layout(carrier.remembering),
+        layout(carrier.ice.nodes),
+        points,
     )
 
 
@@ -138,8 +144,6 @@ def gathered(sliding: Sliding) -> dict[str, Any]:
     state, motion = memory.interface, memory.motion._asdict()
     nodes = {"start": memory.start} | {name: motion[name] for name in MOVES}
     films = {"log_height": state.log_height, "squeezed_height": state.squeezed_height}
-    if len(state.memory):
-        films["memory"] = state.memory
     return {
         "time": memory.time,
         "step": memory.step,
@@ -152,6 +156,7 @@ def gathered(sliding: Sliding) -> dict[str, Any]:
         "nodes": layouts.nodes.gather({k: v.reshape(-1, dim).T for k, v in nodes.items()}),
         "points": layouts.points.gather({"speed": memory.speed, "shear": memory.shear}),
         "films": layouts.films.gather(films),
+        "memory": layouts.memory.gather({"memory": state.memory} if len(state.memory) else {}),
         "ice": layouts.ice.gather(carrier.ice.saved(state.ice)),
         "rubber": layouts.rubber.gather(carrier.rubber.saved(state.rubber)),
     }
@@ -169,6 +174,7 @@ def resumed(block: Block, state: Mapping[str, Any]) -> Sliding:
     carrier = sliding.carrier
     layouts = layouts_of(block, carrier)
     points, films = layouts.points.own(state["points"]), layouts.films.own(state["films"])
+    memory = layouts.memory.own(state["memory"])
     time, span = state["solved"]
     sliding.recall(
         Memory(
@@ -185,7 +191,7 @@ def resumed(block: Block, state: Mapping[str, Any]) -> Sliding:
                 films["squeezed_height"],
                 carrier.ice.restored(layouts.ice.own(state["ice"])),
                 carrier.rubber.restored(layouts.rubber.own(state["rubber"])),
-                films.get("memory", np.zeros((0, films["log_height"].size))),
+                memory["memory"] if memory else np.zeros((0, films["log_height"].size)),
             ),
             steady=state["steady"],
             way=state["way"],

@@ -109,6 +109,9 @@ class Loads(Protocol):
     ) -> Film:
         """The law in an implicit stage of `dt` (s) from `start`, in a step that begins `before`."""
 
+    def remembered(self, before: Array, stage: FilmStage) -> Array:
+        """Memory of the state after the `stage`, of which it was `before` at its start."""
+
 
 class Step(NamedTuple):
     """A trial step; nothing is changed until its `state` is taken as the new one.
@@ -146,14 +149,15 @@ def advance(
     stages: list[FilmStage] = []
     for row, node in zip(integrator.rows, integrator.nodes, strict=True):
         begin = _combine(state, increments, row, diagonal)
-        film = start.at(end, node).film(begin, state, stage_dt, integrator.stage)
+        acting = start.at(end, node)
+        film = acting.film(begin, state, stage_dt, integrator.stage)
         new_ice, stage = ice.stage(begin.ice, stage_dt, rubber.over(film, begin.rubber))
         new = InterfaceState(
             stage.log_height,
             stage.squeezed_height,
             new_ice,
             rubber.heated(begin.rubber, stage_dt, stage.rubber_flux),
-            stage.memory if len(begin.memory) else begin.memory,
+            acting.remembered(begin.memory, stage),
         )
         stages.append(stage)
         increments.append(InterfaceState(*(b - a for a, b in zip(begin, new, strict=True))))

@@ -109,6 +109,10 @@ class FilmLoads(NamedTuple):
         history = start.log_height, start.squeezed_height, dt, loads, start.memory
         return FilmOnIce(stage, *history)
 
+    def remembered(self, before: Array, stage: FilmStage) -> Array:
+        """Memory after the `stage`, of which it was `before` at its start."""
+        return stage.memory if len(before) else before
+
 
 def squeeze_rate(pressure: T, D: T, viscosity: Any = WATER_VISCOSITY) -> T:
     """K3 = 8 p / (3 eta D^2), 1/(m2 s): squeeze-out alone is dh/dt = -K3 h^3, (6.5)."""

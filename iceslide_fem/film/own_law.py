@@ -8,11 +8,12 @@ Beside a law there is no water film; the names of the film stay empty.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple, Self
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
 from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.errors import SceneError
 from iceslide_fem.film.friction import Sheared
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import InterfaceState, Step, surface_errors
@@ -39,17 +40,54 @@ def law_of(scene: Scene) -> BoundLaw | None:
     return own_law(*friction.law_file, friction.parameters, melting_temperature)
 
 
+def check_passing(law: BoundLaw, carrier: str) -> None:
+    """Raise SceneError where ice that passes below a point can't have what the law remembers.
+
+    `carrier` is the scene's.
+    """
+    if law.fields and law.carried_by(carrier) == "rubber":
+        raise SceneError(
+            f'the friction law {law.name} has carrier = "rubber", which contradicts model = '
+            '"point" where ice slides: what it remembers is older than the ice below; allowed: '
+            'model = "slice" or "block", or ice.motion = "attached"'
+        )
+
+
+class Places(Protocol):
+    """Places that remember, where they are not the points themselves."""
+
+    def at_points(self, memory: Array) -> Array:
+        """Memory (m, n) at the points of that at the places. Collective."""
+
+    def changed(self, memory: Array, by: Array) -> Array:
+        """Memory of the places after points have changed theirs `by` (m, n). Collective."""
+
+
 class OwnLoads(NamedTuple):
-    """What acts under the law at each point: pressure (Pa) and slip speed (m/s)."""
+    """What acts under the law at each point: pressure (Pa) and slip speed (m/s).
+
+    places: what remembers, if it is not the points.
+    """
 
     law: BoundLaw
     pressure: Array
     speed: Array
+    places: Places | None = None
 
     def at(self, end: Self, fraction: float) -> OwnLoads:
         """Loads at `fraction` of a step that ends with `end`."""
-        lines = zip(self[1:], end[1:], strict=True)
-        return OwnLoads(self.law, *(a + fraction * (b - a) for a, b in lines))
+        pressure, speed = (a + fraction * (b - a) for a, b in zip(self[1:3], end[1:3], strict=True))
+        return OwnLoads(self.law, pressure, speed, self.places)
+
+    def memory(self, memory: Array) -> Array:
+        """Of the points, (m, n). Collective."""
+        return memory if self.places is None else self.places.at_points(memory)
+
+    def remembered(self, before: Array, stage: FilmStage) -> Array:
+        """Memory of the places after the `stage`, of which it was `before` at its start."""
+        if self.places is None:
+            return stage.memory
+        return self.places.changed(before, stage.memory - self.places.at_points(before))
 
     def film(
         self,
@@ -59,7 +97,8 @@ class OwnLoads(NamedTuple):
         stage: Callable[..., FilmStage],
     ) -> Film:
         """The law in a stage of `dt` (s) from `start`; always implicit."""
-        return OwnFilm(start.log_height, start.squeezed_height, start.memory, dt, self)
+        memory = self.memory(start.memory)
+        return OwnFilm(start.log_height, start.squeezed_height, memory, dt, self)
 
 
 class OwnFilm(NamedTuple):
@@ -152,7 +191,10 @@ def shear_change(step: Step, loads: OwnLoads, ice: IceHeat, other: InterfaceStat
     """
     here, there = (
         loads.law.shear(
-            loads.pressure, loads.speed, state.memory, ice.surface_temperature(state.ice)
+            loads.pressure,
+            loads.speed,
+            loads.memory(state.memory),
+            ice.surface_temperature(state.ice),
         )[0]
         for state in (step.state, other)
     )

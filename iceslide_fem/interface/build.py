@@ -9,10 +9,12 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.conditions import half_film, rubber_columns
 from iceslide_fem.film.friction import FilmFriction
 from iceslide_fem.film.ice_heat import Column, HalfSpace
+from iceslide_fem.film.own_law import OwnFriction
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints, OwnColumns
 from iceslide_fem.interface.ice_continuum import Continuum
 from iceslide_fem.interface.on_ice import OnIce
 from iceslide_fem.interface.on_rubber import Attached, OnRubber
+from iceslide_fem.interface.remembering_ice import RememberingIce
 from iceslide_fem.interface.rubber_columns import RubberOverGrid
 from iceslide_fem.interface.surface_grid import SurfaceGrid, own_points
 from iceslide_fem.mesh.ice import ice_mesh, passing_time, patch_lines, window_lines
@@ -53,8 +55,8 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     temperature, solid = scene.ice.temperature, scene.ice.solid
     _, footprint = _footprint(block)
     lines = window_lines(scene, footprint)
-    # What a law of the scene's own remembers stays with the rubber.
-    carrier = scene.film.carrier if scene.friction.law == "film" else "rubber"
+    friction, said = block.friction, scene.film.carrier
+    carrier = friction.law.carried_by(said) if isinstance(friction, OwnFriction) else said
     # no ice is there longer
     passing = np.minimum(duration, passing_time(scene, float(np.ptp(lines[0])), longest=True))
     ice: Continuum | GridColumns
@@ -65,10 +67,13 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
         count = int(np.prod([line.size for line in lines]))
         own = np.array_split(np.arange(count), comm.size)[comm.rank]
         grid = SurfaceGrid(lines, own, comm)
-        columns = GridColumns if carrier == "ice" else GridColumnsUnderPoints
+        on_nodes = carrier == "ice" and isinstance(friction, FilmFriction)
+        columns = GridColumns if on_nodes else GridColumnsUnderPoints
         ice = columns(grid, temperature, passing, solid)
-    if not isinstance(block.friction, FilmFriction) or carrier == "rubber":
-        return OnRubber(block.friction, ice, rubber_columns(scene, duration))
+    if isinstance(friction, OwnFriction) and carrier == "ice":
+        return RememberingIce(friction, ice, rubber_columns(scene, duration))
+    if not isinstance(friction, FilmFriction) or carrier == "rubber":
+        return OnRubber(friction, ice, rubber_columns(scene, duration))
     rubber = None
     if scene.rubber.heat:
         rubber = RubberOverGrid(
@@ -80,7 +85,7 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
             scene.ice.melting_temperature,
         )
     film = scene.film
-    return OnIce(block.friction, ice, scene.initial_height, rubber, film.water_speed)
+    return OnIce(friction, ice, scene.initial_height, rubber, film.water_speed)
 
 
 def _footprint(block: Block) -> tuple[Array, list[tuple[float, float]]]:

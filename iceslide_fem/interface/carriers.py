@@ -182,6 +182,13 @@ class Carrier(Protocol):
     def at_points(self, values: Array, contact: ContactLoads) -> Array:
         """Values that live where the films do, at the rubber's points, (n,)."""
 
+    @property
+    def remembering(self) -> OwnNodes | None:
+        """Nodes that hold what a law remembers; None if the rubber's points do."""
+
+    def memory_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
+        """What the law remembers, at the rubber's points, (m, n). Collective."""
+
     def ice_temperature(self, state: InterfaceState, contact: ContactLoads) -> Array:
         """Temperature of the ice's surface at the rubber's points, (n,), K."""
 

@@ -12,7 +12,14 @@ from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep, Shifted
 from iceslide_fem.interface.rubber_columns import InsulatedOverGrid, RubberOverGrid
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes
 from iceslide_fem.interface.water import HALF, cells_passed, moved_by_a_cell
-from iceslide_fem.interface.window import PassingIce, passed_over, place, reaches, whole_cells
+from iceslide_fem.interface.window import (
+    PassingIce,
+    passed_over,
+    place,
+    reaches,
+    shifted,
+    whole_cells,
+)
 
 
 class OnIce:
@@ -42,6 +49,13 @@ class OnIce:
     def nodes(self) -> OwnNodes:
         """This rank's nodes of the window."""
         return self.ice.grid.nodes
+
+    remembering = nodes
+
+    def memory_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
+        """ln(eta / eta_0) of the nodes, read at the points. Collective."""
+        rows = [self.at_points(one, contact) for one in state.memory]
+        return np.array(rows).reshape(len(rows), contact.area.size)
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
         """Films of the initial height (m) on cold ice; `n_points` of rubber, as cold."""
@@ -134,10 +148,7 @@ class OnIce:
             return Shifted(state, offset)
 
         def moved(own: Array, fresh: float) -> Array:
-            nodes = grid.allgather(own).reshape(grid.shape)
-            full = np.full_like(nodes, fresh)
-            full[: grid.shape[0] - cells] = nodes[cells:]
-            return np.asarray(full.ravel()[grid.own])
+            return shifted(grid, own, cells, fresh)
 
         fresh, water = float(np.log(self._fresh_height)), moved(state.squeezed_height, 0.0)
         left = float(grid.cell_area @ grid.allgather(state.squeezed_height - water))

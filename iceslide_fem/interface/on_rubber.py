@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from iceslide_fem.arrays import Array
@@ -17,7 +19,7 @@ from iceslide_fem.interface.carriers import (
     Shifted,
     fresh,
 )
-from iceslide_fem.interface.surface_grid import Contacts, Placement
+from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement
 from iceslide_fem.interface.window import PassingIce, passed_over, reaches, whole_cells
 
 
@@ -58,7 +60,7 @@ class Attached:
         contacts = self._contacts(start, end)
         cover = ((start.pressure > 0.0) | (end.pressure > 0.0)).astype(float)
         ice, rubber = self.ice.under(contacts), self.rubber.covered(cover)
-        first, last = (self._friction.loads(one.pressure, one.speed) for one in (start, end))
+        first, last = (self._acting(one, contacts) for one in (start, end))
         step = advance(state, first, last, dt, ice, integrator, rubber)
         kind = OwnStep if isinstance(last, OwnLoads) else InterfaceStep
         return kind(step, contacts.area, last, ice, rubber)
@@ -99,6 +101,19 @@ class Attached:
     def window_shifted(self, state: InterfaceState, offset: float) -> Shifted:
         """Attached ice has no window to move."""
         return Shifted(state, 0.0)
+
+    @property
+    def remembering(self) -> OwnNodes | None:
+        """Nodes that hold what a law remembers; here the points do."""
+        return None
+
+    def memory_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
+        """The points' own."""
+        return state.memory
+
+    def _acting(self, contact: ContactLoads, contacts: Contacts) -> Any:
+        """Loads at an end of a step."""
+        return self._friction.loads(contact.pressure, contact.speed)
 
     def _contacts(self, start: ContactLoads, end: ContactLoads) -> Contacts:
         """The points in the middle of a step."""

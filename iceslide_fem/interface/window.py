@@ -58,3 +58,14 @@ def whole_cells(grid: SurfaceGrid, offset: float) -> tuple[int, float]:
     cell = float(line[1] - line[0])
     cells = int(np.floor(offset / cell + 1e-9))
     return cells, offset - cells * cell
+
+
+def shifted(grid: SurfaceGrid, own: Array, cells: int, fresh: float) -> Array:
+    """Values (own,) at this rank's nodes after the window has moved `cells` cells in +x.
+
+    Ice that enters has the value `fresh`. Collective.
+    """
+    nodes = grid.allgather(own).reshape(grid.shape)
+    full = np.full_like(nodes, fresh)
+    full[: grid.shape[0] - cells] = nodes[cells:]
+    return np.asarray(full.ravel()[grid.own])

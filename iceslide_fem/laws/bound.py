@@ -35,6 +35,14 @@ class BoundLaw:
         self._law, self.name, self.melting_temperature = law, name, melting_temperature
         self.fields = {field: float(value) for field, value in law.fields.items()}
         self.fault: str | None = None
+        self._carrier: str | None = getattr(law, "carrier", None)
+
+    def carried_by(self, carrier: str) -> str:
+        """Whose places remember where ice slides, "rubber" or "ice": by the law, else `carrier`.
+
+        The rubber's, where there is nothing to remember.
+        """
+        return (self._carrier or carrier) if self.fields else "rubber"
 
     @property
     def columns(self) -> tuple[str, ...]:

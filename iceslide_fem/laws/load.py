@@ -12,6 +12,8 @@ from iceslide_fem.laws.bound import BoundLaw
 from iceslide_fem.laws.coulomb import Coulomb, read_table
 from iceslide_fem.laws.protocol import Law
 
+CARRIERS = ("ice", "rubber")  # of what a law remembers
+
 
 def coulomb(mu: float | None, table: Path | None, melting_temperature: float) -> BoundLaw:
     """Coulomb's law with `mu` or the file of a table. Raises SceneError."""
@@ -65,5 +67,7 @@ def _check(law: Law, where: str) -> None:
             f"{where} needs fields = {{name: value at the start}} with names like wear_m and "
             "finite numbers"
         )
+    if getattr(law, "carrier", None) not in (None, *CARRIERS):
+        raise SceneError(f'{where} has carrier = {law.carrier!r}; allowed: "ice" or "rubber"')  # type: ignore[attr-defined]
     if not callable(law.respond):
         raise SceneError(f"{where} needs respond to be a method")

@@ -6,6 +6,10 @@ A law is a class with two members, in a file that a scene names
     fields                                            state of the law: name -> value at the start
     respond(contact, state, surface, dt) -> Response  one step, at all points at once
 
+and, if it likes,
+
+    carrier                                           "rubber" or "ice": whose places remember
+
 All values are SI. Arrays have one shape (n,), an entry per contact point; n may be 0 and changes
 from call to call: a law knows no point by its number.
 
@@ -13,6 +17,9 @@ contact: `pressure` (Pa, 0 where nothing touches) and `speed` of slip (m/s) at t
 state: for every name of `fields` its array at the start of the step, which must not be changed.
 surface: how warm the ice gets at the end of the step under the heat that it is to be given,
 `surface.temperature(heat)`; with heat in the rubber that is the answer of both bodies together.
+carrier: where ice slides, the state stays with points of the rubber, or with places of the ice,
+which come in at the leading edge with the values at the start and change while they are in contact.
+Without it the scene's `film.carrier` decides.
 dt: length of the step, s. It may be 0: then only the shear of that state is asked for.
 
 A step is one of implicit Euler: the new state fulfils state + dt * rate(new state). From such steps

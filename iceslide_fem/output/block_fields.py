@@ -19,7 +19,7 @@ from iceslide_fem.output.grids import (
     point_grid,
     tensor_grid,
 )
-from iceslide_fem.output.history import interface_fields
+from iceslide_fem.output.history import interface_fields, memory_names
 
 
 class BlockFields:
@@ -103,6 +103,9 @@ class BlockFields:
         if self._sliding.carrier.nodes is not None:
             values["film height (m)"] = grid.allgather(np.exp(state.log_height))
             values["squeezed height (m)"] = grid.allgather(state.squeezed_height)
+        if self._sliding.carrier.remembering is not None:
+            for name, row in zip(memory_names(self._sliding), state.memory, strict=False):
+                values[name] = grid.allgather(row)
         return tensor_grid(self._lines(grid), values) if grid.comm.rank == 0 else None
 
     def _lines(self, grid: SurfaceGrid) -> list[Array]:

@@ -126,8 +126,11 @@ def memory_names(sliding: Sliding) -> tuple[str, ...]:
 
 def _memory(sliding: Sliding) -> dict[str, Array]:
     """Values of the law's memory at the points, (n,)."""
-    memory = sliding.current.interface.memory
-    return dict(zip(memory_names(sliding), memory, strict=False))
+    if not (names := memory_names(sliding)):
+        return {}
+    current = sliding.current
+    memory = sliding.carrier.memory_at_points(current.interface, current.loads)
+    return dict(zip(names, memory, strict=True))
 
 
 def thinnest_film(sliding: Sliding) -> float:

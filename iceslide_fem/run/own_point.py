@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from iceslide_fem.film.conditions import FIXED_STEPS, ice_model, rubber_columns
+from iceslide_fem.film.conditions import FIXED_STEPS, exposure, ice_model, rubber_columns
 from iceslide_fem.film.integrators import INTEGRATORS
-from iceslide_fem.film.own_law import OwnFriction
+from iceslide_fem.film.own_law import OwnFriction, check_passing
 from iceslide_fem.film.own_point import Moment, moments
 from iceslide_fem.film.point import ICE_MODELS
 from iceslide_fem.laws.bound import BoundLaw
@@ -18,9 +18,14 @@ from iceslide_fem.scene import Scene
 
 
 def own_history(scene: Scene, law: BoundLaw) -> tuple[list[HistoryRow], dict[str, Any]]:
-    """Rows of `history.csv` from t = 0, and the results. Raises SimulationStopped."""
-    numerics, load = scene.numerics, scene.load
-    ice = ICE_MODELS[ice_model(scene)](scene.ice.temperature, load.duration, solid=scene.ice.solid)
+    """Rows of `history.csv` from t = 0, and the results; of ice that slides until it has passed.
+
+    Raises SimulationStopped, or SceneError where the law's memory is not the ice's that passes.
+    """
+    numerics, load, duration = scene.numerics, scene.load, exposure(scene)
+    if scene.ice.motion == "sliding":
+        check_passing(law, scene.film.carrier)
+    ice = ICE_MODELS[ice_model(scene)](scene.ice.temperature, duration, solid=scene.ice.solid)
     integrator = INTEGRATORS[numerics.film_integrator]
     area = scene.rubber.length * scene.rubber.width
     rows: list[HistoryRow] = []
@@ -41,6 +46,8 @@ def own_history(scene: Scene, law: BoundLaw) -> tuple[list[HistoryRow], dict[str
             "film_height_m": np.nan,
             "surface_temperature_C": warm - ZERO_CELSIUS,
             "contact_fraction": 1.0,
+            "nominal_pressure_Pa": pressure,
+            "speed_m_per_s": load.speeds.at(moment.time),
             "normal_force_N": pressure * area,
             "friction_force_N": moment.shear * area,
             "melted_fraction": float(melting),
@@ -57,13 +64,13 @@ def own_history(scene: Scene, law: BoundLaw) -> tuple[list[HistoryRow], dict[str
         OwnFriction(law, scene.ice.temperature),
         load.pressures,
         load.speeds,
-        load.duration,
+        duration,
         ice,
         integrator,
         numerics.tolerance,
         scene.ice.melting_temperature - scene.ice.temperature,
         rubber_columns(scene),
-        numerics.max_step or (None if integrator.estimate else load.duration / FIXED_STEPS),
+        numerics.max_step or (None if integrator.estimate else duration / FIXED_STEPS),
     )
     for moment in walk:
         if (step := moment.step) is not None:
@@ -79,7 +86,7 @@ def own_history(scene: Scene, law: BoundLaw) -> tuple[list[HistoryRow], dict[str
     return rows, {
         "mu_peak": curve[peak],
         "mu_peak_time_s": rows[peak].time_s,
-        "mu_mean": work_mu / load.duration,
+        "mu_mean": work_mu / duration,
         "mu_end": curve[-1],
         "melt_onset_s": melt_onset,
         "saturation_s": None,

@@ -45,8 +45,16 @@ def point_history(scene: Scene) -> tuple[list[HistoryRow], dict[str, Any]]:
     J; contact is complete. Ice that slides is run for the time that it is below the block, and the
     rows are the block's (`block_rows`). Raises SimulationStopped where the film cannot be advanced.
     """
-    if (law := law_of(scene)) is not None:
-        return own_history(scene, law)
+    law = law_of(scene)
+    rows, entries = _film_history(scene) if law is None else own_history(scene, law)
+    if scene.ice.motion == "sliding":
+        rows = block_rows(rows, scene)
+        entries |= _mean_summary(rows)
+    return rows, entries | {"energy_imbalance": rows[-1].energy_imbalance}
+
+
+def _film_history(scene: Scene) -> tuple[list[HistoryRow], dict[str, Any]]:
+    """Rows and results of the film law at one point."""
     conditions = scene_conditions(scene)
     history = _History(scene, conditions)
     settings = simulation_settings(scene)
@@ -64,10 +72,7 @@ def point_history(scene: Scene) -> tuple[list[HistoryRow], dict[str, Any]]:
     entries, rows = point_summary(result, 0), history.rows
     thinnest = min(row.film_height_m for row in rows)
     entries["warnings"] = doubts(thinnest, float(result.mu_peak[0]))
-    if scene.ice.motion == "sliding":
-        rows = block_rows(rows, scene)
-        entries |= _mean_summary(rows)
-    return rows, entries | {"energy_imbalance": rows[-1].energy_imbalance}
+    return rows, entries
 
 
 def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
@@ -79,13 +84,15 @@ def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
     Energies Q become (2 integral of Q from 0 to t + (T - t) Q(t)) / T, and grow by Q(T) / T.
     """
     duration, transit = scene.load.duration, transit_time(scene)
+    kind = type(rows[0])
+    remembered = kind._fields[len(HistoryRow._fields) :]  # by a law of the scene's own
     table = {name: np.array(column, dtype=float) for name, column in _columns(rows).items()}
     time = table["time_s"]
     rest = np.maximum(transit - time, 0.0)
     whole = np.zeros_like(time)  # of mu: the work knows it better than its ends do
     speed = scene.load.speeds.first  # it does not change where ice passes below a point
     whole[1:] = table["friction_work_J"][1:] / (speed * table["normal_force_N"][1:])
-    for name in (*MEANS, *SWITCHES):
+    for name in (*MEANS, *remembered, *SWITCHES):
         values = table[name]
         if name != "mu":
             ends = values[:-1] if name in SWITCHES else 0.5 * (values[1:] + values[:-1])
@@ -99,7 +106,7 @@ def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
         whole = cumulative_trapezoid(values, time, initial=0)
         table[name] = (2.0 * whole + rest * values) / transit
     table["water_left_m3"] = table["water_squeezed_m3"] - table["water_below_m3"]
-    found = [HistoryRow(*values) for values in zip(*table.values(), strict=True)]
+    found = [kind(*values) for values in zip(*table.values(), strict=True)]
     left = duration - float(time[-1])
     if left > 1e-9 * duration:
         last = found[-1]._asdict()
@@ -107,13 +114,13 @@ def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
         slip = speed * duration
         last |= {"time_s": duration, "step_s": left, "slip_m": slip}
         last["water_left_m3"] = last["water_squeezed_m3"] - last["water_below_m3"]
-        found.append(HistoryRow(**last))
+        found.append(kind(**last))
     return [row._replace(energy_imbalance=_imbalance(row), newton_iterations=0) for row in found]
 
 
 def _columns(rows: list[HistoryRow]) -> dict[str, tuple[float, ...]]:
     """Name -> values of the rows."""
-    return dict(zip(HistoryRow._fields, zip(*rows, strict=True), strict=True))
+    return dict(zip(rows[0]._fields, zip(*rows, strict=True), strict=True))
 
 
 def _imbalance(row: HistoryRow) -> float:

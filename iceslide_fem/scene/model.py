@@ -245,16 +245,11 @@ class Scene(Table):
 
     def _passes_below_a_point(self) -> None:
         """Raise ValueError where the time below the block does not say what the ice has seen."""
-        if self.friction.law != "film":
-            raise ValueError(
-                f'friction.law = "{self.friction.law}" and model = "point" contradict each other '
-                "where ice slides: what a law remembers stays with the rubber, and the ice does "
-                'not; allowed: model = "slice" or "block", or ice.motion = "attached"'
-            )
-        if self.film.carrier == "rubber":
+        if self.film.carrier == "rubber" and self.friction.law != "coulomb":
+            what = "films that stay" if self.friction.law == "film" else "a memory that stays"
             raise ValueError(
                 'film.carrier = "rubber" and model = "point" contradict each other where ice '
-                "slides: films that stay with the rubber are older than the ice below them; "
+                f"slides: {what} with the rubber, older than the ice below; "
                 'allowed: model = "slice" or "block", or film.carrier = "ice"'
             )
         if self.rubber.heat:
@@ -262,7 +257,7 @@ class Scene(Table):
                 'rubber.heat = true and model = "point" contradict each other where ice slides: '
                 'the rubber is older than the ice below it; allowed: model = "slice" or "block"'
             )
-        if self.film.water_speed < 1.0:
+        if self.film.water_speed < 1.0 and self.friction.law == "film":
             raise ValueError(
                 f'film.water_speed = {self.film.water_speed:g} and model = "point" contradict each '
                 "other where ice slides: water that lags behind the ice is older than the ice; "

@@ -32,7 +32,7 @@ NOT_OF_A_POINT = (
 
 
 OF_THE_FILM = (
-    "film.carrier film.pressure film.k film.contact film.initial_height film.water_speed "
+    "film.pressure film.k film.contact film.initial_height film.water_speed "
     "water.viscosity numerics.shear_ramp_pressure"
 ).split()
 
@@ -61,8 +61,9 @@ def _unused(scene: Scene) -> list[str]:
             reasons[f'with ice.heat = "{ice.heat}"'] = ["ice.margin"]
         elif sliding and scene.model == "slice":
             reasons["below a slice that slides: ice.trail is what lies behind it"] = ["ice.margin"]
-    if scene.friction.law != "film":
-        reasons[f'with friction.law = "{scene.friction.law}"'] = OF_THE_FILM
+    if (law := scene.friction.law) != "film":
+        no_memory = ["film.carrier"] if law == "coulomb" else []
+        reasons[f'with friction.law = "{law}"'] = [*no_memory, *OF_THE_FILM]
     if scene.rubber.mesh is not None:
         shape = ["rubber.length", "rubber.width", "rubber.height"]
         reasons["on the shape of the block, which is that of rubber.mesh"] = shape

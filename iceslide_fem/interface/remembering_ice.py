@@ -1,0 +1,94 @@
+"""What a law of the scene's own remembers, on the nodes of ice that passes: its points rub.
+
+A point reads the memory of the nodes around it, as it reads their temperature, and gives them what
+a step has changed of it, by the same weights. Only changes go over, so that nothing is smeared
+that does not change. A cell that is covered in part gets that part, so that its memory is as old
+as it should be when an edge has passed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.film.friction import Sheared
+from iceslide_fem.film.integrators import InterfaceState
+from iceslide_fem.film.own_law import OwnFriction, OwnLoads
+from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
+from iceslide_fem.interface.carriers import ContactLoads, Shifted
+from iceslide_fem.interface.on_rubber import OnRubber
+from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, SurfaceGrid
+from iceslide_fem.interface.window import PassingIce, place, shifted, whole_cells
+
+
+class Nodes:
+    """Nodes of `grid` as `film.own_law.Places`, met by the points of `contacts`."""
+
+    def __init__(self, grid: SurfaceGrid, contacts: Contacts) -> None:
+        self._grid, self._contacts = grid, contacts
+
+    def at_points(self, memory: Array) -> Array:
+        """Memory (m, own nodes) read at the points, (m, n). Collective."""
+        return np.array(
+            [self._grid.interpolate(row, self._contacts.at) for row in self._all(memory)]
+        )
+
+    def changed(self, memory: Array, by: Array) -> Array:
+        """Memory of this rank's nodes after changes (m, n) at the points. Collective."""
+        grid, (at, area) = self._grid, self._contacts
+        given = grid.scatter(area * by, at) / grid.cell_area
+        return np.asarray(memory + given[:, grid.own])
+
+    def _all(self, memory: Array) -> Array:
+        return self._grid.allgather(memory)
+
+
+class RememberingIce(OnRubber):
+    """Points of the rubber rub by a law whose memory lies on the nodes of the ice."""
+
+    def __init__(
+        self,
+        friction: OwnFriction,
+        ice: PassingIce,
+        rubber: RubberColumns | Insulated = INSULATED,
+    ) -> None:
+        super().__init__(friction, ice, rubber)
+        self._law = friction
+
+    @property
+    def remembering(self) -> OwnNodes:
+        """This rank's nodes of the window."""
+        return self.ice.grid.nodes
+
+    def start(self, film_height: float, n_points: int) -> InterfaceState:
+        """The law's memory at the start on all nodes; cold ice, rubber as cold."""
+        state = super().start(film_height, n_points)
+        return state._replace(memory=self._law.law.initial(self.ice.grid.own.size))
+
+    def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
+        """Shear by the memory around each point. Collective."""
+        here = state._replace(memory=self.memory_at_points(state, contact))
+        return self._law.sheared(here, lambda: self.ice_temperature(state, contact))
+
+    def memory_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
+        """Memory of the nodes, read at the points. Collective."""
+        contacts = Contacts(place(self.ice.grid, contact), contact.touching)
+        return Nodes(self.ice.grid, contacts).at_points(state.memory)
+
+    def window_shifted(self, state: InterfaceState, offset: float) -> Shifted:
+        """Shift the ice with its memory. Collective."""
+        grid = self.ice.grid
+        cells, rest = whole_cells(grid, offset)
+        if cells == 0:
+            return Shifted(state, offset)
+        fresh = self._law.law.fields.values()
+        rows = [
+            shifted(grid, row, cells, value) for row, value in zip(state.memory, fresh, strict=True)
+        ]
+        return Shifted(
+            state._replace(ice=self.ice.shifted(state.ice, cells), memory=np.array(rows)), rest
+        )
+
+    def _acting(self, contact: ContactLoads, contacts: Contacts) -> OwnLoads:
+        loads = self._law.loads(contact.pressure, contact.speed)
+        return loads._replace(places=Nodes(self.ice.grid, contacts))
