@@ -226,13 +226,13 @@ def test_a_tall_block_that_finds_no_equilibrium_buckles():
 
 def test_a_run_says_what_makes_it_doubtful():
     results = Results()
-    results.rows = [(0.0, 0.3), (1e-3, 0.4)]
-    assert results.entries()["warnings"] == []
+    results.rows = [(0.0, 0.3), (5e-4, 1.8), (1e-3, 0.4)]
+    assert results.entries()["warnings"] == []  # nor by a law that knows no films
     results.imbalance, results.bottom, results.sides = -0.03, 0.6, 0.1
     results.sipe_opening, results.outside_table_fraction = -2e-5, 0.4
     results.thinnest_film = 0.17e-9
     said = results.entries()["warnings"]
-    figures = ["3.0% of the friction work is too much", "60%", "10%", "40%", "0.17 nm"]
+    figures = ["3.0% of the friction work is too much", "60%", "10%", "40%", "0.17 nm", "rises to 1.8"]
     assert len(said) == len(figures)
     assert all(figure in sentence for figure, sentence in zip(figures, said, strict=True))
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import trapezoid
 
-from iceslide_fem.film.doubts import THINNEST_FILM
+from iceslide_fem.film.doubts import doubts
 from iceslide_fem.output.history import outside_table, thinnest_film
 from iceslide_fem.rubber.failure import FOLDED, TIPPED
 from iceslide_fem.run.observation import Observation
@@ -104,9 +104,6 @@ class Results:
                 f"at the end {self.outside_table_fraction:.0%} of the contact area was under "
                 "pressures that the table of k, D and H_V does not cover: its nearest end was taken"
             )
-        if self.thinnest_film < THINNEST_FILM:
-            found.append(
-                f"films were as thin as {1e9 * self.thinnest_film:.2g} nm; below "
-                f"{1e9 * THINNEST_FILM:g} nm water is not the liquid that the film law knows"
-            )
+        if math.isfinite(self.thinnest_film):  # else friction is by another law
+            found += doubts(self.thinnest_film, max(mu for _, mu in self.rows))
         return found
