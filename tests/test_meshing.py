@@ -25,6 +25,7 @@ from iceslide_fem.mesh.user_mesh import _names, load_user_mesh, mesh_size  # noq
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.scene.course import Course  # noqa: E402
+from iceslide_fem.scene.notes import notes  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 
 SPEEDS = Course((), (3.0,), 7e-3)
@@ -374,6 +375,15 @@ def test_a_run_on_a_bad_mesh_leaves_what_was_there(tmp_path):
     with pytest.raises(SceneError, match='no facets tagged "plate"'):
         run(scene, tmp_path / "old", force=True)
     assert (tmp_path / "old" / "summary.json").read_text() == "{}"
+
+
+def test_a_penalty_too_soft_for_the_height_of_a_mesh_is_refused(tmp_path):
+    gmsh_model.save(a_block(), tmp_path / "own.msh")
+    changes = [f"rubber.mesh={tmp_path / 'own.msh'}", "numerics.penalty=0.01MPa/mm"]
+    scene = load_scene(CASE, ["model=slice", "rubber.mesh_unit=m", *changes])
+    assert not any("penalty" in note for note in notes(scene))
+    with pytest.raises(SceneError, match="too soft: the block would sink 10 mm into the ice"):
+        run(scene, tmp_path / "new")
 
 
 def test_symmetry_must_be_at_the_middle(tmp_path):

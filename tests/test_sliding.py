@@ -232,7 +232,14 @@ def test_a_run_says_what_makes_it_doubtful():
     results.sipe_opening, results.outside_table_fraction = -2e-5, 0.4
     results.thinnest_film = 0.17e-9
     said = results.entries()["warnings"]
-    figures = ["3.0% of the friction work is too much", "60%", "10%", "40%", "0.17 nm", "rises to 1.8"]
+    figures = [
+        "3.0% of the friction work is too much",
+        "60%",
+        "10%",
+        "40%",
+        "0.17 nm",
+        "rises to 1.8",
+    ]
     assert len(said) == len(figures)
     assert all(figure in sentence for figure, sentence in zip(figures, said, strict=True))
 

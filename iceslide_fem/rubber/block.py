@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.errors import SceneError, SimulationStopped
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.film.friction import FilmFriction, Friction, Sheared
@@ -197,17 +197,21 @@ def default_ramp(scene: Scene) -> float:
 def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     """Mesh the scene's block and prepare its forms. Collective.
 
-    Raises SceneError if the user's mesh can't be used or a run needs more memory than there is.
+    Raises SceneError if the user's mesh can't be used, or its penalty below that mesh, or a run
+    needs more memory than there is.
     """
     own = law_of(scene)
     from_root(lambda: check_memory(scene), comm)
     mesh = rubber_mesh(scene, comm)
+    z = mesh.mesh.geometry.x[:, mesh.mesh.geometry.dim - 1]
+    height = float(comm.allreduce(z.max(initial=0.0), op=MPI.MAX))
+    fault = scene.too_soft(height)  # of a mesh of the user's the height is known only now
+    if fault is not None:
+        raise SceneError(fault)
     material = scene.mooney_rivlin
     rubber = HyperelasticBody(
         mesh, material, density=scene.rubber.density if scene.rubber.inertia else 0.0
     )
-    z = mesh.mesh.geometry.x[:, mesh.mesh.geometry.dim - 1]
-    height = float(comm.allreduce(z.max(initial=0.0), op=MPI.MAX))
     numerics = scene.numerics
     penalty = numerics.penalty or default_penalty(material, height, numerics.tolerance)
     rubber.let_walls_meet(penalty)

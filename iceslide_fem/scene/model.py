@@ -225,17 +225,24 @@ class Scene(Table):
                 "allowed: 'local'"
             )
 
+    def too_soft(self, height: float) -> str | None:
+        """Why the user's penalty is no model of contact below a block of `height` (m), or None."""
+        penalty, pressure = self.numerics.penalty, self.load.pressures.largest
+        least = pressure / (DEEPEST * height)
+        if not penalty or penalty >= least:
+            return None
+        return (
+            f"numerics.penalty = {1e-9 * penalty:.3g} MPa/mm is too soft: the block would sink "
+            f"{1e3 * pressure / penalty:.3g} mm into the ice; allowed: at least "
+            f"{1e-9 * least:.3g} MPa/mm, with which it sinks in by a tenth of its height"
+        )
+
     def _contact_is_stiff(self) -> None:
         """Raise ValueError where a penalty or a shear ramp of the user's is no model of contact."""
-        numerics, pressure = self.numerics, self.load.pressures.largest
-        least = pressure / (DEEPEST * self.rubber.height)
-        if self.rubber.mesh is None and numerics.penalty and numerics.penalty < least:
-            raise ValueError(
-                f"numerics.penalty = {1e-9 * numerics.penalty:.3g} MPa/mm is too soft: the block "
-                f"would sink {1e3 * pressure / numerics.penalty:.3g} mm into the ice; allowed: at "
-                f"least {1e-9 * least:.3g} MPa/mm, with which it sinks in by a tenth of its height"
-            )
-        ramp = numerics.shear_ramp_pressure
+        fault = None if self.rubber.mesh is not None else self.too_soft(self.rubber.height)
+        if fault is not None:
+            raise ValueError(fault)
+        ramp = self.numerics.shear_ramp_pressure
         pressure = self.load.pressures.smallest
         if ramp and ramp > pressure:
             raise ValueError(

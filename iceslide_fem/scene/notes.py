@@ -195,6 +195,8 @@ def _rubber(scene: Scene) -> list[str]:
             "p",
         ),
     ):
+        if key == "penalty" and rubber.mesh is not None:  # whose height is not known yet
+            continue
         if value is not None and not low * (1 - 1e-9) <= value / scale <= high * (1 + 1e-9):
             found.append(
                 f"numerics.{key} = {value:.3g} {unit} is {value / scale:.2g} {name}; "
