@@ -11,9 +11,12 @@ from iceslide_fem.errors import SceneError, SimulationStopped
 from iceslide_fem.film.own_law import law_of
 from iceslide_fem.laws.coulomb import Coulomb, read_table
 from iceslide_fem.laws.protocol import Contact, Surface
+from iceslide_fem.planning.info import describe
+from iceslide_fem.planning.simplifications import simplifications
 from iceslide_fem.run.point import point_history
-from iceslide_fem.scene import load_scene
+from iceslide_fem.scene import load_scene, scene_from_dict
 from iceslide_fem.scene.fingerprint import scene_hash
+from iceslide_fem.scene.notes import notes
 
 ROOT = Path(__file__).parent.parent
 LAWS = ROOT / "cases" / "laws"
@@ -232,3 +235,28 @@ def test_a_point_of_passing_ice_has_no_memory_of_the_rubber(tmp_path):
     coulomb = ("friction.law=coulomb", "friction.mu=0.2", "film.carrier=rubber")
     rows, _ = point_history(load_scene(case, [*PASSING, *coulomb]))
     np.testing.assert_allclose([row.mu for row in rows], 0.2, rtol=1e-12)
+
+
+def test_what_a_law_does_not_use_is_not_demanded():
+    """Rubber without a compound has no k, D and H_V; Coulomb's friction needs none."""
+    tables = {
+        "name": "c", "model": "slice",
+        "rubber": {"C10": "0.2 MPa", "C01": "0.1 MPa", "nu": 0.49},
+        "load": {"pressure": "1 bar", "speed": "3 m/s", "duration": "1 ms"},
+        "friction": {"law": "coulomb", "mu": 0.2},
+    }  # fmt: skip
+    scene = scene_from_dict(tables)
+    found = {row.quantity: row.value for row in describe(scene)}
+    assert found["friction at t = 0"] == "0.2" and "k" not in found
+    assert notes(scene) == [] and simplifications(scene).bending.effect < 1e-9
+    rows, _ = point_history(scene_from_dict(tables | {"model": "point"}))
+    assert rows[-1].mu == pytest.approx(0.2)
+    with pytest.raises(SceneError, match="film.k, film.D and film.H_V are missing"):
+        scene_from_dict(tables | {"friction": {}})
+
+
+def test_estimates_are_those_of_the_law():
+    """Friction that falls with the temperature is higher where the pressure is lower."""
+    scene = load_scene(LAWS / "falls_with_temperature.toml", ["model=slice", "load.duration=0.2ms"])
+    found = simplifications(scene)
+    assert 1e-3 < found.bending.effect < 0.3

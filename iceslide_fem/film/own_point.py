@@ -1,4 +1,4 @@
-"""A law of the scene's own at one point of the contact, step by step."""
+"""A law of the scene's own at points of the contact that step together."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import Integrator, InterfaceState, Step, advance
@@ -15,16 +16,20 @@ from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.scene.course import Course
 
+WHOLE = np.ones(1)  # of the pressure, at one point
 FIRST_STEP, SHORTEST_STEP, LONGEST_STEP = 1e-5, 1e-13, 0.01  # of the duration
 
 
 class Moment(NamedTuple):
-    """A point at a time (s): the step that led there and its length (None and 0 at the start)."""
+    """Points at a time (s): the step that led there and its length (None and 0 at the start).
+
+    shear: Pa, (n,).
+    """
 
     time: float
     dt: float
     state: InterfaceState
-    shear: float
+    shear: Array
     step: Step | None
 
 
@@ -39,30 +44,31 @@ def moments(
     temperature_scale: float,
     rubber: RubberHeat = INSULATED,
     max_step: float | None = None,
+    shares: Array = WHOLE,
 ) -> Iterator[Moment]:
     """The start and every accepted step under a pressure (Pa) and a slip speed (m/s).
 
-    Steps end on their corners.
+    Steps end on their corners. `shares` (n,) of that pressure are those of the points.
 
     `tolerance` is the relative error of mu aimed at, `temperature_scale` (K) that of surface
     temperatures; without an estimate of the integrator all steps are `max_step` (s). Raises
     SimulationStopped where the law is at fault or no step is short enough.
     """
-    law = friction.law
-    log_height, squeezed, memory = friction.initial(1.0, 1)
-    state = InterfaceState(log_height, squeezed, ice.initial(1), rubber.initial(1), memory)
+    law, n = friction.law, shares.size
+    log_height, squeezed, memory = friction.initial(1.0, n)
+    state = InterfaceState(log_height, squeezed, ice.initial(n), rubber.initial(n), memory)
     longest = max_step or LONGEST_STEP * duration
     adaptive, time = bool(integrator.estimate), 0.0
     dt = min(FIRST_STEP * duration, longest) if adaptive else longest
 
     def loads_at(time: float) -> OwnLoads:
-        return OwnLoads(law, np.array([pressure.at(time)]), np.array([speed.at(time)]))
+        return OwnLoads(law, pressure.at(time) * shares, np.full(n, speed.at(time)))
 
     def moment(step: Step | None, length: float) -> Moment:
         warm, loads = ice.surface_temperature(state.ice), loads_at(time)
         shear = law.shear(loads.pressure, loads.speed, state.memory, warm)[0]
         _stop_at_fault(friction, time)
-        return Moment(time, length, state, float(shear[0]), step)
+        return Moment(time, length, state, shear, step)
 
     yield moment(None, 0.0)
     while time < duration:
@@ -72,8 +78,8 @@ def moments(
         first, last = loads_at(time), loads_at(time + dt)
         try:
             step = advance(state, first, last, dt, ice, integrator, rubber)
-            scale = np.array([temperature_scale])
-            error = float(own_error(step, last, ice, state, scale, rubber)[0])
+            scale = np.full(n, temperature_scale)
+            error = float(own_error(step, last, ice, state, scale, rubber).max())
         except NotConverged:
             error = np.inf
         _stop_at_fault(friction, time)

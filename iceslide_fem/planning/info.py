@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.film.law import squeeze_rate
+from iceslide_fem.film.own_law import OwnFriction, law_of
+from iceslide_fem.laws.bound import BoundLaw
 from iceslide_fem.materials import (
     BAR,
     ContactTable,
@@ -112,6 +114,8 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     Squeeze-out alone: h0^2/h^2 = 1 + 2 K3 h0^2 t with K3 of (6.5); melting
     alone: h^2/h0^2 = 1 + 2 K1 t / h0^2 with K1 = k eta v^2 / (rho L).
     """
+    if (law := law_of(scene)) is not None:
+        return _own_law(scene, law)
     p, v, h0, eta = (
         scene.load.pressures.first,
         scene.load.speeds.first or scene.load.speeds.mean,
@@ -133,6 +137,18 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
         Row("film", "friction power at t = 0", readable(tau * v, "W/m^2"), "k η v² / h₀"),
         Row("film", "squeeze-out time", readable(squeeze_time, "s"), "1 / (2 K₃ h₀²)"),
         Row("film", "melting time", readable(melt_time, "s"), "h₀² / (2 K₁)"),
+    ]
+
+
+def _own_law(scene: Scene, law: BoundLaw) -> list[Row]:
+    """What rubs in place of the film, and its friction at t = 0."""
+    p, v = scene.load.pressures.first, scene.load.speeds.first
+    start = OwnFriction(law, scene.ice.temperature).at_start(scene.initial_height, 1)
+    mu = float(start(np.array([p]), np.array([v]))[0][0]) / p
+    remembered = ", ".join(law.fields) or "nothing"
+    return [
+        Row("law", "friction", law.name, f"in place of the film; remembers {remembered}"),
+        Row("law", "friction at t = 0", f"{mu:.3g}", "of the law, on ice as it is then"),
     ]
 
 

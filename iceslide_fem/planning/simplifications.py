@@ -14,13 +14,18 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.film.point import Conditions, simulate
+from iceslide_fem.film.integrators import INTEGRATORS
+from iceslide_fem.film.own_law import OwnFriction, law_of
+from iceslide_fem.film.own_point import moments
+from iceslide_fem.film.point import ICE_MODELS, Conditions, simulate
 from iceslide_fem.film.point_conditions import RANGES
+from iceslide_fem.laws.bound import BoundLaw
 from iceslide_fem.scene import Scene
+from iceslide_fem.scene.course import Course
 
 TIMES = 200  # at which mu(t) is compared
 PLACES = 12  # Gauss points along the block
-ACCURACY = 1e-3  # of the point rung that is evaluated
+ACCURACY, OWN_ACCURACY = 1e-3, 1e-2  # of the point rung that is evaluated, under other laws
 LIFTED = 1e-3  # share of the nominal pressure left where an edge has lifted off
 
 
@@ -53,8 +58,8 @@ class Simplifications(NamedTuple):
 def simplifications(scene: Scene) -> Simplifications:
     """Estimates for `scene`, whatever its model. Takes some tenths of a second.
 
-    Loads that go in time are taken at their means. Raises SimulationStopped where the film law
-    cannot be advanced.
+    Loads that go in time are taken at their means. Raises SimulationStopped where the scene's law
+    cannot be advanced, SceneError where it is none.
     """
     rubber, load, constants = scene.rubber, scene.load, scene.mooney_rivlin
     L, W, H, v = rubber.length, rubber.width, rubber.height, load.speeds.mean
@@ -118,6 +123,8 @@ def _friction(
     """Friction stress (Pa) at `times` (s) below `shares` of the nominal pressure: (times, n)."""
     nominal = scene.load.pressures.mean
     pressure = shares * nominal
+    if (own := law_of(scene)) is not None:
+        return _own_friction(scene, own, pressure, duration, times, ice)
     law = pressure if scene.film.pressure == "local" else np.full_like(shares, nominal)
     law = np.clip(law, *RANGES["pressure"][:2])  # where an edge has all but lifted off
     k, D, H_V, _ = scene.contact_parameters(law)
@@ -141,6 +148,22 @@ def _friction(
         water=scene.water.table,
     )
     return np.asarray(found.samples * law)
+
+
+def _own_friction(
+    scene: Scene, law: BoundLaw, pressure: Array, duration: float, times: Array, ice: str
+) -> Array:
+    """The same under a law of the scene's own."""
+    friction = OwnFriction(law, scene.ice.temperature)
+    speed = Course((), (scene.load.speeds.mean,), duration)
+    undercooling = scene.ice.melting_temperature - scene.ice.temperature
+    below = ICE_MODELS[ice](scene.ice.temperature, duration, solid=scene.ice.solid)
+    loads, method = (Course((), (1.0,), duration), speed), INTEGRATORS["sdirk2"]
+    control = OWN_ACCURACY, undercooling
+    walk = moments(friction, *loads, duration, below, method, *control, shares=pressure)
+    time, shear = zip(*((one.time, one.shear) for one in walk), strict=True)
+    curves = np.transpose(shear)
+    return np.stack([np.interp(times, time, curve) for curve in curves], axis=1)
 
 
 def _largest(mu: Array, exact: Array) -> float:

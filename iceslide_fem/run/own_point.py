@@ -42,14 +42,14 @@ def own_history(scene: Scene, law: BoundLaw) -> tuple[list[HistoryRow], dict[str
             "time_s": moment.time,
             "step_s": moment.dt,
             "slip_m": load.speeds.integral(moment.time),
-            "mu": moment.shear / pressure,
+            "mu": float(moment.shear[0]) / pressure,
             "film_height_m": np.nan,
             "surface_temperature_C": warm - ZERO_CELSIUS,
             "contact_fraction": 1.0,
             "nominal_pressure_Pa": pressure,
             "speed_m_per_s": load.speeds.at(moment.time),
             "normal_force_N": pressure * area,
-            "friction_force_N": moment.shear * area,
+            "friction_force_N": float(moment.shear[0]) * area,
             "melted_fraction": float(melting),
             "friction_work_J": work,
             "ice_heat_J": totals[1],
@@ -74,7 +74,7 @@ def own_history(scene: Scene, law: BoundLaw) -> tuple[list[HistoryRow], dict[str
     )
     for moment in walk:
         if (step := moment.step) is not None:
-            mu = moment.shear / load.pressures.at(moment.time)
+            mu = float(moment.shear[0]) / load.pressures.at(moment.time)
             work_mu += 0.5 * moment.dt * (rows[-1].mu + mu)
             kinds = (step.friction_work, step.ice_heat, step.rubber_heat, step.latent_heat)
             totals += [area * float(kind[0]) for kind in kinds]

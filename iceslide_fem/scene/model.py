@@ -173,7 +173,8 @@ class Scene(Table):
 
     @model_validator(mode="after")
     def _no_contradiction(self) -> Self:
-        if self.rubber.compound is None and self.film.k is None and self.film.contact is None:
+        nothing = self.rubber.compound is None and self.film.k is None and self.film.contact is None
+        if nothing and self.friction.law == "film":
             raise ValueError(
                 "film.k, film.D and film.H_V are missing; without a compound give them, or "
                 "film.contact"
@@ -321,7 +322,10 @@ class Scene(Table):
 
     @property
     def contact_parameters(self) -> ContactTable | ConstantContact:
-        """k, D and H_V over pressure (Pa): the film's constants or table, or the compound's."""
+        """k, D and H_V over pressure (Pa): the film's constants or table, or the compound's.
+
+        Of the film law only: under others there may be none.
+        """
         film = self.film
         if film.contact is not None:
             return read_contact_table(film.contact, "film.contact")
@@ -332,6 +336,8 @@ class Scene(Table):
 
     def outside_table(self) -> str | None:
         """A sentence if the nominal pressure lies outside the table of k, D, H_V, else None."""
+        if self.friction.law != "film":
+            return None
         table, pressure = self.contact_parameters, self.load.pressures.mean
         if not isinstance(table, ContactTable) or not table.outside(pressure):
             return None
