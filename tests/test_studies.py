@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("iceslide_fem.fenics.compat")
 
 import scripts.studies
-from scripts.studies import sliding_cost
+from scripts.studies import footprint_findings, ice_layers, sliding_cost
 from scripts.studies.common import ROOT, case
 
 pytestmark = pytest.mark.fe
@@ -216,3 +216,17 @@ def test_constants_of_the_cost_are_found_from_runs_that_have_them(capsys):
         if name != "SPACE":  # of one mesh: one of the two is left free
             assert f"{name}_SECONDS = {2 * fixed:.2g}, {2 * work:.2g}" in printed
     assert "over measured: 1.00, 1.00, 1.00" in printed
+
+
+def test_layers_of_ice_are_compared_with_a_finer_column():
+    here, _ = ice_layers.melting(1e-3)
+    thick, thin = (ice_layers.errors(here, first, 1.12) for first in (16e-6, 2e-6))
+    assert thick[0] < thin[0]
+    assert thin[1] < 1e-3 < thick[1] < 0.05
+
+
+def test_footprint_findings_know_both_models(monkeypatch, capsys):
+    monkeypatch.setattr(footprint_findings, "SHAPE", (42, 54))
+    footprint_findings.friction_by_balance()
+    said = capsys.readouterr().out
+    assert "Balance, d = 0.1 mm" in said and "Moving source over slip" in said

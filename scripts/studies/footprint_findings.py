@@ -24,7 +24,7 @@ from iceslide_fem.footprint.jaeger import (
 from iceslide_fem.footprint.line import gaussian_profile, macroscopic_line
 from iceslide_fem.footprint.macroscopic import HeatModel, Macroscopic
 from iceslide_fem.footprint.pressure_map import PressureMap
-from iceslide_fem.footprint.survey import read_footprint, survey
+from iceslide_fem.footprint.survey import ReadFootprint, read_footprint, survey
 from iceslide_fem.footprint.synthetic import Tread, coloured_picture, grey_picture, save
 from iceslide_fem.materials import BAR, CONTACT_TABLES
 from iceslide_fem.reference import band_source_rise
@@ -114,8 +114,7 @@ def friction_by_balance() -> None:
     """mu by (4.7) to (4.9) and (3.8) with both heat models, and the depth that gives the film's."""
     case_values = {"image": "none", **SIZE}
     footprint = Tread().footprint(SHAPE)
-    read = _Read(footprint)
-    result = survey(FootprintCase.of(case_values), read)  # type: ignore[arg-type]
+    result = survey(FootprintCase.of(case_values), ReadFootprint(footprint))
     film = result.film.mean_friction(footprint)
     rows = []
     for name, model in (("(3.3), S 1e-5, 1 s", result.thesis), ("moving, S 1", result.moving)):
@@ -144,13 +143,6 @@ def friction_by_balance() -> None:
         shares = [f"{np.mean(state[contact] == each):.0%}" for each in STATES]
         rows.append([f"{slip:g}", f"{slip * rise.max():.2f}", *shares, f"{balance.mu:.4f}"])
     show("Moving source over slip", ["S", "peak (K)", "dry", "mixed", "wet", "mu (3.8)"], rows)
-
-
-class _Read:
-    """A footprint that was not read from a picture."""
-
-    def __init__(self, footprint: PressureMap) -> None:
-        self.pressure_map = footprint
 
 
 def _heat_row(footprint: PressureMap, model: HeatModel, film: float) -> list[str]:
