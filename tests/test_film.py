@@ -175,9 +175,9 @@ def test_falling_free_height_does_not_return_squeezed_water():
 
 
 def test_a_height_that_is_not_found_is_no_height(monkeypatch):
-    """Newton's method that is cut off leaves NaN at the points that have not settled."""
+    """An iteration that is cut off leaves NaN at the points that have not settled."""
     settled, arguments = random_stages(n=500)
-    monkeypatch.setattr(law, "_NEWTON_ITERATIONS", 3)
+    monkeypatch.setattr(law, "_ITERATIONS", 3)
     h, *others = arguments
     cut_off = implicit_stage(np.log(h), *others)
     found = np.isfinite(cut_off.log_height)

@@ -65,6 +65,20 @@ def test_constant_flux(time):
     assert ice_heat == pytest.approx(5e4 * time, rel=1e-12)
 
 
+@pytest.mark.parametrize("error, modes", [(1e-3, 11), (1e-5, 16), (0.0, 27)])
+def test_a_condensed_column_warms_as_the_whole_one_and_conserves_heat(error, modes):
+    column = Column(T_0, DURATION)
+    fewer, times = column.condensed(error), graded(DURATION)[10:]
+    assert fewer.rates.size <= modes and fewer.rates[0] == 0.0 and (fewer.rates[1:] > 0.0).all()
+    whole, ice_heat, _ = heated(column, 5e4, times)
+    content, _, _ = heated(fewer, 5e4, times)
+    rise, exact = (c.surface_temperature(x) - T_0 for c, x in ((fewer, content), (column, whole)))
+    assert rise == pytest.approx(exact, rel=2.0 * error + 1e-12)
+    assert fewer.heat(content) == pytest.approx(ice_heat, rel=1e-11)
+    depth = fewer.at_depths(content) - column.at_depths(whole)
+    assert np.abs(depth).max() <= 10.0 * np.sqrt(error) * exact.max()
+
+
 def test_flux_after_the_surface_has_reached_the_melting_temperature():
     q, column = 2e5, Column(T_0, DURATION)
     onset = brentq(lambda t: reference.constant_flux_rise(q, t) - 4.0, 1e-6, DURATION)
@@ -202,13 +216,12 @@ def test_content_is_the_integral_of_the_flux_through_all_phases():
         initial_height=70e-9,
         duration=5e-3,
     )
-    column = Column(T_0, 5e-3)
     ice_heat = 0.0
 
     def observe(record: Record) -> None:
         nonlocal ice_heat
         ice_heat += record.step.ice_heat[0]
-        assert column.heat(record.step.state.ice)[0] == pytest.approx(ice_heat, rel=1e-11)
+        assert record.ice.heat(record.step.state.ice)[0] == pytest.approx(ice_heat, rel=1e-11)
 
     result = simulate(conditions, observe=observe)
     assert result.saturation[0] < 5e-3 and ice_heat > 0.0

@@ -21,6 +21,7 @@ from iceslide_fem.film.law import (
     Remembered,
     explicit_stage,
     implicit_stage,
+    log_shearing,
 )
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 
@@ -116,21 +117,46 @@ class Loads(Protocol):
 class Step(NamedTuple):
     """A trial step; nothing is changed until its `state` is taken as the new one.
 
-    error: local errors of ln h (1), H_s (m) and the contents; friction_work, ice_heat,
-    rubber_heat, latent_heat: J/m2 over the step, the first is the sum of the others; last: the
-    last stage; rate: of the state at its end, 1/s; mean_shearing: mean of eta / (eta_0 h), of 1/h
-    where the viscosity is constant (1/m).
+    error: local errors of ln h (1), H_s (m) and the contents; dt: its length (s); stages: of the
+    film, and their weights; shearing_rate: d/dt of `log_shearing` at its end, 1/s.
     """
 
     state: InterfaceState
     error: InterfaceState
-    friction_work: Array
-    ice_heat: Array
-    rubber_heat: Array
-    latent_heat: Array
-    last: FilmStage
-    rate: InterfaceState
-    mean_shearing: Array
+    dt: Array | float
+    stages: list[FilmStage]
+    weights: tuple[float, ...]
+    shearing_rate: Array
+
+    @property
+    def last(self) -> FilmStage:
+        """The last stage, at the end of the step."""
+        return self.stages[-1]
+
+    @property
+    def friction_work(self) -> Array:
+        """J/m2 over the step: the sum of what ice and rubber take and of what melts."""
+        return self.dt * _sum(self.weights, [s.friction_power for s in self.stages])
+
+    @property
+    def ice_heat(self) -> Array:
+        """What the ice takes over the step, J/m2."""
+        return self.dt * _sum(self.weights, [s.ice_flux for s in self.stages])
+
+    @property
+    def rubber_heat(self) -> Array:
+        """What the rubber takes over the step, J/m2."""
+        return self.dt * _sum(self.weights, [s.rubber_flux for s in self.stages])
+
+    @property
+    def latent_heat(self) -> Array:
+        """What melts over the step, J/m2."""
+        return self.dt * _sum(self.weights, [s.melt_power for s in self.stages])
+
+    @property
+    def mean_shearing(self) -> Array:
+        """Mean of eta / (eta_0 h) over the step, of 1/h where the viscosity is constant, 1/m."""
+        return _sum(self.weights, [s.viscosity * np.exp(-s.log_height) for s in self.stages])
 
 
 def advance(
@@ -144,6 +170,7 @@ def advance(
 ) -> Step:
     """One step of `dt` (s, scalar or one per point) under loads on a line from start to end."""
     diagonal, weights = integrator.diagonal, integrator.weights
+    estimate = tuple(weight / diagonal for weight in integrator.estimate)
     stage_dt = diagonal * dt
     increments: list[InterfaceState] = []
     stages: list[FilmStage] = []
@@ -161,22 +188,15 @@ def advance(
         )
         stages.append(stage)
         increments.append(InterfaceState(*(b - a for a, b in zip(begin, new, strict=True))))
-    last = stages[-1]
     return Step(
         state=new,
         error=InterfaceState(
-            *(
-                _sum(integrator.estimate, [one[i] for one in increments]) / diagonal
-                for i in range(len(state))
-            )
+            *(_sum(estimate, [one[i] for one in increments]) for i in range(len(state)))
         ),
-        friction_work=dt * _sum(weights, [s.friction_power for s in stages]),
-        ice_heat=dt * _sum(weights, [s.ice_flux for s in stages]),
-        rubber_heat=dt * _sum(weights, [s.rubber_flux for s in stages]),
-        latent_heat=dt * _sum(weights, [s.melt_power for s in stages]),
-        last=last,
-        rate=InterfaceState(*(part / stage_dt for part in increments[-1])),
-        mean_shearing=_sum(weights, [s.viscosity * np.exp(-s.log_height) for s in stages]),
+        dt=dt,
+        stages=stages,
+        weights=weights,
+        shearing_rate=log_shearing(increments[-1]) / stage_dt,
     )
 
 
@@ -246,6 +266,8 @@ def _combine(
 
 def _sum(weights: tuple[float, ...], parts: list[Array]) -> Array:
     """Sum of the weighted parts; zero without weights."""
+    if not parts[0].size:
+        return parts[0]
     total = (weights[0] if weights else 0.0) * parts[0]
     for weight, part in zip(weights[1:], parts[1:], strict=False):
         total += weight * part

@@ -6,9 +6,9 @@ that the integrator keeps its order through both.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,7 +26,7 @@ from iceslide_fem.film.integrators import (
 from iceslide_fem.film.law import FilmLoads, interpolate, log_shearing
 from iceslide_fem.film.point_conditions import Conditions, Loading
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
-from iceslide_fem.film.step_control import StepControl, step_factor
+from iceslide_fem.film.step_control import GROW_ALONE, StepControl, step_factor
 from iceslide_fem.film.viscosity import temperature_scale
 from iceslide_fem.materials import ViscosityTable
 
@@ -37,6 +37,8 @@ ICE_MODELS: dict[str, type[Column] | type[HalfSpace]] = {
 # How closely a step ends on an event, relative to the tolerance.
 EVENT_SHARE = 0.005
 FIRST_STEP = 3e-4
+# How closely ice by name answers with the modes that it is given, relative to the tolerance.
+CONDENSED = 0.01
 # The step after an event, relative to the one that ended on it.
 RESTART = 0.03
 SHORTEST_STEP = 1e-13  # of the duration
@@ -82,13 +84,26 @@ class PointResult:
             samples=samples,
         )
 
+    def _columns(self) -> Iterator[tuple[str, Any]]:
+        """All results that are one number for each condition."""
+        return ((f.name, getattr(self, f.name)) for f in fields(self) if f.name != "samples")
+
+    def take(self, index: Index) -> PointResult:
+        """The results of the conditions at `index` only, with all samples."""
+        return PointResult(samples=self.samples, **{n: part[index] for n, part in self._columns()})
+
+    def put(self, whole: PointResult, places: Index) -> None:
+        """Enter these results, of the conditions at `places` of the `whole`."""
+        for name, part in self._columns():
+            getattr(whole, name)[places] = part
+
 
 class Record(NamedTuple):
     """Accepted steps of the conditions `points`, found at `places` in all the other arrays.
 
     time: at the start of the step (s); dt: its length (s); loads: the film's at its end; step: the
     step; melting, full: where melting has begun and the free volume is full by the end of the step;
-    pressure: nominal at its end (Pa).
+    pressure: nominal at its end (Pa); ice: the model whose content the step has.
     """
 
     points: Index
@@ -100,6 +115,7 @@ class Record(NamedTuple):
     melting: Mask
     full: Mask
     pressure: Array
+    ice: Column | HalfSpace
 
 
 class _Event(NamedTuple):
@@ -152,38 +168,40 @@ def simulate(
 
     if isinstance(ice, str):
         ice = ICE_MODELS[ice](conditions.temperature, conditions.duration, solid=conditions.solid)
+        ice = ice.condensed(CONDENSED * tolerance)
     heat = ice
-    active = np.arange(n)
-    here = conditions
     state = InterfaceState(
-        np.log(here.initial_height),
+        np.log(conditions.initial_height),
         np.zeros(n),
         heat.initial(n),
         rubber.initial(n),
         np.zeros((0 if water is None else 1, n)),
     )
+    here, loads = conditions, conditions.loads(water)
+    scale = temperature_scale(here.melting_temperature - here.temperature, water)
     time = np.zeros(n)
     dt = FIRST_STEP * here.duration if fixed_step is None else np.full(n, fixed_step)
-    loads = here.loads(water)
     control = StepControl(method, tolerance if fixed_step is None else None)
+    # The conditions that still run, and their results so far.
+    active, so_far = np.arange(n), result
+    sampled = np.full(n, np.searchsorted(sample_times, 0.0, side="right"))
 
     while active.size:
         dt_try = np.minimum(np.minimum(dt, max_step), here.duration - time)
-        ends = here
+        ends, last = here, loads
         if loading is not None:
             dt_try = np.minimum(dt_try, loading.next_corner(time) - time)
             ends = loading.at(here, time + dt_try)
-        scale = temperature_scale(here.melting_temperature - here.temperature, water)
-        last = loads if ends is here else ends.loads(water)
+            last = ends.loads(water)
         step, good, wanted = control.trial(state, loads, last, dt_try, heat, scale, rubber)
         if loading is not None and fixed_step is None:
             bent = _bend(loads, loading.at(here, time + 0.5 * dt_try).loads(), last)
             good &= bent <= tolerance
-            wanted = np.minimum(wanted, dt_try * step_factor(bent / tolerance, 2))
+            wanted = np.minimum(wanted, dt_try * step_factor(bent / tolerance, 2, GROW_ALONE))
             wanted = np.where(good, np.where(dt_try < dt, np.maximum(wanted, dt), wanted), wanted)
-        power = loads.viscous * loads.speed * np.exp(log_shearing(state))
         on_ice = heat.surface_temperature(state.ice)
-        warmth = rubber.film_temperature(on_ice, state.rubber, power, state.log_height)
+        heating = loads.viscous * loads.speed
+        warmth = rubber.film_temperature(on_ice, state.rubber, heating, state)
         event = _events(step, state, warmth, ends, EVENT_SHARE * tolerance)
         fraction = event.fraction
         if fixed_step is None:
@@ -198,35 +216,42 @@ def simulate(
             hopeless = fraction >= 1.0
         _refuse(~good & hopeless, dt_try, here, time)
         good &= fraction >= 1.0
-
-        accepted = np.flatnonzero(good)
-        if accepted.size:
-            melting = event.melting | step.last.melting
-            full = event.full | step.last.saturated
-            record = Record(
-                active[accepted], accepted, time, dt_try, last, step, melting, full, ends.pressure
-            )
-            _note(result, record, here, state, sample_times, loading)
-            if observe is not None:
-                observe(record)
-        result.rejected[active[~good]] += 1
+        melting = event.melting | step.last.melting
+        full = event.full | step.last.saturated
+        places = np.flatnonzero(good)
+        points, pressure = active[places], ends.pressure
+        record = Record(points, places, time, dt_try, last, step, melting, full, pressure, heat)
+        _note(so_far, record, good, loads.viscous / here.pressure)
+        if sample_times.size:
+            mu_end = so_far.mu_end
+            _sample(result.samples, record, sampled, mu_end, here, state, sample_times, loading)
+        if observe is not None and places.size:
+            observe(record)
         time = np.where(good, time + dt_try, time)
-        state = InterfaceState(
-            *(np.where(good, b, a) for a, b in zip(state, step.state, strict=True))
-        )
+        state = _taken(state, step.state, good)
         if loading is not None:
             here = loading.at(here, time)
             loads = here.loads(water)
         running = time < here.duration * (1.0 - 1e-12)
         if not running.all():
+            so_far.put(result, active)
             keep = np.flatnonzero(running)
-            active, time, dt = active[keep], time[keep], dt[keep]
-            here = here.take(keep)
-            loads = here.loads(water)
+            active, sampled, time, dt = active[keep], sampled[keep], time[keep], dt[keep]
+            here, so_far, scale = here.take(keep), so_far.take(keep), scale[keep]
+            loads = loads.take(keep)
             state = InterfaceState(*(part[..., keep] for part in state))
             heat, rubber = heat.take(keep), rubber.take(keep)
     result.mu_mean /= conditions.duration
     return result
+
+
+def _taken(old: InterfaceState, new: InterfaceState, good: Mask) -> InterfaceState:
+    """The `new` state where the step is good, the `old` one elsewhere; `new` is overwritten."""
+    bad = np.flatnonzero(~good)
+    if bad.size:
+        for before, after in zip(old, new, strict=True):
+            after[..., bad] = before[..., bad]
+    return new
 
 
 def _events(
@@ -264,49 +289,64 @@ def _refuse(stuck: Mask, dt: Array, here: Conditions, time: Array) -> None:
         )
 
 
-def _note(
-    result: PointResult,
+def _note(result: PointResult, record: Record, good: Mask, shear: Array) -> None:
+    """Enter the steps that are `good` into the results of the conditions that run.
+
+    `shear` is k eta_0 v / p at the start of the step (m).
+    """
+    step, rejected = record.step, ~good
+    t1, factor = record.time + record.dt, record.loads.viscous / record.pressure
+    mu = factor * np.exp(log_shearing(step.state))
+    work = record.dt * 0.5 * (factor + shear) * step.mean_shearing
+    result.mu_mean += np.where(good, work, 0.0)
+    higher = good & (mu > result.mu_peak)
+    np.copyto(result.mu_peak, mu, where=higher)
+    np.copyto(result.mu_peak_time, t1, where=higher)
+    np.copyto(result.mu_end, mu, where=good)
+    np.copyto(result.film_height, np.exp(step.state.log_height), where=good)
+    np.copyto(result.squeezed_height, step.state.squeezed_height, where=good)
+    result.steps += good
+    result.rejected += rejected
+    for times, switch in (
+        (result.melt_onset, record.melting),
+        (result.saturation, record.full),
+    ):
+        np.copyto(times, t1, where=good & switch & np.isnan(times))
+
+
+def _sample(
+    samples: Array,
     record: Record,
+    sampled: Index,
+    mu_end: Array,
     here: Conditions,
     start: InterfaceState,
-    sample_times: Array,
+    times: Array,
     loading: Loading | None,
 ) -> None:
-    """Enter an accepted step into the results; `here` are the conditions at its start."""
-    i, at, step = record.points, record.places, record.step
-    dt, t0 = record.dt[at], record.time[at]
-    t1 = t0 + dt
-    factor = record.loads.viscous[at] / record.pressure[at]
-    s1 = log_shearing(step.state)[at]
-    mu = factor * np.exp(s1)
-    mean = factor
+    """Enter mu at the `times` (s) that fall into accepted steps, of which `mu_end` is the last.
+
+    `sampled` counts the times that have been entered.
+    """
+    step, at, end = record.step, record.places, record.time + record.dt
+    count = np.searchsorted(times, end[at], side="right") - sampled[at]
+    place = np.repeat(at, count)
+    if not place.size:
+        return
+    first = np.cumsum(count) - count
+    which = np.arange(place.size) + np.repeat(sampled[at] - first, count)
+    sampled[at] += count
+    # ln(eta / h) within a step: the parabola with its ends and its slope at the end.
+    rate = step.shearing_rate
+    bend = (log_shearing(start) - log_shearing(step.state) + rate * record.dt) / record.dt**2
+    left = end[place] - times[which]
+    mu = mu_end[place] * np.exp(left * (left * bend[place] - rate[place]))
     if loading is not None:
-        mean = 0.5 * (factor + here.loads().viscous[at] / here.pressure[at])
-    result.mu_mean[i] += dt * mean * step.mean_shearing[at]
-    higher = mu > result.mu_peak[i]
-    result.mu_peak[i[higher]], result.mu_peak_time[i[higher]] = mu[higher], t1[higher]
-    result.mu_end[i], result.film_height[i] = mu, np.exp(step.state.log_height[at])
-    result.squeezed_height[i] = step.state.squeezed_height[at]
-    result.steps[i] += 1
-    for times, switch in (
-        (result.melt_onset, record.melting[at]),
-        (result.saturation, record.full[at]),
-    ):
-        first = switch & np.isnan(times[i])
-        times[i[first]] = t1[first]
-    # Sample times that fall into the steps: `which` step, and the time left to its end.
-    low, high = (np.searchsorted(sample_times, t, side="right") for t in (t0, t1))
-    count = high - low
-    which = np.repeat(np.arange(i.size), count)
-    sample = np.arange(which.size) - np.repeat(np.cumsum(count) - count, count) + low[which]
-    s0, slope = log_shearing(start)[at], log_shearing(step.rate)[at] * dt
-    left = (t1[which] - sample_times[sample]) / dt[which]
-    s = s1[which] - slope[which] * left + (s0 - s1 + slope)[which] * left**2
-    factor = factor[which]
-    if loading is not None:
-        then = loading.at(here.take(at[which]), sample_times[sample])
-        factor = then.loads().viscous / then.pressure
-    result.samples[sample, i[which]] = factor * np.exp(s)
+        then = loading.at(here.take(place), times[which])
+        mu *= then.loads().viscous / then.pressure
+        mu /= (record.loads.viscous / record.pressure)[place]
+    flat = which * samples.shape[1] + np.repeat(record.points, count)
+    samples.reshape(-1)[flat] = mu
 
 
 def _bend(start: FilmLoads, middle: FilmLoads, end: FilmLoads) -> Array:

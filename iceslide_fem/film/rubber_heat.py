@@ -25,7 +25,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.law import Film, FilmStage, Surface
+from iceslide_fem.film.law import Film, FilmStage, Remembered, Surface, log_shearing
 from iceslide_fem.materials import MELTING_TEMPERATURE, WATER_CONDUCTIVITY, Solid
 
 # Passes over film law and conductance stop when ln h changes by no more than this. 1/G is a few
@@ -50,11 +50,11 @@ class RubberHeat(Protocol):
         """Temperature of the rubber's surface where the films live (K)."""
 
     def film_temperature(
-        self, ice: Array, content: Array, power: Array, log_height: Array
+        self, ice: Array, content: Array, heating: Array, films: Remembered
     ) -> Array:
         """T_f (K) between ice whose surface has `ice` (K) and this rubber.
 
-        `power` is q_f (W/m2), `log_height` is ln h.
+        `heating` is q_f eta_0 h / eta (W/m) of the `films`.
         """
 
     def take(self, index: Index) -> RubberHeat:
@@ -81,7 +81,7 @@ class Insulated:
         return np.zeros(1)
 
     def film_temperature(
-        self, ice: Array, content: Array, power: Array, log_height: Array
+        self, ice: Array, content: Array, heating: Array, films: Remembered
     ) -> Array:
         """That of the ice."""
         return ice
@@ -184,10 +184,11 @@ class RubberColumns:
         return self.column.surface_temperature(content)
 
     def film_temperature(
-        self, ice: Array, content: Array, power: Array, log_height: Array
+        self, ice: Array, content: Array, heating: Array, films: Remembered
     ) -> Array:
         """T_f = min(T_m, (T_i + T_r + q_f / G) / 2) at the points (K)."""
-        rise = power * self.half_film.resistance(log_height)
+        power = heating * np.exp(log_shearing(films))
+        rise = power * self.half_film.resistance(films.log_height)
         free = 0.5 * (ice + self.surface_temperature(content) + rise)
         return np.minimum(self.melting_temperature, free)
 

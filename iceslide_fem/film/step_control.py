@@ -14,16 +14,21 @@ from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 
 SAFETY = 0.9
 SHRINK, GROW = 0.1, 2.0
+# The same where a point is on its own.
+GROW_ALONE = 4.0
+# Errors of a dry film move the onset of melting, those of H_s saturation, and mu turns sharply at
+# both: they count so many times.
+DRY, SQUEEZED = 2.0, 3.0
 
 
-def step_factor(error: Array | float, order: int) -> Array:
+def step_factor(error: Array | float, order: int, grow: float = GROW) -> Array:
     """Factor on the step that brings `error` (1 = just accepted) to its target.
 
-    safety * error^(-1/order), between `SHRINK` and `GROW`; an error that is not finite shrinks.
+    safety * error^(-1/order), between `SHRINK` and `grow`; an error that is not finite shrinks.
     """
-    error = np.nan_to_num(np.asarray(error, dtype=float), nan=np.inf, posinf=np.inf)
     with np.errstate(divide="ignore"):
-        return np.clip(SAFETY * error ** (-1.0 / order), SHRINK, GROW)
+        factor = SAFETY * np.asarray(error, dtype=float) ** (-1.0 / order)
+    return np.where(factor > SHRINK, np.minimum(factor, grow), SHRINK)
 
 
 class StepControl(NamedTuple):
@@ -45,14 +50,21 @@ class StepControl(NamedTuple):
         temperature_scale: Array,
         rubber: RubberHeat = INSULATED,
     ) -> Trial:
-        """A step of `dt` (s, one per point) from `loads` to `end`; errors as in `error_norms`."""
+        """A step of `dt` (s, one per point) from `loads` to `end`.
+
+        Its errors are those of `error_norms`, with the weights above.
+        """
         method = self.integrator
         step = advance(state, loads, end, dt, ice, method, rubber)
         if self.tolerance is None:
             return Trial(step, np.isfinite(step.state.log_height), dt)
         error = error_norms(step, ice, state, end.free_height, temperature_scale, rubber)
-        error = error / (method.share * self.tolerance)
-        return Trial(step, error <= 1.0, dt * step_factor(error, method.estimate_order))
+        weight = np.where(step.last.melting, 1.0, DRY)
+        error = np.maximum(error, weight * np.abs(step.error.log_height))
+        error = np.maximum(error, SQUEEZED / end.free_height * np.abs(step.error.squeezed_height))
+        error /= method.share * self.tolerance
+        factor = step_factor(error, method.estimate_order, GROW_ALONE)
+        return Trial(step, error <= 1.0, dt * factor)
 
 
 class Trial(NamedTuple):

@@ -22,6 +22,7 @@ from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.law import FilmLoads, film_loads
+from iceslide_fem.film.point import CONDENSED
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.step_control import StepControl
 from iceslide_fem.film.viscosity import Thinning, temperature_scale
@@ -122,7 +123,7 @@ def film_map(
         pressure, part = footprint.pressure[lines], ride._replace(temperature=temperature[lines])
         passing = footprint.dx / ride.speed
         duration = footprint.pressure.shape[1] * passing
-        below = ice(part.temperature, duration, solid=part.solid)
+        below = ice(part.temperature, duration, solid=part.solid).condensed(CONDENSED * tolerance)
         for column, values in _pass(pressure, passing, part, below, contact_of, tolerance):
             for field, value in zip(result, values, strict=True):
                 field[lines, column] = value

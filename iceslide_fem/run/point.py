@@ -9,17 +9,15 @@ from scipy.integrate import cumulative_trapezoid
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.film.conditions import (
-    ice_model,
     rubber_columns,
     scene_conditions,
     simulation_settings,
     transit_time,
 )
 from iceslide_fem.film.doubts import doubts
-from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.own_law import law_of
-from iceslide_fem.film.point import ICE_MODELS, Conditions, PointResult, Record, simulate
+from iceslide_fem.film.point import Conditions, PointResult, Record, simulate
 from iceslide_fem.launch import rank
 from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.output.table import HistoryRow
@@ -148,9 +146,6 @@ class _History:
     def __init__(self, scene: Scene, conditions: Conditions) -> None:
         self._scene = scene
         self._area = scene.rubber.length * scene.rubber.width
-        self._ice: Column | HalfSpace = ICE_MODELS[ice_model(scene)](
-            conditions.temperature, conditions.duration, solid=conditions.solid
-        )
         self._work = self._ice_heat = self._rubber_heat = self._latent_heat = 0.0
         shear = float(conditions.loads().viscous[0]) / scene.initial_height
         height, T_0 = scene.initial_height, scene.ice.temperature
@@ -170,7 +165,7 @@ class _History:
             float(record.loads.viscous[0] * np.exp(log_shearing(step.state)[0])),
             height,
             float(step.state.squeezed_height[0]),
-            float(self._ice.surface_temperature(step.state.ice)[0]),
+            float(record.ice.surface_temperature(step.state.ice)[0]),
             bool(record.melting[0]),
             bool(record.full[0]),
         )
