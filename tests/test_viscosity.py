@@ -35,8 +35,8 @@ def test_films_have_the_viscosity_of_their_temperature(carrier):
     state, step = sliding.current.interface, accepted[-1].passage.steps[-1]
     state = step.step.state
     warm = step.ice.surface_temperature(state.ice)
-    power = step.loads.viscous * step.loads.speed * np.exp(state.memory[0] - state.log_height)
-    film = step.rubber.film_temperature(warm, state.rubber, power, state.log_height)
+    heating = step.loads.viscous * step.loads.speed
+    film = step.rubber.film_temperature(warm, state.rubber, heating, state)
     table = scene.water.table
     expected = np.log(table(film) / scene.viscosity)
     covered = step.area > 0.0
