@@ -228,7 +228,7 @@ def simulate(
         if observe is not None and places.size:
             observe(record)
         time = np.where(good, time + dt_try, time)
-        state = _taken(state, step.state, good)
+        state = taken(state, step.state, good)
         if loading is not None:
             here = loading.at(here, time)
             loads = here.loads(water)
@@ -245,7 +245,7 @@ def simulate(
     return result
 
 
-def _taken(old: InterfaceState, new: InterfaceState, good: Mask) -> InterfaceState:
+def taken(old: InterfaceState, new: InterfaceState, good: Mask) -> InterfaceState:
     """The `new` state where the step is good, the `old` one elsewhere; `new` is overwritten."""
     bad = np.flatnonzero(~good)
     if bad.size:

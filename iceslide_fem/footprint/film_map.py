@@ -1,8 +1,9 @@
 """The film law under every pixel: ice points pass below the footprint and carry their films.
 
 An ice point comes in at the leading edge (the last column) with film h0 and cold ice, and sees
-the pressure of one pixel after the other, each for dx / V. All lines advance together, every line
-with steps of its own; film and warmth stay with the ice, also across gaps.
+the pressure of one pixel after the other, each for dx / V. Lines advance in one call, every line
+with steps of its own and at a pixel of its own; film and warmth stay with the ice, also across
+gaps.
 
 Squeezed-out water moves at a share of the ice's speed (`Ride.water_share`; `interface.water` for a
 block that slides). Where it is steady its flux is the same: below the rubber it is deeper than
@@ -22,7 +23,7 @@ from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.law import FilmLoads, film_loads
-from iceslide_fem.film.point import CONDENSED
+from iceslide_fem.film.point import CONDENSED, taken
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.step_control import StepControl
 from iceslide_fem.film.viscosity import Thinning, temperature_scale
@@ -111,8 +112,7 @@ def film_map(
     """Film, temperature and friction at every pixel of the footprint.
 
     `contact_of` gives k, D and H_V of the local pressure; `tolerance` is the relative error of
-    mu aimed at; `ice` makes the columns of a temperature (K), a duration (s) and the ride's
-    solid;
+    mu aimed at; `ice` makes the columns of a temperature (K), a duration (s) and the ride's solid;
     `tell` is called with the share of the pixels that is done. Raises SimulationStopped where a
     step cannot be made.
     """
@@ -124,12 +124,23 @@ def film_map(
         passing = footprint.dx / ride.speed
         duration = footprint.pressure.shape[1] * passing
         below = ice(part.temperature, duration, solid=part.solid).condensed(CONDENSED * tolerance)
-        for column, values in _pass(pressure, passing, part, below, contact_of, tolerance):
-            for field, value in zip(result, values, strict=True):
-                field[lines, column] = value
-            in_part = (pressure.shape[1] - column) * len(pressure)
-            tell((first * pressure.shape[1] + in_part) / footprint.pressure.size)
+        whole = FilmMap(*(part[lines] for part in result))
+        done = first * pressure.shape[1]
+        for line, column, values in _pass(pressure, passing, part, below, contact_of, tolerance):
+            for field, value in zip(whole, values, strict=True):
+                field[line, column] = value
+            done += line.size
+            tell(done / footprint.pressure.size)
     return result
+
+
+class _Works(NamedTuple):
+    """What adds up below a pixel: mean shear stress (Pa) and energies (J/m2), per line."""
+
+    shear: Array
+    friction_work: Array
+    ice_heat: Array
+    latent_heat: Array
 
 
 def _pass(
@@ -139,88 +150,101 @@ def _pass(
     ice: Column,
     contact_of: ContactTable | ConstantContact,
     tolerance: float,
-) -> Iterator[tuple[int, FilmMap]]:
-    """Columns of pixels from the leading to the trailing edge, with their part of the map."""
+) -> Iterator[tuple[Index, Index, FilmMap]]:
+    """Lines that have passed a pixel, which that is, and their parts of the map.
+
+    Each line takes equal steps, as long as its last error lets it, that end with the pixel, and
+    repeats a step whose estimated error is too large. It does not wait for others.
+    """
     lines, columns = pressure.shape
-    height, sliding = np.full(lines, ride.initial_height), np.full(lines, ride.sliding_speed)
-    given, thinning = ride.viscosity, None
-    if isinstance(given, ViscosityTable):
-        viscosity = np.broadcast_to(given(ride.temperature), (lines,))
-        thinning = Thinning(given, viscosity)
-    else:
-        viscosity = np.full(lines, given)
+    share = ride.water_share
+    least = 0.0 if share > 0.0 else NOTHING
+    viscosity, thinning = _water(ride, lines)
+    k, D, H_V, _ = contact_of(pressure)
+    k, voids = np.where(pressure > 0.0, k, 0.0), np.maximum(share * H_V, least)
+    sliding = np.full((lines, 1), ride.sliding_speed)
+    *loads, _ = film_loads(pressure, sliding, k, D, voids, viscosity[:, None])
+    loads = np.broadcast_arrays(*loads)
     state = InterfaceState(
-        np.log(height),
+        np.full(lines, np.log(ride.initial_height)),
         np.zeros(lines),
         ice.initial(lines),
         INSULATED.initial(lines),
         np.zeros((0 if thinning is None else 1, lines)),
     )
-    dt = np.full(lines, passing)
-    share, covered = ride.water_share, np.zeros(lines, dtype=bool)
-    least = 0.0 if share > 0.0 else NOTHING
-    for column in range(columns - 1, -1, -1):
-        p = np.ascontiguousarray(pressure[:, column])
-        k, D, H_V, _ = contact_of(p)
-        voids = np.maximum(share * H_V, least)
-        k = np.where(p > 0.0, k, 0.0)
-        loads = film_loads(p, sliding, k, D, voids, viscosity, thinning)
-        # At a leading edge voids take in as deep a layer as lies on the ice, of that share.
-        enters, covered = ~covered & (p > 0.0), p > 0.0
-        layer = np.where(enters, share, 1.0) * state.squeezed_height
-        state = state._replace(squeezed_height=np.maximum(layer, least))
-        state, dt, values = _cross(state, dt, loads, passing, ice, tolerance)
-        deep = values.squeezed / share if share > 0.0 else H_V
-        yield column, values._replace(squeezed=np.where(covered, deep, values.squeezed))
-
-
-def _cross(
-    state: InterfaceState,
-    dt: Array,
-    loads: FilmLoads,
-    passing: float,
-    ice: Column,
-    tolerance: float,
-) -> tuple[InterfaceState, Array, FilmMap]:
-    """Advance all lines across one pixel: new state, steps for the next pixel, the pixel's map.
-
-    Each line takes equal steps, no longer than its `dt` (s), that end with the pixel, and repeats
-    a step whose estimated error is too large.
-    """
-    state, dt = InterfaceState(*(part.copy() for part in state)), dt.copy()
-    left = np.full_like(dt, passing)
-    result = FilmMap.empty(dt.shape)
-    here = np.arange(dt.size)
-    control = StepControl(METHOD, tolerance)
-    while here.size:
-        start, load = _at(state, here), loads.take(here)
-        trial = left[here] / np.ceil(left[here] / dt[here] - SLACK)
-        below = ice.take(here)
-        undercooling = below.solid.melting_temperature - below.temperature
-        scale = temperature_scale(undercooling, loads.thinning and loads.thinning.table)
-        step, good, wanted = control.trial(start, load, load, trial, below, scale)
-        dt[here] = wanted
-        if (wanted[~good] < SHORTEST * passing).any():
+    T_m = ride.solid.melting_temperature
+    control, table = StepControl(METHOD, tolerance), thinning and thinning.table
+    undercooling = T_m - ice.temperature
+    scale = np.broadcast_to(temperature_scale(undercooling, table), (lines,))
+    # The lines that have not passed yet, and the pixel that each is at.
+    line, column = np.arange(lines), np.full(lines, columns - 1)
+    load = FilmLoads(*(part[line, column] for part in loads), thinning)
+    covered = np.zeros(lines, dtype=bool)
+    arrives, left, dt = np.arange(lines), np.full(lines, passing), np.full(lines, passing)
+    works = _Works(*np.zeros((4, lines)))
+    while line.size:
+        if arrives.size:
+            pixel = line[arrives], column[arrives]
+            for part, everywhere in zip(load[:4], loads, strict=True):
+                part[arrives] = everywhere[pixel]
+            touches = pressure[pixel] > 0.0
+            # At a leading edge voids take in as deep a layer as lies on the ice, of that share.
+            enters, covered[arrives] = touches & ~covered[arrives], touches
+            layer = np.where(enters, share, 1.0) * state.squeezed_height[arrives]
+            state.squeezed_height[arrives] = np.maximum(layer, least)
+            left[arrives] = passing
+            for work in works:
+                work[arrives] = 0.0
+        trial = left / np.ceil(left / dt - SLACK)
+        step, good, dt = control.trial(state, load, load, trial, ice, scale)
+        if (dt[~good] < SHORTEST * passing).any():
             raise SimulationStopped(
                 "the film below the footprint cannot be advanced: even steps of "
-                f"{wanted.min():.1g} s miss the tolerance"
+                f"{dt.min():.1g} s miss the tolerance"
             )
-        done = here[good]
-        for whole, new in zip(state, step.state, strict=True):
-            whole[..., done] = new[..., good]
-        left[done] -= trial[good]
-        result.shear[done] += (trial * load.viscous * step.mean_shearing)[good] / passing
-        for name in ("friction_work", "ice_heat", "latent_heat"):
-            getattr(result, name)[done] += getattr(step, name)[good]
-        result.melting[done] = step.last.melting[good]
-        result.saturated[done] = step.last.saturated[good]
-        here = here[left[here] > SLACK * passing]
-    result.height[:], result.squeezed[:] = np.exp(state.log_height), state.squeezed_height
-    result.temperature[:] = ice.surface_temperature(state.ice)
-    # rounding apart, it has that
-    result.temperature[result.melting] = ice.solid.melting_temperature
-    return state, dt, result
+        state = taken(state, step.state, good)
+        left = np.where(good, left - trial, left)
+        sheared = trial * load.viscous * step.mean_shearing / passing
+        added = sheared, step.friction_work, step.ice_heat, step.latent_heat
+        for work, more in zip(works, added, strict=True):
+            work += np.where(good, more, 0.0)
+        arrives = np.flatnonzero(left <= SLACK * passing)
+        if not arrives.size:
+            continue
+        pixel = line[arrives], column[arrives]
+        melting = step.last.melting[arrives]
+        squeezed = state.squeezed_height[arrives]
+        deep = squeezed / share if share > 0.0 else H_V[pixel]
+        warm = ice.surface_temperature(state.ice)[arrives]
+        yield (
+            *pixel,
+            FilmMap(
+                shear=works.shear[arrives],
+                height=np.exp(state.log_height[arrives]),
+                squeezed=np.where(covered[arrives], deep, squeezed),
+                temperature=np.where(melting, T_m, warm),  # rounding apart, it has that
+                melting=melting,
+                saturated=step.last.saturated[arrives],
+                friction_work=works.friction_work[arrives],
+                ice_heat=works.ice_heat[arrives],
+                latent_heat=works.latent_heat[arrives],
+            ),
+        )
+        column[arrives] -= 1
+        running = column >= 0
+        if not running.all():
+            keep = np.flatnonzero(running)
+            arrives = np.flatnonzero((left <= SLACK * passing)[keep])
+            state = InterfaceState(*(part[..., keep] for part in state))
+            line, column, left, dt = line[keep], column[keep], left[keep], dt[keep]
+            covered, scale, load = covered[keep], scale[keep], load.take(keep)
+            works, ice = _Works(*(work[keep] for work in works)), ice.take(keep)
 
 
-def _at(state: InterfaceState, index: Index) -> InterfaceState:
-    return InterfaceState(*(part[..., index] for part in state))
+def _water(ride: Ride, lines: int) -> tuple[Array, Thinning | None]:
+    """Viscosity of every line (Pa s), and how it follows the temperature."""
+    given = ride.viscosity
+    if not isinstance(given, ViscosityTable):
+        return np.full(lines, given), None
+    viscosity = np.broadcast_to(given(ride.temperature), (lines,))
+    return viscosity, Thinning(given, viscosity)
