@@ -26,6 +26,12 @@ def mean_friction(bar: ArrayLike, speed: ArrayLike, celsius: ArrayLike, length: 
     return simulate(conditions(p, v, length / v, T), tolerance=1e-3).mu_mean.reshape(parts[0].shape)
 
 
+def coldest_that_melts(bar: float, speed: float, celsius: Array, length: float) -> float:
+    """The lowest of the temperatures (degC) at which ice melts within `length` (m)."""
+    found = simulate(conditions(bar, speed, length / speed, celsius), tolerance=1e-3)
+    return float(celsius[np.isfinite(found.melt_onset)].min())
+
+
 def family(ax: Axes, x: Array, lines: dict[str, Array], xlabel: str, title: str) -> None:
     """Lines of one family, dark to light."""
     shades = matplotlib.colormaps["viridis"](np.linspace(0.0, 0.88, len(lines)))
@@ -63,6 +69,8 @@ def main() -> None:
     at = [6, 14, 22, 30, 38]
     some = {label: line[at] for label, line in lines.items()}
     printed("-4 degC, by speed", [f"{v:g} m/s" for v in speed[at]], some)
+    for label, line in lines.items():
+        print(f"{label}: largest at {speed[line.argmax()]:g} m/s")
 
     warmer = np.linspace(-20.0, -0.5, 79)
     lines = {f"{p} bar": mean_friction(p, 3.0, warmer, LENGTH) for p in (1, 2, 3, 5)}
@@ -71,6 +79,9 @@ def main() -> None:
     at = [20, 40, 52, 64, 72, 76]
     some = {label: line[at] for label, line in lines.items()}
     printed("3 m/s, by temperature", [f"{T:g} °C" for T in warmer[at]], some)
+    for p in (1, 2, 3, 5):
+        coldest = coldest_that_melts(p, 3.0, warmer, LENGTH)
+        print(f"{p} bar: melts within the length from {coldest:g} °C on")
 
     for ax in figure.axes:
         ax.grid(alpha=0.25)
