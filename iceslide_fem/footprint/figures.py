@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
@@ -21,6 +20,7 @@ from iceslide_fem.footprint.macroscopic import HeatModel
 from iceslide_fem.footprint.pressure_map import PressureMap
 from iceslide_fem.footprint.survey import Survey
 from iceslide_fem.materials import BAR, ZERO_CELSIUS
+from iceslide_fem.results.png import write_png
 from iceslide_fem.results.style import BLACK, BLUE, GREEN, NO_CONTACT, ORANGE, PURPLE, RED
 
 DPI = 130
@@ -233,5 +233,5 @@ def _figure(panel: Axes) -> Figure:
 
 
 def _save(figure: Figure, path: Path) -> Path:
-    FigureCanvasAgg(figure).print_figure(path, dpi=DPI)
+    write_png(figure, path, DPI)
     return path

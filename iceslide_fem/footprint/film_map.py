@@ -124,11 +124,10 @@ def film_map(
         passing = footprint.dx / ride.speed
         duration = footprint.pressure.shape[1] * passing
         below = ice(part.temperature, duration, solid=part.solid).condensed(CONDENSED * tolerance)
-        whole = FilmMap(*(part[lines] for part in result))
         done = first * pressure.shape[1]
         for line, column, values in _pass(pressure, passing, part, below, contact_of, tolerance):
-            for field, value in zip(whole, values, strict=True):
-                field[line, column] = value
+            for field, value in zip(result, values, strict=True):
+                field[first + line, column] = value
             done += line.size
             tell(done / footprint.pressure.size)
     return result
@@ -163,8 +162,8 @@ def _pass(
     k, D, H_V, _ = contact_of(pressure)
     k, voids = np.where(pressure > 0.0, k, 0.0), np.maximum(share * H_V, least)
     sliding = np.full((lines, 1), ride.sliding_speed)
-    *loads, _ = film_loads(pressure, sliding, k, D, voids, viscosity[:, None])
-    loads = np.broadcast_arrays(*loads)
+    of_pixels = film_loads(pressure, sliding, k, D, voids, viscosity[:, None])
+    loads = [np.broadcast_to(part, pressure.shape) for part in of_pixels[:4]]
     state = InterfaceState(
         np.full(lines, np.log(ride.initial_height)),
         np.zeros(lines),
@@ -178,7 +177,8 @@ def _pass(
     scale = np.broadcast_to(temperature_scale(undercooling, table), (lines,))
     # The lines that have not passed yet, and the pixel that each is at.
     line, column = np.arange(lines), np.full(lines, columns - 1)
-    load = FilmLoads(*(part[line, column] for part in loads), thinning)
+    viscous, speed, squeeze, free = (part[line, column] for part in loads)
+    load = FilmLoads(viscous, speed, squeeze, free, thinning)
     covered = np.zeros(lines, dtype=bool)
     arrives, left, dt = np.arange(lines), np.full(lines, passing), np.full(lines, passing)
     works = _Works(*np.zeros((4, lines)))

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from iceslide_fem.ladder.runs import RungResult, finest_of
+from iceslide_fem.results.png import write_png
 from iceslide_fem.results.report import MS
 from iceslide_fem.results.style import BLACK, BLUE, GREEN, ORANGE, RED
 
@@ -92,4 +92,4 @@ def ladder_chart(
     for panel in (curves, costs):
         panel.grid(alpha=0.25)
         panel.spines[["top", "right"]].set_visible(False)
-    FigureCanvasAgg(figure).print_figure(path, dpi=130)
+    write_png(figure, path, 130)

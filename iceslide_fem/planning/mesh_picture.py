@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -13,6 +12,7 @@ from iceslide_fem.errors import SceneError
 from iceslide_fem.mesh.gmsh_model import TaggedMesh
 from iceslide_fem.mesh.rubber import tagged_rubber
 from iceslide_fem.mesh.soundness import outer_facets
+from iceslide_fem.results.png import write_png
 from iceslide_fem.scene import Scene
 
 COLOURS = {"contact": "#d55e00", "walls": "#009e73", "plate": "#0072b2", "symmetry": "#bbbbbb"}
@@ -31,7 +31,7 @@ def draw_mesh(scene: Scene, path: Path) -> None:
     figure = Figure(figsize=(8.0, 6.0), layout="constrained")
     (_draw_slice if scene.model == "slice" else _draw_block)(figure, tagged)
     path.parent.mkdir(parents=True, exist_ok=True)
-    FigureCanvasAgg(figure).print_figure(path, dpi=120)
+    write_png(figure, path, 120)
 
 
 def _draw_slice(figure: Figure, tagged: TaggedMesh) -> None:

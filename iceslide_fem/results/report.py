@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.results import Run, read_run
+from iceslide_fem.results.png import write_png
 from iceslide_fem.results.style import BLACK, BLUE, GREEN, MELTING, ORANGE, RED, SATURATED
 
 MS, NM, UM = 1e3, 1e9, 1e6
@@ -67,7 +67,7 @@ def report(directory: Path | str) -> Path:
         panels["preload"].set_ylim(panels["mu"].get_ylim())
         panels["mu"].set_ylabel("")
     path = Path(directory) / "report.png"
-    FigureCanvasAgg(figure).print_figure(path, dpi=130)
+    write_png(figure, path, 130)
     return path
 
 

@@ -11,11 +11,11 @@ import matplotlib
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.materials import BAR, ZERO_CELSIUS
+from iceslide_fem.results.png import write_png
 from iceslide_fem.results.style import BLUE
 
 DPI = 130
@@ -194,4 +194,4 @@ def _title(dataset: xr.Dataset, what: str, rest: str) -> str:
 
 
 def _save(figure: Figure, path: Path) -> None:
-    FigureCanvasAgg(figure).print_figure(path, dpi=DPI)
+    write_png(figure, path, DPI)
