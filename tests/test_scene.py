@@ -301,7 +301,7 @@ def test_the_cases_are_valid_and_named_after_their_files(path):
     scene = load_scene(path)
     assert scene.name == path.stem
     assert path.with_suffix(".py").is_file()
-    if path.stem in ("tread_block", "siped_block"):
+    if path.stem in ("tread_block", "siped_block", "siped_tread"):
         assert scene.ice.motion == "sliding" and scene.rubber.length == pytest.approx(20e-3)
         return
     if path.stem in ("load_step", "friction_tester", "braking_wheel"):

@@ -43,6 +43,9 @@ EQUILIBRIUM_SHARE, FRICTION_SHARE = 1e-3, 1e-2
 RAMP_SHARE, STEEPEST_RAMP = 0.05, 10.0
 # Static friction is fully mobilised after a slip of about this share of the height.
 STICK_SHARE = 1e-3
+# Penalty of walls that meet, of the contact's: lugs are soft, and walls as hard as that would snap
+# open and shut from one iterate to the next.
+WALLS = 0.1
 # Points of the contact: Gauss points in the halves of each facet, where the ice's cells end.
 FACET_DEGREE, FACET_PIECES = 7, 2
 # Where the ice slides, so many points of the rubber lie on each cell of the ice, and on a facet.
@@ -214,7 +217,7 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     )
     numerics = scene.numerics
     penalty = numerics.penalty or default_penalty(material, height, numerics.tolerance)
-    rubber.let_walls_meet(penalty)
+    rubber.let_walls_meet(WALLS * penalty)
     facets = _facets_near_ice(rubber, height)
     surface = contact_surface(rubber.space, facets, FACET_DEGREE, FACET_PIECES)
     if scene.ice.motion == "sliding":

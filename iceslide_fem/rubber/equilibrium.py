@@ -33,6 +33,7 @@ from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.tangent import Tangent
 
 MAX_ITERATIONS = 60
+MOST_TANGENTS = 8  # where that many do not help, a shorter step costs less than more of them
 # So many iterations with kept factors are worth it: new ones cost as much as five in a slice,
 # twenty in a block.
 PATIENCE = 12
@@ -113,26 +114,27 @@ class Equilibrium:
         tangents = leaps = strides = 0
         size = smallest = self._imbalance(force, law)
         change: Array | None = None
-        safe = values.copy()
+        safe, fresh = values.copy(), False  # where to go back to, and whether the factors are of it
         for iteration in range(MAX_ITERATIONS):
             if size <= tolerance:
                 return Solution(iteration, tangents, size)
             smallest = min(size, smallest)
             if change is None:
                 change = self._kept_direction()
+            if change is None and tangents == MOST_TANGENTS:
+                break
             if change is None:
                 change, tangents = self._new_direction(size), tangents + 1
-                strides, safe = 0, values.copy()
+                safe, fresh, strides = values.copy(), True, 0
             trial = self._trial(force, law, tolerance, change, DAMPINGS[:1])
             if not trial.accepted and strides < LEAPS and trial.contraction < STRIDE:
                 size, change, strides = trial.size, trial.following, strides + 1
                 continue
-            fresh = tangents > 0
             if not trial.accepted and fresh:
                 values -= change
                 trial = self._trial(force, law, tolerance, change, DAMPINGS[1:])
             if trial.accepted:
-                size, safe = trial.size, values.copy()
+                size, safe, fresh = trial.size, values.copy(), False
                 soon = size * trial.contraction**self._patience <= tolerance
                 self._has_tangent = soon or trial.damping < 1.0
                 change = trial.following if self._has_tangent else None
@@ -143,7 +145,7 @@ class Equilibrium:
                 leaps += 1
             elif fresh:
                 raise NotConverged(_stuck(smallest, force))
-            self._has_tangent = fresh
+            self._has_tangent = False
             size, change = self._imbalance(force, law), None
         raise NotConverged(_stuck(smallest, force))
 

@@ -99,7 +99,7 @@ class Walls:
         self._shape = self._gather(self._own.shape)
         size = np.linalg.norm(normals, axis=-1)
         self._sign = self._gather(np.sign(self._own.weights))[:, 0]
-        self._penalty = penalty
+        self.penalty = penalty
         self._share = 0.5 * penalty * self._gather(np.abs(self._own.weights) * size)
         outwards = self._gather((normals * np.sign(self._own.weights)[..., None]).mean(axis=1))
         self._normal = outwards / np.linalg.norm(outwards, axis=-1, keepdims=True)
@@ -175,7 +175,7 @@ class Walls:
         found = self._pressing(positions)
         slave, point = found.point
         at = np.einsum("pa,pad->pd", self._shape[slave, point], positions[slave])
-        return at, self._penalty * np.linalg.norm(found.apart, axis=1)
+        return at, self.penalty * np.linalg.norm(found.apart, axis=1)
 
     def _gather(self, values: Array) -> Any:
         """Arrays (F, ...) of all ranks' facets. Collective."""
