@@ -17,6 +17,8 @@ from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import load_scene, scene_from_dict
 from iceslide_fem.scene.fingerprint import scene_hash
 from iceslide_fem.scene.notes import notes
+from iceslide_fem.sweep.plan import make_plan
+from iceslide_fem.sweep.points import simulate_points
 
 ROOT = Path(__file__).parent.parent
 LAWS = ROOT / "cases" / "laws"
@@ -227,7 +229,7 @@ def test_a_point_of_passing_ice_has_the_memory_of_its_time_in_contact(tmp_path):
 def test_a_point_of_passing_ice_has_no_memory_of_the_rubber(tmp_path):
     case = ROOT / "cases" / "thesis_1bar.toml"
     with pytest.raises(SceneError, match='Ageing has carrier = "rubber", which contradicts'):
-        point_history(load_scene(case, [*PASSING, ageing(tmp_path, "rubber")]))
+        law_of(load_scene(case, [*PASSING, ageing(tmp_path, "rubber")]))
     with pytest.raises(SceneError, match="a memory that stays with the rubber"):
         load_scene(case, [*PASSING, ageing(tmp_path), "film.carrier=rubber"])
     with pytest.raises(SceneError, match="has carrier = 'water'; allowed"):
@@ -260,3 +262,26 @@ def test_estimates_are_those_of_the_law():
     scene = load_scene(LAWS / "falls_with_temperature.toml", ["model=slice", "load.duration=0.2ms"])
     found = simplifications(scene)
     assert 1e-3 < found.bending.effect < 0.3
+
+
+def test_parameters_of_a_law_are_varied_by_a_sweep(tmp_path):
+    case = ROOT / "cases" / "thesis_1bar.toml"
+    given = ["model=point", "load.duration=1ms", page_law(tmp_path)]
+    varied = ["friction.parameters.capacity=50:200:2", "load.pressure_scale=1,2"]
+    plan = make_plan(case, given, varied)
+    assert plan.axes == {
+        "friction.parameters.capacity": (50.0, 200.0),
+        "load.pressure_scale": (1.0, 2.0),
+    }
+    found = [case.summary["mu_mean"] for case in simulate_points([c.scene for c in plan.cases])]
+    assert found[0] > found[1] and found[2] > found[3]  # more work polishes more
+    assert found[2] > found[0] and len({case.name for case in plan.cases}) == 4
+    laws = make_plan(case, given[:2], [f"friction.law=film,{page_law(tmp_path).partition('=')[2]}"])
+    assert [c.scene.friction.law[-9:] for c in laws.cases] == ["film", "Polishing"]
+    for wrong, words in (
+        ("friction.parameters.capacitty=1,2", "unexpected keyword argument 'capacitty'"),
+        ("friction.parameters.capacity=nan,2", "input should be a finite number"),
+        ("friction.parameters.capacity=1J,2", 'friction.parameters.capacity = "1J" is not'),
+    ):
+        with pytest.raises(SceneError, match=words):
+            make_plan(case, given, [wrong])

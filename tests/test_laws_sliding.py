@@ -16,6 +16,7 @@ from iceslide_fem.output.history import interface_fields, slide_row  # noqa: E40
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 
 pytestmark = pytest.mark.fe
+COMMS = MPI.COMM_WORLD, MPI.COMM_SELF
 COARSE = ("numerics.refinement=0.5", "numerics.tolerance=1e-2", "load.duration=0.1ms")
 
 
@@ -107,3 +108,36 @@ def test_the_film_law_by_the_protocol_on_passing_ice_is_the_built_in_one():
     found = np.interp(here["time_s"], there["time_s"], there["mu"])
     np.testing.assert_allclose(here["mu"], found, rtol=0.01)
     assert here["mu"][-1] == pytest.approx(there["mu"][-1], rel=3e-3)
+
+
+IN_3D = ("model=block", "numerics.refinement=0.25", "numerics.tolerance=1e-2")
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("carrier", ["ice", "rubber"])
+def test_a_memory_in_3d_is_the_same_on_any_number_of_ranks(tmp_path, carrier):
+    """Some steps of a coarse block: what has been in contact since t = 0 is as old as the run."""
+    folder = MPI.COMM_WORLD.bcast(tmp_path, root=0)
+    law = ageing(folder, carrier) if MPI.COMM_WORLD.rank == 0 else ""
+    law = MPI.COMM_WORLD.bcast(law, root=0)
+    scene = thesis(*IN_3D, "ice.motion=sliding", "friction.parameters.time=1e-4", law)
+    found = []
+    for comm in COMMS:
+        sliding = started(scene, comm)
+        ledger = Ledger(sliding)
+        for _ in range(5):
+            ledger.add(accepted := sliding.advance())
+        found.append((slide_row(sliding, ledger, accepted), sliding.current.time))
+    (together, _), (alone, time) = found
+    for name in ("mu", "law_fresh", "ice_heat_J"):
+        assert getattr(together, name) == pytest.approx(getattr(alone, name), rel=1e-6), name
+    assert alone.law_fresh == pytest.approx(np.exp(-time / 1e-4), abs=0.1 * time / 1e-4)
+    assert alone.mu == pytest.approx(0.1 + 0.3 * alone.law_fresh, rel=1e-3)
+
+
+def test_coulomb_is_its_number_in_3d():
+    sliding = started(thesis(*IN_3D, "friction.law=coulomb", "friction.mu=0.2"))
+    ledger = Ledger(sliding)
+    for _ in range(3):
+        ledger.add(accepted := sliding.advance())
+    assert slide_row(sliding, ledger, accepted).mu == pytest.approx(0.2, rel=1e-9)

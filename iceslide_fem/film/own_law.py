@@ -37,20 +37,15 @@ def law_of(scene: Scene) -> BoundLaw | None:
     melting_temperature = scene.ice.melting_temperature
     if friction.law == "coulomb":
         return coulomb(friction.mu, friction.table, melting_temperature)
-    return own_law(*friction.law_file, friction.parameters, melting_temperature)
-
-
-def check_passing(law: BoundLaw, carrier: str) -> None:
-    """Raise SceneError where ice that passes below a point can't have what the law remembers.
-
-    `carrier` is the scene's.
-    """
-    if law.fields and law.carried_by(carrier) == "rubber":
+    law = own_law(*friction.law_file, friction.parameters, melting_temperature)
+    passes = scene.model == "point" and scene.ice.motion == "sliding"
+    if passes and law.fields and law.carried_by(scene.film.carrier) == "rubber":
         raise SceneError(
             f'the friction law {law.name} has carrier = "rubber", which contradicts model = '
             '"point" where ice slides: what it remembers is older than the ice below; allowed: '
             'model = "slice" or "block", or ice.motion = "attached"'
         )
+    return law
 
 
 class Places(Protocol):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Self
 
-from pydantic import StrictFloat, StrictInt, StringConstraints, model_validator
+from pydantic import Field, StrictFloat, StrictInt, StringConstraints, model_validator
 
 from iceslide_fem.laws.coulomb import read_table
 from iceslide_fem.scene.input_file import InputFile, is_regular
@@ -25,7 +25,7 @@ class Friction(Table):
     law: Annotated[str, StringConstraints(strict=True, max_length=1000)] = "film"
     mu: Annotated[float, Quantity("", "0", "2")] | None = None
     table: InputFile | None = None
-    parameters: dict[Parameter, StrictFloat | StrictInt] = {}
+    parameters: dict[Parameter, Annotated[StrictFloat, Field(allow_inf_nan=False)] | StrictInt] = {}
 
     @model_validator(mode="after")
     def _one_law(self) -> Self:

@@ -10,6 +10,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
+_FORM = re.compile(r"<.*|float|int|constrained-.*")
+
 
 def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
     """The first fault in `error` as one sentence: the dotted key, what was given, what is allowed.
@@ -48,8 +50,8 @@ def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
 
 
 def _dotted(place: Sequence[int | str]) -> str:
-    """The key at a place, without the names (in angle brackets) of the forms that it may take."""
-    return ".".join(str(part) for part in place if not str(part).startswith("<"))
+    """The key at a place, without the names of the forms that it may take."""
+    return ".".join(str(part) for part in place if not _FORM.fullmatch(str(part)))
 
 
 def missing(names: Sequence[str]) -> str:

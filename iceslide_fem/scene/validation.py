@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, get_args, get_origin
 
-from pydantic import AliasChoices, BaseModel, ValidationError
+from pydantic import AliasChoices, BaseModel, StrictInt, ValidationError
 from pydantic.fields import FieldInfo
 
 from iceslide_fem.errors import SceneError
@@ -30,6 +30,9 @@ def unit_of(key: str) -> str | None:
     """
     model: Any = Scene
     for part in key.split("."):
+        if get_origin(model) is dict:  # whose keys are the user's own
+            _, value = get_args(model)
+            return "" if StrictInt in get_args(value) else None
         fields = getattr(model, "model_fields", {})
         part = _by_alias(fields).get(part, part)
         if part not in fields:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from iceslide_fem.errors import SceneError
+from iceslide_fem.film.own_law import law_of
 from iceslide_fem.planning.rungs import resolved
 from iceslide_fem.scene import (
     Scene,
@@ -29,6 +31,7 @@ from iceslide_fem.scene.units import to_si
 MOST_CASES = 100_000  # of a sweep
 
 Value = float | str | bool
+_RANGE = re.compile(r"[^:,]+:[^:,]+:\s*[0-9]+\s*")
 
 
 class Case(NamedTuple):
@@ -53,8 +56,8 @@ class Plan(NamedTuple):
 def make_plan(scene_file: Path, overrides: Sequence[str], varied: Sequence[str]) -> Plan:
     """All combinations of `varied`, each "key=first:last:count" or "key=value,value,...".
 
-    Raises SceneError with one sentence if a value, or a combination of values, is not allowed, or
-    if there are more than `MOST_CASES`.
+    Raises SceneError with one sentence if a value, or a combination of values, is not allowed, a
+    law of a scene's own can't be made, or there are more than `MOST_CASES`.
     """
     base = read_scene(scene_file, overrides)
     given = dict(_axis(text) for text in varied)
@@ -75,6 +78,8 @@ def make_plan(scene_file: Path, overrides: Sequence[str], varied: Sequence[str])
         scenes.append(scene_from_dict(data))
     axes = _axes_in_si(given, scenes)
     scenes = [resolved(scene) for scene in scenes]  # a case is what runs
+    for scene in scenes:
+        law_of(scene)  # made before anything runs
     return Plan(axes, [Case(fingerprint(scene), scene) for scene in scenes])
 
 
@@ -82,7 +87,7 @@ def value_of(scene: Scene, key: str) -> Any:
     """Value (SI) of the dotted `key`."""
     value: Any = scene
     for part in key.split("."):
-        value = getattr(value, part)
+        value = value.get(part) if isinstance(value, Mapping) else getattr(value, part)
     return value
 
 
@@ -92,7 +97,7 @@ def _axis(text: str) -> tuple[str, tuple[Any, ...]]:
     unit = unit_of(key)
     if key == "name":
         raise SceneError("name cannot be varied: it names the sweep, not a case")
-    if ":" not in values:
+    if ":" not in values or (unit is None and not _RANGE.fullmatch(values)):
         return key, tuple(parsed(value.strip()) for value in values.split(","))
     try:
         first, last, count = (part.strip() for part in values.split(":"))

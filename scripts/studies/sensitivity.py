@@ -1,12 +1,14 @@
 """Which inputs of the film law matter: Sobol indices of mu on the point rung, as one picture.
 
-Inputs vary evenly by 20 % around their values, the conductance of the film by a factor of two
-each way. The first-order index is the share of mu's variance that goes when the input is known;
-the total index what is left when all the others are known.
+Inputs vary evenly by 20 % around their values, also the distance of the melting temperature, and
+the conductance of the film by a factor of two each way. The first-order index is the share of mu's
+variance that goes when the input is known; the total index what is left when all the others are
+known. With --slices what a point does not have, one by one.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from time import perf_counter
 
 import numpy as np
@@ -19,16 +21,30 @@ from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.film.point import simulate
-from iceslide_fem.materials import WATER_CONDUCTIVITY
-from scripts.studies.common import conditions, draw, options, picture_options
+from iceslide_fem.materials import ICE, WATER_CONDUCTIVITY, WATER_VISCOSITY, Solid
+from scripts.studies.common import case, conditions, draw, options, picture_options, table
 
-NAMES = ["k", "D", "H_V", "eta", "lambda", "h0", "G"]
-SYMBOLS = ["$k$", "$D$", "$H_V$", r"$\eta$", r"$\lambda$", "$h_0$", "$G$"]
+NAMES = ["k", "D", "H_V", "eta", "lambda", "c", "L", "T_m - T_0", "h0", "G"]
+SYMBOLS = [
+    "$k$", "$D$", "$H_V$", r"$\eta$", r"$\lambda$", "$c$", "$L$", "$T_m - T_0$", "$h_0$", "$G$",
+]  # fmt: skip
 # Factors on the inputs; G as the base-2 logarithm of its factor.
 PROBLEM = {
     "num_vars": len(NAMES),
     "names": np.array(NAMES),  # SALib 1.5 hands them to pandas, which takes no list since 3.0
     "bounds": [[0.8, 1.2]] * (len(NAMES) - 1) + [[-1.0, 1.0]],
+}
+# What a point does not have: changes of a tread block at 5 bar, whose voids fill.
+ON_SLICES = {
+    "as it is": (),
+    "nu = 0.495": ("rubber.nu=0.495",),
+    "nu = 0.48": ("rubber.nu=0.48",),
+    "water_speed = 0.5": ("film.water_speed=0.5",),
+    "water_speed = 0": ("film.water_speed=0",),
+    "eta + 20 %": (f"water.viscosity={1.2 * WATER_VISCOSITY}",),
+    "lambda + 20 %": (f"ice.conductivity={1.2 * ICE.conductivity}",),
+    "L + 20 %": (f"ice.latent_heat={1.2 * ICE.latent_heat}",),
+    "T_m - 0.8 K": (f"ice.melting_temperature={ICE.melting_temperature - 0.8}",),
 }
 INITIAL_HEIGHT, UNDERCOOLING, DURATION, SPEED = 70e-9, 4.0, 7e-3, 3.0
 FILM_CONDUCTANCE = 2.0 * WATER_CONDUCTIVITY / 50e-9  # of half a film of 50 nm, W/(m2 K)
@@ -41,8 +57,10 @@ class ColumnBelowFilm(Column):
     on melting is the film's.
     """
 
-    def __init__(self, temperature: Array, duration: float, resistance: Array, flux: Array) -> None:
-        super().__init__(temperature, duration)
+    def __init__(
+        self, temperature: Array, duration: float, resistance: Array, flux: Array, solid: Solid
+    ) -> None:
+        super().__init__(temperature, duration, solid=solid)
         self.film_resistance, self.first_flux = resistance, flux
 
     def take(self, index: Index) -> ColumnBelowFilm:
@@ -55,7 +73,7 @@ class ColumnBelowFilm(Column):
 
     def response(self, start: Array, decay: Array, dt: Array | float) -> Surface:
         below = super().response(start, decay, dt)
-        return Surface.of(below.offset, below.resistance + self.film_resistance)
+        return Surface.of(below.offset, below.resistance + self.film_resistance, self.solid)
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         content, result = super().stage(start[:-1], dt, film)
@@ -66,21 +84,39 @@ class ColumnBelowFilm(Column):
 
 
 def friction(factors: Array, bar: float) -> dict[str, Array]:
-    """Peak and mean of mu for rows of factors (n, 7).
-
-    Viscosity acts through k eta and eta D^2 only, and conductivity through its square root times
-    the undercooling: so they vary exactly by varying those.
-    """
-    k, D, H_V, eta, conductivity, h0, conductance = factors.T
-    celsius = -UNDERCOOLING * np.sqrt(conductivity)
-    usual = conditions(bar, SPEED, DURATION, celsius, INITIAL_HEIGHT * h0)
-    here = usual._replace(k=usual.k * k * eta, D=usual.D * D * np.sqrt(eta), H_V=usual.H_V * H_V)
-    # where conductivity stands in the temperature, G is per conductivity's square root
-    resistance = np.sqrt(conductivity) / (FILM_CONDUCTANCE * 2.0**conductance)
+    """Peak, mean and end of mu for rows of factors (n, 10)."""
+    k, D, H_V, eta, conductivity, capacity, latent, undercooling, h0, conductance = factors.T
+    usual = conditions(bar, SPEED, DURATION, -UNDERCOOLING, INITIAL_HEIGHT * h0)
+    here = usual._replace(
+        k=usual.k * k,
+        D=usual.D * D,
+        H_V=usual.H_V * H_V,
+        viscosity=usual.viscosity * eta,
+        conductivity=usual.conductivity * conductivity,
+        heat_capacity=usual.heat_capacity * capacity,
+        latent_heat=usual.latent_heat * latent,
+        melting_temperature=usual.temperature + UNDERCOOLING * undercooling,
+    )
+    resistance = 1.0 / (FILM_CONDUCTANCE * 2.0**conductance)
     flux = here.loads().viscous * SPEED / here.initial_height
-    ice = ColumnBelowFilm(here.temperature, DURATION, resistance, flux)
+    ice = ColumnBelowFilm(here.temperature, DURATION, resistance, flux, here.solid)
     result = simulate(here, ice=ice)
     return {"peak": result.mu_peak, "mean": result.mu_mean, "end": result.mu_end}
+
+
+def on_slices(quick: bool) -> Iterator[list[object]]:
+    """Rows: mean and end of mu of a tread block over one length and a half, and their changes."""
+    from scripts.studies.blocks import slid  # finite elements, which points do not need
+
+    first: tuple[float, float] | None = None
+    coarse = ["load.pressure=5bar", "numerics.tolerance=1e-2", "numerics.refinement=0.5"]
+    coarse += ["load.duration=0.1ms"] if quick else []
+    for name, changes in list(ON_SLICES.items())[: 2 if quick else None]:
+        found = slid(case("tread_block", "model=slice", *coarse, *changes))
+        values = found.mean, float(found.mu[-1])
+        first = first or values
+        shown = (f"{a:.4f} ({a / b - 1.0:+.1%})" for a, b in zip(values, first, strict=True))
+        yield [name, *shown]
 
 
 def bars(ax: Axes, indices: dict[str, Array], title: str) -> None:
@@ -93,6 +129,7 @@ def bars(ax: Axes, indices: dict[str, Array], title: str) -> None:
         ax.bar(places + shift, indices[order], 0.38, yerr=error, label=label, color=colour)
     ax.set_xticks(places, SYMBOLS)
     ax.set(title=title, ylim=(0.0, 1.0))
+    ax.tick_params(axis="x", labelsize=8)
     ax.spines[["top", "right"]].set_visible(False)
     ax.grid(alpha=0.25, axis="y")
 
@@ -100,8 +137,13 @@ def bars(ax: Axes, indices: dict[str, Array], title: str) -> None:
 def main() -> None:
     parser = options(__doc__)
     parser.add_argument("--samples", type=int, default=1024, help="a power of 2")
+    parser.add_argument("--slices", action="store_true", help="what a point does not have, minutes")
+    parser.add_argument("--quick", action="store_true", help="slices of 0.1 ms")
     picture_options(parser)
     arguments = parser.parse_args()
+    if arguments.slices or arguments.quick:
+        table(["changed", "mean mu", "at the end"], on_slices(arguments.quick))
+        return
     factors = sobol_sample.sample(PROBLEM, arguments.samples, calc_second_order=False, seed=1)
     figure = Figure(figsize=(11.5, 6.4), layout="constrained")
     axes = figure.subplots(2, 3, sharex=True, sharey=True)

@@ -2,7 +2,8 @@
 
 Runs cases/laws/thesis_subroutine_1bar and _5bar on the point rung, at 5 bar with k of three
 readings, and prints mu at 0.8 ms, its peak behind 0.05 ms, mu at 7 ms and when the free volume
-is full.
+is full. With --slices the same scenes as slices, where points have the local pressure and speed, or
+what the block does not hold.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import load_scene
 from scripts.studies.common import ROOT, options, table
@@ -25,8 +27,54 @@ READINGS: dict[str, dict[str, int]] = {
 }
 
 
+SLICES = {
+    1: ((0.266,), ("as printed", "brackets", "brackets, xx set")),
+    5: ((0.405, 0.605), ("as printed", "p of the scene", "p of the scene, brackets")),
+}
+ON_SLICES = ("model=slice", "numerics.refinement=0.5", "numerics.max_step=1us")
+
+
+def changes_of(bar: int, k: float, name: str) -> list[str]:
+    """Overrides of a reading."""
+    given = {key: bar * 1e5 if value < 0 else value for key, value in READINGS[name].items()}
+    return [f"friction.parameters.{key}={value}" for key, value in {"k": k, **given}.items()]
+
+
+def slices(quick: bool) -> Iterator[list[object]]:
+    """Rows of the scenes on slices."""
+    from scripts.studies.blocks import slid  # finite elements, which points do not need
+
+    for bar, (ks, names) in SLICES.items():
+        path = ROOT / "cases" / "laws" / f"thesis_subroutine_{bar}bar.toml"
+        for name in names[:2] if quick else names:
+            for k in ks[:1] if quick else ks:
+                more = ["load.duration=0.1ms", "numerics.max_step=5us"] if quick else []
+                scene = load_scene(path, [*ON_SLICES, *changes_of(bar, k, name), *more])
+                try:
+                    found = slid(scene)
+                except SimulationStopped as reason:
+                    told = str(reason).partition(";")[0]
+                    yield [f"{bar} bar", name, k, told, "", "", ""]
+                    continue
+                late = np.where(found.time > 0.05e-3, found.mu, 0.0)
+                peak = int(np.argmax(late))
+                yield [
+                    f"{bar} bar", name, k, f"{np.interp(0.8e-3, found.time, found.mu):.4f}",
+                    f"{late[peak]:.3f} at {1e3 * found.time[peak]:.2f} ms", f"{found.mu[-1]:.4f}",
+                    f"{found.mean:.4f}",
+                ]  # fmt: skip
+
+
 def main() -> None:
-    options(__doc__).parse_args()
+    """Print the tables."""
+    parser = options(__doc__)
+    parser.add_argument("--slices", action="store_true", help="as slices, ten minutes")
+    parser.add_argument("--quick", action="store_true", help="slices of 0.1 ms")
+    arguments = parser.parse_args()
+    if arguments.slices or arguments.quick:
+        names = ["scene", "reading", "k", "mu at 0.8 ms", "peak", "mu at 7 ms", "mean"]
+        table(names, slices(arguments.quick))
+        return
 
     def rows() -> Iterator[list[object]]:
         for bar, ks in ((1, (0.266,)), (5, (0.105, 0.405, 0.605))):
@@ -35,12 +83,7 @@ def main() -> None:
                 for k in ks:
                     if bar == 1 and "press" in changes:
                         continue
-                    sets = [f"friction.parameters.k={k}"]
-                    for key, value in changes.items():
-                        sets.append(
-                            f"friction.parameters.{key}={bar * 1e5 if value < 0 else value}"
-                        )
-                    found, _ = point_history(load_scene(path, sets))
+                    found, _ = point_history(load_scene(path, changes_of(bar, k, name)))
                     time = np.array([row.time_s for row in found])
                     mu = np.array([row.mu for row in found])
                     full = np.array([row._asdict()["law_Hss_m"] for row in found])
