@@ -144,6 +144,9 @@ def outline(folder, rows):
 
 SQUARE = ["-5e-3,-4e-3,1", "5e-3,-4e-3,1", "5e-3,4e-3,1", "-5e-3,4e-3,1"]
 HOLE = ["-1e-3,-1e-3,2", "1e-3,-1e-3,2", "1e-3,1e-3,2", "-1e-3,1e-3,2"]
+ELLIPSE = [
+    f"{3e-3 * np.cos(t)},{2.5e-3 * np.sin(t)},1" for t in np.linspace(0.0, 2.0 * np.pi, 25)[:-1]
+]  # area 1/2 n sin(2 pi / n) a b
 
 
 @pytest.mark.parametrize(
@@ -151,6 +154,9 @@ HOLE = ["-1e-3,-1e-3,2", "1e-3,-1e-3,2", "1e-3,1e-3,2", "-1e-3,1e-3,2"]
     [
         (SQUARE, 80e-6, True),
         (SQUARE + HOLE, 76e-6, True),
+        (SQUARE + HOLE[::-1], 76e-6, True),
+        (SQUARE[::-1] + HOLE, 76e-6, True),
+        (ELLIPSE, 12 * np.sin(np.pi / 12) * 7.5e-6, True),  # its sides are shorter than cells
         (["-5e-3,-4e-3,1", "5e-3,-4e-3,1", "3e-3,4e-3,1"], 40e-6, False),
     ],
 )

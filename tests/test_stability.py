@@ -51,4 +51,6 @@ def test_a_stop_names_the_physical_limit():
     press(block, lambda _: None)
     with pytest.raises(SimulationStopped, match="no equilibrium when bringing it to") as stop:
         start_sliding(block, lambda _: None)
-    assert "an edge folds under the block: the sides carry" in str(stop.value)
+    words = str(stop.value)
+    assert "an edge folds under the block: the sides carry" in words
+    assert "it carries its load of 5 bar up to mu = 0." in words

@@ -417,5 +417,7 @@ class Sliding:
                 'give a shorter numerics.max_step, or "sdirk2", which chooses them'
             )
         else:
-            hint = self.block.limit_met()
+            force = self.block.normal_force(self.current.contact)
+            mu = self.current.mechanics.friction_force / force if force else 0.0
+            hint = f"mu is {mu:.2g}, and {self.block.limit_met()}"
         return f"the run stops at {self.moment}: no step is accepted ({reason}); {hint}"

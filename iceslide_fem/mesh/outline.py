@@ -21,7 +21,7 @@ from iceslide_fem.mesh.grid import snapped, with_parts
 from iceslide_fem.mesh.profile import CONTACT_HEIGHT, NEAR, part_choosers
 from iceslide_fem.mesh.shape import BlockShape
 from iceslide_fem.mesh.soundness import Soundness, place
-from iceslide_fem.scene.outline_file import read_outline
+from iceslide_fem.scene.outline_file import area, read_outline
 
 MIRRORED = 1e-6  # of the size: corners nearer than that to mirrored ones are symmetric
 
@@ -80,6 +80,8 @@ def _sweep(
     with empty_model() as model:
         loops = []
         for ring in rings:
+            # OpenCASCADE fills a hole, and leaves the rest, if it runs the other way round
+            ring = ring if area(ring) > 0.0 else ring[::-1]
             corners = [model.occ.addPoint(*corner, 0.0) for corner in (ring / size).tolist()]
             lines = [
                 model.occ.addLine(one, other)
@@ -104,6 +106,9 @@ def _sweep(
         surfaces = [tag for _, tag in face]
         border = model.getBoundary(face, oriented=False)
         outer = [tag for _, tag in border if not (symmetric and _on_axis(model, tag, NEAR))]
+        for curve in outer:  # two cells at least, or gmsh can't fill the area with quadrilaterals
+            pairs = max(round(model.occ.getMass(1, curve) / (2.0 * smallest / size)), 1)
+            model.mesh.setTransfiniteCurve(curve, 2 * pairs + 1)
         field = model.mesh.field
         distance, growth = field.add("Distance"), field.add("MathEval")
         field.setNumbers(distance, "CurvesList", outer)

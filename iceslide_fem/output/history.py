@@ -22,15 +22,13 @@ from iceslide_fem.rubber.press import PathPoint
 def preload_row(block: Block, point: PathPoint) -> PreloadRow:
     """Row of `preload.csv` for an equilibrium on the way to sliding. Collective."""
     contact = block.contact
-    displacement = block.surface.displacements(block.rubber.displacements)[..., :-1]
-    traction = point.law(contact.pressure, displacement).value[..., 0]
     highest = float(contact.pressure.max(initial=0.0))
     return PreloadRow(
         phase=point.phase,
         load_fraction=point.load,
         speed_fraction=point.speed,
         normal_force_N=block.normal_force(contact),
-        friction_force_N=-block.total(traction, contact.area),
+        friction_force_N=block.drag(point.law),
         plate_displacement_m=block.equilibrium.plate_displacement(),
         contact_fraction=_contact_area(block, contact) / block.area,
         largest_pressure_Pa=block.surface.comm.allreduce(highest, op=MPI.MAX),

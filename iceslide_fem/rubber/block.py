@@ -88,6 +88,17 @@ class Block:
         scale = min(EQUILIBRIUM_SHARE * force, FRICTION_SHARE * friction)
         return self.equilibrium.solve(force, law, self.scene.numerics.tolerance * scale)
 
+    def balance_under_held_plate(self, law: TractionLaw) -> Solution:
+        """Find equilibrium with the plate where the displacements have it. Raises NotConverged."""
+        tolerance = self.scene.numerics.tolerance * EQUILIBRIUM_SHARE * self.force
+        return self.equilibrium.solve(None, law, tolerance)
+
+    def drag(self, law: TractionLaw) -> float:
+        """Force against the sliding direction of the whole block, N, by `law`. Collective."""
+        contact, moved = self.contact, self.surface.displacements(self.rubber.displacements)
+        traction = law(contact.pressure, moved[..., :-1]).value[..., 0]
+        return -self.total(traction, contact.area)
+
     def friction_force(self, sheared: Sheared) -> float:
         """Friction force (N, of the mesh) at the mean speed. Collective."""
         contact = self.contact
@@ -218,6 +229,7 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     numerics = scene.numerics
     penalty = numerics.penalty or default_penalty(material, height, numerics.tolerance)
     rubber.let_walls_meet(WALLS * penalty)
+    rubber.let_sides_meet_plate(height, penalty)
     facets = _facets_near_ice(rubber, height)
     surface = contact_surface(rubber.space, facets, FACET_DEGREE, FACET_PIECES)
     if scene.ice.motion == "sliding":

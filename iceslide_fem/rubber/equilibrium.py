@@ -1,7 +1,8 @@
 """Quasi-static equilibrium of the block under its plate: globalised Newton, bordered by the plate.
 
 Unknowns are the nodal displacements and the plate's vertical displacement, which is that of all
-nodes on the plate; the last equation is that the plate carries the given force.
+nodes on the plate; the last equation is that the plate carries the given force, or that it stays
+where it is.
 
 Each iteration goes along a change that is exact for the present contact, and uses the rubber's
 factors of an earlier tangent (`tangent`). It is accepted, or leaps past a kink of the contact, or
@@ -49,11 +50,14 @@ TractionLaw = Callable[[Array, Array], Traction]
 
 
 class Solution(NamedTuple):
-    """Newton iterations and tangents that one equilibrium took, and the residual left (N)."""
+    """Newton iterations and tangents that one equilibrium took, the residual left (N), and what
+    the plate carries (N).
+    """
 
     iterations: int
     tangents: int
     residual: float
+    force: float
 
 
 class Trial(NamedTuple):
@@ -96,16 +100,19 @@ class Equilibrium:
         """
         self.rubber, self.surface, self.penalty = rubber, surface, penalty
         self._tangent = Tangent(rubber, surface, prefix)
-        self._residual, self._plate_imbalance = rubber.create_vector(), 0.0
+        self._residual = rubber.create_vector()
+        self._plate_imbalance: float | None = 0.0  # None: the plate is held
+        self._carried = 0.0  # by the plate, N
         self._patience = patience
         self._has_tangent = False
         self._contact: ContactState  # where the imbalance was last found, and its traction
         self._traction: Traction
         self._linearised: ContactState | None = None  # where the tangent was
 
-    def solve(self, force: float, law: TractionLaw, tolerance: float) -> Solution:
+    def solve(self, force: float | None, law: TractionLaw, tolerance: float) -> Solution:
         """Find equilibrium from the present displacements; plate force `force`, downwards.
 
+        With None the plate stays where the displacements have it, and carries what it does.
         `tolerance` (N) is the norm of the residual to reach, or what rounding leaves of it. Raises
         NotConverged, with the displacements at the last iterate: the caller restores what it had.
         """
@@ -113,11 +120,12 @@ class Equilibrium:
         tolerance = max(tolerance, self.rubber.force_rounding())
         tangents = leaps = strides = 0
         size = smallest = self._imbalance(force, law)
+        load = self._carried if force is None else force
         change: Array | None = None
         safe, fresh = values.copy(), False  # where to go back to, and whether the factors are of it
         for iteration in range(MAX_ITERATIONS):
             if size <= tolerance:
-                return Solution(iteration, tangents, size)
+                return Solution(iteration, tangents, size, self._carried)
             smallest = min(size, smallest)
             if change is None:
                 change = self._kept_direction()
@@ -144,14 +152,14 @@ class Equilibrium:
                 values += trial.finite * change
                 leaps += 1
             elif fresh:
-                raise NotConverged(_stuck(smallest, force))
+                raise NotConverged(_stuck(smallest, load))
             self._has_tangent = False
             size, change = self._imbalance(force, law), None
-        raise NotConverged(_stuck(smallest, force))
+        raise NotConverged(_stuck(smallest, load))
 
     def _trial(
         self,
-        force: float,
+        force: float | None,
         law: TractionLaw,
         tolerance: float,
         change: Array,
@@ -195,13 +203,21 @@ class Equilibrium:
         """Drop the kept tangent (after the displacements were restored from far away)."""
         self._has_tangent = False
 
+    def lower_plate(self, depth: float) -> None:
+        """Move the plate downwards by `depth` (m), what is below it by its share of the height."""
+        u, rubber = self.rubber.displacements, self.rubber
+        z = rubber.space.tabulate_dof_coordinates()[:, u.shape[1] - 1]
+        top = rubber.mesh.comm.allreduce(float(z.max(initial=0.0)), op=MPI.MAX)
+        u[:, -1] -= depth * z / top
+        u[rubber.plate, -1] = -self.plate_displacement()
+
     def plate_displacement(self) -> float:
         """Downward displacement of the plate, m. Collective."""
         own = self.rubber.u.x.array[self._tangent.plate_z]
         down = float(-own[0]) if own.size else -np.inf
         return float(self.rubber.mesh.comm.allreduce(down, op=MPI.MAX))
 
-    def _imbalance(self, force: float, law: TractionLaw) -> float:
+    def _imbalance(self, force: float | None, law: TractionLaw) -> float:
         """Norm of internal minus external forces (N); leaves the residual and the plate's."""
         u, residual, surface = self.rubber.displacements, self._residual, self.surface
         self.rubber.internal_forces(residual)
@@ -211,8 +227,9 @@ class Equilibrium:
         with residual.localForm() as local:
             surface.scatter(-forces, local.array.reshape(u.shape))
         compat.sum_ghosts(residual)
-        self._plate_imbalance = self._tangent.imbalance(residual) + force
-        return float(np.hypot(residual.norm(), self._plate_imbalance))
+        self._carried = self.rubber.plate_reaction - self._tangent.imbalance(residual)
+        self._plate_imbalance = None if force is None else force - self._carried
+        return float(np.hypot(residual.norm(), self._plate_imbalance or 0.0))
 
     def _contact_tangent(self) -> Array:
         """Derivatives of the contact's forces where the imbalance was last found."""

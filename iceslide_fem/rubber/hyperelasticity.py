@@ -12,12 +12,14 @@ from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.materials import MooneyRivlin
 from iceslide_fem.mesh.rubber import RubberMesh
+from iceslide_fem.rubber.beside_plate import BesidePlate
 from iceslide_fem.rubber.walls import Walls
 
 # The displacement is quadratic and the volumetric term fully integrated: linear tetrahedra lock,
 # and the under-integrated term fails at 17 % compression (see docs/elements.md).
 DEGREE = 2
 QUADRATURE_DEGREE = 5
+NEAR_PLATE = 0.25  # of the height: what is lower does not come to lie on the plate
 
 
 def energy_density(grad_u: Any, material: MooneyRivlin) -> Any:
@@ -102,6 +104,8 @@ class HyperelasticBody:
         self._residual = compat.form(residual)
         self._tangent = compat.form(ufl.derivative(residual, self.u, trial))
         self.walls: Walls | None = None
+        self.beside: BesidePlate | None = None
+        self.plate_reaction = 0.0  # N, of the sides on the plate, where forces were last found
         self.plate = self._dofs("plate")
         self.symmetry = self._dofs("symmetry") if "symmetry" in block.tags else self.plate[:0]
 
@@ -130,6 +134,17 @@ class HyperelasticBody:
         if "walls" in self.block.tags:
             self.walls = Walls(self.space, self.facets("walls"), penalty)
 
+    def let_sides_meet_plate(self, height: float, penalty: float) -> None:
+        """From now on sides that rise above the plate's plane press on it: penalty, Pa/m.
+
+        `height` of the block, m. What they do belongs to the internal forces (`plate_reaction` to
+        those on the plate), the tangent and the elastic energy.
+        """
+        facets = np.concatenate([self.facets("sides"), self.facets("contact")])
+        middles = compat.midpoints(self.mesh, facets)[:, self.mesh.geometry.dim - 1]
+        facets = np.sort(facets[middles > NEAR_PLATE * height])
+        self.beside = BesidePlate(self.space, facets, self.plate, height, penalty)
+
     def create_vector(self) -> PETSc.Vec:
         """Vector of nodal forces, with ghosts."""
         return compat.create_vector(self.space)
@@ -143,16 +158,33 @@ class HyperelasticBody:
     def internal_forces(self, vector: PETSc.Vec) -> None:
         """Overwrite `vector` by this rank's shares of the internal forces (ghosts not summed)."""
         compat.assemble_shares(vector, self._residual)
-        if self.walls is not None:
-            with vector.localForm() as local:
-                forces = local.array.reshape(-1, self.mesh.geometry.dim)
+        with vector.localForm() as local:
+            forces = local.array.reshape(-1, self.mesh.geometry.dim)
+            if self.walls is not None:
                 self.walls.add_forces(self.displacements, forces)
+            if self.beside is not None:
+                self.plate_reaction = self.beside.add_forces(self.displacements, forces)
 
     def tangent(self, matrix: PETSc.Mat) -> None:
         """Overwrite `matrix` with the derivative of the internal forces at `u`."""
         compat.assemble_matrix(matrix, self._tangent)
         if self.walls is not None:
             self.walls.add_tangent(self.displacements, matrix)
+        if self.beside is not None:
+            self.beside.add_tangent(self.displacements, matrix)
+
+    def lift_slope(self, vector: PETSc.Vec) -> float:
+        """Overwrite `vector` (ghosts summed) with the derivative of the internal forces by a lift
+        of the plate's plane alone, whose nodes stay; returns that of the plate's own force, N/m.
+        """
+        own = 0.0
+        with vector.localForm() as local:
+            local.set(0.0)
+            if self.beside is not None:
+                forces = local.array.reshape(-1, self.mesh.geometry.dim)
+                own = self.beside.add_lift(self.displacements, forces)
+        compat.sum_ghosts(vector)
+        return own
 
     def set_inertia(self, weight: float, reference: Array) -> None:
         """Inertia forces density * weight * (u - reference); weight in 1/s2, reference in m.
@@ -192,7 +224,8 @@ class HyperelasticBody:
 
     def elastic_energy(self) -> float:
         """Stored energy, J (J/m in a slice), on all ranks. Collective."""
-        pressed = self.walls.energy(self.displacements) if self.walls is not None else 0.0
+        pressing = (self.walls, self.beside)
+        pressed = sum(one.energy(self.displacements) for one in pressing if one is not None)
         return compat.assemble_scalar(self._energy, self.mesh.comm) + pressed
 
     def _dofs(self, name: str) -> Any:

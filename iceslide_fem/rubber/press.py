@@ -3,7 +3,8 @@
 In `press` the plate's force grows from nothing under static friction; in `start_sliding` static
 friction gives way to the film's shear at its initial height while the speed grows. Both are
 continuations along a path parameter from 0 to 1 with a secant predictor, whose steps are halved
-where Newton fails.
+where Newton fails. Where the press finds no more load, the plate is lowered instead: past a largest
+load the block yields, and stops only where it carries the whole of it.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged, SimulationStopped
+from iceslide_fem.materials import BAR
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import Traction, blend
 from iceslide_fem.rubber.equilibrium import Solution, TractionLaw
@@ -23,6 +25,10 @@ FIRST_STRAIN = 0.02
 FIRST_RAMP = 0.25
 SMALLEST_PATH_STEP = 1e-3
 EASY_ITERATIONS = 6
+# Steps of a plate that is lowered, of the height; and the share of the largest load found at which
+# it has fallen for good, or the depth, or the number of trials.
+FIRST_LOWERING, LARGEST_LOWERING, SMALLEST_LOWERING = 2e-3, 2e-2, 2e-5
+FALLEN, DEEPEST, LOWERINGS = 0.98, 0.5, 40
 
 
 class PathPoint(NamedTuple):
@@ -37,6 +43,8 @@ class PathPoint(NamedTuple):
 
 # What is told, before each solve on the way, where it stands; it may raise.
 Before = Callable[[str], None]
+# What is done where a path ends before 1: given where, and why; it raises, or reaches 1 itself.
+Lost = Callable[[str, NotConverged], None]
 
 
 def press(
@@ -47,7 +55,8 @@ def press(
 ) -> None:
     """Press the block on the ice under static friction or another `law`, up to the nominal force.
 
-    Raises SimulationStopped where no equilibrium is found, and what `before` raises.
+    Raises SimulationStopped where no equilibrium is found, with the largest load that was, and what
+    `before` raises.
     """
     law = law or block.static
     scene, u = block.scene, block.rubber.displacements
@@ -56,12 +65,27 @@ def press(
     # Contact must carry the first load, or the plate is free to move.
     u[:, -1] -= first * scene.load.pressures.first / block.equilibrium.penalty
 
-    def solve(load: float) -> Solution:
-        solution = block.balance(law, load)
-        observe(PathPoint("press", load, 0.0, law, solution))
+    def found(solution: Solution) -> Solution:
+        observe(PathPoint("press", solution.force / block.force, 0.0, law, solution))
         return solution
 
-    _follow(block, solve, first, lambda load: f"pressing it at {load * strain:.0%} of E", before)
+    def where(load: float) -> str:
+        return f"pressing it at {load * strain:.0%} of E"
+
+    def lost(place: str, reason: NotConverged) -> None:
+        limit = block.limit_met()
+        largest, mu, falls = _lower(block, law, found, lambda: before(place))
+        if largest >= 1.0:
+            return
+        pressure = largest * scene.load.pressures.first / BAR
+        further = "it carries less" if falls else "no equilibrium is found"
+        raise SimulationStopped(
+            f"the block finds no equilibrium when {place} ({reason}); {limit}; the largest load "
+            f"found is {pressure:.3g} bar at mu = {mu:.2g}, and {further} under a plate that is "
+            "lowered on"
+        ) from reason
+
+    _follow(block, lambda load: found(block.balance(law, load)), first, where, before, lost)
 
 
 def start_sliding(
@@ -76,7 +100,10 @@ def start_sliding(
     scene = block.scene
     sheared = block.friction.at_start(scene.initial_height, block.surface.n_points)
 
+    carried = block.static
+
     def solve(path: float) -> Solution:
+        nonlocal carried
         share = path**2 * (3.0 - 2.0 * path)
         speed = np.full(block.surface.weights.shape, share * scene.load.speeds.first)
         film = block.sliding(sheared, lambda _: (speed, 0.0))
@@ -87,12 +114,20 @@ def start_sliding(
 
         solution = block.balance(law, friction=block.friction_force(sheared))
         observe(PathPoint("ramp", 1.0, share, law, solution))
+        carried = law
         return solution
 
     def where(path: float) -> str:
         return f"bringing it to {path**2 * (3.0 - 2.0 * path):.0%} of the sliding speed"
 
-    _follow(block, solve, FIRST_RAMP, where, before)
+    def lost(place: str, reason: NotConverged) -> None:
+        raise SimulationStopped(
+            f"the block finds no equilibrium when {place} ({reason}); {block.limit_met()}; it "
+            f"carries its load of {scene.load.pressures.first / BAR:.3g} bar up to mu = "
+            f"{_friction_coefficient(block, carried):.2g}"
+        ) from reason
+
+    _follow(block, solve, FIRST_RAMP, where, before, lost)
 
 
 def _follow(
@@ -101,6 +136,7 @@ def _follow(
     first: float,
     where: Callable[[float], str],
     before: Before,
+    lost: Lost,
 ) -> None:
     """Solve at path parameters from `first` to 1."""
     values = block.rubber.u.x.array
@@ -120,13 +156,60 @@ def _follow(
             block.equilibrium.forget()
             step *= 0.5
             if step < SMALLEST_PATH_STEP * first:
-                raise SimulationStopped(
-                    f"the block finds no equilibrium when {where(path)} ({reason}); "
-                    f"{block.limit_met()}"
-                ) from reason
+                return lost(where(path), reason)
             continue
         # A first point is far from the start, which was a guess: no secant through it.
         last = (done, start) if done > 0.0 else None
         done = path
         if solution.iterations <= EASY_ITERATIONS:
             step *= 1.5
+
+
+def _lower(
+    block: Block,
+    law: TractionLaw,
+    found: Callable[[Solution], Solution],
+    before: Callable[[], None],
+) -> tuple[float, float, bool]:
+    """Lower the plate from the present equilibrium until it carries the whole load, or much less.
+
+    Returns the largest share of the load found, mu there, and whether it falls beyond. Where all of
+    it is carried, the block is in equilibrium under it.
+    """
+    values, height = block.rubber.u.x.array, block.height
+    step, depth = FIRST_LOWERING * height, block.equilibrium.plate_displacement()
+    largest = block.normal_force(block.contact) / (block.scale * block.force)
+    mu, share = _friction_coefficient(block, law), largest
+    last: tuple[float, Array] | None = None
+    for _ in range(LOWERINGS):
+        if share < FALLEN * largest or depth > DEEPEST * height:
+            break
+        before()
+        start = values.copy()
+        if last is not None:
+            values[:] += (start - last[1]) * step / last[0]
+        else:
+            block.equilibrium.lower_plate(step)
+        try:
+            share = found(block.balance_under_held_plate(law)).force / block.force
+            if share >= 1.0:
+                found(block.balance(law))
+                return 1.0, mu, False
+        except NotConverged:
+            values[:] = start
+            block.equilibrium.forget()
+            step *= 0.5
+            if step < SMALLEST_LOWERING * height:
+                break
+            continue
+        last, depth = (step, start), depth + step
+        if share > largest:
+            largest, mu = share, _friction_coefficient(block, law)
+        step = min(1.5 * step, LARGEST_LOWERING * height)
+    return largest, mu, share < largest
+
+
+def _friction_coefficient(block: Block, law: TractionLaw) -> float:
+    """Friction over normal force of the present displacements. Collective."""
+    force = block.normal_force(block.contact)
+    return block.drag(law) / force if force else 0.0

@@ -53,7 +53,7 @@ class Tangent:
         self._lift.array[self.plate_z] = 1.0
         self._factored: Array = np.zeros(0)  # the contact's part of the factors
         self._difference: Array = np.zeros(0)
-        self._differs = False
+        self._differs = self._held = False
         self.ksp = PETSc.KSP().create(self._comm)
         self.ksp.setType("preonly")
         self.ksp.setOptionsPrefix(prefix)
@@ -86,7 +86,10 @@ class Tangent:
         matrix.assemble()
         matrix.mult(self._lift, self._column)
         matrix.multTranspose(self._lift, self._row)
-        self._stiffness = self._column.dot(self._lift)
+        self._stiffness = self._column.dot(self._lift) + self._rubber.lift_slope(self._load)
+        self._stiffness += 2.0 * self._load.dot(self._lift)
+        for vector in (self._column, self._row):
+            vector.axpy(1.0, self._load)
         for vector in (self._column, self._row):
             vector.array[self._fixed] = 0.0
         matrix.zeroRowsColumns(self._fixed + self._first, diag=1.0)
@@ -99,12 +102,14 @@ class Tangent:
         self._difference = (self._factored - contact).reshape(len(contact), nodes, nodes)
         self._differs = True
 
-    def change(self, residual: PETSc.Vec, plate: float) -> Array:
+    def change(self, residual: PETSc.Vec, plate: float | None) -> Array:
         """Newton's change where `residual` (N) and the plate's imbalance (N) are left. Collective.
 
-        Raises NotConverged where the linear solver fails or the plate meets no resistance.
+        With None the plate stays where it is, whatever it carries. Raises NotConverged where the
+        linear solver fails or the plate meets no resistance.
         """
-        load = np.append(-residual.array, -plate)
+        self._held = plate is None
+        load = np.append(-residual.array, -(plate or 0.0))
         if not self._differs:
             return self._solved(load)
         size = float(np.sqrt(self._dots(load[None], load)[0]))
@@ -150,18 +155,19 @@ class Tangent:
             self._surface.scatter(forces, local.array.reshape(-1, self._dim))
         compat.sum_ghosts(load)
         plate = self.imbalance(load)
-        return np.append(load.array, plate)
+        return np.append(load.array, 0.0 if self._held else plate)
 
     def _solved(self, load: Array) -> Array:
         """The change that the factors give to `load` (own dofs, plate), by block elimination."""
         self._load.array[:] = load[:-1]
         self._solve(self._load, self._answer)
-        schur = self._stiffness - self._row.dot(self._border)
-        if schur == 0.0:
-            raise NotConverged("the plate meets no resistance")
-        lift = (load[-1] - self._row.dot(self._answer)) / schur
-        self._answer.axpy(-lift, self._border)
-        self._answer.axpy(lift, self._lift)
+        if not self._held:
+            schur = self._stiffness - self._row.dot(self._border)
+            if schur == 0.0:
+                raise NotConverged("the plate meets no resistance")
+            lift = (load[-1] - self._row.dot(self._answer)) / schur
+            self._answer.axpy(-lift, self._border)
+            self._answer.axpy(lift, self._lift)
         compat.update_ghosts(self._answer)
         with self._answer.localForm() as local:
             return np.array(local.array)

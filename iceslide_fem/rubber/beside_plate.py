@@ -1,0 +1,103 @@
+"""What bulges beside the plate lies on it: penalty contact with the plate's plane, frictionless.
+
+The plate reaches beyond the block. A point of the sides that has risen above the plate's plane by
+the gap g = z - (H + w), w the plate's displacement upwards, stores eps/2 g^2 per undeformed area;
+forces and tangent are the derivatives of that energy by the nodes and by w. Without this, rubber
+would go past the corner at the plate, and the elements there turn inside out.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from iceslide_fem.arrays import Array, Index
+from iceslide_fem.fenics.compat import MPI, PETSc
+from iceslide_fem.rubber.contact_surface import contact_surface
+
+DEGREE, PIECES = 5, 2
+BULGE = 0.5  # of a facet's rise: none lies that far above its highest node
+
+
+class Lying(NamedTuple):
+    """Facets (n,) near the plate's plane: of points above it the weights (m2; m in a slice) times
+    shape functions (n, q, a), and how far they are above it (n, q), m; else 0.
+    """
+
+    facets: Index
+    touching: Array
+    gap: Array
+
+
+class BesidePlate:
+    """Sides that may come to lie on the plate."""
+
+    def __init__(self, space: Any, facets: Any, plate: Any, height: float, penalty: float) -> None:
+        """Exterior `facets` (local numbers) of a vector Lagrange space; `plate`: blocked dofs on
+        the plate; height of the block, m; penalty, Pa/m.
+        """
+        self._surface = contact_surface(space, facets, DEGREE, PIECES)
+        self._comm, self._plate, self._penalty = space.mesh.comm, plate, penalty
+        self._dim = space.mesh.geometry.dim
+        self._height = height
+        tangents = self._surface.slopes @ self._surface.nodes[:, None]
+        normals = (
+            tangents[..., 0, :]
+            if self._dim == 2
+            else np.cross(tangents[..., 0, :], tangents[..., 1, :])
+        )
+        self._weights = np.abs(self._surface.weights) * np.linalg.norm(normals, axis=-1)
+
+    def energy(self, u: Array) -> float:
+        """Energy (J; J/m in a slice) at displacements `u` (blocked dofs, d). Collective."""
+        lying = self._lying(u)
+        weights = self._weights[lying.facets]
+        return self._sum(0.5 * self._penalty * float(np.sum(weights * lying.gap**2)))
+
+    def add_forces(self, u: Array, vector: Array) -> float:
+        """Add the derivative of the energy by the nodes to `vector` (blocked dofs, d), this rank's
+        shares; returns the force (N) that presses on the plate from below. Collective.
+        """
+        lying = self._lying(u)
+        by_point = self._penalty * lying.touching * lying.gap[..., None]
+        dofs = self._surface.dofs[lying.facets]
+        np.add.at(vector[:, -1], dofs, by_point.sum(axis=1))
+        weights = self._weights[lying.facets]
+        return self._sum(self._penalty * float(np.sum(weights * lying.gap)))
+
+    def add_tangent(self, u: Array, matrix: PETSc.Mat) -> None:
+        """Add the second derivative of the energy by the nodes to `matrix`. Collective."""
+        lying = self._lying(u)
+        shape = self._surface.shape[lying.facets]
+        blocks = self._penalty * lying.touching.transpose(0, 2, 1) @ shape
+        rows = self._surface.dofs[lying.facets] * self._dim + self._dim - 1
+        for row, block in zip(rows.astype(np.int32), blocks, strict=True):
+            matrix.setValuesLocal(row, row, block, PETSc.InsertMode.ADD_VALUES)
+        matrix.assemble()
+
+    def add_lift(self, u: Array, vector: Array) -> float:
+        """Add the derivative of the nodes' forces by the plate's displacement upwards to `vector`
+        (blocked dofs, d), this rank's shares; returns that of the plate's own force, N/m.
+        """
+        lying = self._lying(u)
+        dofs = self._surface.dofs[lying.facets]
+        np.add.at(vector[:, -1], dofs, -self._penalty * lying.touching.sum(axis=1))
+        weights = self._weights[lying.facets] * (lying.gap > 0.0)
+        return self._sum(self._penalty * float(np.sum(weights)))
+
+    def _lying(self, u: Array) -> Lying:
+        """The points that have risen above the plate's plane. Collective."""
+        own = u[self._plate, -1]
+        level = float(own[0]) if own.size else -np.inf
+        level = self._height + float(self._comm.allreduce(level, op=MPI.MAX))
+        z = self._surface.nodes[..., -1] + u[self._surface.dofs, -1]
+        near = z.max(axis=1) + BULGE * np.ptp(z, axis=1) > level
+        facets = np.flatnonzero(near)
+        shape = self._surface.shape[facets]
+        gap = np.maximum((shape @ z[facets][..., None])[..., 0] - level, 0.0)
+        touching = shape * (self._weights[facets] * (gap > 0.0))[..., None]
+        return Lying(facets, touching, gap)
+
+    def _sum(self, value: float) -> float:
+        return float(self._comm.allreduce(value, op=MPI.SUM))
