@@ -174,7 +174,7 @@ def resumed(block: Block, state: Mapping[str, Any]) -> Sliding:
     carrier = sliding.carrier
     layouts = layouts_of(block, carrier)
     points, films = layouts.points.own(state["points"]), layouts.films.own(state["films"])
-    memory = layouts.memory.own(state["memory"])
+    memory = layouts.memory.own(state.get("memory", {}))  # of a grid nothing is kept of nothing
     time, span = state["solved"]
     sliding.recall(
         Memory(
