@@ -1,5 +1,7 @@
 """Loads that go in time on slices: exact comparisons, energy, restart, ranks."""
 
+from contextlib import suppress
+
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
@@ -11,6 +13,8 @@ from test_sliding import slide, started  # noqa: E402
 
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.restart import gathered, resumed  # noqa: E402
+from iceslide_fem.coupling.sliding import Sliding  # noqa: E402
+from iceslide_fem.errors import SimulationStopped  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 
@@ -102,6 +106,27 @@ def test_a_plate_that_comes_to_rest_has_no_friction():
     assert abs(rows["mu"][-1]) < 1e-4 < 0.1 < rows["mu"][0]
     assert abs(rows["energy_imbalance"][-1]) < 1e-3
     assert rows["film_height_m"][-1] < rows["film_height_m"][rows["time_s"] > 0.6e-3][0]
+
+
+@pytest.mark.parametrize("factor", [0.5, 3.0])
+def test_rubber_pushes_with_no_more_than_it_was_sheared_by(monkeypatch, factor):
+    """What springs back has been stored: friction may turn round, but not grow so."""
+    made = a_slice(duration="1 ms", speed=SLOWS)
+    sliding = started(made)
+    for _ in range(4):
+        sliding.advance()
+    strongest = sliding.current.strongest
+    assert strongest >= sliding.current.mechanics.friction_force > 0.0
+    shear = Sliding.shear
+    monkeypatch.setattr(
+        Sliding, "shear", lambda self, film, loads: -factor * shear(self, film, loads)
+    )
+    reasons = []
+    with suppress(SimulationStopped):
+        sliding.advance(lambda dt, reason: reasons.append(str(reason)))
+    too_much = [reason for reason in reasons if "with more than it was sheared by" in reason]
+    assert bool(too_much) == (factor > 1.0)
+    assert sliding.current.strongest == strongest
 
 
 @pytest.mark.mpi

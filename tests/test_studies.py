@@ -150,6 +150,22 @@ def test_readings_of_k_are_drawn(tmp_path):
     assert (tmp_path / "readings_of_k.png").stat().st_size > 10_000
 
 
+def test_other_data_change_mu_as_the_page_says():
+    rows = {row[0]: row[1:] for row in printed("own_data")}
+    share = {name: float(row[0].split("(")[1].strip("%)")) for name, row in list(rows.items())[2:]}
+    assert share["defaults"] == 0.0 and abs(share["nu = 0.495 instead of D1"]) < 1.0
+    assert share["viscosity 2.1 mPa s"] > 1.0 > share["ice of table 1"]
+    pressed = float(rows["nu = 0.495 instead of D1"][3].split("(")[1].strip("%)"))
+    assert -3.0 < pressed < -0.5
+
+
+def test_a_step_in_load_is_run_and_drawn(tmp_path):
+    options = ["--pictures", str(tmp_path), "--runs", str(tmp_path / "runs")]
+    (row,) = [row for row in printed("loads_in_time", *options) if row[0] == "load_step"]
+    assert float(row[1]) > float(row[3]) > 0.0 and float(row[6]) < 1e-3
+    assert (tmp_path / "loads.png").stat().st_size > 10_000
+
+
 def test_hostile_scenes_are_told_apart():
     hostile = importlib.import_module("scripts.studies.hostile")
     scenes = dict(hostile.scenes())

@@ -152,6 +152,7 @@ def gathered(sliding: Sliding) -> dict[str, Any]:
         "offset": memory.offset,
         "steady": memory.steady,
         "way": memory.way,
+        "strongest": memory.strongest,
         "layers_for": sliding.layers_for,
         "nodes": layouts.nodes.gather({k: v.reshape(-1, dim).T for k, v in nodes.items()}),
         "points": layouts.points.gather({"speed": memory.speed, "shear": memory.shear}),
@@ -195,6 +196,7 @@ def resumed(block: Block, state: Mapping[str, Any]) -> Sliding:
             ),
             steady=state["steady"],
             way=state["way"],
+            strongest=state["strongest"],
         )
     )
     return sliding

@@ -89,10 +89,13 @@ class Sliding:
         self.current = CoupledState(
             0.0, motion, block.contact, loads, state, mechanics, shear, False
         )
+        self.current = self.current._replace(strongest=mechanics.friction_force)
         self._start = motion.displacements
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
         self._passes = control.passes
-        self._may_swing = scene.load.changes  # a plate that slows down lets rubber spring back
+        # A plate that slows down lets rubber spring back, with what it has stored: swinging freely
+        # it pushes with no more than the friction that sheared it.
+        self._may_swing = scene.load.changes
         self._passing = scene.ice.motion == "sliding"
         if self._passing:  # no ice passes from cell to cell unseen
             self._longest = min(self._longest, window_cell(scene) / self._speeds.largest)
@@ -115,6 +118,7 @@ class Sliding:
             interface=now.interface,
             steady=now.steady,
             way=now.way,
+            strongest=now.strongest,
         )
 
     def recall(self, memory: Memory) -> None:
@@ -132,6 +136,7 @@ class Sliding:
             solved_shear=memory.shear,
             steady=memory.steady,
             way=memory.way,
+            strongest=memory.strongest,
         )
         self._dt, self._film_step = memory.step, memory.film_step
 
@@ -278,8 +283,13 @@ class Sliding:
 
         Raises Refused where its energies are not those of friction.
         """
-        if not (after.mechanics.friction_force > 0.0 or self._may_swing):
-            raise Refused("rubber that springs back would push the block forward", 0.25)
+        force, most = after.mechanics.friction_force, 0.0
+        if self._may_swing:
+            most = max(self.current.strongest, self._error.least_friction)
+        if not (force > 0.0 or -force <= most):
+            with_what = " with more than it was sheared by" if self._may_swing else ""
+            raise Refused(f"rubber that springs back would push the block forward{with_what}", 0.25)
+        after = after._replace(strongest=max(self.current.strongest, force))
         before = self.current.mechanics
         energies = step_energies(
             self.block,

@@ -19,7 +19,8 @@ class CoupledState(NamedTuple):
     time (s); motion: of the block when it was last solved for; contact and solved_shear (of the
     points, Pa): of then; loads: the rubber's points, (n,); interface: film and ice; mechanics: what
     the block does and stores; steady: whether the last step changed the shear so little that the
-    block may rest; way: of the block over the ice since t = 0, m.
+    block may rest; way: of the block over the ice since t = 0, m; strongest: largest friction force
+    since then, N.
     """
 
     time: float
@@ -31,6 +32,7 @@ class CoupledState(NamedTuple):
     solved_shear: Array
     steady: bool
     way: float = 0.0
+    strongest: float = 0.0
 
 
 class Memory(NamedTuple):
@@ -38,7 +40,7 @@ class Memory(NamedTuple):
 
     time and step, the length of the next (s), film_step: of the next of film and heat; start:
     displacements at t = 0; motion, speed, shear (of the points, m/s and Pa), offset and way (m),
-    interface and steady as in `CoupledState`.
+    interface, steady and strongest as in `CoupledState`.
     """
 
     time: float
@@ -52,6 +54,7 @@ class Memory(NamedTuple):
     interface: InterfaceState
     steady: bool
     way: float
+    strongest: float
 
 
 class Accepted(NamedTuple):

@@ -35,7 +35,8 @@ ENERGY_SHARE = 0.01
 # is at most this share of the energy that the whole run turns over at the present friction.
 SNAP_STEP, SNAP_SHARE = 1e-5, 1e-3
 # Where loads go in time, energies count against this friction coefficient at the mean speed at
-# least: those of a plate that starts or rests are nothing but the solver's tolerance.
+# least: those of a plate that starts or rests are nothing but the solver's tolerance. From 0 to 0.1
+# it changes some refused steps of a plate that stops, and no energy (docs/loads.md).
 LEAST_FRICTION = 1e-2
 
 
@@ -70,6 +71,12 @@ class StepError:
             self._temperature_scale *= PASSING_EASE
         self._temperature_scale = temperature_scale(self._temperature_scale, scene.water.table)
 
+    @property
+    def least_friction(self) -> float:
+        """A friction force of the whole block that counts as none, N."""
+        block = self._block
+        return LEAST_FRICTION * block.scene.load.pressures.smallest * block.area * block.scale
+
     def of_film(self, interface_step: InterfaceStep, before: InterfaceState) -> float:
         """Local error of film and heat over a step from `before`; infinite if one has failed."""
         scale = np.full(interface_step.area.shape, self._temperature_scale)
@@ -102,9 +109,8 @@ class StepError:
         """
         line = np.interp(ends, [0.0, 1.0], [forces[0], forces[-1]])
         off = float(np.abs(np.array(forces[1:]) - line).max())
-        load = self._block.scene.load
-        least = LEAST_FRICTION * load.pressures.smallest * self._block.area * self._block.scale
-        return off / (CURVE_SHARE * self._tolerance * max(np.abs(forces).max(), least))
+        size = max(np.abs(forces).max(), self.least_friction)
+        return off / (CURVE_SHARE * self._tolerance * size)
 
     def of_energy(self, energies: Energies, dt: float, friction: float) -> float:
         """What is missing in the energies of a step of `dt` (s), or too much.
@@ -116,8 +122,7 @@ class StepError:
         turnover = max(abs(energies.friction_work), taken)
         load = self._block.scene.load
         if load.changes:
-            least = LEAST_FRICTION * load.pressures.smallest * self._block.area * self._block.scale
-            sliding = max(abs(friction), least) * load.speeds.mean * dt
+            sliding = max(abs(friction), self.least_friction) * load.speeds.mean * dt
             turnover = max(turnover, abs(energies.load_work), sliding)
         share, duration = ENERGY_SHARE, load.duration
         if dt <= SNAP_STEP * duration:

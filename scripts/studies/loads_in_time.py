@@ -1,16 +1,26 @@
 """Friction under loads that go in time: the cases load_step, friction_tester and braking_wheel.
 
-As a table, and as one picture of pressure, speed and mu.
+As a table, and as one picture of pressure, speed and mu. With --least what the friction coefficient
+changes against which energies and curves of a plate that starts or rests are measured
+(`coupling.step_error.LEAST_FRICTION`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from iceslide_fem.coupling import step_error
+from iceslide_fem.coupling.energy import Energies
+from iceslide_fem.coupling.sliding import Sliding
+from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.materials import BAR
 from iceslide_fem.results import Run, read_run
+from iceslide_fem.rubber.block import build_block
+from iceslide_fem.rubber.press import press, start_sliding
 from iceslide_fem.simulate import run
 from scripts.studies.common import case, draw, options, picture_options, table
 
@@ -30,7 +40,8 @@ def row(made: Run) -> tuple[str, ...]:
 def curves(runs: list[Run]) -> Figure:
     """Pressure, speed and mu of the runs, one column each."""
     figure = Figure(figsize=(11.5, 6.5), layout="constrained")
-    panels = figure.subplots(3, len(runs), sharex="col", height_ratios=[1.0, 1.0, 2.0])
+    heights = [1.0, 1.0, 2.0]
+    panels = figure.subplots(3, len(runs), sharex="col", height_ratios=heights, squeeze=False)
     quantities = (
         ("nominal_pressure_Pa", 1.0 / BAR, "$p$ (bar)", "0.3"),
         ("speed_m_per_s", 1.0, "$v$ (m/s)", "0.3"),
@@ -49,13 +60,66 @@ def curves(runs: list[Run]) -> Figure:
     return figure
 
 
+# Plates that start from rest and come to it, and a load that falls and rises without sliding much.
+RESTS = {
+    "starts": {"load.speed": "[[0, 0], [5e-4, 3], [1e-3, 3]]"},
+    "stops": {"load.speed": "[[2e-4, 3], [6e-4, 0], [1e-3, 0]]"},
+    "is pressed": {
+        "load.speed": "[[0, 1e-3], [1e-3, 1e-3]]",
+        "load.pressure": "[[0, 1e5], [5e-4, 3e5], [1e-3, 1e5]]",
+    },
+    "rests, is pressed, starts": {
+        "load.speed": "[[6e-4, 0], [1e-3, 3]]",
+        "load.pressure": "[[0, 1e5], [5e-4, 3e5]]",
+    },
+}
+LEAST = (0.0, 1e-4, 1e-3, 1e-2, 1e-1, 1.0)
+
+
+def least_friction(quick: bool) -> Iterator[list[object]]:
+    """Rows: steps, and what energy is missing, with several values of the least friction."""
+    coarse = ["model=slice", "ice.heat=column", "load.duration=1ms", "numerics.refinement=0.5"]
+    coarse += ["numerics.tolerance=1e-2"]
+    chosen = step_error.LEAST_FRICTION
+    for name, loads in list(RESTS.items())[: 1 if quick else None]:
+        changes = [f"{key}={value}" for key, value in loads.items()]
+        scene = case("thesis_1bar", *coarse, *changes)
+        for least in LEAST[1:4:2] if quick else LEAST:
+            step_error.LEAST_FRICTION = least
+            block = build_block(scene, MPI.COMM_SELF)
+            press(block, lambda _: None)
+            start_sliding(block, lambda _: None)
+            sliding, ledger, missing, moved = Sliding(block), Energies(), 0.0, 0.0
+            rejected, steps = 0, 0
+            try:
+                for accepted in sliding.steps():
+                    both = zip(ledger, accepted.energies, strict=True)
+                    ledger = Energies(*(a + b for a, b in both))
+                    missing += abs(accepted.energies.missing)
+                    moved += abs(accepted.energies.friction_work) + abs(accepted.energies.load_work)
+                    rejected, steps = rejected + accepted.rejected, steps + 1
+                ends = f"{1e6 * ledger.friction_work:.3g}"
+            except SimulationStopped as reason:
+                ends, share = str(reason).partition(";")[0], ""
+            else:
+                share = f"{ledger.missing / moved:+.1e} | {missing / moved:.1e}"
+            yield [name, f"{least:g}", steps, rejected, ends, share]
+    step_error.LEAST_FRICTION = chosen
+
+
 def main() -> None:
     """Run the cases, print the table, draw the picture."""
     parser = options(__doc__)
     parser.add_argument("--runs", type=Path, default=Path("results/studies/loads"))
     parser.add_argument("--quick", action="store_true", help="the first case alone, coarse")
     picture_options(parser)
+    parser.add_argument("--least", action="store_true", help="only the least friction, minutes")
     arguments = parser.parse_args()
+    if arguments.least:
+        shares = "missing at the end | missing in steps, shares of all work"
+        names = ["a plate that", "least mu", "steps", "refused", "friction work, µJ", shares]
+        table(names, least_friction(arguments.quick))
+        return
     quick = ("numerics.refinement=0.5", "numerics.tolerance=3e-2") if arguments.quick else ()
     runs = []
     for name in CASES[:1] if arguments.quick else CASES:
