@@ -118,7 +118,7 @@ class Step(NamedTuple):
     """A trial step; nothing is changed until its `state` is taken as the new one.
 
     error: local errors of ln h (1), H_s (m) and the contents; dt: its length (s); stages: of the
-    film, and their weights; shearing_rate: d/dt of `log_shearing` at its end, 1/s.
+    film, and their weights; change: of the state in the last stage, of `stage_dt` (s).
     """
 
     state: InterfaceState
@@ -126,7 +126,8 @@ class Step(NamedTuple):
     dt: Array | float
     stages: list[FilmStage]
     weights: tuple[float, ...]
-    shearing_rate: Array
+    change: InterfaceState
+    stage_dt: Array | float
 
     @property
     def last(self) -> FilmStage:
@@ -152,6 +153,11 @@ class Step(NamedTuple):
     def latent_heat(self) -> Array:
         """What melts over the step, J/m2."""
         return self.dt * _sum(self.weights, [s.melt_power for s in self.stages])
+
+    @property
+    def shearing_rate(self) -> Array:
+        """d/dt of the film law's `log_shearing` at its end, 1/s."""
+        return log_shearing(self.change) / self.stage_dt
 
     @property
     def mean_shearing(self) -> Array:
@@ -196,7 +202,8 @@ def advance(
         dt=dt,
         stages=stages,
         weights=weights,
-        shearing_rate=log_shearing(increments[-1]) / stage_dt,
+        change=increments[-1],
+        stage_dt=stage_dt,
     )
 
 
