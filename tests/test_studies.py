@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")
@@ -18,7 +19,7 @@ from scripts.studies.common import ROOT, case
 
 pytestmark = pytest.mark.fe
 
-SHARED = {"common", "blocks"}
+SHARED = {"common", "blocks", "peers_calculix", "peers_ngsolve"}
 NAMES = sorted({module.name for module in pkgutil.iter_modules(scripts.studies.__path__)} - SHARED)
 
 
@@ -81,6 +82,43 @@ def test_press_of_the_elements(tmp_path):
     error = {key: abs(float(text.strip("%"))) for key, text in errors.items()}
     assert error["P1 tetrahedra", "4"] > 10 > error["Q2", "4"] > error["Q2/P1 mixed", "4"]
     assert (tmp_path / "elements.png").stat().st_size > 10_000
+
+
+def test_cube_beside_the_programs_that_are_here(tmp_path):
+    rows = [row for row in printed("peers", "--pictures", str(tmp_path)) if len(row) == 8]
+    errors = {(row[1], row[2]): float(row[5].strip("%")) for row in rows if row[2] in "24"}
+    assert -4.0 < errors["Q2, the default", "4"] < -3.0  # percent
+    assert -0.8 < errors["Q2/P1 mixed", "4"] < -0.3
+    assert -5.0 < errors.get(("C3D20R", "4"), -2.6) < -2.0
+    assert (tmp_path / "peers.png").stat().st_size > 10_000
+
+
+def test_input_of_calculix_has_all_faces_that_may_touch():
+    from scripts.studies import peers_calculix
+    from scripts.studies.press_elements import MATERIAL, half_cube, in_tetrahedra
+
+    mesh = half_cube(2)
+    text, unknowns = peers_calculix.written(mesh, "C3D20R", MATERIAL, 1e5, 0.5, 1e12)
+    assert unknowns == 3 * 51
+    assert len(peers_calculix.faces(mesh)) == len(mesh.facets["contact"])
+    cut = in_tetrahedra(mesh)
+    assert len(peers_calculix.faces(cut)) == 2 * len(mesh.facets["contact"])
+    assert "*HYPERELASTIC, MOONEY-RIVLIN\n0.1662,0.1068,0.0737\n" in text
+
+
+def test_answer_of_calculix_is_that_of_the_whole_load(tmp_path):
+    from scripts.studies.peers_calculix import displacement
+
+    def lines(time):
+        head = f" displacements (vx,vy,vz) for set FIRST and time  {time}\n\n"
+        return head + "         3  0.000000E+00  0.000000E+00 -1.972171E-01\n\n"
+
+    path = tmp_path / "cube.dat"
+    assert np.isnan(displacement(path))
+    path.write_text(lines("0.9000000E+00"), encoding="utf-8")
+    assert np.isnan(displacement(path))
+    path.write_text(lines("0.9000000E+00") + lines("0.1000000E+01"), encoding="utf-8")
+    assert displacement(path) == pytest.approx(1.972171e-4)
 
 
 def test_penalty_moves_the_plate_little():

@@ -56,9 +56,13 @@ REFERENCE = "Q2/P1 mixed"
 # --- meshes: nested under doubling, so that extrapolation has smooth errors
 
 
-def half_cube(n: int) -> TaggedMesh:
-    """n x n/2 x n hexahedra (n even), finer at the contact edges and at both ends of the height."""
-    along = SIZE / 2 * np.sin(0.4 * np.pi * np.linspace(-1, 1, n + 1)) / np.sin(0.4 * np.pi)
+def half_cube(n: int, gathered: float = 0.4) -> TaggedMesh:
+    """n x n/2 x n hexahedra (n even), finer at the contact edges and at both ends of the height.
+
+    `gathered`, 0 to 0.5: how much finer, from not at all to cells without extent.
+    """
+    turn = gathered * np.pi
+    along = SIZE / 2 * np.sin(turn * np.linspace(-1, 1, n + 1)) / np.sin(turn)
     upwards = along + SIZE / 2
 
     def sides(centre: Array) -> Any:
@@ -211,9 +215,17 @@ class Press(NamedTuple):
 
 
 def pressed(
-    element: Element, n: int, pressure: float, mu: float = 0.0, material: MooneyRivlin = MATERIAL
+    element: Element,
+    grid: TaggedMesh,
+    pressure: float,
+    mu: float = 0.0,
+    material: MooneyRivlin = MATERIAL,
+    tolerance: float = 0.1,
 ) -> Press:
-    """Press the half cube of `n` cells along x under a shear of `mu` times the pressure."""
+    """Press the half cube `grid` of hexahedra under a shear of `mu` times the pressure.
+
+    `tolerance` is what the penalty is made for.
+    """
     scene = scene_from_dict(
         {
             "name": "cube",
@@ -222,23 +234,23 @@ def pressed(
             "load": {"pressure": pressure, "speed": 1.0, "duration": 1e-3},
         }
     )
-    grid = half_cube(n)
     tagged = in_tetrahedra(grid) if element.in_tetrahedra else grid
     rubber = element.forms(RubberMesh(*gmsh_model.distribute(tagged, MPI.COMM_SELF)), material)
     start = process_time()
     surface = contact_surface(rubber.space, rubber.facets("contact"), FACET_DEGREE, FACET_PIECES)
-    equilibrium = Equilibrium(rubber, surface, default_penalty(material, SIZE, 0.1))
+    equilibrium = Equilibrium(rubber, surface, default_penalty(material, SIZE, tolerance))
     area = SIZE**2 / 2
     friction = FilmFriction(scene.contact_parameters, None, 0.05 * pressure)
     block = Block(scene, rubber, surface, equilibrium, friction, area, pressure * area, 2.0, SIZE)
     points: list[PathPoint] = []
+    reached = 1.0
     try:
         press(block, points.append, shear_of_pressure(mu))
     except SimulationStopped:
-        pass
+        reached = max((point.load for point in points), default=0.0)
     return Press(
         equilibrium.plate_displacement(),
-        points[-1].load if points else 0.0,
+        reached,
         rubber.n_dofs,
         sum(point.solution.iterations for point in points),
         sum(point.solution.tangents for point in points),
@@ -267,7 +279,7 @@ Presses = dict[str, dict[int, Press]]
 def frictionless(pressure: float, coarse: int) -> Presses:
     """Presses of every element on its `coarse` coarsest meshes (all, if that is more)."""
     return {
-        name: {n: pressed(element, n, pressure) for n in element.numbers[:coarse]}
+        name: {n: pressed(element, half_cube(n), pressure) for n in element.numbers[:coarse]}
         for name, element in ELEMENTS.items()
     }
 
@@ -304,7 +316,7 @@ def print_sheared(numbers: Sequence[int], shears: Sequence[float]) -> None:
     head = ("element", "cells along x", *(f"tau = {mu:g} p" for mu in shears))
 
     def cell(element: Element, n: int, mu: float) -> str:
-        found = pressed(element, n, 5 * BAR, mu)
+        found = pressed(element, half_cube(n), 5 * BAR, mu)
         return (
             f"{found.reached:.0%}, {1e6 * found.displacement:.1f} um, "
             f"{found.tangents}, {found.seconds:.1f} s"

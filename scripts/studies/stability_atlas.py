@@ -459,7 +459,8 @@ def compressibility(quick: bool) -> Iterable[Map]:
             G = E / (2.0 * (1.0 + nu))
             material = MooneyRivlin.from_nu(0.3 * G, 0.2 * G, nu)
             element = press_elements.ELEMENTS[name]
-            found = press_elements.pressed(element, n, p * BAR, mu, material)
+            grid = press_elements.half_cube(n)
+            found = press_elements.pressed(element, grid, p * BAR, mu, material)
             if found.reached < 1.0:
                 return Cell(
                     REFUSED, f"{found.reached:.0%}", f"stops at {found.reached:.0%} of the load"
