@@ -161,17 +161,16 @@ def test_a_decaying_wave_has_the_orders_of_mesh_and_integrator():
     errors = []
     for refinement, steps in ((1.0, 8), (2.0, 16), (4.0, 32)):
         ice, _, area = some_ice("slice", refinement)
-        x, z = ice.space.tabulate_dof_coordinates()[:, :2].T
-        depth = -EVERYWHERE.allreduce(float(z.min(initial=0.0)), op=MPI.MIN)
-        k, m = 2.0 * np.pi / 1e-3, np.pi / depth
-        wave = (np.cos(k * (x + 0.5e-3)) * np.cos(m * z))[: ice.initial(0).size]
-        state = InterfaceState(np.zeros(area.size), np.zeros(area.size), wave)
+        x, z = ice.grid.lines[0], -ice.profile(ice.initial(0)).depths[::-1]
+        k, m = 2.0 * np.pi / 1e-3, -np.pi / z[0]
+        wave = np.outer(np.cos(k * (x + 0.5e-3)), np.cos(m * z))
+        state = InterfaceState(np.zeros(area.size), np.zeros(area.size), ice.content(wave))
         cold = FilmLoads(*np.zeros((3, area.size)), np.ones(area.size))
         for _ in range(steps):
             dt = 5e-3 / steps
             state = advance(state, cold, cold, dt, ice, INTEGRATORS["sdirk3"]).state
         exact = wave * np.exp(-ICE_DIFFUSIVITY * (k**2 + m**2) * 5e-3)
-        worst = np.abs(state.ice - exact).max(initial=0.0) / np.exp(
+        worst = np.abs(ice.rise(state.ice) - exact).max() / np.exp(
             -ICE_DIFFUSIVITY * (k**2 + m**2) * 5e-3
         )
         errors.append(EVERYWHERE.allreduce(worst, op=MPI.MAX))
@@ -181,7 +180,7 @@ def test_a_decaying_wave_has_the_orders_of_mesh_and_integrator():
 
 def test_content_of_the_whole_patch_is_capacity_times_rise():
     ice, _, area = some_ice("slice")
-    one = np.ones(ice.initial(0).size)
+    one = ice.content(np.ones(ice.initial(0).shape))
     depth = ice.heat(one) / (ICE_DENSITY * ICE_HEAT_CAPACITY * 1e-3)
     assert depth == pytest.approx(5 * np.sqrt(ICE_DIFFUSIVITY * DURATION), rel=0.01)
 
@@ -191,8 +190,13 @@ def test_modes_diagonalise_the_matrices_that_dolfinx_assembles(model):
     """Capacity and conduction, lumped along x and y, from Kronecker sums as from the forms."""
     mesh = ice_mesh(a_scene(model, 0.5), MPI.COMM_SELF)
     ice = Continuum(mesh, T_0)
-    trial, test = ufl.TrialFunction(ice.space), ufl.TestFunction(ice.space)
-    dim, numbers = mesh.mesh.geometry.dim, ice.numbers
+    space = compat.scalar_space(mesh.mesh, 1)
+    trial, test = ufl.TrialFunction(space), ufl.TestFunction(space)
+    dim, lines = mesh.mesh.geometry.dim, [line for line in (mesh.x, mesh.y, mesh.z) if line.size]
+    shape = tuple(line.size for line in lines)
+    place = zip(lines, space.tabulate_dof_coordinates().T, strict=False)
+    place = [np.searchsorted(0.5 * (line[1:] + line[:-1]), x) for line, x in place]
+    numbers = np.ravel_multi_index(place, shape)
 
     def assembled(integrand, lumped_axes):
         """Matrix of the grid's nodes whose entries have moved along the lumped axes."""
@@ -206,7 +210,6 @@ def test_modes_diagonalise_the_matrices_that_dolfinx_assembles(model):
         np.add.at(dense, (numbers[row], np.ravel_multi_index(tuple(there), shape)), values)
         return dense
 
-    shape = tuple(line.size for line in (mesh.x, mesh.y, mesh.z) if line.size)
     lateral = list(range(dim - 1))
     capacity = assembled(trial * test, lateral)
     conduction = sum(
@@ -269,7 +272,8 @@ def test_ice_for_a_longer_run_goes_on_below(model):
     short = Continuum(ice_mesh(scene, EVERYWHERE), T_0)
     scene.load.duration = 4.0 * DURATION
     long = Continuum(ice_mesh(scene, EVERYWHERE, layers_for=DURATION), T_0)
-    content = np.sin(np.arange(1.0, short.n_dofs + 1.0))[short.numbers]
+    shape = short.initial(0).shape
+    content = short.content(np.sin(np.arange(1.0, short.n_dofs + 1.0)).reshape(shape))
     before, after = (
         ice.profile(one).kelvin
         for ice, one in ((short, content), (long, long.restored(short.saved(content))))

@@ -183,7 +183,9 @@ class Sliding:
                 self.block.stop_at_faults(self.moment)
                 if isinstance(reason, NotConverged):
                     self.block.equilibrium.forget()
-                self._dt = dt * (reason.factor if isinstance(reason, Refused) else 0.25)
+                factor = reason.factor if isinstance(reason, Refused) else 0.25
+                # what a first cut has not mended is a corner in the step: it falls slowly
+                self._dt = dt * (min(factor, 0.5) if rejected else factor)
                 rejected += 1
                 if not self._dt >= SMALLEST_STEP * self._duration or not self._adaptive:
                     raise SimulationStopped(self._farewell(reason)) from reason

@@ -4,9 +4,11 @@ The contact points lie anywhere on the ice's surface. Every rank knows the surfa
 read their temperature from it by (bi)linear interpolation and give their heat to the same nodes
 with the same weights, so that the heat that leaves the interface is the heat that enters the ice.
 
-The mesh is a tensor grid, so that its modes are products of those of lines (`ice_modes`). Within
-an implicit stage the surface's temperatures are an offset and a known, symmetric response to the
-heat that they are given; what has to be iterated is the film on the surface alone.
+The mesh is a tensor grid, so that its modes are products of those of lines (`ice_modes`). The
+content is the modes' amplitudes, which all ranks have: between two steps nothing but their decay
+has to be found. Within an implicit stage the surface's temperatures are an offset and a known,
+symmetric response to the heat that they are given; what has to be iterated is the film on the
+surface alone.
 """
 
 from __future__ import annotations
@@ -15,12 +17,11 @@ from collections.abc import Mapping
 from copy import copy
 
 import numpy as np
-from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.linalg.blas import dsbmv
+from scipy.linalg.lapack import dpbtrf, dpbtrs
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
-from iceslide_fem.fenics import compat
-from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.interface.ice_modes import GridModes, line_matrices
 from iceslide_fem.interface.surface_grid import Contacts, Profile, SurfaceGrid
@@ -38,30 +39,23 @@ LINEAR_TOLERANCE, LINEAR_ITERATIONS = 1e-8, 500
 
 
 class Continuum:
-    """Heat equation on the ice mesh, linear elements; content: T - T_0 at this rank's nodes.
+    """Heat equation on the ice mesh, linear elements; content: amplitudes of T - T_0, on all ranks.
 
-    numbers: of this rank's nodes on the whole grid; grid: that of the surface, whose `nodes` the
-    ranks share evenly. T_0 in K.
+    grid: that of the surface, whose `nodes` the ranks share evenly. T_0 in K.
     """
 
     def __init__(self, mesh: IceMesh, temperature: float, solid: Solid = ICE) -> None:
         """Ice at `temperature` (K), without points yet."""
-        self._initial, self._comm, self._solid = temperature, mesh.mesh.comm, solid
-        self.space = compat.scalar_space(mesh.mesh, 1)
+        self._initial, self._solid = temperature, solid
+        self._mesh = mesh.mesh  # whose communicator lives no longer
+        comm = self._mesh.comm
         lines = [line for line in (mesh.x, mesh.y, mesh.z) if line.size]
         self._shape = tuple(line.size for line in lines)
         self._modes = GridModes(lines)
         self._volumes = [line_matrices(line)[0].sum(axis=1) for line in lines]
-        self._own = self.space.dofmap.index_map.size_local
-        positions = self.space.tabulate_dof_coordinates()[: self._own]
-        place = tuple(
-            np.searchsorted(0.5 * (line[1:] + line[:-1]), positions[:, axis])
-            for axis, line in enumerate(lines)
-        )
-        self.numbers = np.ravel_multi_index(place, self._shape)
         surface = np.arange(int(np.prod(self._shape[:-1])))
-        own = np.array_split(surface, self._comm.size)[self._comm.rank]
-        self.grid = SurfaceGrid(lines[:-1], own, self._comm)
+        own = np.array_split(surface, comm.size)[comm.rank]
+        self.grid = SurfaceGrid(lines[:-1], own, comm)
         self.nodes = self.grid.nodes
         self._depths = -mesh.z[::-1]  # of the nodes, from 0 downwards, m
         self._link = RESISTANCE_SHARE * float(mesh.z[-1] - mesh.z[-2]) / solid.conductivity
@@ -74,7 +68,7 @@ class Continuum:
 
     def initial(self, n_points: int) -> Array:
         """Content of ice at its initial temperature (whatever the number of points)."""
-        return np.zeros(self._own)
+        return np.zeros(self._shape)
 
     def under(self, contacts: Contacts) -> Continuum:
         """The same ice as it answers below `contacts`."""
@@ -82,17 +76,24 @@ class Continuum:
         below._contacts = contacts
         return below
 
+    def content(self, rise: Array) -> Array:
+        """Content of T - T_0 (K) at the nodes, of the grid's shape, z upwards."""
+        return self._modes.amplitudes(rise)
+
+    def rise(self, content: Array) -> Array:
+        """T - T_0 (K) at the nodes, of the grid's shape, z upwards."""
+        return self._modes.nodal(content)
+
     def surface_temperature(self, content: Array) -> Array:
-        """Temperature at the points (K), shape (n,). Collective."""
-        surface = self._initial + self._everywhere(content)[..., -1]
-        return self.grid.interpolate(surface.ravel(), self._contacts.at)
+        """Temperature at the points (K), shape (n,)."""
+        return self.grid.interpolate(self._at_surface(content).ravel(), self._contacts.at)
 
     def shifted(self, content: Array, cells: int) -> Array:
-        """Content after the window has moved `cells` cells in +x: fresh ice enters. Collective."""
-        nodes = self._everywhere(content)
-        moved = np.zeros_like(nodes)
-        moved[: nodes.shape[0] - cells] = nodes[cells:]
-        return self._mine(moved)
+        """Content after the window has moved `cells` cells in +x: fresh ice enters."""
+        rise = self.rise(content)
+        moved = np.zeros_like(rise)
+        moved[: rise.shape[0] - cells] = rise[cells:]
+        return self.content(moved)
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """Solve capacity (T - T_start) / dt + conduction T = heat from the film. Collective.
@@ -102,13 +103,11 @@ class Continuum:
         """
         grid, modes, (at, area) = self.grid, self._modes, self._contacts
         per_heat = float(dt) / (self._solid.density * self._solid.heat_capacity)
-        before = self._everywhere(start)
-        amplitudes = modes.amplitudes(before)
         decay = np.reciprocal(1.0 + float(dt) * self._solid.diffusivity * modes.rates)
+        cooled = start * decay
         resistance = per_heat * (decay @ modes.surface**2)
-        offset = self._initial + modes.surface_values((amplitudes * decay) @ modes.surface)
+        offset, temperature = self._at_surface(cooled), self._at_surface(start)
         link, near = np.full(area.shape, self._link), None
-        temperature = self._initial + before[..., -1]
         for iteration in range(MAX_ITERATIONS):
             below = grid.interpolate(temperature.ravel(), at)
             result = film.solve(Surface.of(below, link, self._solid), near)
@@ -120,8 +119,7 @@ class Continuum:
             if not np.isfinite(residual).all():
                 break
             if np.abs(residual).max() <= TEMPERATURE_TOLERANCE:
-                content = (amplitudes + per_heat * heat[..., None] * modes.surface) * decay
-                return self._mine(modes.nodal(content)), result
+                return cooled + (per_heat * heat[..., None]) * (modes.surface * decay), result
             imbalance = modes.surface_loads(modes.surface_amplitudes(residual) / resistance)
             conductance = grid.coupling(area * result.ice_slope / link, at)
             change = self._correction(imbalance, resistance, conductance)
@@ -129,15 +127,15 @@ class Continuum:
         raise NotConverged("the melting part of the ice's surface does not settle")
 
     def heat(self, content: Array) -> float:
-        """Heat above the initial temperature, J (J/m in a slice). Collective."""
-        total = self._everywhere(content)
+        """Heat above the initial temperature, J (J/m in a slice)."""
+        total = self.rise(content)
         for volumes in self._volumes:
             total = np.tensordot(volumes, total, axes=(0, 0))
         return float(self._solid.density * self._solid.heat_capacity * total)
 
     def profile(self, content: Array) -> Profile:
-        """Temperature and heat below the nodes of the grid. Collective."""
-        rise = self._rise(content)
+        """Temperature and heat below the nodes of the grid."""
+        rise = self._below(content)
         capacity = self._solid.density * self._solid.heat_capacity
         heat = capacity * self._volumes[-1][::-1] @ rise
         return Profile(self._depths, self._initial + rise, heat, self.grid)
@@ -150,22 +148,22 @@ class Continuum:
         gradients, preconditioned by the bands with the conduction of a mode in the middle: in short
         stages, in which heat does not get far along the surface, all modes have nearly the same.
         """
-        grid, modes = self.grid, self._modes
-        bands = np.zeros((grid.diagonals[-1] + 1, grid.n_nodes))
+        grid, modes, width = self.grid, self._modes, self.grid.diagonals[-1]
+        bands = np.zeros((width + 1, grid.n_nodes), order="F")
         bands[grid.diagonals] = conductance
-        bands[0] += grid.cell_area / np.sqrt(resistance.max() * resistance.min())
-        factor = cholesky_banded(bands, lower=True, check_finite=False)
+        factor = bands.copy(order="F")
+        factor[0] += grid.cell_area / np.sqrt(resistance.max() * resistance.min())
+        factor, fault = dpbtrf(factor, lower=1, overwrite_ab=1)
+        if fault:
+            raise NotConverged("the linear solver of the ice's temperature fails")
 
         def answered(load: Array) -> Array:
-            return np.asarray(cho_solve_banded((factor, True), load, check_finite=False))
+            return np.asarray(dpbtrs(factor, load, lower=1)[0]).ravel()
 
         def load(x: Array) -> Array:
             amplitudes = modes.surface_amplitudes(x.reshape(grid.shape)) / resistance
-            total = modes.surface_loads(amplitudes).ravel() + conductance[0] * x
-            for distance, band in zip(grid.diagonals[1:], conductance[1:], strict=True):
-                total[distance:] += band[:-distance] * x[:-distance]
-                total[:-distance] += band[:-distance] * x[distance:]
-            return total
+            points = dsbmv(width, 1.0, bands, x, lower=1)
+            return np.asarray(modes.surface_loads(amplitudes).ravel() + points)
 
         x, left = np.zeros(grid.n_nodes), imbalance.ravel().copy()
         direction = answer = answered(left)
@@ -183,26 +181,20 @@ class Continuum:
         raise NotConverged("the linear solver of the ice's temperature fails")
 
     def saved(self, content: Array) -> dict[str, Array]:
-        """What checkpoints keep: T - T_0 below this rank's nodes of the surface. Collective."""
-        return {"rise": self._rise(content)[:, self.grid.own]}
+        """What checkpoints keep: T - T_0 below this rank's nodes of the surface."""
+        return {"rise": self._below(content)[:, self.grid.own]}
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
         """Content of what was `saved`, also by ice that ended higher: below is cold. Collective."""
         rise = np.zeros((self._shape[-1], self.grid.n_nodes))
         rise[: len(saved["rise"])] = self.grid.allgather(saved["rise"])
-        return self._mine(rise[::-1].T)
+        return self.content(rise[::-1].T.reshape(self._shape))
 
-    def _rise(self, content: Array) -> Array:
-        """T - T_0 at the depths below all nodes of the surface, (depths, nodes). Collective."""
-        return self._everywhere(content).reshape(-1, self._shape[-1]).T[::-1]
+    def _at_surface(self, content: Array) -> Array:
+        """Temperature (K) at the surface's nodes, of its shape."""
+        modes = self._modes
+        return self._initial + modes.surface_values(content @ modes.surface)
 
-    def _everywhere(self, content: Array) -> Array:
-        """Content at all nodes, of the grid's shape, from that of all ranks. Collective."""
-        nodes = np.zeros(self._shape)
-        nodes.flat[self.numbers] = content
-        self._comm.Allreduce(MPI.IN_PLACE, nodes, op=MPI.SUM)
-        return nodes
-
-    def _mine(self, nodes: Array) -> Array:
-        """Content at this rank's nodes of that at all."""
-        return np.asarray(nodes.ravel()[self.numbers])
+    def _below(self, content: Array) -> Array:
+        """T - T_0 (K) at the depths below all nodes of the surface, (depths, nodes)."""
+        return self.rise(content).reshape(-1, self._shape[-1]).T[::-1]

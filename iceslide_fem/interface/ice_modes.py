@@ -96,6 +96,10 @@ class GridModes:
 
 def _along_axes(matrices: Sequence[Array], values: Array) -> Array:
     """`values` with each axis multiplied by a matrix of its own."""
+    if len(matrices) == 1:
+        return np.asarray(matrices[0] @ values)
+    if len(matrices) == 2:  # the surface in 3-D, in every iteration of a stage
+        return np.asarray(matrices[0] @ values @ matrices[1].T)
     for matrix in matrices:  # takes the first axis, and puts what becomes of it last
         values = np.tensordot(values, matrix, axes=(0, 1))
     return values

@@ -9,25 +9,56 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csc_matrix, csr_matrix
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI
 
 
-class Placement(NamedTuple):
-    """Where points lie: nodes around each and their weights, which add up to 1, (n, corners)."""
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Where points lie: nodes around each and their weights, which add up to 1, (n, corners).
+
+    shape: of the grid.
+    """
 
     node: NDArray[np.int64]
     share: Array
+    shape: tuple[int, ...]
+
+    @cached_property
+    def matrix(self) -> csr_matrix:
+        """From values of the nodes to those of the points."""
+        n, corners = self.node.shape
+        first = np.arange(0, n * corners + 1, corners)
+        parts = self.share.ravel(), self.node.ravel(), first
+        return csr_matrix(parts, shape=(n, int(np.prod(self.shape))))
+
+    @cached_property
+    def pairs(self) -> csc_matrix:
+        """From values c of the points to the diagonals of sum c N N^T, one below another."""
+        corners, (n, count) = _corners(self.shape), self.node.shape
+        diagonals, n_nodes = _diagonals(corners), int(np.prod(self.shape))
+        pairs = list(itertools.combinations_with_replacement(range(count), 2))
+        rows, weights = np.empty((n, len(pairs)), dtype=np.int64), np.empty((n, len(pairs)))
+        for column, (one, other) in enumerate(pairs):  # corners are in the order of their nodes
+            diagonal = diagonals.index(corners[other] - corners[one])
+            rows[:, column] = diagonal * n_nodes + self.node[:, one]
+            weights[:, column] = self.share[:, one] * self.share[:, other]
+        first = np.arange(0, rows.size + 1, len(pairs))
+        shape = (len(diagonals) * n_nodes, n)
+        return csc_matrix((weights.ravel(), rows.ravel(), first), shape=shape)
 
 
 def own_points(n: int) -> Placement:
     """Placement of `n` points each of which is a node of its own."""
-    return Placement(np.arange(n)[:, None], np.ones((n, 1)))
+    return Placement(np.arange(n)[:, None], np.ones((n, 1)), (n,))
 
 
 class Contacts(NamedTuple):
@@ -70,10 +101,7 @@ class SurfaceGrid:
         self.lines, self.own, self.comm = list(lines), own, comm
         self.shape = tuple(line.size for line in lines)
         self.n_nodes = int(np.prod(self.shape))
-        sides = itertools.product((0, 1), repeat=len(self.lines))
-        self._corner = [int(np.dot(side, (*self.shape[1:], 1))) for side in sides]
-        pairs = itertools.combinations_with_replacement(self._corner, 2)
-        self.diagonals = sorted({second - first for first, second in pairs})
+        self.diagonals = _diagonals(_corners(self.shape))
         area = np.ones(1)
         for line in lines:
             half = np.diff(line) / 2.0
@@ -103,11 +131,11 @@ class SurfaceGrid:
                 share = share * (fractions[axis] if side else 1.0 - fractions[axis])
             nodes.append(node)
             shares.append(share)
-        return Placement(np.stack(nodes, axis=1), np.stack(shares, axis=1))
+        return Placement(np.stack(nodes, axis=1), np.stack(shares, axis=1), self.shape)
 
     def own_nodes(self) -> Placement:
         """Placement of points that are this rank's nodes themselves."""
-        return Placement(self.own[:, None], np.ones((self.own.size, 1)))
+        return Placement(self.own[:, None], np.ones((self.own.size, 1)), self.shape)
 
     def allgather(self, own_values: Array) -> Array:
         """Values (..., nodes) from those of each rank's own nodes (..., own). Collective."""
@@ -118,35 +146,35 @@ class SurfaceGrid:
 
     def interpolate(self, grid: Array, at: Placement) -> Array:
         """Values (n,) of a grid function (nodes,) at points."""
-        return np.asarray((at.share * grid[at.node]).sum(axis=1))
+        return np.asarray(at.matrix @ grid)
 
     def scatter(self, amounts: Array, at: Placement) -> Array:
         """What the points of all ranks give to each node (..., nodes). Collective.
 
         `amounts` (..., n) is extensive: heat, area, force.
         """
-        grid = np.zeros((*amounts.shape[:-1], self.n_nodes))
-        kinds = int(np.prod(amounts.shape[:-1]))  # a rank may have no points
-        amounts = amounts.reshape(kinds, amounts.shape[-1])
-        for corner in range(at.node.shape[1]):
-            for row, amount in zip(grid.reshape(kinds, self.n_nodes), amounts, strict=True):
-                node = at.node[:, corner]
-                row += np.bincount(node, at.share[:, corner] * amount, minlength=self.n_nodes)
+        kinds = amounts.reshape(int(np.prod(amounts.shape[:-1])), amounts.shape[-1])
+        grid = np.ascontiguousarray((at.matrix.T @ kinds.T).T)
         self.comm.Allreduce(MPI.IN_PLACE, grid, op=MPI.SUM)
-        return grid
+        return grid.reshape(*amounts.shape[:-1], self.n_nodes)
 
     def coupling(self, conductance: Array, at: Placement) -> Array:
         """Sum over the points of all ranks of conductance * N N^T, a symmetric matrix. Collective.
 
         Its diagonals (n_diagonals, nodes): row d holds the entries (j + `diagonals`[d], j).
         """
-        bands = np.zeros((len(self.diagonals), self.n_nodes))
-        corners = range(at.node.shape[1])
-        for first, second in itertools.combinations_with_replacement(corners, 2):
-            # corners are in the order of their nodes
-            distance = self._corner[second] - self._corner[first]
-            weights = conductance * at.share[:, first] * at.share[:, second]
-            band = bands[self.diagonals.index(distance)]
-            band += np.bincount(at.node[:, first], weights, minlength=self.n_nodes)
+        bands = np.asarray(at.pairs @ conductance).reshape(len(self.diagonals), self.n_nodes)
         self.comm.Allreduce(MPI.IN_PLACE, bands, op=MPI.SUM)
         return bands
+
+
+def _corners(shape: tuple[int, ...]) -> list[int]:
+    """By how much the numbers of a cell's nodes exceed that of its first."""
+    sides = itertools.product((0, 1), repeat=len(shape))
+    return [int(np.dot(side, (*shape[1:], 1))) for side in sides]
+
+
+def _diagonals(corners: list[int]) -> list[int]:
+    """How far apart the numbers of nodes of one cell are."""
+    pairs = itertools.combinations_with_replacement(corners, 2)
+    return sorted({second - first for first, second in pairs})

@@ -91,8 +91,14 @@ def contact_tangent(
 ) -> Array:
     """Derivative of `contact_forces` by the nodal displacements `u`: (f, a, d, a, d), N/m.
 
-    `state` and `traction` are those at `u`.
+    `state` and `traction` are those at `u`. Facets under no load, as most of the walls, have none.
     """
+    tangent = np.zeros((*surface.dofs.shape, u.shape[-1], *surface.dofs.shape[1:], u.shape[-1]))
+    parts = (state.pressure, *traction)
+    here = np.flatnonzero(sum(np.abs(part).reshape(len(part), -1).sum(axis=1) for part in parts))
+    surface = surface.of(here)
+    state = ContactState(*(part[here] for part in state))
+    traction = Traction(*(part[here] for part in traction))
     d_area = surface.footprint_slopes(u)
     stress = np.concatenate([traction.value, state.pressure[..., None]], axis=-1)
     d_pressure = np.where(state.gap < 0.0, -penalty, 0.0)
@@ -108,7 +114,8 @@ def contact_tangent(
     forces = (shape[..., None] * stress[:, :, None, :]).reshape(f, q, a * d)
     turning = forces.transpose(0, 2, 1) @ d_area.reshape(f, q, a * d)
     moving = moving.reshape(f, a, a, d, d).transpose(0, 1, 3, 2, 4)
-    return np.asarray(moving + turning.reshape(f, a, d, a, d))
+    tangent[here] = moving + turning.reshape(f, a, d, a, d)
+    return tangent
 
 
 def default_penalty(material: MooneyRivlin, height: float, tolerance: float) -> float:

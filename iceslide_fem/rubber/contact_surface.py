@@ -45,6 +45,17 @@ class ContactSurface:
         """Points on this rank."""
         return int(self.weights.size)
 
+    def of(self, facets: NDArray[np.intp]) -> ContactSurface:
+        """The part of the surface on some of this rank's facets."""
+        return ContactSurface(
+            self.dofs[facets],
+            self.nodes[facets],
+            self.shape[facets],
+            self.slopes[facets],
+            self.weights[facets],
+            self.comm,
+        )
+
     def positions(self, u: Array) -> Array:
         """Deformed positions (f, q, d) for nodal displacements `u` (blocked dofs, d), m."""
         return np.asarray(self.shape @ (self.nodes + u[self.dofs]))

@@ -2,12 +2,8 @@
 
 A tangent costs as much as some forty solves with its factors. What changes from one iteration to
 the next is hardly the rubber, but the contact: points touch down and lift off, and the film's shear
-follows the slip by a slope that belongs to the step. That part is exact in every change: the
-difference D of the present contact to that of the factors M is left to GMRES,
-
-    (M + D) x = b,    x = M^-1 y,    (1 + D M^-1) y = b,
-
-which needs as many solves as D has independent parts of importance, two or three as a rule.
+follows the slip by a slope that belongs to the step. That part is exact in every change
+(`responses`).
 """
 
 from __future__ import annotations
@@ -21,10 +17,11 @@ from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.fenics.direct_solver import factorise, solve
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
+from iceslide_fem.rubber.responses import ContactNodes, Responses
 
-# What GMRES leaves of the imbalance: Newton's method gains no more from less, because the rubber's
-# part of the tangent is an earlier one. And so many solves at most.
-FORCING, MOST_SOLVES = 0.1, 20
+# What a change leaves of the imbalance for the contact's sake: Newton's method gains no more from
+# less, because the rubber's part of the tangent is an earlier one.
+FORCING = 0.03
 
 
 class Tangent:
@@ -52,8 +49,9 @@ class Tangent:
         self._first = index_map.local_range[0] * self._dim
         self._lift.array[self.plate_z] = 1.0
         self._factored: Array = np.zeros(0)  # the contact's part of the factors
-        self._difference: Array = np.zeros(0)
         self._differs = self._held = False
+        self._nodes = ContactNodes(surface, self._load, self._fixed, self.plate_z)
+        self._responses = Responses(self._nodes)
         self.ksp = PETSc.KSP().create(self._comm)
         self.ksp.setType("preonly")
         self.ksp.setOptionsPrefix(prefix)
@@ -79,6 +77,7 @@ class Tangent:
         matrix, dim, dofs = self._matrix, self._dim, self._surface.dofs
         self._rubber.tangent(matrix)
         self._factored, self._differs = contact, False
+        self._responses.clear()
         rows = dofs[:, :, None] * dim + np.arange(dim, dtype=np.int32)
         for row, block in zip(rows, contact, strict=True):
             values = -block.reshape(row.size, row.size)
@@ -99,7 +98,7 @@ class Tangent:
     def touch(self, contact: Array) -> None:
         """Take the present `contact` (as in `factorise`) from now on, with the same factors."""
         nodes = contact.shape[1] * contact.shape[2]
-        self._difference = (self._factored - contact).reshape(len(contact), nodes, nodes)
+        self._responses.differ((self._factored - contact).reshape(len(contact), nodes, nodes))
         self._differs = True
 
     def change(self, residual: PETSc.Vec, plate: float | None) -> Array:
@@ -108,64 +107,35 @@ class Tangent:
         With None the plate stays where it is, whatever it carries. Raises NotConverged where the
         linear solver fails or the plate meets no resistance.
         """
-        self._held = plate is None
-        load = np.append(-residual.array, -(plate or 0.0))
-        if not self._differs:
-            return self._solved(load)
-        size = float(np.sqrt(self._dots(load[None], load)[0]))
-        if not 0.0 < size < np.inf:
-            return self._solved(load)
-        basis, answers = load[None] / size, []
-        hessenberg = np.zeros((MOST_SOLVES + 1, MOST_SOLVES))
-        for n in range(1, MOST_SOLVES + 1):
-            answers.append(self._solved(basis[-1]))
-            image = basis[-1] + self._differing(answers[-1])
-            for _ in range(2):  # Gram and Schmidt, and once more against rounding
-                shares = self._dots(basis, image)
-                hessenberg[:n, n - 1] += shares
-                image -= shares @ basis
-            length = float(np.sqrt(self._dots(image[None], image)[0]))
-            hessenberg[n, n - 1] = length
-            aim = np.append(size, np.zeros(n))
-            weights, *_ = np.linalg.lstsq(hessenberg[: n + 1, :n], aim, rcond=None)
-            left = np.linalg.norm(aim - hessenberg[: n + 1, :n] @ weights)
-            if not left > FORCING * size or length == 0.0:
-                break
-            basis = np.vstack([basis, image / length])
-        return np.asarray(weights @ np.array(answers))
+        if self._held != (plate is None):
+            self._responses.clear()
+        self._held, imbalance = plate is None, plate or 0.0
+        self._load.array[:] = -residual.array
+        answer, size = self._solved(-imbalance), float(np.hypot(residual.norm(), imbalance))
+        if self._differs and 0.0 < size < np.inf:
+            answer -= self._responses.correction(answer, FORCING * size, self._response)
+        return answer
 
     def length(self, change: Array) -> float:
         """Norm of a change over all ranks' dofs, m. Collective."""
         own = change[: self._answer.getLocalSize()]
         return float(np.sqrt(self._comm.allreduce(float(own @ own), op=MPI.SUM)))
 
-    def _dots(self, rows: Array, vector: Array) -> Array:
-        """Products of `rows` with a `vector`: own dofs, and at the end the plate on every rank."""
-        own = np.asarray(rows[:, :-1] @ vector[:-1])
-        self._comm.Allreduce(MPI.IN_PLACE, own, op=MPI.SUM)
-        return np.asarray(own + rows[:, -1] * vector[-1])
-
-    def _differing(self, change: Array) -> Array:
-        """Loads of own dofs and plate by which the present tangent's answer differs."""
-        dofs, load = self._surface.dofs, self._load
-        moved = change.reshape(-1, self._dim)[dofs].reshape(*self._difference.shape[:2], 1)
-        with load.localForm() as local:
+    def _response(self, load: Array) -> Array:
+        """The change that the factors give to a load on the contact's nodes."""
+        with self._load.localForm() as local:
             local.set(0.0)
-            forces = (self._difference @ moved).reshape(*dofs.shape, self._dim)
-            self._surface.scatter(forces, local.array.reshape(-1, self._dim))
-        compat.sum_ghosts(load)
-        plate = self.imbalance(load)
-        return np.append(load.array, 0.0 if self._held else plate)
+        self._load.array[self._nodes.own] = self._nodes.on_own(load)
+        return self._solved(load[-1])
 
-    def _solved(self, load: Array) -> Array:
-        """The change that the factors give to `load` (own dofs, plate), by block elimination."""
-        self._load.array[:] = load[:-1]
+    def _solved(self, plate: float) -> Array:
+        """The change that the factors give to the load and the plate's, by block elimination."""
         self._solve(self._load, self._answer)
         if not self._held:
             schur = self._stiffness - self._row.dot(self._border)
             if schur == 0.0:
                 raise NotConverged("the plate meets no resistance")
-            lift = (load[-1] - self._row.dot(self._answer)) / schur
+            lift = (plate - self._row.dot(self._answer)) / schur
             self._answer.axpy(-lift, self._border)
             self._answer.axpy(lift, self._lift)
         compat.update_ghosts(self._answer)

@@ -1,0 +1,188 @@
+"""What kept factors answer to loads on the contact, and what a changed contact makes of it.
+
+With factors M of an earlier tangent and the difference D of the present contact to theirs, whose
+loads w act on the nodes of the contact alone,
+
+    (M + D) x = b,    x = M^-1 (b - w),    w = D x:    (1 + D M^-1) w = D M^-1 b.
+
+M^-1 of a load is kept as long as the factors are. w is sought among the loads that have been met
+already, so that (1 + D M^-1) w is as near as can be; then a solve is made for what is left, and so
+on (GMRES with a recycled space: Parks et al., SIAM J. Sci. Comput. 28 (2006) 1651).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.fenics import compat
+from iceslide_fem.fenics.compat import MPI, PETSc
+from iceslide_fem.rubber.contact_surface import ContactSurface
+
+# So many solves for one change at most, and so many answers are kept.
+MOST_SOLVES, MOST_KEPT = 20, 80
+# Images of kept loads that are, to this share of the largest, combinations of others are none.
+DEPENDENT = 1e-6
+# What a solve leaves is the next load, unless it has left more than this share of what was there.
+ENOUGH = 0.8
+
+# The change of this rank's dofs, ghosts included, that answers a load on the contact. Collective.
+Answered = Callable[[Array], Array]
+
+
+class ContactNodes:
+    """Nodes of the contact `surface` numbered over all ranks, which all know the loads on them.
+
+    Loads are (n_loads,), N: of all components of all nodes, and at the end of the plate. own: those
+    dofs of this rank that are among them.
+    """
+
+    def __init__(
+        self, surface: ContactSurface, vector: PETSc.Vec, fixed: NDArray[np.int32], lifted: Array
+    ) -> None:
+        """`vector`: of nodal forces, overwritten; `fixed` and, of the plate, `lifted`: own dofs.
+
+        Loads on fixed dofs are none but the plate's. Collective.
+        """
+        comm, dofs = surface.comm, surface.dofs
+        dim, n_owned = surface.nodes.shape[-1], vector.getLocalSize()
+        with vector.localForm() as local:
+            local.set(0.0)
+            local.array.reshape(-1, dim)[dofs] = 1.0
+        compat.sum_ghosts(vector)
+        self.own = np.flatnonzero(vector.array > 0.0)
+        counts = comm.allgather(self.own.size)
+        first, total = sum(counts[: comm.rank]), sum(counts)
+        self._here = slice(first, first + self.own.size)
+        vector.array[self.own] = np.arange(first, first + self.own.size)
+        compat.update_ghosts(vector)
+        with vector.localForm() as local:
+            numbers = local.array.reshape(-1, dim)[dofs].round().astype(np.int64).ravel()
+        ones = np.ones(numbers.size)
+        shape = (total, numbers.size)
+        self._sum = csr_matrix((ones, (numbers, np.arange(numbers.size))), shape=shape)
+        kinds = np.zeros((2, n_owned))
+        kinds[0, fixed], kinds[1, lifted] = 1.0, 1.0
+        everywhere = np.zeros((2, total))
+        everywhere[:, self._here] = kinds[:, self.own]
+        comm.Allreduce(MPI.IN_PLACE, everywhere, op=MPI.SUM)
+        self._fixed, self._lifted = everywhere > 0.0
+        self._comm, self._dofs, self._dim = comm, dofs, dim
+        self.n_loads = total + 1
+
+    def loads(self, forces: Array) -> Array:
+        """Loads (n, k) of all ranks' `forces` on the facets (f a d, k). Collective."""
+        loads = np.zeros((self._fixed.size + 1, forces.shape[1]))
+        loads[:-1] = self._sum @ forces
+        self._comm.Allreduce(MPI.IN_PLACE, loads, op=MPI.SUM)
+        loads[-1] = loads[:-1][self._lifted].sum(axis=0)
+        loads[:-1][self._fixed] = 0.0
+        return loads
+
+    def norm(self, load: Array) -> float:
+        """Of a load, the same on all ranks to the last digit. Collective."""
+        return float(self._comm.bcast(float(np.linalg.norm(load)), root=0))
+
+    def on_own(self, load: Array) -> Array:
+        """Those on the `own` dofs."""
+        return load[:-1][self._here]
+
+    def at_facets(self, change: Array) -> Array:
+        """A change of this rank's dofs, ghosts included, at the facets' nodes, (f, a d), m."""
+        moved = change.reshape(-1, self._dim)[self._dofs]
+        return np.asarray(moved.reshape(len(moved), -1))
+
+
+class Response(NamedTuple):
+    """A load (n,), N; the change of this rank's dofs that answers it, m; that at the facets."""
+
+    load: Array
+    answer: Array
+    moved: Array
+
+
+class Responses:
+    """Answers of factors to loads on the `nodes` of the contact: kept until they are cleared."""
+
+    def __init__(self, nodes: ContactNodes) -> None:
+        self._nodes = nodes
+        self._kept: list[Response] = []
+        self._differing: NDArray[np.intp] = np.zeros(0, dtype=np.intp)  # facets
+        self._difference: Array = np.zeros(0)
+
+    def clear(self) -> None:
+        """There are new factors."""
+        self._kept.clear()
+
+    def differ(self, difference: Array) -> None:
+        """The contact of the factors less the present one, as a tangent (f, a d, a d), N/m."""
+        self._differing = np.flatnonzero(difference.any(axis=(1, 2)))
+        self._difference = difference[self._differing]
+
+    def correction(self, answer: Array, limit: float, answered: Answered) -> Array:
+        """What to subtract of the factors' `answer` to some load, leaving at most `limit` (N).
+
+        `answered` solves with the factors. Collective.
+        """
+        del self._kept[:-MOST_KEPT]
+        left = self._differing_loads([self._nodes.at_facets(answer)])[:, 0]
+        images = self._images(self._kept)
+        basis, parts = _orthonormal(images)  # parts: what of the kept loads each is
+        shares = np.zeros(len(self._kept))
+        for _ in range(2):  # once more against rounding
+            found = left @ basis
+            left, shares = left - basis @ found, shares + parts @ found
+        before = np.inf
+        for _ in range(MOST_SOLVES):
+            length = self._nodes.norm(left)
+            if not length > limit:
+                break
+            load = left / length if length < ENOUGH * before else basis[:, -1]
+            before = length
+            change = answered(load)
+            response = Response(load, change, self._nodes.at_facets(change))
+            image, part = self._images([response])[:, 0], np.append(np.zeros(len(shares)), 1.0)
+            parts = np.pad(parts, ((0, 1), (0, 0)))
+            for _ in range(2):
+                found = image @ basis
+                image, part = image - basis @ found, part - parts @ found
+            size = self._nodes.norm(image)
+            if not 0.0 < size < np.inf:
+                break
+            self._kept.append(response)
+            shares = np.append(shares, 0.0)
+            basis = np.column_stack([basis, image / size])
+            parts = np.column_stack([parts, part / size])
+            share = float(left @ basis[:, -1])
+            left, shares = left - share * basis[:, -1], shares + share * parts[:, -1]
+        correction = np.zeros_like(answer)
+        for share, response in zip(shares, self._kept, strict=True):
+            correction += share * response.answer
+        return correction
+
+    def _images(self, responses: Sequence[Response]) -> Array:
+        """(1 + D M^-1) w of loads w, (n, k), N. Collective."""
+        if not responses:
+            return np.zeros((self._nodes.n_loads, 0))
+        images = self._differing_loads([response.moved for response in responses])
+        return images + np.column_stack([response.load for response in responses])
+
+    def _differing_loads(self, moved: Sequence[Array]) -> Array:
+        """Loads D x (n, k), N, where facets' nodes have `moved` by x (f, a d), m. Collective."""
+        here, stacked = self._differing, np.stack(moved, axis=-1)
+        forces = np.zeros_like(stacked)
+        forces[here] = self._difference @ stacked[here]
+        return self._nodes.loads(forces.reshape(-1, len(moved)))
+
+
+def _orthonormal(columns: Array) -> tuple[Array, Array]:
+    """Orthonormal combinations of `columns` (n, k), and their parts of each: (n, r), (k, r)."""
+    squares, vectors = np.linalg.eigh(columns.T @ columns)
+    good = squares > DEPENDENT**2 * squares.max(initial=0.0)
+    parts = vectors[:, good] / np.sqrt(squares[good])
+    return columns @ parts, parts
