@@ -284,3 +284,18 @@ def test_footprint_findings_know_both_models(monkeypatch, capsys):
     footprint_findings.friction_by_balance()
     said = capsys.readouterr().out
     assert "Balance, d = 0.1 mm" in said and "Moving source over slip" in said
+
+
+def test_blocks_with_sipes_touch_less_ice_under_higher_pressure(tmp_path):
+    options = ["--runs", str(tmp_path / "runs"), "--pictures", str(tmp_path)]
+    _, _, whole, siped = printed("siped_tread", *options)
+    names = ("sipes", "mu", "area", "pressure")
+    plain, cut = (
+        dict(zip(names, (float(row[n]) for n in (2, 6, 7, 8)), strict=True))
+        for row in (whole, siped)
+    )
+    assert (plain["sipes"], cut["sipes"]) == (0, 4)
+    assert cut["mu"] < plain["mu"] and cut["area"] < plain["area"]
+    assert cut["pressure"] > 1.3 * plain["pressure"]
+    assert float(siped[9]) > 0.0  # um: open
+    assert (tmp_path / "siped_tread.png").stat().st_size > 10_000

@@ -1,0 +1,259 @@
+"""What sipes do: a tread block without, with four and with six, on ice at several temperatures.
+
+Runs `cases/siped_tread` as slices and prints for each block and temperature peak, mean and end of
+mu, the share of the nominal area that touches, the largest pressure, and how near the walls of the
+sipes come to each other: where they meet, how many, and how hard. Draws mu(t), the pressure along
+the block, and the deformed blocks with the places where walls press on each other. What was
+computed is kept in a folder and taken from there the next time; --quick is one short, coarse pair.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from time import process_time
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.coupling.sliding import Sliding
+from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.fenics import compat
+from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.fenics.start import start_petsc
+from iceslide_fem.rubber.block import Block, build_block
+from iceslide_fem.rubber.press import press, start_sliding
+from iceslide_fem.scene import Scene
+from scripts.studies.blocks import present_mu
+from scripts.studies.common import ROOT, case, draw, options, picture_options, table
+
+SIPES: tuple[int, ...] = (0, 4, 6)
+CELSIUS, SHOWN = (-2.0, -5.0, -10.0, -20.0), -5.0
+COLOURS = {0: "#0072b2", 4: "#d55e00", 6: "#009e73"}
+QUICK = ("load.duration=0.2ms", "numerics.refinement=0.25")
+MM, BAR = 1e3, 1e-5
+OPEN = 0.15e-3  # m: facets further apart on the ice are of two lugs
+ONE_SIPE = 1.5e-3  # m: pressing points further apart along x are of two sipes
+
+
+class Slid(NamedTuple):
+    """A block that has slid: times (s), mu, smallest opening of walls (m) and their largest
+    pressure (Pa) over time; and at the end the contact's facets (middles, lengths, m; pressures,
+    Pa), corners of the deformed cells (n, 4, 2), m, the points of walls that press (m, 2), m, and
+    their pressures, Pa. cost: processor seconds. Without walls openings are infinite.
+    """
+
+    time: Array
+    mu: Array
+    opening: Array
+    wall_pressure: Array
+    place: Array
+    length: Array
+    pressure: Array
+    cells: Array
+    pressing: Array
+    pressing_pressure: Array
+    cost: Array
+
+
+Made = dict[tuple[int, float], Slid]  # by number of sipes and temperature, degC
+
+
+def slide(scene: Scene) -> Slid:
+    """Press, bring to speed and slide. Raises SimulationStopped where that cannot go on."""
+    started = process_time()
+    block = build_block(scene, MPI.COMM_SELF)
+    press(block, lambda _: None)
+    start_sliding(block, lambda _: None)
+    run = Sliding(block)
+    rows = []
+
+    def note() -> None:
+        wall = walls_that_press(block)[1].max(initial=0.0)
+        rows.append((run.current.time, present_mu(run), block.smallest_opening(), wall))
+
+    note()
+    while run.current.time < scene.load.duration:
+        run.advance()
+        note()
+    cost = np.array([process_time() - started])
+    time, mu, opening, wall_pressure = np.array(rows).T
+    place, length, pressure = contact_of(block)
+    pressing, pressing_pressure = walls_that_press(block)
+    return Slid(
+        time, mu, opening, wall_pressure, place, length, pressure, cells_of(block),
+        pressing, pressing_pressure, cost,
+    )  # fmt: skip
+
+
+def walls_that_press(block: Block) -> tuple[Array, Array]:
+    """Points (n, 2), m, of walls that press, and the pressures there, Pa."""
+    walls = block.rubber.walls
+    if walls is None:
+        return np.zeros((0, 2)), np.zeros(0)
+    return walls.pressure(block.rubber.displacements)
+
+
+def contact_of(block: Block) -> tuple[Array, Array, Array]:
+    """Middles and lengths (m) on the ice of the facets that touch, and mean pressures (Pa)."""
+    contact, surface = block.contact, block.surface
+    area = contact.area * (contact.pressure > 0.0)
+    force, length = (contact.pressure * area).sum(axis=1), area.sum(axis=1)
+    middle = surface.positions(block.rubber.displacements)[..., 0].mean(axis=1)
+    order = np.argsort(middle)
+    order = order[length[order] > 0.0]
+    return middle[order], length[order], force[order] / length[order]
+
+
+def cells_of(block: Block) -> Array:
+    """Corners (n, 4, 2), m, of the deformed quadrilaterals, one after the other."""
+    rubber = block.rubber
+    corners = compat.cell_dofs(rubber.space)[:, [0, 1, 3, 2]]
+    at = rubber.space.tabulate_dof_coordinates()[:, :2] + rubber.displacements
+    return np.asarray(at[corners])
+
+
+def kept(scene: Scene, folder: Path, name: str) -> Slid | str:
+    """The slide of this scene from the folder, or made now; why there is none, if it stops."""
+    path = folder / f"{name}.npz"
+    known = repr(scene.as_dict())
+    if path.is_file():
+        with np.load(path) as there:
+            if str(there["scene"]) == known:
+                return Slid(**{key: there[key] for key in Slid._fields})
+    try:
+        made = slide(scene)
+    except SimulationStopped as reason:
+        return str(reason)
+    folder.mkdir(parents=True, exist_ok=True)
+    np.savez(path, scene=known, **made._asdict())
+    return made
+
+
+def sipes_that_touch(made: Slid) -> int:
+    """Number of sipes whose walls press on each other at the end."""
+    x = np.sort(made.pressing[:, 0])
+    return int(np.sum(np.diff(x) > ONE_SIPE)) + 1 if x.size else 0
+
+
+def row(sipes: int, celsius: float, made: Slid | str, scene: Scene) -> list[str]:
+    """A row of the table."""
+    if isinstance(made, str):
+        return [f"{celsius:g}", str(sipes), made, *9 * [""]]
+    step = np.diff(made.time)
+    mean = float(np.sum(step * made.mu[1:]) / made.time[-1])
+    area = made.length.sum() / scene.rubber.length
+    walls = [f"{1e6 * made.opening.min():.3g}", f"{1e6 * made.opening[-1]:.3g}",
+             f"{sipes_that_touch(made)}", f"{BAR * made.wall_pressure.max():.2f}"]  # fmt: skip
+    return [
+        f"{celsius:g}", str(sipes),
+        f"{made.mu.max():.4f}", f"{MM * made.time[made.mu.argmax()]:.2f}", f"{mean:.4f}",
+        f"{made.mu[-1]:.4f}", f"{area:.2f}", f"{BAR * made.pressure.max():.1f}",
+        *(walls if sipes else 4 * ["-"]), f"{made.cost[0]:.0f} s",
+    ]  # fmt: skip
+
+
+HEAD = (
+    "degC", "sipes", "peak of mu", "at (ms)", "mean", "end", "area", "largest p (bar)",
+    "smallest opening (um)", "at the end (um)", "sipes that touch", "wall pressure (bar)",
+    "processor",
+)  # fmt: skip
+
+
+def deformed(axes: Axes, sipes: int, made: Slid) -> None:
+    """A block at the end, with the points where walls press."""
+    axes.add_collection(
+        PolyCollection(
+            list(MM * made.cells), facecolor="#dddddd", edgecolor="#888888", linewidth=0.3
+        )
+    )
+    axes.plot(*(MM * made.pressing.T), ".", color="#cc0000", ms=4)
+    axes.axhline(0.0, color="#56b4e9", lw=1.5)
+    low, high = (MM * made.cells).min(axis=(0, 1)), (MM * made.cells).max(axis=(0, 1))
+    axes.set(xlim=(low[0] - 0.5, high[0] + 0.5), ylim=(-0.4, high[1] + 0.4), aspect="equal")
+    name = "no sipes" if not sipes else f"{sipes} sipes"
+    touching = "; red: walls press on each other" if len(made.pressing) else ""
+    axes.set_title(f"{name}, at the end{touching}", fontsize=9)
+    axes.set_ylabel("z (mm)")
+
+
+def picture(made: Made, celsius: float) -> Figure:
+    """The blocks on one ice, deformed, pressure along them, mu(t), and mu over temperature."""
+    figure = Figure(figsize=(8.0, 12.0), layout="constrained")
+    counts = sorted({sipes for sipes, ice in made if ice == celsius})
+    rows = figure.add_gridspec(len(counts) + 2, 2, height_ratios=[*len(counts) * [1.2], 1.4, 1.6])
+    for number, sipes in enumerate(counts):
+        deformed(figure.add_subplot(rows[number, :]), sipes, made[sipes, celsius])
+    along = figure.add_subplot(rows[-2, :])
+    over_time, by_ice = (figure.add_subplot(rows[-1, n]) for n in range(2))
+    for sipes in counts:
+        one, name = made[sipes, celsius], f"{sipes} sipes" if sipes else "no sipes"
+        ends = np.stack([one.place - one.length / 2, one.place + one.length / 2])
+        breaks = np.flatnonzero(ends[0, 1:] - ends[1, :-1] > OPEN) + 1  # no lines over open sipes
+        x, p = (np.insert(v, breaks, np.nan) for v in (MM * one.place, BAR * one.pressure))
+        along.plot(x, p, ".-", ms=3, lw=1, color=COLOURS[sipes], label=name)
+        over_time.plot(MM * one.time, one.mu, color=COLOURS[sipes], label=name)
+        ices = sorted(ice for count, ice in made if count == sipes)
+        curves = [made[sipes, ice].mu for ice in ices]
+        by_ice.plot(ices, [mu.max() for mu in curves], "o-", ms=4, color=COLOURS[sipes])
+        by_ice.plot(ices, [mu[-1] for mu in curves], "s--", ms=4, color=COLOURS[sipes])
+    along.set(xlabel="x (mm); the block slides to the right", ylabel="contact pressure (bar)")
+    along.set_title(f"at the end, on ice at {celsius:g} °C", fontsize=9)
+    over_time.set(xlabel="time (ms)", ylabel="mu", ylim=(0, None))
+    over_time.set_title(f"on ice at {celsius:g} °C", fontsize=9)
+    by_ice.set(xlabel="temperature of the ice (°C)", ylabel="mu", ylim=(0, None), xticks=ices)
+    by_ice.set_title("solid: peak; dashed: at the end", fontsize=9)
+    for axes in (along, over_time, by_ice):
+        axes.grid(alpha=0.3)
+    for axes in (along, over_time):
+        axes.legend(fontsize=7, frameon=False)
+    return figure
+
+
+def compared(sipes: Sequence[int], celsius: Sequence[float], folder: Path, *changes: str) -> Made:
+    """All blocks on all ices; prints the table."""
+    made: Made = {}
+
+    def rows() -> Iterator[list[str]]:
+        for ice in celsius:
+            for count in sipes:
+                scene = case("siped_tread", f"rubber.sipes={count}",
+                             f"ice.temperature={ice}degC", *changes)  # fmt: skip
+                found = kept(scene, folder, f"{count}_sipes_{ice:g}degC")
+                if not isinstance(found, str):
+                    made[count, ice] = found
+                yield row(count, ice, found, scene)
+
+    table(HEAD, rows())
+    return made
+
+
+def main() -> None:
+    """Run the study."""
+    parser = options(__doc__)
+    parser.add_argument("--quick", action="store_true", help="a short, coarse pair of runs")
+    parser.add_argument("--runs", type=Path, default=ROOT / "results" / "siped_tread",
+                        help="folder to keep what was computed")  # fmt: skip
+    parser.add_argument("--celsius", type=float, nargs="+", default=CELSIUS, metavar="DEGC",
+                        help="temperatures of the ice")  # fmt: skip
+    parser.add_argument("--set", dest="changes", action="append", default=[], metavar="KEY=VALUE",
+                        help="change of the case")  # fmt: skip
+    picture_options(parser)
+    asked = parser.parse_args()
+    start_petsc()
+    sipes, changes = SIPES, asked.changes
+    if asked.quick:
+        sipes, changes = (0, 4), [*QUICK, *changes]
+    made = compared(sipes, (SHOWN,) if asked.quick else asked.celsius, asked.runs, *changes)
+    shown = [ice for _, ice in made]
+    if shown:
+        ice = SHOWN if SHOWN in shown else shown[0]
+        draw(picture(made, ice), asked.pictures / "siped_tread.png")
+
+
+if __name__ == "__main__":
+    main()
