@@ -95,7 +95,7 @@ def contact_tangent(
     """
     tangent = np.zeros((*surface.dofs.shape, u.shape[-1], *surface.dofs.shape[1:], u.shape[-1]))
     parts = (state.pressure, *traction)
-    here = np.flatnonzero(sum(np.abs(part).reshape(len(part), -1).sum(axis=1) for part in parts))
+    here = np.flatnonzero(sum(np.abs(part).sum(axis=tuple(range(1, part.ndim))) for part in parts))
     surface = surface.of(here)
     state = ContactState(*(part[here] for part in state))
     traction = Traction(*(part[here] for part in traction))

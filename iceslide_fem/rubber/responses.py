@@ -95,7 +95,7 @@ class ContactNodes:
     def at_facets(self, change: Array) -> Array:
         """A change of this rank's dofs, ghosts included, at the facets' nodes, (f, a d), m."""
         moved = change.reshape(-1, self._dim)[self._dofs]
-        return np.asarray(moved.reshape(len(moved), -1))
+        return np.asarray(moved.reshape(len(moved), moved.shape[1] * self._dim))
 
 
 class Response(NamedTuple):
