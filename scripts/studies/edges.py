@@ -1,10 +1,9 @@
-"""Round edges: what a slice carries, how well meshes agree, seconds, and the published comparison.
+"""Round edges: how well meshes agree, seconds, and the published comparison.
 
-For each radius: the largest mu of a ladder that a slice of 1 mm carries (a shear of mu times the
-local pressure) at 1 bar, on the default mesh and on one twice as fine, and at 5 bar; peak, mean and
-end of mu of `thesis_1bar` as a slice on both meshes, their differences, and processor seconds.
---published adds the four published cases with sharp and with round edges; --quick leaves out the
-fine mesh's slides. Draws edges.png.
+For each radius: peak, mean and end of mu of `thesis_1bar` as a slice on the default mesh and on one
+twice as fine, their differences, and processor seconds. --published adds the four published cases
+with sharp and with round edges; --quick leaves out the fine mesh. Draws edges.png. How far blocks
+can be pressed is the study `envelope`.
 """
 
 from __future__ import annotations
@@ -14,42 +13,13 @@ from collections.abc import Iterable
 import numpy as np
 from matplotlib.figure import Figure
 
-from iceslide_fem.errors import SimulationStopped
-from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.fenics.start import start_petsc
-from iceslide_fem.materials import BAR
-from iceslide_fem.rubber.block import build_block
-from iceslide_fem.rubber.press import press
 from scripts.studies import common
-from scripts.studies.blocks import Slide, shear_of_pressure, slid
+from scripts.studies.blocks import Slide, slid
 
 RADII = (0.0, 25.0, 50.0, 100.0)  # um
 MESHES = (1.0, 2.0)
-LADDER = (0.3, 0.45, 0.6, 0.8)
-LOADS = ((1.0, 1.0), (1.0, 2.0), (5.0, 1.0))  # bar, mesh
 PUBLISHED = ("thesis_1bar", "thesis_5bar", "paper_1bar", "paper_5bar")
-
-
-def largest_friction(radius: float, refinement: float, pressure: float) -> float:
-    """The last mu of the ladder before the first that a slice does not carry; 0 if none."""
-    carried = 0.0
-    for mu in LADDER:
-        block = build_block(
-            common.case(
-                "thesis_1bar",
-                "model=slice",
-                f"rubber.edge_radius={radius} um",
-                f"numerics.refinement={refinement}",
-                f"load.pressure={pressure * BAR}",
-            ),
-            MPI.COMM_SELF,
-        )
-        try:
-            press(block, lambda _: None, shear_of_pressure(mu))
-        except SimulationStopped:
-            break
-        carried = mu
-    return carried
 
 
 def slide(name: str, radius: float, refinement: float) -> Slide:
@@ -61,20 +31,6 @@ def slide(name: str, radius: float, refinement: float) -> Slide:
 def numbers(run: Slide) -> tuple[float, float, float]:
     """Peak, mean and end of mu."""
     return float(run.mu.max()), run.mean, float(run.mu[-1])
-
-
-def carried() -> dict[float, list[float]]:
-    """Print the largest friction by radius; returns it in the order of the columns."""
-    head = [f"{bar:g} bar, mesh x {mesh:g}" for bar, mesh in LOADS]
-    found: dict[float, list[float]] = {}
-
-    def rows() -> Iterable[list[object]]:
-        for radius in RADII:
-            found[radius] = [largest_friction(radius, mesh, bar) for bar, mesh in LOADS]
-            yield [f"{radius:g} um", *found[radius]]
-
-    common.table(["largest mu carried", *head], rows())
-    return found
 
 
 def accuracy(meshes: tuple[float, ...]) -> dict[float, list[Slide]]:
@@ -109,27 +65,19 @@ def published(radius: float) -> None:
     common.table(["case", *head, *(f"change of {name}" for name in names)], rows())
 
 
-def chart(loads: dict[float, list[float]], slides: dict[float, list[Slide]]) -> Figure:
-    """Friction that is carried, difference of the meshes and seconds over the radius."""
-    figure = Figure(figsize=(9.6, 3.0), layout="constrained")
-    left, middle, right = figure.subplots(1, 3)
-    for number, (bar, mesh) in enumerate(LOADS):
-        colour = "#0072b2" if bar == LOADS[0][0] else "#d55e00"
-        left.plot(
-            RADII, [loads[radius][number] for radius in RADII], "o-" if mesh == 1.0 else "s--",
-            color=colour, label=f"{bar:g} bar, mesh × {mesh:g}",
-        )  # fmt: skip
-    left.set(xlabel="edge radius (µm)", ylabel="largest μ carried", ylim=(0, 1.1))
-    left.legend(fontsize=7)
+def chart(slides: dict[float, list[Slide]]) -> Figure:
+    """Difference of the meshes and seconds over the radius."""
+    figure = Figure(figsize=(7.2, 3.0), layout="constrained")
+    left, right = figure.subplots(1, 2)
     if all(len(runs) > 1 for runs in slides.values()):
         for place, name in enumerate(("peak", "mean", "end")):
             errors = [
                 100 * abs(numbers(slides[r][0])[place] / numbers(slides[r][1])[place] - 1.0)
                 for r in RADII
             ]
-            middle.plot(RADII, errors, "o-", label=f"{name} of μ")
-        middle.legend(fontsize=7)
-    middle.set(xlabel="edge radius (µm)", ylabel="difference of two meshes (%)")
+            left.plot(RADII, errors, "o-", label=f"{name} of μ")
+        left.legend(fontsize=7)
+    left.set(xlabel="edge radius (µm)", ylabel="difference of two meshes (%)")
     for number, mesh in enumerate(MESHES[: len(slides[RADII[0]])]):
         right.plot(
             RADII, [slides[r][number].seconds for r in RADII], "o-", label=f"mesh × {mesh:g}"
@@ -148,8 +96,7 @@ def main() -> None:
     asked = parser.parse_args()
     start_petsc()
     slides = accuracy(MESHES[:1] if asked.quick else MESHES)
-    loads = carried()
-    common.draw(chart(loads, slides), asked.pictures / "edges.png")
+    common.draw(chart(slides), asked.pictures / "edges.png")
     if asked.published is not None:
         published(asked.published)
 
