@@ -85,7 +85,7 @@ def chart(found: dict[tuple[str, float], list[Limit]], levels: tuple[float, ...]
     """Largest pressure over mu, a panel for each edge radius."""
     figure = Figure(figsize=(7.2, 3.2), layout="constrained")
     panels = figure.subplots(1, len(RADII), sharey=True)
-    styles = {"slice": "o-", "slice x 2": "s--", "block x 0.5": "^:"}
+    styles = {"slice": "C0o-", "slice x 2": "C1s--", "block x 0.5": "C2^:"}
     for panel, radius in zip(panels, RADII, strict=True):
         for (mesh, at), line in found.items():
             if at == radius:
@@ -95,8 +95,8 @@ def chart(found: dict[tuple[str, float], list[Limit]], levels: tuple[float, ...]
         panel.set(xlabel="μ", ylim=(0, 1.05 * MOST), title=title)
         panel.title.set_fontsize(10)
         panel.grid(alpha=0.3)
+        panel.legend(fontsize=8)
     panels[0].set_ylabel("largest pressure carried (bar)")
-    panels[0].legend(fontsize=8)
     return figure
 
 
