@@ -110,6 +110,14 @@ def test_the_film_law_by_the_protocol_on_passing_ice_is_the_built_in_one():
     assert here["mu"][-1] == pytest.approx(there["mu"][-1], rel=3e-3)
 
 
+def test_what_springs_back_while_friction_falls_makes_heat(tmp_path):
+    """The ledger closes under a law whose shear falls all the time, in usual steps."""
+    more = ("ice.motion=sliding", "load.duration=0.3ms", ageing(tmp_path, "rubber"))
+    rows = slide(thesis("numerics.refinement=0.5", "numerics.tolerance=1e-2", *more))
+    assert rows["mu"][-1] < 0.35 and len(rows["mu"]) < 150
+    assert abs(rows["energy_imbalance"][-1]) < 1e-3
+
+
 IN_3D = ("model=block", "numerics.refinement=0.25", "numerics.tolerance=1e-2")
 
 
