@@ -19,7 +19,6 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import meshio
 import numpy as np
 from numpy.typing import NDArray
 
@@ -183,6 +182,8 @@ def _check_facets(path: Path, tagged: TaggedMesh, outer: IntArray) -> None:
 
 
 def _load_by_meshio(path: Path, dim: int, body: str) -> TaggedMesh:
+    import meshio  # takes long to import
+
     said = io.StringIO()
     try:
         with redirect_stderr(said):

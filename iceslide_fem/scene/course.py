@@ -7,13 +7,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicHermiteSpline, PchipInterpolator, PPoly
 
 from iceslide_fem.arrays import Array
 
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
+
+# scipy.interpolate takes longer to import than most scenes take to read: only tables need it.
 _SAME = 1e-12  # of times, relative to the duration
 
 
@@ -106,6 +110,8 @@ class Course:
     def _cubic(self) -> Array:
         """Coefficients of the pieces, highest power first, (4, rows - 1)."""
         if self.smooth:
+            from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
+
             slopes = np.zeros(len(self.times))  # at the ends, beyond which their values hold
             if len(self.times) > 2:
                 slopes[1:-1] = PchipInterpolator(self.times, self.values)(self.times[1:-1], 1)
@@ -116,11 +122,15 @@ class Course:
 
     @cached_property
     def _pieces(self) -> PPoly:
+        from scipy.interpolate import PPoly
+
         return PPoly(self._cubic, self.times)
 
     @cached_property
     def _primitive(self) -> PPoly:
         """Primitive over the whole run, with the ends' values outside the rows."""
+        from scipy.interpolate import PPoly
+
         ends = np.array([min(self.times[0], 0.0) - 1.0, max(self.times[-1], self.duration) + 1.0])
         held = np.zeros((4, 1))
         first, last = held.copy(), held.copy()
