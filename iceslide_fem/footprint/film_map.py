@@ -23,7 +23,7 @@ from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.law import FilmLoads, film_loads
-from iceslide_fem.film.point import CONDENSED, taken
+from iceslide_fem.film.point import taken
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.step_control import StepControl
 from iceslide_fem.film.viscosity import Thinning, temperature_scale
@@ -40,6 +40,8 @@ from iceslide_fem.materials import (
 METHOD = INTEGRATORS["sdirk2"]
 # Lines that advance together: their columns of ice stay in the processor's cache.
 LINES = 2048
+# How closely the ice answers with its modes, relative to the tolerance.
+CONDENSED = 1e-3
 # Relative to a pixel's time: the shortest step, and what is left over to rounding.
 SHORTEST, SLACK = 1e-9, 1e-6
 NOTHING = 1e-15  # m, that voids can pass on whose water stays where it is: they are full

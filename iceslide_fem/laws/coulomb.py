@@ -5,14 +5,17 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import RegularGridInterpolator
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
 from iceslide_fem.laws.protocol import Contact, Response, Surface
 from iceslide_fem.materials import ZERO_CELSIUS
+
+if TYPE_CHECKING:  # takes long to import, and only tables need it
+    from scipy.interpolate import RegularGridInterpolator
 
 COLUMNS = ("temperature_C", "speed_m_s", "mu")
 # The temperature and the heat that makes it are found by so many bisections, to 1e-12 of a kelvin.
@@ -30,7 +33,7 @@ class Coulomb:
 
     def coefficient(self, temperature: Array, speed: Array) -> Array:
         """mu, (n,)."""
-        if not isinstance(self._mu, RegularGridInterpolator):
+        if isinstance(self._mu, int | float):
             return np.full(speed.shape, self._mu)
         low, high = (np.array([axis[i] for axis in self._mu.grid]) for i in (0, -1))
         values = np.stack([temperature - ZERO_CELSIUS, speed], axis=-1)
@@ -43,7 +46,7 @@ class Coulomb:
         p, v = contact
         low = surface.offset
         high = np.maximum(low, surface.temperature(LARGEST * p * np.abs(v)))
-        for _ in range(BISECTIONS if isinstance(self._mu, RegularGridInterpolator) else 0):
+        for _ in range(0 if isinstance(self._mu, int | float) else BISECTIONS):
             middle = 0.5 * (low + high)
             heat = self.coefficient(middle, v) * p * np.abs(v)
             warmer = surface.temperature(heat) > middle
@@ -57,6 +60,8 @@ def read_table(path: Path) -> RegularGridInterpolator:
 
     Raises SceneError, one sentence.
     """
+    from scipy.interpolate import RegularGridInterpolator
+
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:
             rows = list(csv.DictReader(file, skipinitialspace=True))

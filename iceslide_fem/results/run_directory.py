@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -126,14 +126,13 @@ def read_table(path: Path) -> dict[str, Array]:
     text = path.read_bytes()
     if not text.endswith(b"\n"):
         raise ValueError(f"the last row of {path.name} is not whole")
-    head, *rows = text.decode().splitlines()
-    names = head.split(",")
-    try:
-        values = np.loadtxt(rows, delimiter=",", comments=None, ndmin=2) if rows else np.empty(0)
-    except ValueError:  # it has words, or gaps
-        values = np.empty(0)
-    if values.shape[1:] == (len(names),) and np.isfinite(values[:, -1]).all():
-        return dict(zip(names, values.T.copy(), strict=True))
+    names, *rows = (line.split(",") for line in text.decode().splitlines())
+    if rows and b'"' not in text and all(len(row) == len(names) and all(row) for row in rows):
+        columns = map(_column, zip(*rows, strict=True))
+        found = dict(zip(names, columns, strict=True))
+        last = found[names[-1]]
+        if last.dtype == float and np.isfinite(last).all():
+            return found
     import pandas as pd  # takes long to import
 
     table = pd.read_csv(path, index_col=False)
@@ -141,3 +140,11 @@ def read_table(path: Path) -> dict[str, Array]:
         raise ValueError(f"a row of {path.name} is not whole")
     integers = {name: float for name in table.select_dtypes("integer")}
     return {str(name): column.to_numpy() for name, column in table.astype(integers).items()}
+
+
+def _column(words: Sequence[str]) -> Array:
+    """Numbers, or words where they are none."""
+    try:
+        return np.array(words, dtype=float)
+    except ValueError:
+        return np.array(words, dtype=object)
