@@ -17,7 +17,7 @@ from iceslide_fem.scene import Scene
 PROGRAMS = 0.24e9
 PER_UNKNOWN = 2e3  # mesh, forms, vectors and matrix
 PLANE_FACTORS = 50.0  # of the direct solver in a slice, times n log2(n)
-FACTORS = 400.0  # in a block, times n^(4/3)
+FACTORS = 570.0  # in a block, times n^(4/3)
 PER_COLUMN = 5e3  # of sliding ice
 # Continuum ice has as many modes along each axis as nodes: so many are found in some 15 s.
 MOST_MODES = 3000

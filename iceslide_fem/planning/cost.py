@@ -1,17 +1,19 @@
 """What a run will cost, roughly: steps, unknowns, memory, and time on one core.
 
 Steps follow the film and the heat below it, so they are counted on the point rung at the same
-tolerance, which takes a tenth of a second; a block needs more, because its points melt one after
-the other. Memory and time per step follow the unknowns. The constants are from runs of
-thesis_1bar on one 2020s core with OpenBLAS, forms compiled before (unknowns, CPU seconds, MB):
+tolerance, which takes a tenth of a second; a block, which is solved where its own motion asks for
+it, needs some dozens and then half as many at 1e-2, more at smaller tolerances. Memory and time per
+step follow the unknowns. The constants are from runs on one 2020s core with OpenBLAS, forms
+compiled before, by scripts.studies.cost_estimates. Of thesis_1bar, all 7 ms (unknowns, CPU
+seconds, MB):
 
     model  ice        tolerance  rubber   ice  steps  time  memory
-    slice  column     1e-3         3362     0    577   6.9     215
-    slice  continuum  1e-3          882   273    613   5.5     211
-    slice  continuum  1e-3         3362   984    654  10.4     216
-    slice  continuum  1e-2         3362   984    112   4.8     215
-    block  continuum  1e-2         1215   585    144  10.1     220
-    block  column     1e-2         7803     0     81  27.9     304
+    slice  column     1e-3         3362     0    211   6.4     244
+    slice  continuum  1e-3         3362   984    196   7.3     245
+    slice  continuum  1e-2         3362   533     65   5.1     243
+    block  column     1e-2         1215     0     59   6.2     250
+    block  column     1e-2         7803     0     57  11.3     395
+    block  continuum  1e-2         7803  1989     58  12.8     354
 
 The estimates are within a factor of two of these (tests/test_cost.py); other scenes may be farther
 off. Ice that slides makes more steps, at most a cell each, that take a third of the time each,
@@ -29,19 +31,20 @@ from iceslide_fem.output.table import HistoryRow
 from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import Scene
 
-STEPS_PER_POINT_STEP = 3.5  # at a tolerance of 1e-2
-TIGHTER = 0.35  # a block's steps grow faster with 1 / tolerance than a point's, by this power
+FEWEST_STEPS = 40  # that a block's own motion asks for
+STEPS_PER_POINT_STEP = 0.5  # at a tolerance of 1e-2
+TIGHTER = 0.5  # a block's steps grow faster with 1 / tolerance than a point's, by this power
 FIXED_STEPS = 40  # of a block whose integrator has no error estimate
 # Seconds of a start, and per step: fixed, and for every n^(3/2) of a plane's or n^(4/3) of a
 # block's n unknowns of rubber; fixed, and for every node of meshed ice. The direct solver's work
 # grows so. Fitted by scripts.studies.cost_estimates, which prints them.
-START_SECONDS = 1.5
-PLANE_SECONDS = 3e-3, 5e-8
-SPACE_SECONDS = 0.03, 1.64e-6
-ICE_SECONDS = 1e-3, 5e-6
+START_SECONDS = 2.2
+PLANE_SECONDS = 0.023, 1.2e-8
+SPACE_SECONDS = 0.065, 2.4e-7
+ICE_SECONDS = 0.0, 5.5e-6
 START_STEPS = 15  # press and speed ramp, in steps
 PASSING_SHARE = 1 / 3  # of a step's time, where steps follow the passage of ice cells
-POINT_MEMORY = 0.21e9  # bytes, of which nearly all is programs
+POINT_MEMORY = 0.16e9  # bytes, of which nearly all is programs
 
 
 class Cost(NamedTuple):
@@ -107,7 +110,8 @@ def expected_steps(scene: Scene) -> int:
     steps = len(point_rows(scene)) - 1
     if scene.model == "point":
         return steps
-    fewest = STEPS_PER_POINT_STEP * steps * (1e-2 / numerics.tolerance) ** TIGHTER
+    more = (1e-2 / numerics.tolerance) ** TIGHTER
+    fewest = FEWEST_STEPS + STEPS_PER_POINT_STEP * steps * more
     if numerics.max_step:
         fewest = max(fewest, duration / numerics.max_step)
     if scene.ice.motion == "sliding":  # a step is at most the passage of a cell
