@@ -174,9 +174,9 @@ def test_a_flux_that_is_no_number_is_not_converged(kind):
 
 
 def contents(thing):
-    """All that `thing` holds, for a comparison."""
+    """All that `thing` holds, for a comparison; but for what follows from a stage's dt alone."""
     if isinstance(thing, dict):
-        return {name: contents(value) for name, value in thing.items()}
+        return {name: contents(value) for name, value in thing.items() if name != "_stage"}
     if isinstance(thing, (list, tuple)):
         return [contents(value) for value in thing]
     if not hasattr(thing, "__dict__"):

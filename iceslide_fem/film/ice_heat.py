@@ -57,6 +57,9 @@ class Column:
     depths: of the nodes, from 0 downwards, m.
     """
 
+    # What a stage's dt alone decides, and that dt; no state.
+    _stage: tuple[Array | float, tuple[Array, Array, Array]] | None = None
+
     def __init__(
         self,
         temperature: float | Array,
@@ -87,7 +90,6 @@ class Column:
         edges = np.append(0.0, np.cumsum(thickness))
         self.depths = np.sort(np.concatenate([edges, edges[:-1] + 0.5 * thickness]))
         self._storage = capacity.sum(axis=0) @ modes
-        self._stage: tuple[Array | float, tuple[Array, Array, Array]] | None = None
 
     def condensed(self, error: float) -> Self:
         """The column in fewer modes, whose surface warms under a constant flux within `error`.

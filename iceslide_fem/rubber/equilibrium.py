@@ -38,8 +38,10 @@ MOST_TANGENTS = 8  # where that many do not help, a shorter step costs less than
 # So many iterations with kept factors are worth it: new ones cost as much as five in a slice,
 # twenty in a block.
 PATIENCE = 12
-# Of a change by new factors; one by kept factors is taken whole or not at all.
+# Of a change by the factors of where it starts; by those of an earlier place of the same solve,
+# which would creep; one by an earlier solve's is taken whole or not at all.
 DAMPINGS = tuple(0.5**n for n in range(8))
+OLDER_DAMPINGS = DAMPINGS[1:3]
 # Where a change does not shorten the next one, a point of the contact touches down or lifts off on
 # the way: a full step leads past it (watchdog), with kept factors if the next change is not
 # lengthened by more than this, with new ones if no damping helps. So many of either in one solve.
@@ -138,9 +140,10 @@ class Equilibrium:
             if not trial.accepted and strides < LEAPS and trial.contraction < STRIDE:
                 size, change, strides = trial.size, trial.following, strides + 1
                 continue
-            if not trial.accepted and fresh:
+            if not trial.accepted and tangents:
                 values -= change
-                trial = self._trial(force, law, tolerance, change, DAMPINGS[1:])
+                dampings = DAMPINGS[1:] if fresh else OLDER_DAMPINGS
+                trial = self._trial(force, law, tolerance, change, dampings)
             if trial.accepted:
                 size, safe, fresh = trial.size, values.copy(), False
                 soon = size * trial.contraction**self._patience <= tolerance
