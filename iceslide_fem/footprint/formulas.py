@@ -12,7 +12,8 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
 from iceslide_fem.footprint import empirical
 from iceslide_fem.materials import ZERO_CELSIUS
-from iceslide_fem.scene.units import to_si
+from iceslide_fem.scene.command_options import as_number
+from iceslide_fem.scene.units import Quantity
 
 MOST = 100_000  # values of one call
 
@@ -176,17 +177,8 @@ def _values(name: str, key: str, parameter: Parameter, text: str) -> list[float]
 
 
 def _value(name: str, key: str, parameter: Parameter, text: str) -> float:
-    plain = ""
+    unit, low, high = parameter[:3]
     try:
-        value = float(text)
-        if parameter.unit:
-            plain = f" (a plain number is in {parameter.unit})"
-    except ValueError:
-        try:
-            value = to_si(text, parameter.unit)
-        except ValueError as error:
-            raise SceneError(f'{name}: {key} "{text}" {error}') from None
-    low, high = parameter.low, parameter.high
-    if not to_si(low, parameter.unit) <= value <= to_si(high, parameter.unit):
-        raise SceneError(f'{name}: {key} "{text}" is out of range{plain}; allowed: {low} to {high}')
-    return value
+        return Quantity(unit, low, high).in_range(as_number(text))
+    except ValueError as error:
+        raise SceneError(f'{name}: {key} "{text}" {error}; allowed: {low} to {high}') from None

@@ -54,7 +54,7 @@ def _pressures(value: Any) -> Any:
         raise ValueError(form)
     allowed = Quantity("Pa", "0.001 bar", "100 bar")
     try:
-        first, last = (allowed._in_range(as_number(part)) for part in parts[:2])
+        first, last = (allowed.in_range(as_number(part)) for part in parts[:2])
         count = int(parts[2])
     except ValueError as error:
         raise ValueError(f"{form}: {error} (0.001 bar to 100 bar)") from None

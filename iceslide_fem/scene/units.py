@@ -89,13 +89,14 @@ class Quantity:
     def validate(self, value: Any) -> float:
         """`value` in SI; raises PydanticCustomError("quantity") with what is wrong and allowed."""
         try:
-            return self._in_range(value)
+            return self.in_range(value)
         except ValueError as error:
             low, high = (json.dumps(end) if self.unit else end for end in (self.low, self.high))
             message = f"{error}; allowed: {low} to {high}"
             raise PydanticCustomError("quantity", "{message}", {"message": message}) from None
 
-    def _in_range(self, value: Any) -> float:
+    def in_range(self, value: Any) -> float:
+        """`value` in SI; raises ValueError with what is wrong, but not with what is allowed."""
         if isinstance(value, bool) or not isinstance(value, int | float | str):
             raise ValueError("is not a number" + (" or a string with a unit" if self.unit else ""))
         number = to_si(value, self.unit) if isinstance(value, str) else value
