@@ -13,7 +13,7 @@ from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.law import (
     Film,
@@ -93,6 +93,10 @@ class InterfaceState(NamedTuple):
     ice: Array
     rubber: Array = np.zeros((0, 1))
     memory: Array = np.zeros((0, 1))
+
+    def take(self, index: Index) -> InterfaceState:
+        """The state at the points of `index`."""
+        return InterfaceState(*(part[..., index] for part in self))
 
 
 class Loads(Protocol):

@@ -239,7 +239,7 @@ def simulate(
             active, sampled, time, dt = active[keep], sampled[keep], time[keep], dt[keep]
             here, so_far, scale = here.take(keep), so_far.take(keep), scale[keep]
             loads = loads.take(keep)
-            state = InterfaceState(*(part[..., keep] for part in state))
+            state = state.take(keep)
             heat, rubber = heat.take(keep), rubber.take(keep)
     result.mu_mean /= conditions.duration
     return result

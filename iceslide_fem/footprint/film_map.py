@@ -237,10 +237,9 @@ def _pass(
         if not running.all():
             keep = np.flatnonzero(running)
             arrives = np.flatnonzero((left <= SLACK * passing)[keep])
-            state = InterfaceState(*(part[..., keep] for part in state))
             line, column, left, dt = line[keep], column[keep], left[keep], dt[keep]
-            covered, scale, load = covered[keep], scale[keep], load.take(keep)
-            works, ice = _Works(*(work[keep] for work in works)), ice.take(keep)
+            covered, scale, works = covered[keep], scale[keep], _Works(*(w[keep] for w in works))
+            state, load, ice = state.take(keep), load.take(keep), ice.take(keep)
 
 
 def _water(ride: Ride, lines: int) -> tuple[Array, Thinning | None]:
