@@ -277,7 +277,9 @@ class FootprintCase(CommandOptions):
         """The film's viscosity (Pa s), or the file's over temperature."""
         if not isinstance(self.viscosity, Path):
             return self.viscosity
-        return viscosity_table(VISCOSITY.validate(str(self.viscosity)), "") or WATER_VISCOSITY
+        table = viscosity_table(VISCOSITY.validate(str(self.viscosity)), "--viscosity")
+        assert table is not None  # the validator saw to it
+        return table
 
     @property
     def moving(self) -> Macroscopic:

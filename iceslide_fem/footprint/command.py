@@ -177,11 +177,11 @@ def _scenes(case: FootprintCase, read: ReadFootprint) -> dict[str, str]:
         return {}
     chosen = representative(tread_blocks(read.pressure_map), case.scenes)
     rubber = TreadRubber(case.compound, case.contact, case.tread_height)
-    pixel = max(read.pressure_map.dx, read.pressure_map.dy)
+    pixel, ride = max(read.pressure_map.dx, read.pressure_map.dy), case.ride
     texts = {}
     for number, (block, share) in enumerate(chosen, start=1):
         name = f"block_{number:02d}"
-        texts[f"{name}.toml"] = scene_text(name, block, share, case.ride, rubber)
+        texts[f"{name}.toml"] = scene_text(name, block, share, ride, rubber)
         if block.outline:
             texts[f"{name}.csv"] = outline_text(block.outline, pixel)
     return texts

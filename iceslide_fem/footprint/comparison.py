@@ -50,11 +50,12 @@ def friction_curves(footprint: PressureMap, case: FootprintCase) -> Curves:
     some = lines[:: max(1, lines.size // LINES)]
     pressure = np.tile(footprint.pressure[some], (temperatures.size, 1))
     part = replace(footprint, pressure=pressure)
-    ride = case.ride._replace(temperature=np.repeat(temperatures, some.size))
-    film = film_map(part, ride, case.contact_table, case.tolerance)
+    ride = case.ride
+    rides = ride._replace(temperature=np.repeat(temperatures, some.size))
+    film = film_map(part, rides, case.contact_table, case.tolerance)
     force = film.shear.reshape(temperatures.size, -1).sum(axis=1)
     mu = force / footprint.pressure[some].sum()
-    p, v = footprint.mean_pressure, case.ride.sliding_speed
+    p, v = footprint.mean_pressure, ride.sliding_speed
     length = footprint.contact[lines].sum(axis=1).mean() * footprint.dx
     hayhoe = hayhoe_shapley(p, v, pure, length)
     # Under the flux q a half-space rises by 2 q sqrt(t / pi) / e.
