@@ -154,16 +154,20 @@ def _own_friction(
     scene: Scene, law: BoundLaw, pressure: Array, duration: float, times: Array, ice: str
 ) -> Array:
     """The same under a law of the scene's own."""
-    friction = OwnFriction(law, scene.ice.temperature)
-    speed = Course((), (scene.load.speeds.mean,), duration)
-    undercooling = scene.ice.melting_temperature - scene.ice.temperature
-    below = ICE_MODELS[ice](scene.ice.temperature, duration, solid=scene.ice.solid)
-    loads, method = (Course((), (1.0,), duration), speed), INTEGRATORS["sdirk2"]
-    control = OWN_ACCURACY, undercooling
-    walk = moments(friction, *loads, duration, below, method, *control, shares=pressure)
+    cold = scene.ice.temperature
+    walk = moments(
+        OwnFriction(law, cold),
+        pressure=Course((), (1.0,), duration),
+        shares=pressure,
+        speed=Course((), (scene.load.speeds.mean,), duration),
+        duration=duration,
+        ice=ICE_MODELS[ice](cold, duration, solid=scene.ice.solid),
+        integrator=INTEGRATORS["sdirk2"],
+        tolerance=OWN_ACCURACY,
+        temperature_scale=scene.ice.melting_temperature - cold,
+    )
     time, shear = zip(*((one.time, one.shear) for one in walk), strict=True)
-    curves = np.transpose(shear)
-    return np.stack([np.interp(times, time, curve) for curve in curves], axis=1)
+    return np.stack([np.interp(times, time, curve) for curve in np.transpose(shear)], axis=1)
 
 
 def _largest(mu: Array, exact: Array) -> float:

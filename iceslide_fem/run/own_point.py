@@ -91,5 +91,4 @@ def own_history(scene: Scene, law: BoundLaw) -> tuple[list[HistoryRow], dict[str
         "steps": len(rows) - 1,
         "rejected_steps": 0,
         "warnings": [],
-        "energy_imbalance": rows[-1].energy_imbalance,
     }
