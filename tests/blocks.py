@@ -42,6 +42,21 @@ def a_block(cells, n=4, comm=MPI.COMM_WORLD):
     return RubberMesh(mesh, facet_tags, {name: tag for tag, name in enumerate(parts, 1)})
 
 
+def ripple(rubber):
+    """Displace `rubber` by a small wave; its nodes, m."""
+    x = rubber.space.tabulate_dof_coordinates()[:, : rubber.mesh.geometry.dim]
+    rubber.displacements[:] = 2e-6 * np.sin(1e4 * x + 3.0)
+    return x
+
+
+def along(matrix, way):
+    """What `matrix` makes of the changes `way`, in its shape."""
+    by_matrix, direction = matrix.createVecLeft(), matrix.createVecRight()
+    direction.array[:] = way.ravel()
+    matrix.mult(direction, by_matrix)
+    return by_matrix.array.reshape(way.shape)
+
+
 def bend(rubber, size=0.1):
     """Give `rubber` a smooth displacement, the same on any number of ranks."""
     dim = rubber.mesh.geometry.dim

@@ -7,14 +7,16 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
+from blocks import along, ripple  # noqa: E402
+
 from iceslide_fem.errors import SimulationStopped  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, PETSc  # noqa: E402
 from iceslide_fem.fenics.start import start_petsc  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
-from iceslide_fem.rubber.contact import sliding_friction  # noqa: E402
 from iceslide_fem.rubber.press import press  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
+from scripts.studies.blocks import shear_of_pressure  # noqa: E402
 
 pytestmark = pytest.mark.fe
 
@@ -29,25 +31,9 @@ def made(model, comm, *more):
 
 def bulge(block):
     """Lower the plate, and let what is beside it rise above its plane."""
-    u, dim = block.rubber.displacements, block.rubber.mesh.geometry.dim
-    x = block.rubber.space.tabulate_dof_coordinates()[:, :dim]
-    u[:] = 2e-6 * np.sin(1e4 * x + 3.0)
-    u[block.rubber.plate, -1] = -1e-4
+    x = ripple(block.rubber)
+    block.rubber.displacements[block.rubber.plate, -1] = -1e-4
     return x
-
-
-def slope(matrix, way):
-    moved, direction = matrix.createVecLeft(), matrix.createVecRight()
-    direction.array[:] = way.ravel()
-    matrix.mult(direction, moved)
-    return moved.array.reshape(way.shape)
-
-
-def shear(mu):
-    def law(pressure, displacement):
-        return sliding_friction(mu * pressure, np.full_like(pressure, mu), displacement.shape[-1])
-
-    return law
 
 
 @pytest.mark.parametrize("model", ["slice", "block"])
@@ -74,7 +60,7 @@ def test_forces_and_tangent_are_the_derivatives_of_the_energy(model):
     matrix.assemble()
     beside.add_tangent(u, matrix)
     own = beside.add_lift(u, column)
-    by_tangent = slope(matrix, way) + lift * column
+    by_tangent = along(matrix, way) + lift * column
     np.testing.assert_allclose(
         by_tangent, (ends[0] - ends[1]) / (2 * step), atol=1e-5 * np.abs(by_tangent).max()
     )
@@ -90,7 +76,7 @@ def test_any_number_of_ranks_finds_the_same_forces(model):
     for comm in (WORLD, ALONE):
         block = made(model, comm)
         bulge(block)
-        u, beside, vector = block.rubber.displacements, block.rubber.beside, None
+        u, beside = block.rubber.displacements, block.rubber.beside
         vector = block.rubber.create_vector()
         with vector.localForm() as local:
             reaction = beside.add_forces(u, local.array.reshape(u.shape))
@@ -117,7 +103,7 @@ def test_the_largest_load_is_named():
     block = made("slice", ALONE, "rubber.edge_radius=100um", "load.pressure=6bar")
     loads = []
     with pytest.raises(SimulationStopped) as stop:
-        press(block, lambda point: loads.append(6.0 * point.load), shear(0.3))
+        press(block, lambda point: loads.append(6.0 * point.load), shear_of_pressure(0.3))
     assert max(loads) == pytest.approx(4.8, rel=0.02)
     named = f"the largest load found is {max(loads):.3g} bar at mu = 0.3"
     assert named in str(stop.value) and "carries less" in str(stop.value)

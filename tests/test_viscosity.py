@@ -14,7 +14,8 @@ from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 
 pytestmark = pytest.mark.fe
-TABLE = "water.viscosity=[[263.15, 2.64e-3], [268.15, 2.14e-3], [273.15, 1.79e-3]]"
+ROWS = [[263.15, 2.64e-3], [268.15, 2.14e-3], [273.15, 1.79e-3]]
+TABLE = f"water.viscosity={ROWS}"
 LEVEL = "water.viscosity=[[263.15, 1.8e-3], [273.15, 1.8e-3]]"
 COARSE = ("numerics.refinement=0.5", "numerics.tolerance=1e-2", "load.duration=0.2ms")
 CARRIERS = {
@@ -62,7 +63,7 @@ def test_a_level_table_is_the_constant(carrier):
 
 def test_even_pressure_gives_the_point_rung():
     tables = uniform("column").as_dict()
-    tables["water"]["viscosity"] = [[263.15, 2.64e-3], [268.15, 2.14e-3], [273.15, 1.79e-3]]
+    tables["water"]["viscosity"] = ROWS
     tables["load"]["duration"] = 2e-3  # it melts from 0.8 ms on
     scene = scene_from_dict(tables)
     rows = slide(scene)
