@@ -14,8 +14,10 @@ import pytest
 pytest.importorskip("iceslide_fem.fenics.compat")
 
 import scripts.studies
-from scripts.studies import footprint_findings, ice_layers, sliding_cost
+from scripts.studies import footprint_findings, ice_layers, peers_calculix, sliding_cost
 from scripts.studies.common import ROOT, case
+from scripts.studies.peers_calculix import displacement
+from scripts.studies.press_elements import MATERIAL, half_cube, in_tetrahedra
 
 pytestmark = pytest.mark.fe
 
@@ -94,11 +96,9 @@ def test_cube_beside_the_programs_that_are_here(tmp_path):
 
 
 def test_input_of_calculix_has_all_faces_that_may_touch():
-    from scripts.studies import peers_calculix
-    from scripts.studies.press_elements import MATERIAL, half_cube, in_tetrahedra
-
     mesh = half_cube(2)
-    text, unknowns = peers_calculix.written(mesh, "C3D20R", MATERIAL, 1e5, 0.5, 1e12)
+    cube = peers_calculix.Cube(mesh, "C3D20R", MATERIAL, 1e5, 0.5, 1e12)
+    text, unknowns = peers_calculix.written(cube)
     assert unknowns == 3 * 51
     assert len(peers_calculix.faces(mesh)) == len(mesh.facets["contact"])
     cut = in_tetrahedra(mesh)
@@ -107,8 +107,6 @@ def test_input_of_calculix_has_all_faces_that_may_touch():
 
 
 def test_answer_of_calculix_is_that_of_the_whole_load(tmp_path):
-    from scripts.studies.peers_calculix import displacement
-
     def lines(time):
         head = f" displacements (vx,vy,vz) for set FIRST and time  {time}\n\n"
         return head + "         3  0.000000E+00  0.000000E+00 -1.972171E-01\n\n"

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from resource import RUSAGE_CHILDREN, getrusage
 from statistics import median
 from time import process_time
 from typing import Any, TypeVar
@@ -122,6 +123,14 @@ def iceslide_words(*words: str) -> list[str]:
 def on_ranks(words: list[str], ranks: int) -> list[str]:
     """The command line on several processes."""
     return (["mpirun", "-n", str(ranks)] if ranks > 1 else []) + words
+
+
+def processor_seconds(words: Sequence[str], **options: Any) -> float:
+    """Run a command whose output does not matter; processor seconds of all its processes."""
+    before = getrusage(RUSAGE_CHILDREN)
+    subprocess.run(words, stdout=subprocess.DEVNULL, **options)
+    after = getrusage(RUSAGE_CHILDREN)
+    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
 
 
 def silently(words: list[str], **options: Any) -> None:

@@ -149,11 +149,9 @@ def of_calculix(program: str, element: str) -> Solver:
 
     def solve(n: int, problem: Problem) -> Answer:
         mesh = in_tetrahedra(half_cube(n)) if element == "C3D10" else half_cube(n)
-        load = problem.pressure, problem.mu, PENALTY
+        cube = peers_calculix.Cube(mesh, element, MATERIAL, problem.pressure, problem.mu, PENALTY)
         with tempfile.TemporaryDirectory() as folder:
-            found = peers_calculix.solved(
-                limited([program]), Path(folder), mesh, element, MATERIAL, *load
-            )
+            found = peers_calculix.solved(limited([program]), Path(folder), cube)
         return Answer(*found, found.seconds)
 
     return solve
@@ -235,10 +233,15 @@ def tried(who: Contestant, problem: Problem, count: int | None) -> dict[int, Ans
     return answers
 
 
+def with_errors(answers: dict[int, Answer], exact: float) -> tuple[list[Answer], list[float]]:
+    """The answers that were found, and their relative errors."""
+    given = [one for one in answers.values() if np.isfinite(one.displacement)]
+    return given, [abs(one.displacement / exact - 1.0) for one in given]
+
+
 def at_aim(answers: dict[int, Answer], exact: float) -> tuple[str, float | None]:
     """Seconds to an error of AIM, in words and as a number if they lie between two meshes."""
-    given = [one for one in answers.values() if np.isfinite(one.displacement)]
-    errors = [abs(one.displacement / exact - 1.0) for one in given]
+    given, errors = with_errors(answers, exact)
     if not given:
         return "no answer", None
     if errors[0] <= AIM:
@@ -274,23 +277,19 @@ def print_answers(problem: Problem, found: Found) -> None:
 def print_seconds(results: dict[Problem, Found]) -> None:
     """Table of the seconds at the aim, and how many times those of our default element."""
     print(f"\n### Seconds to an error of {AIM:.0%}, and how many times those of {OWN}\n")
-    found_here = {
-        problem: [
-            seconds
-            for who, answers in found.items()
-            if who.program == OWN
-            and (seconds := at_aim(answers, problem.reference.displacement)[1]) is not None
-        ]
-        for problem, found in results.items()
-    }
-    rows = []
-    for who in next(iter(results.values())):
-        cells = []
-        for problem, found in results.items():
-            words, seconds = at_aim(found[who], problem.reference.displacement)
-            here = found_here[problem]
-            cells.append(f"{words}, {seconds / min(here):.1f} times" if seconds and here else words)
-        rows.append((who.program, who.element, *cells))
+    columns = []
+    for problem, found in results.items():
+        exact = problem.reference.displacement
+        aims = {who: at_aim(answers, exact) for who, answers in found.items()}
+        here = [seconds for who, (_, seconds) in aims.items() if seconds and who.program == OWN]
+        columns.append(
+            [
+                f"{words}, {seconds / min(here):.1f} times" if seconds and here else words
+                for words, seconds in aims.values()
+            ]
+        )
+    names = [(who.program, who.element) for who in next(iter(results.values()))]
+    rows = [(*name, *cells) for name, cells in zip(names, zip(*columns, strict=True), strict=True)]
     common.table(("program", "element", *(problem.title for problem in results)), rows)
 
 
@@ -302,8 +301,7 @@ def draw(results: dict[Problem, Found], path: Path) -> None:
     for panel, (problem, found) in zip(panels, results.items(), strict=True):
         exact = problem.reference.displacement
         for place, (who, answers) in enumerate(found.items()):
-            given = [one for one in answers.values() if np.isfinite(one.displacement)]
-            errors = [abs(one.displacement / exact - 1.0) for one in given]
+            given, errors = with_errors(answers, exact)
             panel.loglog(
                 [one.seconds for one in given], errors, "os^vD*Xph<>"[place % 11] + "-",
                 color=colours[who.program], label=f"{who.program} {who.element}",

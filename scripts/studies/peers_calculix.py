@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import itertools
 import os
-import resource
-import subprocess
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -20,6 +18,7 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.materials import MooneyRivlin
 from iceslide_fem.mesh.gmsh_model import IntArray, TaggedMesh
+from scripts.studies.common import processor_seconds
 
 # Edges of cells with a node in the middle, and faces, both in CalculiX's order.
 EDGES = {
@@ -43,20 +42,23 @@ class Answer(NamedTuple):
     seconds: float
 
 
-def written(
-    mesh: TaggedMesh,
-    element: str,
-    material: MooneyRivlin,
-    pressure: float,
-    mu: float,
-    penalty: float,
-) -> tuple[str, int]:
-    """Input for the half cube `mesh` of that element, and the number of its unknowns.
+class Cube(NamedTuple):
+    """A half cube of an element of CalculiX: its mesh, `pressure` in Pa, `penalty` in Pa/m; under a
+    friction coefficient `mu` the ice is drawn along."""
 
-    `pressure` in Pa, `penalty` in Pa/m; under a friction `mu` the ice is drawn along.
-    """  # fmt: skip
+    mesh: TaggedMesh
+    element: str
+    material: MooneyRivlin
+    pressure: float
+    mu: float
+    penalty: float
+
+
+def written(cube: Cube) -> tuple[str, int]:
+    """Input for the cube, and the number of its unknowns."""
+    mesh, element, material, pressure, mu, penalty = cube
     points, cells = mesh.points * 1e3, mesh.cells
-    if element not in ("C3D8", "C3D8I", "C3D8R", "C3D4"):
+    if not element.startswith("C3D8"):
         points, cells = with_middles(points, cells, mesh.cell_type)
     top, height = points[:, 2].max(), np.ptp(points[:, 2])
     plate = np.flatnonzero(np.isclose(points[:, 2], top)) + 1
@@ -96,25 +98,13 @@ def written(
     return "\n".join(lines) + "\n", 3 * count
 
 
-def solved(
-    program: Sequence[str],
-    folder: Path,
-    mesh: TaggedMesh,
-    element: str,
-    material: MooneyRivlin,
-    pressure: float,
-    mu: float,
-    penalty: float,
-) -> Answer:
-    """Let CalculiX, the command `program`, solve it in `folder`."""  # fmt: skip
-    text, unknowns = written(mesh, element, material, pressure, mu, penalty)
+def solved(program: Sequence[str], folder: Path, cube: Cube) -> Answer:
+    """Let CalculiX, the command `program`, solve it in `folder`."""
+    text, unknowns = written(cube)
     name = "cube"
     (folder / f"{name}.inp").write_text(text, encoding="utf-8")
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    words, environment = [*program, name], os.environ | {"OMP_NUM_THREADS": "1"}
-    subprocess.run(words, cwd=folder, env=environment, check=False, stdout=subprocess.DEVNULL)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    environment = os.environ | {"OMP_NUM_THREADS": "1"}
+    seconds = processor_seconds([*program, name], cwd=folder, env=environment)
     return Answer(displacement(folder / f"{name}.dat"), unknowns, seconds)
 
 

@@ -12,17 +12,15 @@ from __future__ import annotations
 
 import os
 import pstats
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from resource import RUSAGE_CHILDREN, getrusage
 from typing import NamedTuple
 
 import numpy as np
 
 from iceslide_fem.results import Run, differences, read_run
-from scripts.studies.common import ROOT, options, run_words, silently, table
+from scripts.studies.common import ROOT, options, processor_seconds, run_words, silently, table
 
 LIMITS = {"slice": 1.5, "block": 14.0}  # s at a tolerance of 1e-2
 SCENE = ROOT / "cases" / "thesis_1bar.toml"
@@ -39,12 +37,9 @@ class Timed(NamedTuple):
 
 def make(tree: Path, out: Path, ranks: int, changes: list[str]) -> Timed:
     """Run the case with the package of `tree`."""
-    before = getrusage(RUSAGE_CHILDREN)
     words = [word for word in run_words(SCENE, out, *changes, ranks=ranks) if word != "--force"]
     paths = os.environ | {"PYTHONPATH": str(tree)}
-    subprocess.run(words, check=True, stdout=subprocess.DEVNULL, cwd=tree, env=paths)
-    after = getrusage(RUSAGE_CHILDREN)
-    spent = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+    spent = processor_seconds(words, check=True, cwd=tree, env=paths)
     return Timed(read_run(out), spent)
 
 
