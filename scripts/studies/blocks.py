@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from time import process_time
 from typing import NamedTuple
 
@@ -35,17 +36,29 @@ class Slide(NamedTuple):
     last: Sliding
 
 
-def slid(scene: Scene, block: Block | None = None, control: CouplingControl = COUPLING) -> Slide:
+def at_speed(block: Block, control: CouplingControl = COUPLING) -> Sliding:
+    """Press and bring to speed; the slide from there. Raises SimulationStopped."""
+    press(block, lambda _: None)
+    start_sliding(block, lambda _: None)
+    return Sliding(block, control)
+
+
+def slid(
+    scene: Scene,
+    block: Block | None = None,
+    control: CouplingControl = COUPLING,
+    observe: Callable[[Sliding], None] = lambda run: None,
+) -> Slide:
     """Press, bring to speed and slide on this process, without outputs.
 
     `block` is the scene's, made now if none is given; `control` how closely block and film are
-    coupled. Raises SimulationStopped where the run cannot go on.
+    coupled; `observe` sees t = 0 and every accepted step. Raises SimulationStopped where the run
+    cannot go on.
     """
     started = process_time()
     block = block or build_block(scene, MPI.COMM_SELF)
-    press(block, lambda _: None)
-    start_sliding(block, lambda _: None)
-    run = Sliding(block, control)
+    run = at_speed(block, control)
+    observe(run)
     time, mu, work, rejected, iterations = [0.0], [present_mu(run)], 0.0, 0, 0
     while run.current.time < scene.load.duration:
         accepted = run.advance()
@@ -54,6 +67,7 @@ def slid(scene: Scene, block: Block | None = None, control: CouplingControl = CO
         work += sum(float(one.area @ one.step.friction_work) for one in accepted.passage.steps)
         rejected += accepted.rejected
         iterations += accepted.iterations
+        observe(run)
     mean = work / (scene.load.speed * run.current.time * block.force)
     return Slide(
         np.array(time), np.array(mu), mean, len(time) - 1, rejected, iterations,

@@ -14,14 +14,13 @@ from matplotlib.figure import Figure
 
 from iceslide_fem.coupling import step_error
 from iceslide_fem.coupling.energy import Energies
-from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.materials import BAR
 from iceslide_fem.results import Run, read_run
 from iceslide_fem.rubber.block import build_block
-from iceslide_fem.rubber.press import press, start_sliding
 from iceslide_fem.simulate import run
+from scripts.studies.blocks import at_speed
 from scripts.studies.common import case, draw, options, picture_options, table
 
 CASES = ("load_step", "friction_tester", "braking_wheel")
@@ -86,24 +85,22 @@ def least_friction(quick: bool) -> Iterator[list[object]]:
         scene = case("thesis_1bar", *coarse, *changes)
         for least in LEAST[1:4:2] if quick else LEAST:
             step_error.LEAST_FRICTION = least
-            block = build_block(scene, MPI.COMM_SELF)
-            press(block, lambda _: None)
-            start_sliding(block, lambda _: None)
-            sliding, ledger, missing, moved = Sliding(block), Energies(), 0.0, 0.0
-            rejected, steps = 0, 0
+            sliding = at_speed(build_block(scene, MPI.COMM_SELF))
+            energies: list[Energies] = []
+            rejected = 0
             try:
                 for accepted in sliding.steps():
-                    both = zip(ledger, accepted.energies, strict=True)
-                    ledger = Energies(*(a + b for a, b in both))
-                    missing += abs(accepted.energies.missing)
-                    moved += abs(accepted.energies.friction_work) + abs(accepted.energies.load_work)
-                    rejected, steps = rejected + accepted.rejected, steps + 1
-                ends = f"{1e6 * ledger.friction_work:.3g}"
+                    energies.append(accepted.energies)
+                    rejected += accepted.rejected
             except SimulationStopped as reason:
                 ends, share = str(reason).partition(";")[0], ""
             else:
-                share = f"{ledger.missing / moved:+.1e} | {missing / moved:.1e}"
-            yield [name, f"{least:g}", steps, rejected, ends, share]
+                whole = Energies(*map(sum, zip(*energies, strict=True)))
+                moved = sum(abs(one.friction_work) + abs(one.load_work) for one in energies)
+                missing = sum(abs(one.missing) for one in energies)
+                ends = f"{1e6 * whole.friction_work:.3g}"
+                share = f"{whole.missing / moved:+.1e} | {missing / moved:.1e}"
+            yield [name, f"{least:g}", len(energies), rejected, ends, share]
     step_error.LEAST_FRICTION = chosen
 
 

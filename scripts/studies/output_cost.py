@@ -12,7 +12,6 @@ from time import process_time
 from typing import get_args
 
 from iceslide_fem.coupling.ledger import Ledger
-from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import Accepted
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.output.block_fields import BlockFields
@@ -20,10 +19,10 @@ from iceslide_fem.output.fields import Fields
 from iceslide_fem.output.history import slide_row
 from iceslide_fem.output.table import HistoryRow, Table
 from iceslide_fem.rubber.block import build_block
-from iceslide_fem.rubber.press import press, start_sliding
 from iceslide_fem.run.schedule import FieldTimes
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.model import FIELDS
+from scripts.studies.blocks import at_speed
 from scripts.studies.common import case, options, table
 
 MB = 1e6
@@ -33,9 +32,7 @@ def cost(scene: Scene, folder: Path) -> list[list[str]]:
     """Rows of the table: the history and every series of fields of a run of `scene`."""
     started = process_time()
     block = build_block(scene, MPI.COMM_SELF)
-    press(block, lambda _: None)
-    start_sliding(block, lambda _: None)
-    sliding = Sliding(block)
+    sliding = at_speed(block)
     ledger = Ledger(sliding)
     series = {name: BlockFields(sliding, names) for name, names in _series().items()}
     files = {name: Fields(folder / name, 0) for name in series}

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from time import process_time
 from typing import NamedTuple
 
 import numpy as np
@@ -23,19 +22,19 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.fenics import compat
-from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.fenics.start import start_petsc
-from iceslide_fem.rubber.block import Block, build_block
-from iceslide_fem.rubber.press import press, start_sliding
+from iceslide_fem.materials import BAR
+from iceslide_fem.rubber.block import Block
 from iceslide_fem.scene import Scene
-from scripts.studies.blocks import present_mu
+from iceslide_fem.scene.fingerprint import fingerprint
+from scripts.studies.blocks import slid
 from scripts.studies.common import ROOT, case, draw, options, picture_options, table
 
 SIPES: tuple[int, ...] = (0, 4, 6)
 CELSIUS, SHOWN = (-2.0, -5.0, -10.0, -20.0), -5.0
 COLOURS = {0: "#0072b2", 4: "#d55e00", 6: "#009e73"}
 QUICK = ("load.duration=0.2ms", "numerics.refinement=0.25")
-MM, BAR = 1e3, 1e-5
+MM = 1e3
 OPEN = 0.15e-3  # m: facets further apart on the ice are of two lugs
 ONE_SIPE = 1.5e-3  # m: pressing points further apart along x are of two sipes
 
@@ -65,28 +64,18 @@ Made = dict[tuple[int, float], Slid]  # by number of sipes and temperature, degC
 
 def slide(scene: Scene) -> Slid:
     """Press, bring to speed and slide. Raises SimulationStopped where that cannot go on."""
-    started = process_time()
-    block = build_block(scene, MPI.COMM_SELF)
-    press(block, lambda _: None)
-    start_sliding(block, lambda _: None)
-    run = Sliding(block)
-    rows = []
+    opening: list[float] = []
+    wall_pressure: list[float] = []
 
-    def note() -> None:
-        wall = walls_that_press(block)[1].max(initial=0.0)
-        rows.append((run.current.time, present_mu(run), block.smallest_opening(), wall))
+    def note(run: Sliding) -> None:
+        opening.append(run.block.smallest_opening())
+        wall_pressure.append(walls_that_press(run.block)[1].max(initial=0.0))
 
-    note()
-    while run.current.time < scene.load.duration:
-        run.advance()
-        note()
-    cost = np.array([process_time() - started])
-    time, mu, opening, wall_pressure = np.array(rows).T
-    place, length, pressure = contact_of(block)
-    pressing, pressing_pressure = walls_that_press(block)
+    made = slid(scene, observe=note)
+    block = made.last.block
     return Slid(
-        time, mu, opening, wall_pressure, place, length, pressure, cells_of(block),
-        pressing, pressing_pressure, cost,
+        made.time, made.mu, np.array(opening), np.array(wall_pressure), *contact_of(block),
+        cells_of(block), *walls_that_press(block), np.array([made.seconds]),
     )  # fmt: skip
 
 
@@ -118,19 +107,19 @@ def cells_of(block: Block) -> Array:
 
 
 def kept(scene: Scene, folder: Path, name: str) -> Slid | str:
-    """The slide of this scene from the folder, or made now; why there is none, if it stops."""
+    """The slide of this scene by this program: kept, or made now; why not, if it stops."""
     path = folder / f"{name}.npz"
-    known = repr(scene.as_dict())
+    known = fingerprint(scene)
     if path.is_file():
         with np.load(path) as there:
-            if str(there["scene"]) == known:
+            if str(there.get("fingerprint")) == known:
                 return Slid(**{key: there[key] for key in Slid._fields})
     try:
         made = slide(scene)
     except SimulationStopped as reason:
         return str(reason)
     folder.mkdir(parents=True, exist_ok=True)
-    np.savez(path, scene=known, **made._asdict())
+    np.savez(path, fingerprint=known, **made._asdict())
     return made
 
 
@@ -143,16 +132,16 @@ def sipes_that_touch(made: Slid) -> int:
 def row(sipes: int, celsius: float, made: Slid | str, scene: Scene) -> list[str]:
     """A row of the table."""
     if isinstance(made, str):
-        return [f"{celsius:g}", str(sipes), made, *9 * [""]]
+        return [f"{celsius:g}", str(sipes), made, *(len(HEAD) - 3) * [""]]
     step = np.diff(made.time)
     mean = float(np.sum(step * made.mu[1:]) / made.time[-1])
     area = made.length.sum() / scene.rubber.length
     walls = [f"{1e6 * made.opening.min():.3g}", f"{1e6 * made.opening[-1]:.3g}",
-             f"{sipes_that_touch(made)}", f"{BAR * made.wall_pressure.max():.2f}"]  # fmt: skip
+             f"{sipes_that_touch(made)}", f"{made.wall_pressure.max() / BAR:.2f}"]  # fmt: skip
     return [
         f"{celsius:g}", str(sipes),
         f"{made.mu.max():.4f}", f"{MM * made.time[made.mu.argmax()]:.2f}", f"{mean:.4f}",
-        f"{made.mu[-1]:.4f}", f"{area:.2f}", f"{BAR * made.pressure.max():.1f}",
+        f"{made.mu[-1]:.4f}", f"{area:.2f}", f"{made.pressure.max() / BAR:.1f}",
         *(walls if sipes else 4 * ["-"]), f"{made.cost[0]:.0f} s",
     ]  # fmt: skip
 
@@ -162,6 +151,11 @@ HEAD = (
     "smallest opening (um)", "at the end (um)", "sipes that touch", "wall pressure (bar)",
     "processor",
 )  # fmt: skip
+
+
+def named(sipes: int) -> str:
+    """A block in words."""
+    return f"{sipes} sipes" if sipes else "no sipes"
 
 
 def deformed(axes: Axes, sipes: int, made: Slid) -> None:
@@ -175,9 +169,8 @@ def deformed(axes: Axes, sipes: int, made: Slid) -> None:
     axes.axhline(0.0, color="#56b4e9", lw=1.5)
     low, high = (MM * made.cells).min(axis=(0, 1)), (MM * made.cells).max(axis=(0, 1))
     axes.set(xlim=(low[0] - 0.5, high[0] + 0.5), ylim=(-0.4, high[1] + 0.4), aspect="equal")
-    name = "no sipes" if not sipes else f"{sipes} sipes"
     touching = "; red: walls press on each other" if len(made.pressing) else ""
-    axes.set_title(f"{name}, at the end{touching}", fontsize=9)
+    axes.set_title(f"{named(sipes)}, at the end{touching}", fontsize=9)
     axes.set_ylabel("z (mm)")
 
 
@@ -191,10 +184,10 @@ def picture(made: Made, celsius: float) -> Figure:
     along = figure.add_subplot(rows[-2, :])
     over_time, by_ice = (figure.add_subplot(rows[-1, n]) for n in range(2))
     for sipes in counts:
-        one, name = made[sipes, celsius], f"{sipes} sipes" if sipes else "no sipes"
+        one, name = made[sipes, celsius], named(sipes)
         ends = np.stack([one.place - one.length / 2, one.place + one.length / 2])
         breaks = np.flatnonzero(ends[0, 1:] - ends[1, :-1] > OPEN) + 1  # no lines over open sipes
-        x, p = (np.insert(v, breaks, np.nan) for v in (MM * one.place, BAR * one.pressure))
+        x, p = (np.insert(v, breaks, np.nan) for v in (MM * one.place, one.pressure / BAR))
         along.plot(x, p, ".-", ms=3, lw=1, color=COLOURS[sipes], label=name)
         over_time.plot(MM * one.time, one.mu, color=COLOURS[sipes], label=name)
         ices = sorted(ice for count, ice in made if count == sipes)
