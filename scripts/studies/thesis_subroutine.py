@@ -12,10 +12,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.run.point import point_history
-from iceslide_fem.scene import load_scene
-from scripts.studies.common import ROOT, options, table
+from iceslide_fem.scene import Scene
+from scripts.studies.common import case, options, table
 
 READINGS: dict[str, dict[str, int]] = {
     "as printed": {},
@@ -34,10 +35,21 @@ SLICES = {
 ON_SLICES = ("model=slice", "numerics.refinement=0.5", "numerics.max_step=1us")
 
 
-def changes_of(bar: int, k: float, name: str) -> list[str]:
-    """Overrides of a reading."""
+def scene_of(bar: int, name: str, k: float, *more: str) -> Scene:
+    """The scene of a reading, with more changes."""
     given = {key: bar * 1e5 if value < 0 else value for key, value in READINGS[name].items()}
-    return [f"friction.parameters.{key}={value}" for key, value in {"k": k, **given}.items()]
+    changes = [f"friction.parameters.{key}={value}" for key, value in {"k": k, **given}.items()]
+    return case(f"laws/thesis_subroutine_{bar}bar", *changes, *more)
+
+
+def cells(bar: int, name: str, k: float, time: Array, mu: Array) -> list[object]:
+    """What both tables begin with, to mu at the end."""
+    late = np.where(time > 0.05e-3, mu, 0.0)
+    peak = int(np.argmax(late))
+    return [
+        f"{bar} bar", name, k, f"{np.interp(0.8e-3, time, mu):.4f}",
+        f"{late[peak]:.3f} at {1e3 * time[peak]:.2f} ms", f"{mu[-1]:.4f}",
+    ]  # fmt: skip
 
 
 def slices(quick: bool) -> Iterator[list[object]]:
@@ -45,24 +57,16 @@ def slices(quick: bool) -> Iterator[list[object]]:
     from scripts.studies.blocks import slid  # finite elements, which points do not need
 
     for bar, (ks, names) in SLICES.items():
-        path = ROOT / "cases" / "laws" / f"thesis_subroutine_{bar}bar.toml"
         for name in names[:2] if quick else names:
             for k in ks[:1] if quick else ks:
                 more = ["load.duration=0.1ms", "numerics.max_step=5us"] if quick else []
-                scene = load_scene(path, [*ON_SLICES, *changes_of(bar, k, name), *more])
                 try:
-                    found = slid(scene)
+                    found = slid(scene_of(bar, name, k, *ON_SLICES, *more))
                 except SimulationStopped as reason:
                     told = str(reason).partition(";")[0]
                     yield [f"{bar} bar", name, k, told, "", "", ""]
                     continue
-                late = np.where(found.time > 0.05e-3, found.mu, 0.0)
-                peak = int(np.argmax(late))
-                yield [
-                    f"{bar} bar", name, k, f"{np.interp(0.8e-3, found.time, found.mu):.4f}",
-                    f"{late[peak]:.3f} at {1e3 * found.time[peak]:.2f} ms", f"{found.mu[-1]:.4f}",
-                    f"{found.mean:.4f}",
-                ]  # fmt: skip
+                yield [*cells(bar, name, k, found.time, found.mu), f"{found.mean:.4f}"]
 
 
 def main() -> None:
@@ -78,24 +82,18 @@ def main() -> None:
 
     def rows() -> Iterator[list[object]]:
         for bar, ks in ((1, (0.266,)), (5, (0.105, 0.405, 0.605))):
-            path = ROOT / "cases" / "laws" / f"thesis_subroutine_{bar}bar.toml"
             for name, changes in READINGS.items():
                 for k in ks:
                     if bar == 1 and "press" in changes:
                         continue
-                    found, _ = point_history(load_scene(path, changes_of(bar, k, name)))
+                    found, _ = point_history(scene_of(bar, name, k))
                     time = np.array([row.time_s for row in found])
                     mu = np.array([row.mu for row in found])
                     full = np.array([row._asdict()["law_Hss_m"] for row in found])
                     H_V = 2.86e-6 if bar == 1 else 0.56e-6
-                    late = time > 0.05e-3
-                    peak = int(np.argmax(np.where(late, mu, 0.0)))
                     filled = time[full >= H_V]
-                    yield [
-                        f"{bar} bar", name, k, f"{np.interp(0.8e-3, time, mu):.4f}",
-                        f"{mu[peak]:.3f} at {1e3 * time[peak]:.2f} ms", f"{mu[-1]:.4f}",
-                        f"{1e3 * filled[0]:.3f} ms" if filled.size else "never",
-                    ]  # fmt: skip
+                    full_at = f"{1e3 * filled[0]:.3f} ms" if filled.size else "never"
+                    yield [*cells(bar, name, k, time, mu), full_at]
 
     table(["scene", "reading", "k", "mu at 0.8 ms", "peak", "mu at 7 ms", "full at"], rows())
 

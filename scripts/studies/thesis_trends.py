@@ -13,23 +13,16 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.film.point import simulate
+from iceslide_fem.film.point import PointResult, simulate
 from scripts.studies.common import conditions, draw, options, picture_options
 
 LENGTH = 20e-3  # m, of a tread block
 
 
-def mean_friction(bar: ArrayLike, speed: ArrayLike, celsius: ArrayLike, length: float) -> Array:
-    """Mean of mu over [0, length / speed]; arguments broadcast."""
-    parts = np.broadcast_arrays(bar, speed, celsius)
-    p, v, T = (np.asarray(part, dtype=float).ravel() for part in parts)
-    return simulate(conditions(p, v, length / v, T), tolerance=1e-3).mu_mean.reshape(parts[0].shape)
-
-
-def coldest_that_melts(bar: float, speed: float, celsius: Array, length: float) -> float:
-    """The lowest of the temperatures (degC) at which ice melts within `length` (m)."""
-    found = simulate(conditions(bar, speed, length / speed, celsius), tolerance=1e-3)
-    return float(celsius[np.isfinite(found.melt_onset)].min())
+def passing(bar: ArrayLike, speed: ArrayLike, celsius: ArrayLike) -> PointResult:
+    """Points over [0, LENGTH / speed], of which `mu_mean` is (5.35); arguments broadcast."""
+    duration = LENGTH / np.asarray(speed)
+    return simulate(conditions(bar, speed, duration, celsius), tolerance=1e-3)
 
 
 def family(ax: Axes, x: Array, lines: dict[str, Array], xlabel: str, title: str) -> None:
@@ -58,13 +51,13 @@ def main() -> None:
     fixed = f"$L$ = {1e3 * LENGTH:.0f} mm"
 
     bar, celsius = np.linspace(1.0, 5.0, 41), (-15, -10, -7, -4, -2, -1)
-    lines = {f"{T} °C": mean_friction(bar, 3.0, T, LENGTH) for T in celsius}
+    lines = {f"{T} °C": passing(bar, 3.0, T).mu_mean for T in celsius}
     family(by_pressure, bar, lines, "pressure (bar)", f"Pressure (fig. 33): 3 m/s, {fixed}")
     some = {label: line[::10] for label, line in lines.items()}
     printed("3 m/s, by pressure", [f"{p:g} bar" for p in bar[::10]], some)
 
     speed = np.linspace(0.25, 5.0, 39)
-    lines = {f"{p} bar": mean_friction(p, speed, -4.0, LENGTH) for p in (1, 2, 3, 5)}
+    lines = {f"{p} bar": passing(p, speed, -4.0).mu_mean for p in (1, 2, 3, 5)}
     family(by_speed, speed, lines, "speed (m/s)", f"Speed (fig. 34): -4 °C, {fixed}")
     at = [6, 14, 22, 30, 38]
     some = {label: line[at] for label, line in lines.items()}
@@ -73,15 +66,16 @@ def main() -> None:
         print(f"{label}: largest at {speed[line.argmax()]:g} m/s")
 
     warmer = np.linspace(-20.0, -0.5, 79)
-    lines = {f"{p} bar": mean_friction(p, 3.0, warmer, LENGTH) for p in (1, 2, 3, 5)}
+    found = {f"{p} bar": passing(p, 3.0, warmer) for p in (1, 2, 3, 5)}
+    lines = {label: points.mu_mean for label, points in found.items()}
     title = f"Temperature (fig. 35): 3 m/s, {fixed}"
     family(by_temperature, warmer, lines, "ice temperature (°C)", title)
     at = [20, 40, 52, 64, 72, 76]
     some = {label: line[at] for label, line in lines.items()}
     printed("3 m/s, by temperature", [f"{T:g} °C" for T in warmer[at]], some)
-    for p in (1, 2, 3, 5):
-        coldest = coldest_that_melts(p, 3.0, warmer, LENGTH)
-        print(f"{p} bar: melts within the length from {coldest:g} °C on")
+    for label, points in found.items():
+        coldest = warmer[np.isfinite(points.melt_onset)].min()
+        print(f"{label}: melts within the length from {coldest:g} °C on")
 
     for ax in figure.axes:
         ax.grid(alpha=0.25)
