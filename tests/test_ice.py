@@ -257,7 +257,7 @@ def test_points_that_melt_and_freeze_in_turn_settle():
     grid = SurfaceGrid([nodes], np.arange(3), MPI.COMM_SELF)
     columns = GridColumnsUnderPoints(grid, MELTING_TEMPERATURE - 1.0, 1e-3)
     dt = 1e-4
-    resistance = float(columns.resistance(columns.decay(dt), dt)[0])
+    resistance = float(columns.resistance(dt)[0])
     ice = columns.under(Contacts(grid.place(points), np.array(area)))
     content, stage = ice.stage(ice.initial(5), dt, Given(power / resistance))
     assert stage.melting.any() and not stage.melting.all()

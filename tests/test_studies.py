@@ -14,7 +14,13 @@ import pytest
 pytest.importorskip("iceslide_fem.fenics.compat")
 
 import scripts.studies
-from scripts.studies import footprint_findings, ice_layers, peers_calculix, sliding_cost
+from scripts.studies import (
+    footprint_findings,
+    ice_layers,
+    peers_calculix,
+    sensitivity,
+    sliding_cost,
+)
 from scripts.studies.common import ROOT, case
 from scripts.studies.peers_calculix import displacement
 from scripts.studies.press_elements import MATERIAL, half_cube, in_tetrahedra
@@ -170,6 +176,14 @@ def test_cost_of_a_step_is_shared_out_among_its_parts(tmp_path):
         sliding_cost.part_of(f"iceslide_fem.{name}") == part for name, part in modules.items()
     )
     assert sliding_cost.part_of("numpy.linalg") is None
+
+
+def test_a_film_that_conducts_badly_melts_earlier():
+    factors = np.ones((2, len(sensitivity.NAMES)))
+    factors[:, -1] = 0.0, -6.0  # conductance: half a film of 50 nm, and a 64th of that
+    peaks = sensitivity.friction(factors, 1.0)["peak"]
+    assert peaks[0] == pytest.approx(0.530, abs=2e-3)
+    assert peaks[1] == pytest.approx(0.503, abs=2e-3)
 
 
 def test_rough_contact_finds_what_closed_forms_say():

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import copy
-from typing import Protocol, Self
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 from scipy.linalg import eigh
@@ -45,6 +45,19 @@ class IceHeat(Protocol):
         """Surface temperature at the contact points (K), shape (n_points,)."""
 
 
+class _OfStage(NamedTuple):
+    """What the `dt` (s) of a stage decides in a column.
+
+    What is left of each mode, what a heat of 1 J/m2 leaves in it, and the surface's temperature per
+    flux (K m2/W).
+    """
+
+    dt: Array | float
+    decay: Array
+    shares: Array
+    resistance: Array
+
+
 class Column:
     """1-D conduction below every point, in the modes of a graded quadratic element mesh.
 
@@ -57,8 +70,7 @@ class Column:
     depths: of the nodes, from 0 downwards, m.
     """
 
-    # What a stage's dt alone decides, and that dt; no state.
-    _stage: tuple[Array | float, tuple[Array, Array, Array]] | None = None
+    _stage: _OfStage | None = None  # no state
 
     def __init__(
         self,
@@ -139,45 +151,36 @@ class Column:
         factor += 1.0
         return np.reciprocal(factor, out=factor)
 
-    def response(self, start: Array, decay: Array, dt: Array | float) -> Surface:
+    def response(self, start: Array, dt: Array | float) -> Surface:
         """The surface at the end of a stage under a flux that is still to be found."""
-        offset = self.temperature + self._gain * (self.surface @ (start * decay))
-        resistance = np.broadcast_to(self.resistance(decay, dt), offset.shape)
+        offset = self.temperature + self._gain * (self.surface @ (start * self._of_stage(dt).decay))
+        resistance = np.broadcast_to(self.resistance(dt), offset.shape)
         return Surface.of(offset, resistance, self.solid)
 
-    def resistance(self, decay: Array, dt: Array | float) -> Array:
+    def resistance(self, dt: Array | float) -> Array:
         """Temperature per flux at the end of a stage (K m2/W), one for each of `dt`."""
-        return np.asarray(self._gain**2 * (self.surface**2 @ decay) * dt)
+        return self._of_stage(dt).resistance
 
-    def heated(self, start: Array, decay: Array, heat: Array) -> Array:
+    def heated(self, start: Array, dt: Array | float, heat: Array) -> Array:
         """Content at the end of the stage in which the surface took `heat` (J/m2, per point)."""
-        content = np.multiply.outer(self.surface, self._gain * heat)
-        content += start
-        content *= decay
+        stage = self._of_stage(dt)
+        content = stage.shares * (self._gain * heat)
+        content += start * stage.decay
         return content
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """One implicit stage of all amplitudes with the film at the surface."""
-        decay, shares, resistance = self._of_stage(dt)
-        kept = start * decay
-        offset = self.temperature + self._gain * (self.surface @ kept)
-        resistance = np.broadcast_to(resistance, offset.shape)
-        result = film.solve(Surface.of(offset, resistance, self.solid))
-        content = shares * (self._gain * dt * result.ice_flux)
-        content += kept
-        return content, result
+        result = film.solve(self.response(start, dt))
+        return self.heated(start, dt, dt * result.ice_flux), result
 
-    def _of_stage(self, dt: Array | float) -> tuple[Array, Array, Array]:
-        """`decay`, what a heat of 1 J/m2 leaves in each mode, and `resistance`.
-
-        Kept for the step's next stage, which has the same `dt`.
-        """
-        if self._stage is None or self._stage[0] is not dt:
+    def _of_stage(self, dt: Array | float) -> _OfStage:
+        """What `dt` alone decides; kept for the step's next stage, which has the same."""
+        if self._stage is None or self._stage.dt is not dt:
             decay = self.decay(dt)
             shares = self.surface[:, None] * decay
             resistance = np.asarray(self._gain**2 * (self.surface @ shares) * dt)
-            self._stage = dt, (decay, shares, resistance)
-        return self._stage[1]
+            self._stage = _OfStage(dt, decay, shares, resistance)
+        return self._stage
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature of the surface (K), shape (n_points,)."""
@@ -250,8 +253,7 @@ class HalfSpace:
         solid = self._column.solid
         T_m = solid.melting_temperature
         melting = self.surface_temperature(start) >= T_m - ROUNDING
-        decay = self._column.decay(dt)
-        resolved = self._column.response(amplitudes, decay, dt)
+        resolved = self._column.response(amplitudes, dt)
         undercooling = T_m - self._column.temperature
         flux = solid.conductivity * undercooling / np.sqrt(np.pi * solid.diffusivity * time)
         at_T_m = np.broadcast_to(T_m, flux.shape)
@@ -262,7 +264,7 @@ class HalfSpace:
             melting = melting | begins
             result = film.solve(_chosen(melting, closed_form, resolved))
         conducted = np.where(melting, resolved.melted_flux, result.ice_flux)
-        amplitudes = self._column.heated(amplitudes, decay, dt * conducted)
+        amplitudes = self._column.heated(amplitudes, dt, dt * conducted)
         return np.vstack([amplitudes, time]), result
 
     def surface_temperature(self, content: Array) -> Array:

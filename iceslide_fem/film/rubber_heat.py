@@ -172,12 +172,12 @@ class RubberColumns:
 
     def response(self, start: Array, dt: Array | float) -> RubberSurface:
         """The rubber's surface at the films at the end of a stage of `dt` (s)."""
-        answer = self.column.response(start, self.column.decay(dt), dt)
+        answer = self.column.response(start, dt)
         return RubberSurface(answer.offset, answer.resistance, self._cover, self.half_film)
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
         """Content after a stage with `flux` (W/m2) at the points."""
-        return self.column.heated(start, self.column.decay(dt), dt * flux)
+        return self.column.heated(start, dt, dt * flux)
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature at the points (K)."""

@@ -129,9 +129,8 @@ class GridColumnsUnderPoints(GridColumns):
         Raises NotConverged if the set of melting points does not settle.
         """
         grid, (at, area) = self.grid, self._contacts
-        decay = self.decay(dt)
-        offset = grid.allgather(self.response(start, decay, dt).offset)
-        resistance = self.resistance(decay, dt)  # one for all
+        offset = grid.allgather(self.response(start, dt).offset)
+        resistance = self.resistance(dt)  # one for all
         per_heat = resistance / grid.cell_area
         link = np.full(area.shape, RESISTANCE_SHARE * float(resistance[0]))
         temperature = grid.allgather(GridColumns.surface_temperature(self, start))
@@ -149,7 +148,7 @@ class GridColumnsUnderPoints(GridColumns):
                 break
             if np.abs(per_heat * residual).max() <= TEMPERATURE_TOLERANCE:
                 flux = heat[grid.own] / grid.cell_area[grid.own]
-                return self.heated(start, decay, dt * flux), result
+                return self.heated(start, dt, dt * flux), result
             matrix[grid.diagonals] = grid.coupling(area * result.ice_slope / link, at)
             matrix[0] += 1.0 / per_heat
             change, before = -solveh_banded(matrix, residual, lower=True), temperature

@@ -59,9 +59,8 @@ class RubberOverGrid(RubberColumns):
         The points around a node answer as if each took the node's own flux, not the mean of its
         neighbours' fluxes.
         """
-        decay = self.column.decay(dt)
-        mean = self._mean(self.column.response(start, decay, dt).offset)
-        resistance = self.column.resistance(decay, dt)  # one for all
+        mean = self._mean(self.column.response(start, dt).offset)
+        resistance = self.column.resistance(dt)  # one for all
         return RubberSurface(mean, resistance, self._node_cover(), self.half_film)
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:

@@ -71,8 +71,8 @@ class ColumnBelowFilm(Column):
     def initial(self, n_points: int) -> Array:
         return np.vstack([super().initial(n_points), self.first_flux])
 
-    def response(self, start: Array, decay: Array, dt: Array | float) -> Surface:
-        below = super().response(start, decay, dt)
+    def response(self, start: Array, dt: Array | float) -> Surface:
+        below = super().response(start, dt)
         return Surface.of(below.offset, below.resistance + self.film_resistance, self.solid)
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
