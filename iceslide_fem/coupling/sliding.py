@@ -89,10 +89,10 @@ class Sliding:
         self._may_rest = self.motion_law.may_rest and not block.friction.may_fail
         shear = self.shear(state, loads)
         mechanics = mechanics_of(block, shear, loads.area, 0.0, self.motion_law.mass_moment(motion))
+        strongest = mechanics.friction_force
         self.current = CoupledState(
-            0.0, motion, block.contact, loads, state, mechanics, shear, False
+            0.0, motion, block.contact, loads, state, mechanics, shear, False, strongest=strongest
         )
-        self.current = self.current._replace(strongest=mechanics.friction_force)
         self._start = motion.displacements
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
         self._passes = control.passes

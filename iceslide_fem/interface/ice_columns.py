@@ -18,6 +18,7 @@ from iceslide_fem.film.ice_heat import Column, HalfSpace, IceHeat
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.interface.line_search import search
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile, SurfaceGrid
+from iceslide_fem.interface.window import shifted
 from iceslide_fem.materials import ICE, Solid
 
 # Where points of the rubber carry the film, each is joined to the columns through this share of
@@ -93,10 +94,7 @@ class GridColumns(Column):
 
     def shifted(self, content: Array, cells: int) -> Array:
         """Content after the window has moved `cells` cells in +x: fresh ice enters. Collective."""
-        nodes = self.grid.allgather(content).reshape(-1, *self.grid.shape)
-        moved = np.zeros_like(nodes)
-        moved[:, : nodes.shape[1] - cells] = nodes[:, cells:]
-        return moved.reshape(len(content), -1)[:, self.grid.own]
+        return shifted(self.grid, content, cells)
 
 
 class GridColumnsUnderPoints(GridColumns):

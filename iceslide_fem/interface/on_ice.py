@@ -146,15 +146,15 @@ class OnIce:
         cells, rest = whole_cells(grid, offset)
         if cells == 0:
             return Shifted(state, offset)
-
-        def moved(own: Array, fresh: float) -> Array:
-            return shifted(grid, own, cells, fresh)
-
-        fresh, water = float(np.log(self._fresh_height)), moved(state.squeezed_height, 0.0)
+        water = shifted(grid, state.squeezed_height, cells)
         left = float(grid.cell_area @ grid.allgather(state.squeezed_height - water))
-        heat = self.ice.shifted(state.ice, cells)
-        memory = np.array([moved(one, 0.0) for one in state.memory]).reshape(state.memory.shape)
-        after = InterfaceState(moved(state.log_height, fresh), water, heat, state.rubber, memory)
+        after = InterfaceState(
+            shifted(grid, state.log_height, cells, np.log(self._fresh_height)),
+            water,
+            self.ice.shifted(state.ice, cells),
+            state.rubber,
+            shifted(grid, state.memory, cells),
+        )
         return Shifted(after, rest, left)
 
     def _on_nodes(self, contact: ContactLoads) -> tuple[Mask, FilmLoads]:

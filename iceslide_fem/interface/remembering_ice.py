@@ -14,11 +14,10 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.film.friction import Sheared
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.own_law import OwnFriction, OwnLoads
-from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
 from iceslide_fem.interface.carriers import ContactLoads, Shifted
 from iceslide_fem.interface.on_rubber import OnRubber
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, SurfaceGrid
-from iceslide_fem.interface.window import PassingIce, place, shifted, whole_cells
+from iceslide_fem.interface.window import place, shifted, whole_cells
 
 
 class Nodes:
@@ -29,9 +28,8 @@ class Nodes:
 
     def at_points(self, memory: Array) -> Array:
         """Memory (m, own nodes) read at the points, (m, n). Collective."""
-        return np.array(
-            [self._grid.interpolate(row, self._contacts.at) for row in self._all(memory)]
-        )
+        rows = self._grid.allgather(memory)
+        return np.array([self._grid.interpolate(row, self._contacts.at) for row in rows])
 
     def changed(self, memory: Array, by: Array) -> Array:
         """Memory of this rank's nodes after changes (m, n) at the points. Collective."""
@@ -39,21 +37,11 @@ class Nodes:
         given = grid.scatter(area * by, at) / grid.cell_area
         return np.asarray(memory + given[:, grid.own])
 
-    def _all(self, memory: Array) -> Array:
-        return self._grid.allgather(memory)
-
 
 class RememberingIce(OnRubber):
     """Points of the rubber rub by a law whose memory lies on the nodes of the ice."""
 
-    def __init__(
-        self,
-        friction: OwnFriction,
-        ice: PassingIce,
-        rubber: RubberColumns | Insulated = INSULATED,
-    ) -> None:
-        super().__init__(friction, ice, rubber)
-        self._law = friction
+    _friction: OwnFriction
 
     @property
     def remembering(self) -> OwnNodes:
@@ -63,12 +51,12 @@ class RememberingIce(OnRubber):
     def start(self, film_height: float, n_points: int) -> InterfaceState:
         """The law's memory at the start on all nodes; cold ice, rubber as cold."""
         state = super().start(film_height, n_points)
-        return state._replace(memory=self._law.law.initial(self.ice.grid.own.size))
+        return state._replace(memory=self._friction.law.initial(self.ice.grid.own.size))
 
     def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
         """Shear by the memory around each point. Collective."""
         here = state._replace(memory=self.memory_at_points(state, contact))
-        return self._law.sheared(here, lambda: self.ice_temperature(state, contact))
+        return self._friction.sheared(here, lambda: self.ice_temperature(state, contact))
 
     def memory_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
         """Memory of the nodes, read at the points. Collective."""
@@ -81,14 +69,9 @@ class RememberingIce(OnRubber):
         cells, rest = whole_cells(grid, offset)
         if cells == 0:
             return Shifted(state, offset)
-        fresh = self._law.law.fields.values()
-        rows = [
-            shifted(grid, row, cells, value) for row, value in zip(state.memory, fresh, strict=True)
-        ]
-        return Shifted(
-            state._replace(ice=self.ice.shifted(state.ice, cells), memory=np.array(rows)), rest
-        )
+        memory = shifted(grid, state.memory, cells, list(self._friction.law.fields.values()))
+        return Shifted(state._replace(ice=self.ice.shifted(state.ice, cells), memory=memory), rest)
 
     def _acting(self, contact: ContactLoads, contacts: Contacts) -> OwnLoads:
-        loads = self._law.loads(contact.pressure, contact.speed)
+        loads = self._friction.loads(contact.pressure, contact.speed)
         return loads._replace(places=Nodes(self.ice.grid, contacts))

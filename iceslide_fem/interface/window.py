@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.interface.carriers import ContactLoads, Ice
@@ -60,12 +61,14 @@ def whole_cells(grid: SurfaceGrid, offset: float) -> tuple[int, float]:
     return cells, offset - cells * cell
 
 
-def shifted(grid: SurfaceGrid, own: Array, cells: int, fresh: float) -> Array:
-    """Values (own,) at this rank's nodes after the window has moved `cells` cells in +x.
+def shifted(grid: SurfaceGrid, own: Array, cells: int, fresh: ArrayLike = 0.0) -> Array:
+    """Values (..., own) at this rank's nodes after the window has moved `cells` cells in +x.
 
-    Ice that enters has the value `fresh`. Collective.
+    Ice that enters has the values `fresh`, one or (...,). Collective.
     """
-    nodes = grid.allgather(own).reshape(grid.shape)
-    full = np.full_like(nodes, fresh)
-    full[: grid.shape[0] - cells] = nodes[cells:]
-    return np.asarray(full.ravel()[grid.own])
+    nodes = grid.allgather(own)
+    step = cells * (grid.n_nodes // grid.shape[0])  # nodes are numbered along x last
+    moved = np.empty_like(nodes)
+    moved[..., -step:] = np.expand_dims(fresh, -1)
+    moved[..., :-step] = nodes[..., step:]
+    return np.asarray(moved[..., grid.own])

@@ -41,13 +41,8 @@ class BesidePlate:
         self._comm, self._plate, self._penalty = space.mesh.comm, plate, penalty
         self._dim = space.mesh.geometry.dim
         self._height = height
-        tangents = self._surface.slopes @ self._surface.nodes[:, None]
-        normals = (
-            tangents[..., 0, :]
-            if self._dim == 2
-            else np.cross(tangents[..., 0, :], tangents[..., 1, :])
-        )
-        self._weights = np.abs(self._surface.weights) * np.linalg.norm(normals, axis=-1)
+        area = np.linalg.norm(self._surface.undeformed(), axis=-1)
+        self._weights = np.abs(self._surface.weights) * area
 
     def energy(self, u: Array) -> float:
         """Energy (J; J/m in a slice) at displacements `u` (blocked dofs, d). Collective."""
@@ -88,9 +83,7 @@ class BesidePlate:
 
     def _lying(self, u: Array) -> Lying:
         """The points that have risen above the plate's plane. Collective."""
-        own = u[self._plate, -1]
-        level = float(own[0]) if own.size else -np.inf
-        level = self._height + float(self._comm.allreduce(level, op=MPI.MAX))
+        level = self._height + lift_of(self._plate, u, self._comm)
         z = self._surface.nodes[..., -1] + u[self._surface.dofs, -1]
         near = z.max(axis=1) + BULGE * np.ptp(z, axis=1) > level
         facets = np.flatnonzero(near)
@@ -101,3 +94,11 @@ class BesidePlate:
 
     def _sum(self, value: float) -> float:
         return float(self._comm.allreduce(value, op=MPI.SUM))
+
+
+def lift_of(plate: Any, u: Array, comm: MPI.Comm) -> float:
+    """Upward displacement (m) of the `plate`'s blocked dofs, of all `u` (blocked dofs, d).
+    Collective.
+    """
+    own = u[plate, -1]
+    return float(comm.allreduce(float(own[0]) if own.size else -np.inf, op=MPI.MAX))

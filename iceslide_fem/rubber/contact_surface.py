@@ -86,6 +86,10 @@ class ContactSurface:
         by_node[self._signed_footprint(tangents) <= 0.0] = 0.0
         return by_node
 
+    def undeformed(self) -> Array:
+        """Area vectors of the undeformed facets at the points, (f, q, d), by the weight 1."""
+        return area_vectors(_tangents(self.slopes, self.nodes))
+
     def tangents(self, u: Array) -> Array:
         """Derivatives of the deformed positions by the facet's coordinates (f, q, d-1, d), m."""
         return _tangents(self.slopes, self.nodes + u[self.dofs])
@@ -149,8 +153,8 @@ def contact_surface(
     sides = np.abs(nodes[:, 1:dim, 0] - nodes[:, :1, 0])
     turned = 2 * local + (sides[:, -1] > sides[:, 0])
     outwards = nodes.mean(axis=1) - coordinates[dofs_of_cells].mean(axis=1)
-    area_vectors = _area_vectors(_tangents(slopes[turned], nodes))
-    sign = np.sign(np.einsum("fqd,fd->fq", area_vectors, outwards))
+    vectors = area_vectors(_tangents(slopes[turned], nodes))
+    sign = np.sign(np.einsum("fqd,fd->fq", vectors, outwards))
     return ContactSurface(
         dofs, nodes, shapes[turned], slopes[turned], facet_weights * sign, mesh.comm
     )
@@ -170,11 +174,12 @@ def _tangents(slopes: Array, nodes: Array) -> Array:
     return np.asarray(flat).reshape(f, q, sides, nodes.shape[-1])
 
 
-def _area_vectors(tangents: Array) -> Array:
-    """Area vectors (f, q, d) from tangents (f, q, d-1, d), either way round."""
-    if tangents.shape[2] == 1:
-        return np.stack([tangents[:, :, 0, 1], -tangents[:, :, 0, 0]], axis=-1)
-    return np.asarray(np.cross(tangents[:, :, 0], tangents[:, :, 1]))
+def area_vectors(tangents: Array) -> Array:
+    """Vectors (..., d) normal to tangents (..., d-1, d), as long as the area they span."""
+    if tangents.shape[-2] == 1:
+        along = tangents[..., 0, :]
+        return np.stack([along[..., 1], -along[..., 0]], axis=-1)
+    return np.asarray(np.cross(tangents[..., 0, :], tangents[..., 1, :]))
 
 
 def _line(degree: int, pieces: int) -> tuple[Array, Array]:

@@ -22,6 +22,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.rubber.beside_plate import lift_of
 from iceslide_fem.rubber.contact import (
     ContactState,
     Traction,
@@ -216,9 +217,8 @@ class Equilibrium:
 
     def plate_displacement(self) -> float:
         """Downward displacement of the plate, m. Collective."""
-        own = self.rubber.u.x.array[self._tangent.plate_z]
-        down = float(-own[0]) if own.size else -np.inf
-        return float(self.rubber.mesh.comm.allreduce(down, op=MPI.MAX))
+        rubber = self.rubber
+        return -lift_of(rubber.plate, rubber.displacements, rubber.mesh.comm)
 
     def _imbalance(self, force: float | None, law: TractionLaw) -> float:
         """Norm of internal minus external forces (N); leaves the residual and the plate's."""

@@ -28,7 +28,12 @@ from iceslide_fem.arrays import Array, Index, Mask
 from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import PETSc
-from iceslide_fem.rubber.contact_surface import FACET_OF, contact_surface, space_degree
+from iceslide_fem.rubber.contact_surface import (
+    FACET_OF,
+    area_vectors,
+    contact_surface,
+    space_degree,
+)
 
 DEGREE = 5  # of the points on a facet
 FACING = -0.5  # normals whose product is below that look at each other
@@ -92,8 +97,7 @@ class Walls:
         index_map = space.dofmap.index_map
         self._first, self._last = index_map.local_range
         dofs = index_map.local_to_global(self._own.dofs.ravel()).reshape(self._own.dofs.shape)
-        unmoved = np.zeros((index_map.size_local + index_map.num_ghosts, self._dim))
-        normals = _normals(self._own.tangents(unmoved))
+        normals = self._own.undeformed()
         self._dofs = self._gather(dofs)
         self._nodes = self._gather(self._own.nodes)
         self._shape = self._gather(self._own.shape)
@@ -202,7 +206,7 @@ class Walls:
         apart = x - np.einsum("pa,pad->pd", shape, positions[facet])
         tangents = slopes @ positions[facet]
         distance = np.linalg.norm(apart, axis=1)
-        normal = _normals(tangents) * self._sign[facet][:, None]
+        normal = area_vectors(tangents) * self._sign[facet][:, None]
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         depth = -np.einsum("pd,pd->p", apart, normal)
         inside = (depth > 0.0) & (free.all(axis=1) | (depth > SLIPPED_OFF * distance))
@@ -245,7 +249,7 @@ class Walls:
         if not everywhere:
             size = np.linalg.norm(positions - centres[:, None], axis=2).max(axis=1)
             corner = positions[:, : 2 ** (self._dim - 1)]
-            normal = _normals(_sides(corner)) * self._sign[:, None]
+            normal = area_vectors(_sides(corner)) * self._sign[:, None]
             normal /= np.linalg.norm(normal, axis=1, keepdims=True)
             away = points[slave, point] - centres[facet]
             kept &= np.einsum("pd,pd->p", away, normal[facet]) < BULGE * size[facet]
@@ -336,14 +340,6 @@ def _held(matrix: Array, right: Array, free: Mask) -> tuple[Array, Array]:
     kept = free[:, :, None] & free[:, None, :]
     identity = np.eye(matrix.shape[-1])[None] * ~free[:, :, None]
     return np.where(kept, matrix, identity), np.where(free, right, 0.0)
-
-
-def _normals(tangents: Array) -> Array:
-    """Vectors (..., d) normal to tangents (..., d-1, d), as long as the area they span."""
-    if tangents.shape[-2] == 1:
-        along = tangents[..., 0, :]
-        return np.stack([along[..., 1], -along[..., 0]], axis=-1)
-    return np.asarray(np.cross(tangents[..., 0, :], tangents[..., 1, :]))
 
 
 def _sides(corners: Array) -> Array:
