@@ -29,20 +29,11 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 import numpy as np
 
 from iceslide_fem.arrays import Array, Index, Mask
+from iceslide_fem.film.height import HeightEquation, log_height_of
 from iceslide_fem.film.viscosity import Thinning, settled
 from iceslide_fem.materials import ICE, WATER_VISCOSITY, Solid
 
 T = TypeVar("T", float, Array)
-
-# The second change of ln h by Halley's method: what is left is of the order of its cube.
-_CLOSE = 1e-4
-# The last by Newton's method; what is left is of the order of its square.
-_TOLERANCE = 1e-8
-_ITERATIONS = 80
-# Changes of ln h from which on neither needs a safeguard: the residual is a sum of exponentials
-# of at most 2 ln h.
-_FAR = 0.1
-_UNSETTLED = 8
 
 
 class Remembered(Protocol):
@@ -268,7 +259,9 @@ def implicit_stage(
     room = loads.free_height - squeezed
     squeezing = dt * loads.squeeze_rate
     height = dt / ice.solid.melting_enthalpy  # melted by the power 1
-    y = _log_height(_Height(log_height, squeezing, room, height * power, height * ice.melted_flux))
+    y = log_height_of(
+        HeightEquation(log_height, squeezing, room, height * power, height * ice.melted_flux)
+    )
     h = np.exp(y)
     q_f = power / h
     q_ice = np.minimum(q_f, ice.melted_flux)
@@ -328,100 +321,3 @@ def explicit_stage(
         melting.astype(float),
         np.zeros_like(q_ice),
     )
-
-
-class _Height(NamedTuple):
-    """The equation of ln h in an implicit stage, at every point.
-
-    y - start + min(squeezing h^3, room) / h - melted / h = 0 with y = ln h and melted =
-    max(heating / h - cooling, 0); heating and cooling in J/m2 over rho L. The residual falls to
-    minus infinity with y and rises to infinity with it.
-    """
-
-    start: Array
-    squeezing: Array
-    room: Array
-    heating: Array
-    cooling: Array
-
-    def at(self, y: Array) -> tuple[Array, Array, Array, Mask, Mask]:
-        """Residual, two derivatives, and where the free volume is full and the ice melts."""
-        inverse = np.exp(-y)
-        filling, gain = self.room * inverse, self.heating * inverse
-        thinning = self.squeezing / (inverse * inverse)
-        full, melts = thinning >= filling, gain > self.cooling
-        steep = gain * inverse
-        melted = steep - self.cooling * inverse
-        # Squeeze-out goes with the power -1 or 2 of h, melting with -2 and -1.
-        power = np.where(full, -1.0, 2.0)
-        squeezed = np.where(full, filling, thinning)
-        residual = y - self.start
-        residual += squeezed
-        squeezed *= power
-        slope = 1.0 + squeezed
-        squeezed *= power
-        residual -= np.where(melts, melted, 0.0)
-        melted += steep
-        slope += np.where(melts, melted, 0.0)
-        melted += 2.0 * steep
-        squeezed -= np.where(melts, melted, 0.0)
-        np.maximum(slope, 0.1, out=slope)
-        return residual, slope, squeezed, full, melts
-
-    def switches(self, y: Array) -> tuple[Mask, Mask]:
-        """Where the free volume is full and the ice melts."""
-        inverse = np.exp(-y)
-        full = self.squeezing >= self.room * inverse * inverse * inverse
-        return full, self.heating * inverse > self.cooling
-
-
-def _log_height(equation: _Height) -> Array:
-    """Root of the equation, NaN where it has not settled at all.
-
-    Halley's method where two changes do, and they are small and meet no switch; what is left
-    after them is of the order of the cube of the last. Elsewhere `_bracketed`.
-    """
-    residual, slope, curve, *_ = equation.at(equation.start)
-    change = residual / slope
-    first = np.abs(change)
-    change /= np.clip(0.5 * change * curve / slope, -0.5, 0.5) - 1.0
-    y = equation.start + np.clip(change, -1.0, 1.0)
-    residual, slope, curve, full, melts = equation.at(y)
-    change = residual / slope
-    last = np.abs(change)
-    change /= np.clip(0.5 * change * curve / slope, -0.5, 0.5) - 1.0
-    y += np.clip(change, -1.0, 1.0)
-    full_now, melts_now = equation.switches(y)
-    settled = (first <= _FAR) & (last <= _CLOSE) & (full == full_now) & (melts == melts_now)
-    rest = np.flatnonzero(~settled)
-    if rest.size:
-        y[rest] = _bracketed(_Height(*(np.broadcast_to(part, y.shape)[rest] for part in equation)))
-    return y
-
-
-def _bracketed(equation: _Height) -> Array:
-    """The root by Newton's method, kept in the bracket that the residual's signs give.
-
-    That is where it is far from the root or not settled after a few iterations.
-    """
-    y = equation.start.copy()
-    low, high = np.full_like(y, -np.inf), np.full_like(y, np.inf)
-    for iteration in range(_ITERATIONS):
-        residual, slope, *_ = equation.at(y)
-        change = -residual / slope
-        largest = np.abs(change).max(initial=0.0)
-        if largest > _FAR or iteration >= _UNSETTLED:
-            low = np.where(residual < 0.0, y, low)
-            high = np.where(residual >= 0.0, y, high)
-            change = np.clip(change, -2.0, 2.0)
-            new = y + change
-            outside = (new <= low) | (new >= high)
-            outside &= np.isfinite(low) & np.isfinite(high) & (np.abs(change) > _TOLERANCE)
-            if outside.any():
-                new[outside] = 0.5 * (low[outside] + high[outside])
-            y = new
-        else:
-            y += change
-        if largest <= _TOLERANCE:
-            return y
-    return np.where(np.abs(change) <= _TOLERANCE, y, np.nan)
