@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from iceslide_fem import reference
-from iceslide_fem.film import law
+from iceslide_fem.film import height
 from iceslide_fem.film.ice_heat import HalfSpace
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
 from iceslide_fem.film.law import (
@@ -177,7 +177,7 @@ def test_falling_free_height_does_not_return_squeezed_water():
 def test_a_height_that_is_not_found_is_no_height(monkeypatch):
     """An iteration that is cut off leaves NaN at the points that have not settled."""
     settled, arguments = random_stages(n=500)
-    monkeypatch.setattr(law, "_ITERATIONS", 3)
+    monkeypatch.setattr(height, "_ITERATIONS", 3)
     h, *others = arguments
     cut_off = implicit_stage(np.log(h), *others)
     found = np.isfinite(cut_off.log_height)
