@@ -79,11 +79,32 @@ def test_a_shape_has_its_volume(model, changes, left_out):
     if block.draft and model == "block":  # a pyramid's stump
         low, high = 20.0 * 16.0, (20 + 16 * block.draft) * (16 + 16 * block.draft)
         profile, width = 8.0 / 3.0 * (low + high + np.sqrt(low * high)) / 16.0, 8e-3
+    if block.edge and model == "block":  # the edge along the side, too
+        profile -= left_out / 2 * 20.0 / 8.0
     # Polygons of a few cells stand for arcs and waves.
     assert volume(tagged) == pytest.approx(profile * 1e-6 * width, rel=3e-3)
     assert nominal_area(given) == pytest.approx(20e-3 * width)
     assert smallest_angle(tagged) > 35.0
     assert ("walls" in tagged.facets) == bool(block.slots)
+
+
+GROOVE = "rubber.grooves=[{position='4 mm', width='2 mm', depth='4 mm'}]"
+
+
+def test_edges_are_cut_all_around_every_lug_of_a_block():
+    tagged = cached_rubber(scene("model=block", *TREAD, "rubber.chamfer=0.5mm", GROOVE))
+    assert Soundness(tagged).fault(tagged.facets["plate"]) is None
+    section, moment = 0.5**2 / 2, 0.5**3 / 6  # of what is cut off, about the side
+    middle = section * (2 * 3.0 + 20.0) - 4 * moment  # half of the lug in the middle
+    beside = section * 2 * (3.0 + 20.0) - 8 * moment
+    assert volume(tagged) == pytest.approx((20 * 8 * 8 - 20 * 2 * 4 - middle - beside) * 1e-9)
+    bottom = tagged.points[tagged.points[:, 2] == 0.0]
+    assert sorted({*np.round(bottom[np.abs(bottom[:, 0]) < 9e-3, 1], 9)})[0] == 0.0
+    at_sides = np.abs(bottom[:, 0]).max(), bottom[:, 1].max()
+    assert at_sides == pytest.approx((9.5e-3, 7.5e-3))
+    assert not ((bottom[:, 1] > 2.5001e-3) & (bottom[:, 1] < 5.4999e-3)).any()
+    walls = tagged.points[tagged.facets["walls"]]
+    assert set(np.round(walls[..., 1].ravel(), 9)) == {3e-3, 5e-3}
 
 
 @pytest.mark.parametrize("model", ["slice", "block"])
@@ -121,8 +142,7 @@ def test_finer_meshes_have_rounder_edges():
 
 def test_a_groove_is_cut_along_the_block():
     plain, grooved = (
-        cached_rubber(scene("model=block", *TREAD, *more))
-        for more in ((), ("rubber.grooves=[{position='4 mm', width='2 mm', depth='4 mm'}]",))
+        cached_rubber(scene("model=block", *TREAD, *more)) for more in ((), (GROOVE,))
     )
     assert volume(plain) - volume(grooved) == pytest.approx(20e-3 * 2e-3 * 4e-3)
     walls = grooved.points[grooved.facets["walls"]]
@@ -188,6 +208,7 @@ def test_outlines_that_are_none(tmp_path, rows, words):
     ("changes", "words"),
     [
         (["rubber.edge_radius=0.3mm"], "rubber.edge_radius = 0.3 mm is too large"),
+        (["rubber.width=0.2mm", "rubber.edge_radius=50um"], "up to 0.04 mm, 0.2 of its width"),
         (["rubber.edge_radius=1nm"], "rubber.edge_radius = 0.001 um is too small"),
         (["rubber.edge_radius=50um", "rubber.chamfer=50um"], "contradict each other"),
         (["rubber.sipes=12"], "rubber.sipes = 12"),

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from iceslide_fem.mesh.grid import Lines, graded
-from iceslide_fem.mesh.shape import BlockShape, Wave
+from iceslide_fem.mesh.shape import BlockShape, Channel, Slot, Wave
 
 # The reference cell is the height (or the lateral size, if smaller) over CELLS. A block
 # whose height is less than FLAT of its length takes fewer, by the square root, because away from
@@ -25,12 +25,12 @@ FLAT, FEWEST_CELLS = 0.5, 2.0
 EDGE_CELL, EDGE_SLOPE = 0.42, 4.0
 LARGEST_CELL = 4.0
 # Where a cut edge asks for smaller cells than EDGE_CELL, they grow to it by this slope.
-STEEPEST = 0.3
+STEEPEST = {2: 0.3, 3: 0.6}
 # A cut edge of radius r has its own cells within ZONE r of the corner that it replaces, of which
 # the lowest LAYER r are a layer along it.
 ZONE, LAYER = 2.0, 0.6
 LAYER_SHARE = 0.4  # cells across that layer, of those along half of it
-FEWEST_OF_ARC = 2  # cells on half of an arc: with one, mu of a slice is 2 % off (50 um)
+FEWEST_OF_ARC = {2: 2, 3: 1}  # cells on half of an arc: with one, mu of a slice is 2 % off (50 um)
 CELLS_OF_A_WAVE = 8
 
 
@@ -63,24 +63,55 @@ class EdgeCells(NamedTuple):
         return (ZONE - LAYER) * self.radius / self.along
 
 
-class Grid(NamedTuple):
-    """Lines of the straight block: columns of x, rows of z, (in 3-D) all lines of y.
+class Span(NamedTuple):
+    """A lug, or a slot or channel between lugs, along x or y, from `low` to `high`, m.
 
-    slot: which slot a column belongs to, or -1; zones: per cut edge x of the corner, and whether
-    the rubber is beyond (+1) or before it (-1).
+    middle: its lines between the zones of its cut edges; edges: whether its lower and its upper end
+    have one; depth: of a slot or channel, 0 of a lug.
     """
 
-    columns: list[Lines]
-    slot: list[int]
+    low: float
+    high: float
+    middle: Lines
+    edges: tuple[bool, bool]
+    depth: float
+
+    @property
+    def corners(self) -> list[tuple[float, int]]:
+        """Corners that its cut edges replace, and whether rubber is beyond (+1) or before (-1)."""
+        ends = ((self.low, 1), (self.high, -1))
+        return [end for end, there in zip(ends, self.edges, strict=True) if there]
+
+    def lines(self, zone: list[Lines]) -> list[Lines]:
+        """Its lines, those of the zones of its cut edges included."""
+        first = [self.low + line for line in zone] * self.edges[0]
+        last = [self.high - line[::-1] for line in zone[::-1]] * self.edges[1]
+        return [*first, self.middle, *last]
+
+
+class Grid(NamedTuple):
+    """Lines of the straight block: spans along x and (in 3-D) y, rows of z; cells of cut edges."""
+
+    columns: list[Span]
+    across: list[Span]
     rows: list[Lines]
-    y: Lines | None
     edge: EdgeCells | None
-    zones: list[tuple[float, int]]
+
+    @property
+    def zone(self) -> list[Lines]:
+        """Lines of a cut edge's zone, from its corner; none of a sharp one."""
+        return self.edge.zone if self.edge else []
 
     @property
     def x(self) -> Lines:
         """All lines of x."""
-        return joined(self.columns)
+        return joined([line for span in self.columns for line in span.lines(self.zone)])
+
+    @property
+    def y(self) -> Lines:
+        """All lines of y; none in a slice."""
+        lines = [line for span in self.across for line in span.lines(self.zone)]
+        return joined(lines) if lines else np.empty(0)
 
     @property
     def z(self) -> Lines:
@@ -99,16 +130,16 @@ def reference_cell(block: BlockShape, refinement: float) -> tuple[float, float]:
     return size / (max(cells, FEWEST_CELLS) * refinement), size
 
 
-def from_edge(length: float, cell: float, size: float, first: float | None = None) -> Lines:
+def from_edge(
+    length: float, cell: float, size: float, first: float | None = None, steepest: float = 0.0
+) -> Lines:
     """Grid lines at the distances 0 ... `length` from a contact edge, or from cells of size
-    `first` (m) near it.
+    `first` (m) near it, which grow by the slope `steepest` where they are smaller than an edge's.
     """
     usual, slope = EDGE_CELL * cell, EDGE_SLOPE * EDGE_CELL * cell / size
-    if first is None:
-        return graded(length, usual, slope, LARGEST_CELL * cell)
-    return graded(
-        length, first, max(slope, STEEPEST) if first < usual else slope, LARGEST_CELL * cell
-    )
+    if first is not None and first < usual:
+        slope = max(slope, steepest)
+    return graded(length, first or usual, slope, LARGEST_CELL * cell)
 
 
 def joined(lines: list[Lines]) -> Lines:
@@ -120,48 +151,64 @@ def block_grid(block: BlockShape, refinement: float) -> Grid:
     """Lines of the straight `block`."""
     cell, size = reference_cell(block, refinement)
     edge = _edge_cells(block, cell)
+    reach = edge.zone[-1][-1] if edge else 0.0
+
+    def half(length: float, cut: bool) -> Lines:
+        """Graded from an end, which may meet a cut edge's cells."""
+        steepest = STEEPEST[len(block.ranges) + 1]
+        return from_edge(length, cell, size, edge.cell if edge and cut else None, steepest)
 
     def between(low: float, high: float, first: bool = False, last: bool = False) -> Lines:
         """Graded to both ends, of which the `first` and the `last` may meet a cut edge's cells."""
-        ends = [edge.cell if edge and cut else None for cut in (first, last)]
-        one, other = (from_edge((high - low) / 2, cell, size, end) for end in ends)
+        one, other = (half((high - low) / 2, cut) for cut in (first, last))
         return np.concatenate([low + one, high - other[-2::-1]])
 
-    (low, high), *across = block.ranges
-    columns: list[Lines] = []
-    slots: list[int] = []
-    zones: list[tuple[float, int]] = []
-    begin = low
-    for number in range(len(block.slots) + 1):
-        end = block.slots[number].low if number < len(block.slots) else high
-        if edge:
-            layer, rest = edge.zone
-            middle = between(begin + rest[-1], end - rest[-1], True, True)
-            lug = [begin + layer, begin + rest, middle, end - rest[::-1], end - layer[::-1]]
-            zones += [(begin, 1), (end, -1)]
-        else:
-            lug = [between(begin, end)]
-        columns += lug
-        slots += [-1] * len(lug)
-        if number < len(block.slots):
-            begin = block.slots[number].high
-            columns.append(between(end, begin))
-            slots.append(number)
-    return Grid(
-        columns, slots, _rows(block, edge, between), _y_lines(block, cell, size), edge, zones
-    )
+    def spans(
+        ends: tuple[float, float], cuts: Sequence[Slot | Channel], halved: bool
+    ) -> list[Span]:
+        """Lugs, and the cuts between them. Nothing is singular at the middle plane of a `halved`
+        block, where it begins.
+        """
+        found: list[Span] = []
+        begin = ends[0]
+        for cut in [*cuts, None]:
+            pieces = [(begin, cut.low if cut else ends[1], 0.0)]
+            pieces += [(cut.low, cut.high, cut.depth)] if cut else []
+            for low, high, depth in pieces:
+                if high <= low:  # a channel in the middle plane has no lug before it
+                    continue
+                cutting = edge is not None and depth == 0.0
+                inside = halved and low == ends[0]
+                first, last = low + reach * (cutting and not inside), high - reach * cutting
+                if inside:
+                    middle = last - half(last - first, cutting)[::-1]
+                    middle[0] = first
+                else:
+                    middle = between(first, last, cutting, cutting)
+                found.append(Span(low, high, middle, (cutting and not inside, cutting), depth))
+            begin = cut.high if cut else begin
+        return found
+
+    columns = spans(block.ranges[0], block.slots, False)
+    across = [
+        span for ends in block.ranges[1:] for span in spans(ends, block.channels, block.symmetric)
+    ]
+    waves = [slot.wave for slot in block.slots if slot.wave and slot.wave.across]
+    across = [span._replace(middle=_waved(span.middle, waves)) for span in across]
+    return Grid(columns, across, _rows(block, edge, between), edge)
 
 
 def box_lines(block: BlockShape, refinement: float) -> list[Lines]:
     """Grid lines of the rubber in x, (y,) z."""
     grid = block_grid(block, refinement)
-    return [grid.x, grid.z] if grid.y is None else [grid.x, grid.y, grid.z]
+    return [grid.x, grid.y, grid.z] if grid.across else [grid.x, grid.z]
 
 
 def _edge_cells(block: BlockShape, cell: float) -> EdgeCells | None:
     if block.edge == 0.0:
         return None
-    arc = max(FEWEST_OF_ARC, math.ceil(math.pi / 4 * block.edge / (EDGE_CELL * cell)))
+    fewest = FEWEST_OF_ARC[len(block.ranges) + 1]
+    arc = max(fewest, math.ceil(math.pi / 4 * block.edge / (EDGE_CELL * cell)))
     return EdgeCells(block.edge, arc, max(1, round(LAYER_SHARE * 2 * arc)))
 
 
@@ -178,24 +225,6 @@ def _rows(block: BlockShape, edge: EdgeCells | None, between: Callable[..., Line
         low = high
     waves = [slot.wave for slot in block.slots if slot.wave and not slot.wave.across]
     return [_waved(row, waves) for row in rows]
-
-
-def _y_lines(block: BlockShape, cell: float, size: float) -> Lines | None:
-    if len(block.ranges) == 1:
-        return None
-    low, high = block.ranges[1]
-
-    def between(low: float, high: float) -> Lines:
-        half = from_edge((high - low) / 2, cell, size)
-        return np.concatenate([low + half, high - half[-2::-1]])
-
-    cuts = [low, *(end for channel in block.channels for end in channel[:2] if end > low), high]
-    pieces = [between(one, other) for one, other in itertools.pairwise(cuts)]
-    if block.symmetric:  # nothing is singular at the middle plane
-        pieces[0] = cuts[1] - from_edge(cuts[1] - low, cell, size)[::-1]
-        pieces[0][0] = low
-    waves = [slot.wave for slot in block.slots if slot.wave and slot.wave.across]
-    return joined([_waved(piece, waves) for piece in pieces])
 
 
 def _waved(line: Lines, waves: list[Wave]) -> Lines:

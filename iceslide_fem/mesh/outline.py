@@ -18,7 +18,8 @@ from iceslide_fem.mesh.box import EDGE_CELL, EDGE_SLOPE, LARGEST_CELL, block_gri
 from iceslide_fem.mesh.cache import cached
 from iceslide_fem.mesh.gmsh_model import IntArray, TaggedMesh, empty_model
 from iceslide_fem.mesh.grid import snapped, with_parts
-from iceslide_fem.mesh.profile import CONTACT_HEIGHT, NEAR, part_choosers
+from iceslide_fem.mesh.profile import CONTACT_HEIGHT, part_choosers
+from iceslide_fem.mesh.sections import NEAR
 from iceslide_fem.mesh.shape import BlockShape
 from iceslide_fem.mesh.soundness import Soundness, place
 from iceslide_fem.scene.outline_file import area, read_outline

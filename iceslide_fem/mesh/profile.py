@@ -4,35 +4,33 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
+from typing import NamedTuple
 
 import numpy as np
 
 from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.errors import SceneError
-from iceslide_fem.mesh.box import EdgeCells, Grid, block_grid
+from iceslide_fem.mesh.box import block_grid
 from iceslide_fem.mesh.gmsh_model import TaggedMesh
-from iceslide_fem.mesh.grid import Chooser, Lines, snapped, with_parts
-from iceslide_fem.mesh.patches import Patch, Point, even, mesh_patches, rectangle
+from iceslide_fem.mesh.grid import Chooser, snapped, with_parts
+from iceslide_fem.mesh.patches import Patch, Point, mesh_patches
+from iceslide_fem.mesh.sections import NEAR, edge_patches, profile_patches
 from iceslide_fem.mesh.shape import BlockShape, leaned
 from iceslide_fem.mesh.soundness import Soundness, place
+from iceslide_fem.mesh.swept import swept
 
 CONTACT_HEIGHT = 0.5  # the sides may touch the ice up to this fraction of the height
-NEAR = 1e-9  # of the height
-# The patches at an arc meet at this distance from its middle, and so many radii from the corner
-# lies the middle of an arc, and of a cut at 45 degrees.
-MEETING = 0.5
-MIDDLE = {False: 1.0 - 0.5**0.5, True: 0.5}
 
 
 def block_mesh(block: BlockShape, refinement: float) -> TaggedMesh:
     """Mesh of a built-in block, on this rank alone. Raises SceneError if it overlaps itself."""
     grid = block_grid(block, refinement)
-    points, cells = mesh_patches(profile_patches(block, grid), grid.y)
-    for axis, line in zip((0, -1), (grid.x, grid.z), strict=True):
+    points, cells = (
+        swept(block, grid) if grid.across else mesh_patches(profile_patches(block, grid))
+    )
+    lines = [grid.x, grid.y, grid.z] if grid.across else [grid.x, grid.z]
+    for axis, line in enumerate(lines):
         points[:, axis] = snapped(points[:, axis], line)
-    if grid.y is not None:
-        points[:, 1] = snapped(points[:, 1], grid.y)
-        cells = cells[~_in_channels(block, points[cells].mean(axis=1))]
     tagged = with_parts(points, cells, "rubber", part_choosers(block))
     if block.straight:
         return tagged
@@ -78,46 +76,24 @@ def part_choosers(block: BlockShape) -> dict[str, Chooser]:
     return {**parts, "walls": walls} if block.slots or block.channels else parts
 
 
-def profile_patches(block: BlockShape, grid: Grid) -> list[Patch]:
-    """Patches of the straight block's profile."""
-    patches, low_rows = [], len(grid.edge.zone) if grid.edge else 0
-    for column, slot in zip(grid.columns, grid.slot, strict=True):
-        for number, row in enumerate(grid.rows):
-            if slot >= 0 and row[-1] <= block.slots[slot].depth * (1.0 + NEAR):
-                continue
-            if number < low_rows and _in_a_zone(grid, column):
-                continue
-            patches.append(rectangle(column, row))
-    if grid.edge:
-        for corner, way in grid.zones:
-            patches += _edge_patches(corner, way, grid.edge, block.cut)
-    return patches
-
-
 def count(block: BlockShape, refinement: float) -> dict[str, float]:
     """Cells, nodes of the quadratic elements, smallest and largest edge of cells along the sides of
     patches (m), of the block without its channels: nothing is meshed.
     """
     grid = block_grid(block, refinement)
-    patches = profile_patches(block, grid)
-    cells, edges, sides = 0, [], Counter[frozenset[Point]]()
-    counts: dict[frozenset[Point], int] = {}
-    for patch in patches:
-        one, two = (sum(side.cells for side in part) for part in patch[:2])
-        cells += one * two
-        for side in itertools.chain(*patch):
-            key = frozenset(tuple(round(v / block.height, 9) for v in p) for p in side[:2])
-            sides[key] += 1  # type: ignore[index]
-            counts[key] = side.cells  # type: ignore[index]
-            edges.append(np.diff(side.at) * side.length)
-    border = sum(counts[key] for key, number in sides.items() if number == 1)
-    # Euler: V - E + F = 1 without holes, and every cell has four edges: 2 E = 4 F + border.
-    nodes = 1 + 4 * cells + border
-    if grid.y is not None:
-        edges.append(np.diff(grid.y))
-        nodes *= 2 * (len(grid.y) - 1) + 1
-        cells *= len(grid.y) - 1
-    lengths = np.concatenate(edges)
+    profile = _counted(profile_patches(block, grid), block.height)
+    cells, nodes, lengths = profile.cells, profile.nodes, profile.lengths
+    if grid.across:
+        lengths = np.concatenate([lengths, np.diff(grid.y)])
+        along = sum(len(span.middle) - 1 for span in grid.across)
+        cells, nodes = cells * along, nodes * (2 * along + 1)
+        lugs = [len(span.middle) - 1 for span in grid.columns if not span.depth]
+        for corner, way in (end for span in grid.across for end in span.corners):
+            bar = _counted(edge_patches(corner, way, grid, block.cut), block.height)
+            # less what it shares with the profile: its ends, and the side towards the middle
+            side = 2 * len(grid.z) - 1
+            cells += bar.cells * sum(lugs)
+            nodes += sum((bar.nodes - side) * (2 * lug - 1) for lug in lugs)
     return {
         "cells": cells,
         "quadratic_nodes": nodes,
@@ -126,60 +102,25 @@ def count(block: BlockShape, refinement: float) -> dict[str, float]:
     }
 
 
-def _in_a_zone(grid: Grid, column: Lines) -> bool:
-    assert grid.edge is not None
-    reach = grid.edge.zone[-1][-1] * (1.0 + NEAR)
-    return any(
-        max(abs(column[0] - corner), abs(column[-1] - corner)) <= reach
-        and way * (column.mean() - corner) > 0.0
-        for corner, way in grid.zones
-    )
+class _Counted(NamedTuple):
+    """Of patches: cells, nodes of the quadratic elements, and lengths of edges (m)."""
+
+    cells: int
+    nodes: int
+    lengths: Array
 
 
-def _in_channels(block: BlockShape, centre: Array) -> Mask:
-    """Which cells are cut out along the sliding direction, by their centres (n, 3)."""
-    inside = np.zeros(len(centre), dtype=bool)
-    for low, high, depth in block.channels:
-        inside |= (low < centre[:, 1]) & (centre[:, 1] < high) & (centre[:, 2] < depth)
-    return inside
-
-
-def _edge_patches(x: float, way: int, edge: EdgeCells, cut: bool) -> list[Patch]:
-    """The three patches at a cut edge, whose sharp corner would be at (x, 0).
-
-    The cut is one side with the bottom beside it and the wall above it: half of them belong to
-    either patch along it; a third patch fills the zone's inner corner. All three meet at a point.
-    """
-    r, (layer, zone) = edge.radius, (lines[-1] for lines in edge.zone)
-
-    def at(along: float, up: float) -> Point:
-        return float(x + way * along), float(up)
-
-    middle = MIDDLE[cut] * r
-    meeting = middle + MEETING * r
-    centre = None if cut else at(r, r)
-    far, bottom, half = at(zone, 0.0), at(r, 0.0), at(middle, middle)
-    wall, high, inner = at(0.0, r), at(0.0, zone), at(zone, zone)
-    lower, upper, heart = at(zone, layer), at(layer, zone), at(meeting, meeting)
-    outwards = even(half, heart, edge.layer)
-    down, over = even(heart, lower, edge.along), even(heart, upper, edge.along)
-    return [
-        (
-            [even(far, bottom, edge.arc), even(bottom, half, edge.arc, centre)],
-            [outwards],
-            [down],
-            [even(lower, far, edge.layer)],
-        ),
-        (
-            [even(inner, lower, edge.along)],
-            [down.reversed()],
-            [over],
-            [even(upper, inner, edge.along)],
-        ),
-        (
-            [even(half, wall, edge.arc, centre), even(wall, high, edge.arc)],
-            [even(high, upper, edge.layer)],
-            [over.reversed()],
-            [outwards.reversed()],
-        ),
-    ]
+def _counted(patches: list[Patch], height: float) -> _Counted:
+    cells, edges, sides = 0, [], Counter[frozenset[Point]]()
+    counts: dict[frozenset[Point], int] = {}
+    for patch in patches:
+        one, two = (sum(side.cells for side in part) for part in patch[:2])
+        cells += one * two
+        for side in itertools.chain(*patch):
+            key = frozenset(tuple(round(v / height, 9) for v in p) for p in side[:2])
+            sides[key] += 1  # type: ignore[index]
+            counts[key] = side.cells  # type: ignore[index]
+            edges.append(np.diff(side.at) * side.length)
+    border = sum(counts[key] for key, number in sides.items() if number == 1)
+    # Euler: V - E + F = 1 without holes, and every cell has four edges: 2 E = 4 F + border.
+    return _Counted(cells, 1 + 4 * cells + border, np.concatenate(edges))

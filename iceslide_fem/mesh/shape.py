@@ -56,8 +56,8 @@ class BlockShape(NamedTuple):
     """Ranges of x and (in 3-D) y that the rubber covers at the ice, and its height, in m.
 
     If it is `symmetric`, y begins at 0 and the other half is left out. edge (m): radius of the
-    lower edges across the sliding direction or, if `cut`, what is cut off them on either side;
-    draft: tan of the lean of the sides.
+    lower edges of all lugs or, if `cut`, what is cut off them on either side; draft: tan of the
+    lean of the sides.
     """
 
     ranges: list[tuple[float, float]]

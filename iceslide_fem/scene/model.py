@@ -34,6 +34,7 @@ from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.load import Load
 from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.rubber import Rubber
+from iceslide_fem.scene.shape import check_room_across
 from iceslide_fem.scene.table import Table
 from iceslide_fem.scene.units import Quantity
 
@@ -190,6 +191,8 @@ class Scene(Table):
         if self.load.changes:
             self._loads_may_change()
         self._contact_is_stiff()
+        if self.model in ("block", "auto"):
+            check_room_across(self.rubber)
         below = [name for name, place in self.output.probes.items() if place[2] < 0.0]
         if below and self.ice.heat == "half-space":
             raise ValueError(

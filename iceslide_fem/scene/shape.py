@@ -164,7 +164,7 @@ def _check_lugs(rubber: Shaped) -> None:
             f"rubber.sipes overlap each other or an end of the block ({1e3 * rubber.length:.3g} mm "
             "long); allowed: at least 0.01 mm of rubber between them"
         )
-    edge, name = max((rubber.edge_radius, "edge_radius"), (rubber.chamfer, "chamfer"))
+    edge, name = _edge(rubber)
     if 0.0 < edge < SMALLEST_EDGE:
         raise ValueError(
             f"rubber.{name} = {1e6 * edge:.3g} um is too small to be meshed; allowed: 0, or at "
@@ -181,6 +181,31 @@ def _check_lugs(rubber: Shaped) -> None:
     most = DEEPEST * half / rubber.height
     if tan(rubber.draft_angle) > most:
         raise ValueError("rubber.draft_angle is too large for a block as tall as this")
+
+
+def check_room_across(rubber: Shaped) -> None:
+    """Raise ValueError where grooves and the sides leave no room for the cuts of the edges along
+    the sliding direction, which a slice does not have.
+    """
+    begin, narrowest = 0.0, rubber.width
+    for groove in sorted(rubber.grooves, key=lambda groove: groove.position):
+        low, high = groove.position - groove.width / 2, groove.position + groove.width / 2
+        if groove.position > 0.0:  # the lug in the middle has its other half beyond y = 0
+            narrowest = min(narrowest, (low - begin) * (1 if begin else 2))
+        begin = high
+    narrowest = min(narrowest, (rubber.width / 2 - begin) * (1 if begin else 2))
+    edge, name = _edge(rubber)
+    most = LARGEST_EDGE * narrowest
+    if edge > most * (1.0 + 1e-9):
+        raise ValueError(
+            f"rubber.{name} = {1e3 * edge:.3g} mm is too large; allowed in a block: up to "
+            f"{1e3 * most:.3g} mm, {LARGEST_EDGE:g} of its width, or of a lug's between grooves"
+        )
+
+
+def _edge(rubber: Shaped) -> tuple[float, str]:
+    """What is cut off the edges, m, and by which key."""
+    return max((rubber.edge_radius, "edge_radius"), (rubber.chamfer, "chamfer"))
 
 
 def _check_grooves(rubber: Shaped) -> None:
