@@ -129,15 +129,15 @@ def test_round_edges_leave_the_bottom_flat_between_them():
 
 
 def test_finer_meshes_have_rounder_edges():
-    def chords(refinement):
-        tagged = cached_rubber(
-            scene("model=slice", "rubber.edge_radius=50um", f"numerics.refinement={refinement}")
-        )
+    def chords(refinement, radius=50):
+        changes = [f"rubber.edge_radius={radius}um", f"numerics.refinement={refinement}"]
+        tagged = cached_rubber(scene("model=slice", *changes))
         corners = tagged.points[tagged.facets["contact"]]
         way = np.abs(corners[:, 1] - corners[:, 0])
         return int(((way > 1e-9).all(axis=1)).sum())
 
     assert chords(2) == pytest.approx(2 * chords(1), abs=4) and chords(4) > 1.8 * chords(2)
+    assert chords(2, radius=10) == 2 * chords(1, radius=10)
 
 
 def test_a_groove_is_cut_along_the_block():

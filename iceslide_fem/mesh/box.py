@@ -24,13 +24,15 @@ CELLS = {2: 16.0, 3: 6.0}  # by dimension
 FLAT, FEWEST_CELLS = 0.5, 2.0
 EDGE_CELL, EDGE_SLOPE = 0.42, 4.0
 LARGEST_CELL = 4.0
-# Where a cut edge asks for smaller cells than EDGE_CELL, they grow to it by this slope.
+# Where a cut edge asks for smaller cells than EDGE_CELL, they grow to it by this slope, on refined
+# meshes by less.
 STEEPEST = {2: 0.3, 3: 0.6}
 # A cut edge of radius r has its own cells within ZONE r of the corner that it replaces, of which
 # the lowest LAYER r are a layer along it.
 ZONE, LAYER = 2.0, 0.6
 LAYER_SHARE = 0.4  # cells across that layer, of those along half of it
-FEWEST_OF_ARC = {2: 2, 3: 1}  # cells on half of an arc: with one, mu of a slice is 2 % off (50 um)
+# Cells on half of an arc, on refined meshes more. With one, mu of a slice is 2 % off (50 um).
+FEWEST_OF_ARC = {2: 2, 3: 1}
 CELLS_OF_A_WAVE = 8
 
 
@@ -150,12 +152,12 @@ def joined(lines: list[Lines]) -> Lines:
 def block_grid(block: BlockShape, refinement: float) -> Grid:
     """Lines of the straight `block`."""
     cell, size = reference_cell(block, refinement)
-    edge = _edge_cells(block, cell)
+    edge = _edge_cells(block, cell, refinement)
     reach = edge.zone[-1][-1] if edge else 0.0
 
     def half(length: float, cut: bool) -> Lines:
         """Graded from an end, which may meet a cut edge's cells."""
-        steepest = STEEPEST[len(block.ranges) + 1]
+        steepest = STEEPEST[len(block.ranges) + 1] / max(refinement, 1.0)
         return from_edge(length, cell, size, edge.cell if edge and cut else None, steepest)
 
     def between(low: float, high: float, first: bool = False, last: bool = False) -> Lines:
@@ -204,10 +206,10 @@ def box_lines(block: BlockShape, refinement: float) -> list[Lines]:
     return [grid.x, grid.y, grid.z] if grid.across else [grid.x, grid.z]
 
 
-def _edge_cells(block: BlockShape, cell: float) -> EdgeCells | None:
+def _edge_cells(block: BlockShape, cell: float, refinement: float) -> EdgeCells | None:
     if block.edge == 0.0:
         return None
-    fewest = FEWEST_OF_ARC[len(block.ranges) + 1]
+    fewest = math.ceil(FEWEST_OF_ARC[len(block.ranges) + 1] * max(refinement, 1.0))
     arc = max(fewest, math.ceil(math.pi / 4 * block.edge / (EDGE_CELL * cell)))
     return EdgeCells(block.edge, arc, max(1, round(LAYER_SHARE * 2 * arc)))
 

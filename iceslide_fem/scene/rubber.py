@@ -38,12 +38,12 @@ class Rubber(Table):
     which may be given beside a compound, too, instead of its D1. `heat` resolves heat
     conduction in the rubber, with its `conductivity` (W/(m K)) and `heat_capacity` (J/(kg K)) by
     default of the thesis's table 1, `inertia` its motion. The lower edges of the block and of its
-    lugs are round (`edge_radius`) or cut off at 45 degrees (`chamfer`), the sides lean by `draft_angle`
-    (rad), so that the block is wider at the plate; length and width are those at the ice. `sipes`:
-    how many evenly spaced slots across the sliding direction are cut into the box from below, or a
-    list of them; `grooves` run along it. `outline` is a file of polygons (x, y), the block seen
-    from above, instead of the rectangle. `mesh` replaces the box by a mesh file, whose coordinates
-    are in `mesh_unit`.
+    lugs are round (`edge_radius`) or cut off at 45 degrees (`chamfer`), the sides lean by
+    `draft_angle` (rad), so that the block is wider at the plate; length and width are those at the
+    ice. `sipes`: how many evenly spaced slots across the sliding direction are cut into the box
+    from below, or a list of them; `grooves` run along it. `outline` is a file of polygons (x, y),
+    the block seen from above, instead of the rectangle. `mesh` replaces the box by a mesh file,
+    whose coordinates are in `mesh_unit`.
     """
 
     compound: str | None = None
