@@ -204,6 +204,11 @@ def test_outlines_that_are_none(tmp_path, rows, words):
         scene("model=block", outline(tmp_path, rows))
 
 
+def test_an_outline_has_sharp_edges(tmp_path):
+    with pytest.raises(SceneError, match="an outline has sharp edges and upright sides"):
+        scene("model=block", outline(tmp_path, SQUARE), "rubber.edge_radius=50um")
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -232,7 +237,7 @@ def test_sipes_that_lean_into_each_other_are_refused():
         sipe("-2 mm", "6 mm", ", angle='-35 deg'"),
     ]
     given = scene("model=slice", *TREAD, f"rubber.sipes=[{','.join(crossing)}]")
-    with pytest.raises(SceneError, match="overlap each other near"):
+    with pytest.raises(SceneError, match="overlap each other, or cells beside them do, near"):
         block_mesh(block_shape(given), 0.5)
 
 

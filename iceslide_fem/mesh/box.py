@@ -33,7 +33,7 @@ ZONE, LAYER = 2.0, 0.6
 LAYER_SHARE = 0.4  # cells across that layer, of those along half of it
 # Cells on half of an arc, on refined meshes more. With one, mu of a slice is 2 % off (50 um).
 FEWEST_OF_ARC = {2: 2, 3: 1}
-CELLS_OF_A_WAVE = 8
+CELLS_OF_A_WAVE, FEWEST_OF_A_WAVE = 8.0, 4.0
 
 
 class EdgeCells(NamedTuple):
@@ -196,8 +196,10 @@ def block_grid(block: BlockShape, refinement: float) -> Grid:
         span for ends in block.ranges[1:] for span in spans(ends, block.channels, block.symmetric)
     ]
     waves = [slot.wave for slot in block.slots if slot.wave and slot.wave.across]
-    across = [span._replace(middle=_waved(span.middle, waves)) for span in across]
-    return Grid(columns, across, _rows(block, edge, between), edge)
+    across = [span._replace(middle=_waved(span.middle, waves, refinement)) for span in across]
+    waves = [slot.wave for slot in block.slots if slot.wave and not slot.wave.across]
+    rows = [_waved(row, waves, refinement) for row in _rows(block, edge, between)]
+    return Grid(columns, across, rows, edge)
 
 
 def box_lines(block: BlockShape, refinement: float) -> list[Lines]:
@@ -225,15 +227,15 @@ def _rows(block: BlockShape, edge: EdgeCells | None, between: Callable[..., Line
     for number, high in enumerate([*depths, block.height]):
         rows.append(between(low, high, bool(edge) and number == 0))
         low = high
-    waves = [slot.wave for slot in block.slots if slot.wave and not slot.wave.across]
-    return [_waved(row, waves) for row in rows]
+    return rows
 
 
-def _waved(line: Lines, waves: list[Wave]) -> Lines:
+def _waved(line: Lines, waves: list[Wave], refinement: float) -> Lines:
     """The line's cells cut into equal parts where they are too long for a wave."""
     if not waves:
         return line
-    longest = min(wave.length for wave in waves) / CELLS_OF_A_WAVE
+    cells = max(CELLS_OF_A_WAVE * refinement, FEWEST_OF_A_WAVE)
+    longest = min(wave.length for wave in waves) / cells
     parts = [
         np.linspace(low, high, max(1, math.ceil((high - low) / longest)) + 1)
         for low, high in itertools.pairwise(line)

@@ -38,8 +38,9 @@ def block_mesh(block: BlockShape, refinement: float) -> TaggedMesh:
     fault = Soundness(tagged).fault(tagged.facets["plate"])
     if fault is not None:
         raise SceneError(
-            f"the rubber's sipes or sides overlap each other near {place(fault[1])}: rubber.sipes "
-            "that lean or wave into each other, or rubber.draft_angle, ask for too much"
+            "the rubber's sipes or sides overlap each other, or cells beside them do, near "
+            f"{place(fault[1])}: rubber.sipes that lean or wave into each other or across round "
+            "edges, or rubber.draft_angle, ask for too much"
         )
     return tagged
 

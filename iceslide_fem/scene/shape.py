@@ -127,10 +127,13 @@ def check_shape(rubber: Shaped) -> None:
         raise ValueError("rubber.outline and rubber.mesh contradict each other; give one of them")
     for other in ("mesh", "outline"):
         if named and getattr(rubber, other) is not None:
-            raise ValueError(
-                f"{named[0]} and rubber.{other} contradict each other: it is cut into the built-in "
-                f"box only; draw it in the {other}"
+            swept = other == "outline" and named[0] not in ("rubber.sipes", "rubber.grooves")
+            way = (
+                "an outline has sharp edges and upright sides; draw it in a mesh"
+                if swept
+                else f"it is cut into the built-in box only; draw it in the {other}"
             )
+            raise ValueError(f"{named[0]} and rubber.{other} contradict each other: {way}")
     if rubber.edge_radius > 0.0 and rubber.chamfer > 0.0:
         raise ValueError(
             "rubber.edge_radius and rubber.chamfer contradict each other: an edge is round or cut "
