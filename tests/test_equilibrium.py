@@ -240,3 +240,22 @@ def keys(rubber):
     """Undeformed positions of the nodes as integers, to find a node again."""
     X = rubber.space.tabulate_dof_coordinates()
     return [tuple(row) for row in np.round(X / SIZE * 1e6).astype(int)]
+
+
+@pytest.mark.parametrize("shear", [0.2, 0.3, 0.4])
+def test_a_point_may_rest_where_its_shear_is_faded_in(shear):
+    """Full changes go from touching firmly to lifted and back; the equilibrium is in between."""
+    system = equilibrium_of("quadrilateral")
+    force, steepest, steps = press(system, lambda p, u: sliding(p, u, 0.1)), shear / 0.02, 10
+
+    def faded(pressure, displacement, share):
+        fading = np.clip(pressure / (0.02 * BAR), 0.0, 1.0)
+        slope = np.where((fading > 0.0) & (fading < 1.0), steepest, 0.0)
+        stress = share * shear * BAR * fading
+        return sliding_friction(stress, share * slope, displacement.shape[-1])
+
+    for step in range(1, steps + 1):
+        law = lambda p, u, share=step / steps: faded(p, u, share)  # noqa: E731
+        found = system.solve(force, law, 1e-7 * force)
+        assert found.iterations <= 16  # 9 to 15 in single steps; without landing none is found
+        assert found.residual <= 1e-7 * force

@@ -44,9 +44,14 @@ PATIENCE = 12
 DAMPINGS = tuple(0.5**n for n in range(8))
 OLDER_DAMPINGS = DAMPINGS[1:3]
 # Where a change does not shorten the next one, a point of the contact touches down or lifts off on
-# the way: a full step leads past it (watchdog), with kept factors if the next change is not
-# lengthened by more than this, with new ones if no damping helps. So many of either in one solve.
-STRIDE, LEAPS = 2.0, 4
+# the way: a full step leads past it (watchdog), with kept factors if the next change is lengthened
+# by no more than the first of these, or the second where the residual falls, with new ones if no
+# damping helps. So many of either in one solve.
+STRIDE, LONG_STRIDE, LEAPS = 2.0, 30.0, 4
+# Where full steps go back and forth over what makes so few points touch or lift, the equilibrium is
+# where one hardly touches, with its shear half faded in: the step ends there, after this share of
+# the way on which the point touches.
+CHATTERING, TOUCH = 3, 0.03
 
 # Tangential traction on the rubber of the contact pressure (f, q) and displacement (f, q, d-1).
 TractionLaw = Callable[[Array, Array], Traction]
@@ -126,6 +131,7 @@ class Equilibrium:
         load = self._carried if force is None else force
         change: Array | None = None
         safe, fresh = values.copy(), False  # where to go back to, and whether the factors are of it
+        gap = self._contact.gap  # where the last change started
         for iteration in range(MAX_ITERATIONS):
             if size <= tolerance:
                 return Solution(iteration, tangents, size, self._carried)
@@ -137,12 +143,17 @@ class Equilibrium:
             if change is None:
                 change, tangents = self._new_direction(size), tangents + 1
                 safe, fresh, strides = values.copy(), True, 0
+            start, before, gap = values.copy(), gap, self._contact.gap
             trial = self._trial(force, law, tolerance, change, DAMPINGS[:1])
-            if not trial.accepted and strides < LEAPS and trial.contraction < STRIDE:
+            stride = LONG_STRIDE if trial.size < size else STRIDE
+            if not trial.accepted and (touching := self._touching(before, gap)):
+                values[:], stride = start, LONG_STRIDE
+                trial = self._trial(force, law, tolerance, change, touching)
+            if not trial.accepted and strides < LEAPS and trial.contraction < stride:
                 size, change, strides = trial.size, trial.following, strides + 1
                 continue
             if not trial.accepted and tangents:
-                values -= change
+                values[:] = start
                 dampings = DAMPINGS[1:] if fresh else OLDER_DAMPINGS
                 trial = self._trial(force, law, tolerance, change, dampings)
             if trial.accepted:
@@ -185,6 +196,21 @@ class Equilibrium:
             if accepted:
                 break
         return Trial(accepted, damping, size, contraction, following, finite)
+
+    def _touching(self, before: Array, gap: Array) -> tuple[float, ...]:
+        """Dampings of a change from `gap` (m) with which points just touch that the whole change
+        makes touch or lift; none unless it undoes what the change from `before` did. Collective.
+        """
+        touches = self._contact.gap < 0.0
+        chattering = (gap < 0.0) != touches
+        old, new = gap[chattering], self._contact.gap[chattering]
+        crossing = old / (old - new)
+        lands = np.where(new < 0.0, crossing + TOUCH * (1.0 - crossing), crossing * (1.0 - TOUCH))
+        undone = bool(((before < 0.0) == touches).all())
+        everywhere = self.surface.comm.allgather((undone, lands))
+        dampings = np.sort(np.concatenate([one for _, one in everywhere]))
+        few = dampings.size <= CHATTERING and all(whole for whole, _ in everywhere)
+        return tuple(dampings) if few else ()
 
     def _kept_direction(self) -> Array | None:
         """Newton's change by the tangent of an earlier solve, if it is there and gives one."""
