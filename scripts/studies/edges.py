@@ -2,8 +2,8 @@
 
 For each radius: peak, mean and end of mu of `thesis_1bar` as a slice on the default mesh and on one
 twice as fine, their differences, and processor seconds. --published adds the four published cases
-with sharp and with round edges; --quick leaves out the fine mesh. Draws edges.png. How far blocks
-can be pressed is the study `envelope`.
+with sharp and with round edges, --block the first table in 3-D; --quick leaves out the fine mesh.
+Draws edges.png. How far blocks can be pressed is the study `envelope`.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from iceslide_fem.fenics.start import start_petsc
 from scripts.studies import common
 from scripts.studies.blocks import Slide, slid
 
-RADII = (0.0, 25.0, 50.0, 100.0)  # um
-MESHES = (1.0, 2.0)
+RADII = {"slice": (0.0, 25.0, 50.0, 100.0), "block": (0.0, 50.0, 100.0)}  # um
+MESHES = {"slice": (1.0, 2.0), "block": (1.0, 1.5)}
 PUBLISHED = ("thesis_1bar", "thesis_5bar", "paper_1bar", "paper_5bar")
 
 
-def slide(name: str, radius: float, refinement: float) -> Slide:
-    """A published case as a slice with an edge radius in um, at a tolerance of 1e-2."""
-    changes = ["model=slice", "numerics.tolerance=1e-2", f"numerics.refinement={refinement}"]
+def slide(name: str, radius: float, refinement: float, model: str = "slice") -> Slide:
+    """A published case as a slice or a block with an edge radius in um, at a tolerance of 1e-2."""
+    changes = [f"model={model}", "numerics.tolerance=1e-2", f"numerics.refinement={refinement}"]
     return slid(common.case(name, *changes, f"rubber.edge_radius={radius} um"))
 
 
@@ -33,14 +33,14 @@ def numbers(run: Slide) -> tuple[float, float, float]:
     return float(run.mu.max()), run.mean, float(run.mu[-1])
 
 
-def accuracy(meshes: tuple[float, ...]) -> dict[float, list[Slide]]:
+def accuracy(meshes: tuple[float, ...], model: str = "slice") -> dict[float, list[Slide]]:
     """Print what meshes make of thesis_1bar by radius; returns the slides."""
     found: dict[float, list[Slide]] = {}
     names = ("peak", "mean", "end")
 
     def rows() -> Iterable[list[object]]:
-        for radius in RADII:
-            found[radius] = [slide("thesis_1bar", radius, mesh) for mesh in meshes]
+        for radius in RADII[model]:
+            found[radius] = [slide("thesis_1bar", radius, mesh, model) for mesh in meshes]
             one, *others = (np.array(numbers(run)) for run in found[radius])
             apart = [f"{change:+.2%}" for other in others for change in one / other - 1.0]
             seconds = [f"{run.seconds:.1f} s" for run in found[radius]]
@@ -67,20 +67,21 @@ def published(radius: float) -> None:
 
 def chart(slides: dict[float, list[Slide]]) -> Figure:
     """Difference of the meshes and seconds over the radius."""
+    radii = list(slides)
     figure = Figure(figsize=(7.2, 3.0), layout="constrained")
     left, right = figure.subplots(1, 2)
     if all(len(runs) > 1 for runs in slides.values()):
         for place, name in enumerate(("peak", "mean", "end")):
             errors = [
                 100 * abs(numbers(slides[r][0])[place] / numbers(slides[r][1])[place] - 1.0)
-                for r in RADII
+                for r in radii
             ]
-            left.plot(RADII, errors, "o-", label=f"{name} of μ")
+            left.plot(radii, errors, "o-", label=f"{name} of μ")
         left.legend(fontsize=7)
     left.set(xlabel="edge radius (µm)", ylabel="difference of two meshes (%)")
-    for number, mesh in enumerate(MESHES[: len(slides[RADII[0]])]):
+    for number, mesh in enumerate(MESHES["slice"][: len(slides[radii[0]])]):
         right.plot(
-            RADII, [slides[r][number].seconds for r in RADII], "o-", label=f"mesh × {mesh:g}"
+            radii, [slides[r][number].seconds for r in radii], "o-", label=f"mesh × {mesh:g}"
         )
     right.set(xlabel="edge radius (µm)", ylabel="processor seconds", ylim=(0, None))
     right.legend(fontsize=7)
@@ -91,12 +92,15 @@ def main() -> None:
     """Run the study."""
     parser = common.options(__doc__)
     parser.add_argument("--quick", action="store_true", help="slides on the default mesh only")
+    parser.add_argument("--block", action="store_true", help="in 3-D alone: five minutes")
     parser.add_argument("--published", type=float, metavar="UM", help="radius to compare")
     common.picture_options(parser)
     asked = parser.parse_args()
     start_petsc()
-    slides = accuracy(MESHES[:1] if asked.quick else MESHES)
-    common.draw(chart(slides), asked.pictures / "edges.png")
+    model = "block" if asked.block else "slice"
+    slides = accuracy(MESHES[model][: 1 if asked.quick else None], model)
+    if not asked.block:
+        common.draw(chart(slides), asked.pictures / "edges.png")
     if asked.published is not None:
         published(asked.published)
 
