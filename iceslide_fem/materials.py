@@ -7,6 +7,7 @@ between rough rubber and smooth ice*, Politecnico di Torino, 2017-18 ("the thesi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -172,26 +173,53 @@ class ContactTable:
 
     def __call__(self, pressure: ArrayLike) -> ContactParameters:
         """Evaluate at `pressure` (Pa, any shape; values below or above the table are clamped)."""
-        nodes = np.array(self.pressure)
-        p = np.clip(np.asarray(pressure, dtype=float), nodes[0], nodes[-1])
-        i = np.clip(np.searchsorted(nodes, p, side="right") - 1, 0, nodes.size - 2)
-        span = np.log(nodes[1:] / nodes[:-1])
-        x = np.log(p / nodes[i]) / span[i]
+        k, dk_dp = self.contact_area(pressure)
+        line = self._line(pressure)
+        return ContactParameters(k, _power_law(self.D, line), _power_law(self.H_V, line), dk_dp)
 
-        def power_law(values: tuple[float, ...]) -> Array:
-            at = np.array(values)
-            return np.asarray(at[i] * (at[1:] / at[:-1])[i] ** x)
+    def contact_area(self, pressure: ArrayLike) -> tuple[Array, Array]:
+        """k alone at `pressure` (Pa, any shape), and its derivative by it, 1/Pa."""
+        line = self._line(pressure)
+        k = _power_law(self.k, line)
+        slope = np.log(np.array(self.k[1:]) / np.array(self.k[:-1])) / self._spans
+        return k, np.where(line.inside, slope[line.interval] * k / line.pressure, 0.0)
 
-        k = power_law(self.k)
-        slope = (np.log(np.array(self.k[1:]) / np.array(self.k[:-1])) / span)[i]
-        inside = (np.asarray(pressure) > nodes[0]) & (np.asarray(pressure) < nodes[-1])
-        dk_dp = np.where(inside, slope * k / p, 0.0)
-        return ContactParameters(k, power_law(self.D), power_law(self.H_V), dk_dp)
+    @cached_property
+    def _nodes(self) -> Array:
+        return np.array(self.pressure)
+
+    @cached_property
+    def _spans(self) -> Array:
+        return np.log(self._nodes[1:] / self._nodes[:-1])
+
+    def _line(self, pressure: ArrayLike) -> _OnLine:
+        nodes, given = self._nodes, np.asarray(pressure, dtype=float)
+        p = np.minimum(np.maximum(given, nodes[0]), nodes[-1])
+        i = np.minimum(nodes.searchsorted(p, side="right") - 1, nodes.size - 2)
+        inside = (given > nodes[0]) & (given < nodes[-1])
+        return _OnLine(i, np.log(p / nodes[i]) / self._spans[i], p, inside)
 
     def outside(self, pressure: ArrayLike) -> Mask:
         """Where `pressure` (Pa) lies outside the table's range, to rounding."""
         p = np.asarray(pressure)
         return (p < self.pressure[0] * (1 - 1e-9)) | (p > self.pressure[-1] * (1 + 1e-9))
+
+
+class _OnLine(NamedTuple):
+    """Where pressures lie in a table: the interval, how far in it, clamped (Pa), and whether they
+    were inside.
+    """
+
+    interval: Index
+    share: Array
+    pressure: Array
+    inside: Mask
+
+
+def _power_law(values: tuple[float, ...], line: _OnLine) -> Array:
+    """Straight lines in log-log between the `values` of a table."""
+    at = np.array(values)
+    return np.asarray(at[line.interval] * (at[1:] / at[:-1])[line.interval] ** line.share)
 
 
 # Table 8 of the thesis. It prints k = 0.105 at 5 bar, but k must rise with pressure; 0.405 is the
@@ -219,6 +247,11 @@ class ConstantContact:
         """The constants, broadcast to the shape of `pressure` (Pa)."""
         one = np.ones_like(np.asarray(pressure, dtype=float))
         return ContactParameters(self.k * one, self.D * one, self.H_V * one, 0.0 * one)
+
+    def contact_area(self, pressure: ArrayLike) -> tuple[Array, Array]:
+        """k of the shape of `pressure` (Pa), and its derivative by it, none."""
+        one = np.ones_like(np.asarray(pressure, dtype=float))
+        return self.k * one, 0.0 * one
 
     def outside(self, pressure: ArrayLike) -> Mask:
         """Nowhere: constants hold at every pressure."""

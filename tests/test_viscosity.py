@@ -10,6 +10,7 @@ from iceslide_fem.coupling.restart import gathered, resumed  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.interface.carriers import ContactLoads  # noqa: E402
+from iceslide_fem.interface.on_ice import on_nodes  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 
@@ -88,7 +89,7 @@ def test_points_are_sheared_with_the_power_that_the_nodes_take():
     )
     assert isinstance(loads, ContactLoads)
     shear = carrier.sheared(state, loads)(loads.pressure, loads.speed)[0]
-    covered, on_nodes = carrier._on_nodes(loads)
+    covered, nodal = on_nodes(carrier._friction, carrier.ice.grid, loads)
     cell = carrier.ice.grid.cell_area[carrier.ice.grid.own]
-    power = on_nodes.viscous * on_nodes.speed * np.exp(state.memory[0] - state.log_height) * cell
+    power = nodal.viscous * nodal.speed * np.exp(state.memory[0] - state.log_height) * cell
     assert power[covered].sum() == pytest.approx(float(loads.touching @ (shear * loads.speed)))

@@ -1,5 +1,7 @@
 """Squeezed-out water that moves below the rubber: exact solutions, conservation, gaps, ranks."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import quad_vec
@@ -50,7 +52,7 @@ class EvenBlock:
     def slide(self, way):
         while self.way < way * (1.0 - 1e-9):
             drift = self.speed * self.dt
-            loads = self.loads._replace(offset=self.loads.offset + drift)
+            loads = replace(self.loads, offset=self.loads.offset + drift)
             step = self.carrier.pass_over(
                 self.state, self.loads, loads, self.dt, INTEGRATORS["sdirk2"]
             )
@@ -59,7 +61,7 @@ class EvenBlock:
             moved, scraped = self.carrier.water_moved(step.step.state, self.loads, loads, self.way)
             self.state, offset, left = self.carrier.window_shifted(moved, loads.offset)
             self.lost += scraped + left
-            self.loads, self.way = loads._replace(offset=offset), self.way + drift
+            self.loads, self.way = replace(loads, offset=offset), self.way + drift
         return self
 
     def heights(self):

@@ -10,6 +10,7 @@ touched before the step is accepted.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -216,7 +217,7 @@ class Sliding:
         """A trial step with the block at rest on the plate; None if its shear changes too much."""
         start, before = self.current, self._resting(self.current.loads, self.current.time)
         loads = self._resting(before, start.time + dt)
-        loads = loads._replace(offset=before.offset + self._way(dt))
+        loads = replace(loads, offset=before.offset + self._way(dt))
         passage = self._films.passage(start.interface, before, loads, dt, self._film_step)
         state = passage.state
         shear = self.shear(state, loads)
@@ -368,7 +369,7 @@ class Sliding:
         moved, lost = carrier.water_moved(state.interface, start.loads, loads, start.way)
         way = start.way + (loads.offset - start.loads.offset)
         interface, offset, left = carrier.window_shifted(moved, loads.offset)
-        loads = loads._replace(offset=offset)
+        loads = replace(loads, offset=offset)
         after = state._replace(interface=interface, loads=loads, way=way)
         return after, self.block.scale * (lost + left)
 
@@ -419,7 +420,7 @@ class Sliding:
 
     def _resting(self, loads: ContactLoads, time: float) -> ContactLoads:
         """The rubber's points at `time` (s) if they do not move relative to the plate."""
-        return loads._replace(speed=np.full_like(loads.speed, self._speeds.at(time)))
+        return replace(loads, speed=np.full_like(loads.speed, self._speeds.at(time)))
 
     def _all(self, here: bool) -> bool:
         return bool(self.block.surface.comm.allreduce(here, op=MPI.LAND))

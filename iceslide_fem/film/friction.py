@@ -51,7 +51,7 @@ class Friction(Protocol):
         """Where the law has no data of its own for the pressure."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FilmFriction:
     """The film law's parameters as they follow from the contact pressure.
 
@@ -72,7 +72,8 @@ class FilmFriction:
 
     def loads(self, pressure: Array, speed: Array) -> FilmLoads:
         """Loads of the film at local `pressure` (Pa) and `speed` (m/s)."""
-        p, k, D, H_V, _ = self._parameters(pressure)
+        p = self._read_at(pressure)
+        k, D, H_V, _ = self.parameters(p)
         ramp, _ = self._ramp(pressure)
         p, k = np.where(pressure > 0.0, p, 0.0), ramp * k
         return film_loads(p, speed, k, D, H_V, self.viscosity, self._thinning)
@@ -102,25 +103,24 @@ class FilmFriction:
 
     def shear(self, pressure: Array, speed: Array, film_height: Array) -> tuple[Array, Array]:
         """tau = k eta v / h (5.29), faded in with pressure (Pa), and d tau / d p."""
-        _, k, _, _, dk_dp = self._parameters(pressure)
+        k, dk_dp = self.parameters.contact_area(self._read_at(pressure))
+        if self.nominal is not None:
+            dk_dp = np.zeros_like(dk_dp)
         ramp, slope = self._ramp(pressure)
         factor = self.viscosity * speed / film_height
         return ramp * k * factor, (slope * k + ramp * dk_dp) * factor
 
     def outside(self, pressure: Array) -> Mask:
         """Whether the table of k, D, H_V does not cover the pressure at which it is read."""
-        return self.parameters.outside(self._parameters(pressure)[0])
+        return self.parameters.outside(self._read_at(pressure))
 
     @property
     def _thinning(self) -> Thinning | None:
         return None if self.table is None else Thinning(self.table, self.viscosity)
 
-    def _parameters(self, pressure: Array) -> tuple[Array, Array, Array, Array, Array]:
-        if self.nominal is None:
-            return (pressure, *self.parameters(pressure))
-        p = np.full_like(pressure, self.nominal)
-        k, D, H_V, dk_dp = self.parameters(p)
-        return p, k, D, H_V, np.zeros_like(dk_dp)
+    def _read_at(self, pressure: Array) -> Array:
+        """The pressure that k, D, H_V and the squeeze term follow, Pa."""
+        return pressure if self.nominal is None else np.full_like(pressure, self.nominal)
 
     def _ramp(self, pressure: Array) -> tuple[Array, Array]:
         x = pressure / self.ramp_pressure

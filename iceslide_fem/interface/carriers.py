@@ -15,6 +15,8 @@ states that they are given and give.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -29,10 +31,12 @@ from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile
 
 
-class ContactLoads(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class ContactLoads:
     """The rubber's contact points at one end of a step; arrays (n,) but positions (n, d-1).
 
-    positions: horizontal, relative to the plate, m; offset: of the block on the ice's grid, m.
+    positions: horizontal, relative to the plate, m; offset: of the block on the ice's grid, m. Each
+    is one of its own, so that what follows from it need not be found twice.
     """
 
     positions: Array
@@ -41,7 +45,7 @@ class ContactLoads(NamedTuple):
     speed: Array
     offset: float
 
-    @property
+    @cached_property
     def touching(self) -> Array:
         """Area where there is contact and 0 elsewhere, (n,), m2 (m in a slice)."""
         return np.where(self.pressure > 0.0, self.area, 0.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from iceslide_fem.arrays import Array, Mask
@@ -10,9 +12,10 @@ from iceslide_fem.film.integrators import Integrator, InterfaceState, advance
 from iceslide_fem.film.law import FilmLoads, log_shearing
 from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep, Shifted, fresh
 from iceslide_fem.interface.rubber_columns import InsulatedOverGrid, RubberOverGrid
-from iceslide_fem.interface.surface_grid import Contacts, OwnNodes
+from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, SurfaceGrid
 from iceslide_fem.interface.water import HALF, cells_passed, moved_by_a_cell
 from iceslide_fem.interface.window import (
+    RECENT,
     PassingIce,
     passed_over,
     place,
@@ -72,10 +75,10 @@ class OnIce:
         integrator: Integrator,
     ) -> InterfaceStep:
         """Advance the films of this rank's nodes. Collective."""
-        covered, first = self._on_nodes(start)
-        covers, last = self._on_nodes(end)
-        first, last = _completed(covered, first, last), _completed(covers, last, first)
         grid = self.ice.grid
+        covered, first = on_nodes(self._friction, grid, start)
+        covers, last = on_nodes(self._friction, grid, end)
+        first, last = _completed(covered, first, last), _completed(covers, last, first)
         area = np.where(covered | covers, grid.cell_area[grid.own], 0.0)
         ice = self.ice.under(Contacts(grid.own_nodes(), area))
         rubber = self.rubber.above(passed_over(grid, start, end))
@@ -123,7 +126,8 @@ class OnIce:
         height = (height - lost).reshape(grid.shape)
         here, there = self._drag * way, self._drag * (way + end.offset - start.offset)
         for _ in range(cells_passed(here, there, cell)):
-            free = grid.allgather(self._on_nodes(end)[1].free_height).reshape(grid.shape)
+            _, loads = on_nodes(self._friction, grid, end)
+            free = grid.allgather(loads.free_height).reshape(grid.shape)
             height, pushed = moved_by_a_cell(height, (cover > HALF).reshape(grid.shape), free)
             lost += pushed.ravel()
         height = height.ravel()[grid.own]
@@ -157,31 +161,34 @@ class OnIce:
         )
         return Shifted(after, rest, left)
 
-    def _on_nodes(self, contact: ContactLoads) -> tuple[Mask, FilmLoads]:
-        """Which of this rank's nodes are covered, and their loads per area of the node's cell.
 
-        A cell that is covered in part has that part of the loads, so that a film is as old as it
-        should be when the leading edge has passed its cell. Collective.
-        """
-        grid = self.ice.grid
-        loads = self._friction.loads(contact.pressure, contact.speed)
-        touching = contact.touching
-        viscous = touching * loads.viscous
-        amounts = np.stack(
-            [
-                touching,
-                viscous,
-                viscous * loads.speed,
-                touching * loads.squeeze_rate,
-                touching * loads.free_height,
-            ]
-        )
-        given = grid.scatter(amounts, place(grid, contact))
-        area, viscous, power, squeeze, free = given[:, grid.own]
-        covered, cell = area > 0.0, grid.cell_area[grid.own]
-        speed = np.divide(power, viscous, out=np.zeros_like(power), where=viscous > 0.0)
-        free = np.divide(free, area, out=np.ones_like(free), where=covered)
-        return covered, FilmLoads(viscous / cell, speed, squeeze / cell, free, loads.thinning)
+@lru_cache(maxsize=RECENT)
+def on_nodes(
+    friction: FilmFriction, grid: SurfaceGrid, contact: ContactLoads
+) -> tuple[Mask, FilmLoads]:
+    """Which of this rank's nodes are covered, and their loads per area of the node's cell.
+
+    A cell that is covered in part has that part of the loads, so that a film is as old as it should
+    be when the leading edge has passed its cell. Those of recent contacts are known. Collective.
+    """
+    loads = friction.loads(contact.pressure, contact.speed)
+    touching = contact.touching
+    viscous = touching * loads.viscous
+    amounts = np.stack(
+        [
+            touching,
+            viscous,
+            viscous * loads.speed,
+            touching * loads.squeeze_rate,
+            touching * loads.free_height,
+        ]
+    )
+    given = grid.scatter(amounts, place(grid, contact))
+    area, viscous, power, squeeze, free = given[:, grid.own]
+    covered, cell = area > 0.0, grid.cell_area[grid.own]
+    speed = np.divide(power, viscous, out=np.zeros_like(power), where=viscous > 0.0)
+    free = np.divide(free, area, out=np.ones_like(free), where=covered)
+    return covered, FilmLoads(viscous / cell, speed, squeeze / cell, free, loads.thinning)
 
 
 def _completed(covered: Mask, loads: FilmLoads, other: FilmLoads) -> FilmLoads:

@@ -6,6 +6,8 @@ cell, all content moves by one cell, exactly.
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -14,6 +16,9 @@ from numpy.typing import ArrayLike
 from iceslide_fem.arrays import Array
 from iceslide_fem.interface.carriers import ContactLoads, Ice
 from iceslide_fem.interface.surface_grid import Contacts, Placement, SurfaceGrid
+
+# A step asks for the same few contacts several times: those at its ends and at its sub-steps'.
+RECENT = 8
 
 
 class PassingIce(Ice, Protocol):
@@ -32,14 +37,16 @@ def on_window(contact: ContactLoads) -> Array:
     return positions
 
 
+@lru_cache(maxsize=RECENT)
 def place(grid: SurfaceGrid, contact: ContactLoads) -> Placement:
-    """Placement of the rubber's points on the window's grid."""
+    """Placement of the rubber's points on the window's grid. That of recent ones is known."""
     return grid.place(on_window(contact))
 
 
 def passed_over(grid: SurfaceGrid, start: ContactLoads, end: ContactLoads) -> Contacts:
     """Where the points lie in the middle of a step, and the mean area that each touches."""
-    middle = end._replace(
+    middle = replace(
+        end,
         positions=0.5 * (start.positions + end.positions),
         offset=0.5 * (start.offset + end.offset),
     )
