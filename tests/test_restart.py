@@ -98,7 +98,7 @@ def contents(directory):
 ATTACHED, PASSING = "load.duration=2ms", ["ice.motion=sliding", "load.duration=0.2ms"]
 
 SIPE = "rubber.sipes=[{position='0.3 mm', width='20 um', depth='2 mm'}]"
-CLOSED_SIPE = ["rubber.length=4mm", "rubber.height=3mm", SIPE]
+CLOSED_SIPE = ["rubber.length=4mm", "rubber.height=3mm", SIPE, "rubber.wall_friction=0.3"]
 
 
 @pytest.mark.parametrize(
@@ -140,6 +140,8 @@ def test_a_run_that_goes_on_gives_the_same_curve(changes, shared, monkeypatch):
     if scene.rubber.cuts:  # its walls press on each other from before to after the stop
         assert parts["sipe_opening_m"] == pytest.approx(whole["sipe_opening_m"], rel=0.01)
         assert whole["sipe_opening_m"] < 0.0
+        one, two = (curves(shared / part, "wall_heat_J")[0] for part in ("whole", "parts"))
+        assert two[-1] == pytest.approx(one[-1], rel=1e-2) and one[-1] > 0.0
     assert not (shared / "parts" / FILE).exists()
     for name in ("rubber", "interface"):
         one, two = (field_files(shared / part, name) for part in ("whole", "parts"))

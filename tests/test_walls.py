@@ -9,12 +9,14 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 from blocks import along, ripple  # noqa: E402
 
+from iceslide_fem.coupling.restart import PointLayout  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.fenics.start import start_petsc  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.rubber.contact import Traction  # noqa: E402
 from iceslide_fem.rubber.equilibrium import Equilibrium  # noqa: E402
 from iceslide_fem.rubber.press import press  # noqa: E402
+from iceslide_fem.rubber.wall_friction import slip  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 
 pytestmark = pytest.mark.fe
@@ -32,6 +34,21 @@ def siped(model, comm, *more):
     return build_block(load_scene(CASE, changes), comm)
 
 
+RUBBING = "rubber.wall_friction=0.3"
+
+
+def rub(block, way):
+    """Let closed walls touch down as they are, then shift the lugs along each other by `way` (m)
+    at the mouth; returns the nodes that move.
+    """
+    walls, u = block.rubber.walls, block.rubber.displacements
+    walls.grip, _ = walls.followed(u)
+    x = block.rubber.space.tabulate_dof_coordinates()[:, : u.shape[1]]
+    right = x[:, 0] > MIDDLE + np.tan(np.radians(5.0)) * x[:, -1]
+    u[right, 1:] += (way * (1.0 - x[:, -1] / 4e-3))[right, None]
+    return right
+
+
 def close(block):
     """Shear the lugs so that the sipe's walls go through each other at its mouth."""
     x = ripple(block.rubber)
@@ -41,15 +58,22 @@ def close(block):
 
 
 @pytest.mark.parametrize("model", ["slice", "block"])
-def test_forces_and_tangent_are_the_derivatives_of_the_energy(model):
-    block = siped(model, ALONE)
+@pytest.mark.parametrize("way", [None, 3e-5], ids=["smooth", "rubbing"])
+def test_forces_and_tangent_are_the_derivatives_of_the_energy(model, way):
+    block = siped(model, ALONE, *([RUBBING] if way else []))
     x, u, walls = close(block), block.rubber.displacements, block.rubber.walls
+    if way:  # where some of the points stick and others slip
+        rub(block, way)
+        tied = walls._gripped(walls._pressing(walls._positions(u)), walls._positions(u))
+        slips = slip(tied.springs.along, tied.bound, walls.penalty) > 0.0
+        assert 0.2 < slips.mean() < 0.8
     way, step = np.sin(3e4 * x[:, ::-1] + 1.0), 1e-9
     forces = np.zeros_like(u)
     walls.add_forces(u, forces)
-    change = (walls.energy(u + step * way) - walls.energy(u - step * way)) / (2 * step)
-    assert np.sum(forces * way) == pytest.approx(change, rel=1e-6)
     np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-9 * np.abs(forces).max())
+    if walls.grip is None:
+        change = (walls.energy(u + step * way) - walls.energy(u - step * way)) / (2 * step)
+        assert np.sum(forces * way) == pytest.approx(change, rel=1e-6)
     matrix = block.rubber.create_matrix()
     matrix.assemble()
     walls.add_tangent(u, matrix)
@@ -63,11 +87,13 @@ def test_forces_and_tangent_are_the_derivatives_of_the_energy(model):
 @pytest.mark.mpi
 @pytest.mark.three
 @pytest.mark.parametrize("model", ["slice", "block"])
-def test_any_number_of_ranks_finds_the_same_forces(model):
+@pytest.mark.parametrize("friction", [[], [RUBBING]], ids=["smooth", "rubbing"])
+def test_any_number_of_ranks_finds_the_same_forces(model, friction):
     sums = []
     for comm in (WORLD, ALONE):
-        block = siped(model, comm)
+        block = siped(model, comm, *friction)
         close(block)
+        rub(block, 2e-5)
         u, dofs = block.rubber.displacements, block.rubber.space.dofmap.index_map
         forces = np.zeros_like(u)
         block.rubber.walls.add_forces(u, forces)
@@ -75,6 +101,7 @@ def test_any_number_of_ranks_finds_the_same_forces(model):
         moments = [owned.sum(), (owned**2).sum(), block.rubber.walls.energy(u) / comm.size]
         sums.append([comm.allreduce(float(moment), op=MPI.SUM) for moment in moments])
         sums[-1].append(block.smallest_opening())
+        sums[-1].append(1e-3 * block.grip_after()[1])  # of numbers that are compared, none is large
     assert sums[0] == pytest.approx(sums[1], rel=1e-9, abs=1e-9 * sums[1][1] ** 0.5)
 
 
@@ -94,8 +121,10 @@ def test_open_sipes_do_nothing():
 class Mirror:
     """What a rigid, frictionless plane x = 0 does to the walls of a sipe in the middle."""
 
+    grip = None
+
     def __init__(self, walls, penalty):
-        self._own, self._penalty, self._weights = walls._own, penalty, walls._share / walls.penalty
+        self._own, self._penalty, self._weights = walls._own, penalty, walls._half_area
 
     def _pull(self, u):
         x = self._own.positions(u)[..., 0]
@@ -167,7 +196,7 @@ def test_an_even_pressure_passes_from_wall_to_wall(model, raised):
     forces, even = np.zeros_like(u), np.zeros_like(u)
     walls.add_forces(u, forces)
     own = walls._own
-    area = walls._share * 2.0 / walls.penalty
+    area = 2.0 * walls._half_area
     consistent = np.zeros(own.nodes.shape)
     pressure = walls.penalty * overlap
     consistent[..., 0] = np.einsum("fqa,fq->fa", own.shape, area * pressure)
@@ -192,3 +221,61 @@ def test_damped_changes_take_factors_of_where_they_start():
         force = 3.0 / 2.0 * share * block.force
         solution = full_newton.solve(force, block.static, 2e-5 * force)
     assert solution.iterations < 20
+
+
+@pytest.mark.parametrize("model", ["slice", "block"])
+def test_walls_that_rub_keep_account(model):
+    """An even pressure, drawn to and fro along the wall: sticks, slips at mu p, and warms."""
+    sipe = "{position='0 mm', width='0.2 mm', depth='3 mm'}"
+    changes = f"model={model} rubber.length=6mm rubber.width=3mm rubber.height=4mm".split()
+    scene = load_scene(
+        CASE, [*changes, RUBBING, "numerics.refinement=0.5", f"rubber.sipes=[{sipe}]"]
+    )
+    block = build_block(scene, ALONE)
+    walls, u = block.rubber.walls, block.rubber.displacements
+    x = block.rubber.space.tabulate_dof_coordinates()[:, : u.shape[1]]
+    right, overlap = x[:, 0] > 0.0, 10e-6
+    u[:, 0] = -np.sign(x[:, 0]) * (0.1e-3 + overlap / 2)
+    walls.grip, heat = walls.followed(u)
+    assert heat == 0.0 and (walls.grip.facet >= 0).all() and (walls.grip.bound > 0.0).all()
+    area = walls._half_area.sum()  # of one of the two walls
+    limit = 0.3 * overlap  # of the springs' length
+    slid, work, before, warm = 0.0, 0.0, walls.energy(u), 0.0
+    last = np.zeros_like(u)
+    walls.add_forces(u, last)
+    for step in 1e-6 * np.repeat([1.0, -1.0, 1.0], [9, 9, 5]):
+        moved = np.where(right, step, 0.0)
+        u[:, -1] += moved
+        forces = np.zeros_like(u)
+        walls.add_forces(u, forces)
+        slid = np.clip(slid + step, -limit, limit)
+        pull = forces[right, -1].sum() / (walls.penalty * area)
+        assert pull == pytest.approx(slid, abs=1e-2 * limit)  # some points leave the wall's end
+        work += float(moved @ (forces[:, -1] + last[:, -1])) / 2.0
+        grip, heat = walls.followed(u)
+        walls.grip, last = grip, forces
+        warm += heat
+    assert warm > 0.0 and work == pytest.approx(walls.energy(u) - before + warm, rel=1e-2)
+    assert walls.energy(u + [*(u.shape[1] - 1) * [0.0], 1.0]) == pytest.approx(walls.energy(u))
+
+
+@pytest.mark.mpi
+@pytest.mark.three
+@pytest.mark.parametrize("model", ["slice", "block"])
+def test_a_grip_is_given_back_on_any_number_of_ranks(model):
+    found = []
+    for comm in (WORLD, ALONE):
+        block = siped(model, comm, RUBBING)
+        close(block)
+        rub(block, 2e-5)
+        walls, u = block.rubber.walls, block.rubber.displacements
+        layout = PointLayout(walls.points, len(walls.points), comm)
+        kept, trial = walls.grip, walls.followed(u)[0]
+        assert walls.grip is kept  # a trial leaves no trace
+        found.append([comm.bcast(layout.gather(walls.saved(trial))), layout, walls, trial])
+    (gathered, *_), (_, layout, walls, trial) = found
+    again = walls.restored(layout.own(gathered))  # by one rank what all have saved
+    np.testing.assert_array_equal(again.facet, trial.facet)
+    np.testing.assert_allclose(again.place, trial.place, atol=1e-9)
+    np.testing.assert_allclose(again.bound, trial.bound, rtol=1e-9)
+    assert (trial.facet >= 0).any() and (trial.facet < 0).any()

@@ -20,7 +20,7 @@ from iceslide_fem.rubber.block import Block
 class Mechanics(NamedTuple):
     """What the whole block does and stores at a moment.
 
-    friction_force, N; plate_displacement, m; elastic_energy (of rubber and penalty) and
+    friction_force, N; plate_displacement, m; elastic_energy (of rubber and penalties) and
     kinetic_energy (relative to the plate), J; mass_moment: mass times the way of its centre along x
     relative to the plate, kg m.
     """
@@ -37,8 +37,9 @@ class Energies(NamedTuple):
 
     friction_work: of the plate against friction, F v; load_work: of the plate's weight, and of what
     accelerates the rubber's mass with the plate, - dv/dt m du, beyond F v; ice_heat,
-    rubber_heat, latent_heat: what the interface gave; elastic_energy, kinetic_energy: changes of
-    what is stored. The plate's work should equal the sum of the others.
+    rubber_heat, latent_heat: what the interface gave; wall_heat: of the rubber's walls that slip on
+    each other; elastic_energy, kinetic_energy: changes of what is stored. The plate's work should
+    equal the sum of the others.
     """
 
     friction_work: float = 0.0
@@ -46,13 +47,14 @@ class Energies(NamedTuple):
     ice_heat: float = 0.0
     rubber_heat: float = 0.0
     latent_heat: float = 0.0
+    wall_heat: float = 0.0
     elastic_energy: float = 0.0
     kinetic_energy: float = 0.0
 
     @property
     def missing(self) -> float:
         """What the plate gave and nothing took, J; negative where more was taken."""
-        taken = self.ice_heat + self.rubber_heat + self.latent_heat
+        taken = self.ice_heat + self.rubber_heat + self.latent_heat + self.wall_heat
         kept = self.elastic_energy + self.kinetic_energy
         return self.friction_work + self.load_work - taken - kept
 
@@ -85,8 +87,10 @@ def step_energies(
     dt: float,
     before: Mechanics,
     after: Mechanics,
+    wall_heat: float,
 ) -> Energies:
-    """Entries of a step of `dt` (s) from `time` that leads from `before` to `after`. Collective.
+    """Entries of a step of `dt` (s) from `time` that leads from `before` to `after`; `wall_heat`
+    (J) of walls that have slipped. Collective.
 
     The plate's force and speed are straight lines over the step, and so is friction between the
     `forces` (N) at its start and at the ends of the parts of `passage`.
@@ -113,6 +117,7 @@ def step_energies(
         ice_heat=total("ice_heat"),
         rubber_heat=total("rubber_heat"),
         latent_heat=total("latent_heat"),
+        wall_heat=wall_heat,
         elastic_energy=after.elastic_energy - before.elastic_energy,
         kinetic_energy=after.kinetic_energy - before.kinetic_energy,
     )

@@ -20,7 +20,7 @@ class Ledger:
         """Start at the present moment of `sliding`."""
         self._sliding = sliding
         self.friction_work = self.load_work = 0.0
-        self.ice_heat = self.rubber_heat = self.latent_heat = 0.0
+        self.ice_heat = self.rubber_heat = self.latent_heat = self.wall_heat = 0.0
         self.elastic_energy = self.kinetic_energy = 0.0
         self.squeezed_water = self.lost_water = 0.0
 

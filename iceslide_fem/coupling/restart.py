@@ -22,6 +22,7 @@ from iceslide_fem.interface.carriers import Carrier
 from iceslide_fem.interface.surface_grid import OwnNodes
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.time_discretisation import Motion
+from iceslide_fem.rubber.wall_friction import Grip
 
 Arrays = dict[str, Array]
 MOVES = ("displacements", "velocity", "acceleration")  # of a Motion, at the nodes
@@ -99,7 +100,8 @@ class GridLayout:
 class Layouts(NamedTuple):
     """The rubber's nodes and contact points, films, memory, and the content of ice and rubber.
 
-    Rubber conducts heat above its contact points, wherever the films live.
+    Rubber conducts heat above its contact points, wherever the films live; walls are its walls'
+    own points.
     """
 
     nodes: Layout
@@ -108,6 +110,7 @@ class Layouts(NamedTuple):
     memory: Layout
     ice: Layout
     rubber: Layout
+    walls: Layout
 
 
 def node_layout(block: Block) -> PointLayout:
@@ -124,6 +127,9 @@ def layouts_of(block: Block, carrier: Carrier) -> Layouts:
     undeformed = undeformed.reshape(surface.n_points, undeformed.shape[-1])
     points = PointLayout(undeformed, surface.n_points, comm)
 
+    walls = block.rubber.walls
+    at_walls = np.zeros((0, undeformed.shape[-1])) if walls is None else walls.points
+
     def layout(nodes: OwnNodes | None) -> Layout:
         return points if nodes is None else GridLayout(nodes, comm)
 
@@ -134,6 +140,7 @@ def layouts_of(block: Block, carrier: Carrier) -> Layouts:
         layout(carrier.remembering),
         layout(carrier.ice.nodes),
         points,
+        PointLayout(at_walls, len(at_walls), comm),
     )
 
 
@@ -160,6 +167,7 @@ def gathered(sliding: Sliding) -> dict[str, Any]:
         "memory": layouts.memory.gather({"memory": state.memory} if len(state.memory) else {}),
         "ice": layouts.ice.gather(carrier.ice.saved(state.ice)),
         "rubber": layouts.rubber.gather(carrier.rubber.saved(state.rubber)),
+        "walls": layouts.walls.gather(_saved_grip(block, memory.grip)),
     }
 
 
@@ -176,6 +184,7 @@ def resumed(block: Block, state: Mapping[str, Any]) -> Sliding:
     layouts = layouts_of(block, carrier)
     points, films = layouts.points.own(state["points"]), layouts.films.own(state["films"])
     memory = layouts.memory.own(state.get("memory", {}))  # of a grid nothing is kept of nothing
+    walls = layouts.walls.own(state["walls"]) if block.grip is not None else {}
     time, span = state["solved"]
     sliding.recall(
         Memory(
@@ -197,6 +206,12 @@ def resumed(block: Block, state: Mapping[str, Any]) -> Sliding:
             steady=state["steady"],
             way=state["way"],
             strongest=state["strongest"],
+            grip=block.rubber.walls.restored(walls) if block.rubber.walls and walls else None,
         )
     )
     return sliding
+
+
+def _saved_grip(block: Block, grip: Grip | None) -> Arrays:
+    walls = block.rubber.walls
+    return {} if walls is None or grip is None else walls.saved(grip)

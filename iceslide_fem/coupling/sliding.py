@@ -92,7 +92,16 @@ class Sliding:
         mechanics = mechanics_of(block, shear, loads.area, 0.0, self.motion_law.mass_moment(motion))
         strongest = mechanics.friction_force
         self.current = CoupledState(
-            0.0, motion, block.contact, loads, state, mechanics, shear, False, strongest=strongest
+            time=0.0,
+            motion=motion,
+            contact=block.contact,
+            loads=loads,
+            interface=state,
+            mechanics=mechanics,
+            solved_shear=shear,
+            steady=False,
+            grip=block.grip,
+            strongest=strongest,
         )
         self._start = motion.displacements
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
@@ -123,12 +132,14 @@ class Sliding:
             steady=now.steady,
             way=now.way,
             strongest=now.strongest,
+            grip=now.grip,
         )
 
     def recall(self, memory: Memory) -> None:
         """Go to a moment of a run of this scene from the same start. Collective."""
         interface, motion = memory.interface, memory.motion
         self.block.rubber.u.x.array[:] = motion.displacements
+        self.block.hold(memory.grip)
         loads = self._loads(memory.speed, memory.offset)
         self.current = CoupledState(
             time=memory.time,
@@ -139,6 +150,7 @@ class Sliding:
             mechanics=self._mechanics(self.shear(interface, loads), loads, motion),
             solved_shear=memory.shear,
             steady=memory.steady,
+            grip=memory.grip,
             way=memory.way,
             strongest=memory.strongest,
         )
@@ -196,6 +208,7 @@ class Sliding:
                 between_trials(dt, reason)
                 continue
             self.current = trial.state
+            self.block.hold(trial.state.grip)
             if last:
                 self.current = self.current._replace(time=self._duration)
             if self._adaptive:
@@ -270,11 +283,14 @@ class Sliding:
         solved, area = self.current.solved_shear, self.current.loads.area
         steady = self._may_rest and self._error.is_quiet(at_rest, solved, area)
         mechanics = self._mechanics(shear, loads, motion)
-        after = CoupledState(time, motion, block.contact, loads, state, mechanics, shear, steady)
+        grip, wall_heat = block.grip_after()
+        after = CoupledState(
+            time, motion, block.contact, loads, state, mechanics, shear, steady, grip
+        )
         factor = float(step_factor(max(mismatches[0], drift, bend), 2))
         if iterations > MANY_ITERATIONS:
             factor = min(factor, 0.8)
-        return self._accepted(after, dt, passage, iterations, True, factor)
+        return self._accepted(after, dt, passage, iterations, True, factor, wall_heat)
 
     def _accepted(
         self,
@@ -284,8 +300,10 @@ class Sliding:
         iterations: int,
         solved: bool,
         factor: float,
+        wall_heat: float = 0.0,
     ) -> tuple[Accepted, float]:
-        """The trial step with its energies; `factor` is that on the next one's length.
+        """The trial step with its energies; `factor` is that on the next one's length, `wall_heat`
+        (J) of walls that have slipped on each other.
 
         Raises Refused where its energies are not those of friction.
         """
@@ -305,6 +323,7 @@ class Sliding:
             dt,
             before,
             after.mechanics,
+            wall_heat,
         )
         unclosed = self._error.of_energy(energies, dt, after.mechanics.friction_force)
         shorter = float(step_factor(unclosed, 2))

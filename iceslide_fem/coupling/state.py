@@ -11,6 +11,7 @@ from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.carriers import ContactLoads
 from iceslide_fem.rubber.contact import ContactState
 from iceslide_fem.rubber.time_discretisation import Motion
+from iceslide_fem.rubber.wall_friction import Grip
 
 
 class CoupledState(NamedTuple):
@@ -19,8 +20,8 @@ class CoupledState(NamedTuple):
     time (s); motion: of the block when it was last solved for; contact and solved_shear (of the
     points, Pa): of then; loads: the rubber's points, (n,); interface: film and ice; mechanics: what
     the block does and stores; steady: whether the last step changed the shear so little that the
-    block may rest; way: of the block over the ice since t = 0, m; strongest: largest friction force
-    since then, N.
+    block may rest; grip: of its walls on each other, None without friction there; way: of the block
+    over the ice since t = 0, m; strongest: largest friction force since then, N.
     """
 
     time: float
@@ -31,6 +32,7 @@ class CoupledState(NamedTuple):
     mechanics: Mechanics
     solved_shear: Array
     steady: bool
+    grip: Grip | None = None
     way: float = 0.0
     strongest: float = 0.0
 
@@ -40,7 +42,7 @@ class Memory(NamedTuple):
 
     time and step, the length of the next (s), film_step: of the next of film and heat; start:
     displacements at t = 0; motion, speed, shear (of the points, m/s and Pa), offset and way (m),
-    interface, steady and strongest as in `CoupledState`.
+    interface, steady, strongest and grip as in `CoupledState`.
     """
 
     time: float
@@ -55,6 +57,7 @@ class Memory(NamedTuple):
     steady: bool
     way: float
     strongest: float
+    grip: Grip | None
 
 
 class Accepted(NamedTuple):

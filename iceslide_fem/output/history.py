@@ -77,6 +77,7 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Hi
         ice_heat_J=ledger.ice_heat,
         rubber_heat_J=ledger.rubber_heat,
         latent_heat_J=ledger.latent_heat,
+        wall_heat_J=ledger.wall_heat,
         elastic_energy_J=ledger.elastic_energy,
         kinetic_energy_J=ledger.kinetic_energy,
         energy_imbalance=ledger.imbalance,

@@ -32,6 +32,7 @@ from iceslide_fem.rubber.contact_surface import ContactSurface, contact_surface
 from iceslide_fem.rubber.equilibrium import Equilibrium, Solution, TractionLaw
 from iceslide_fem.rubber.failure import Posture, Slenderness, limit_met, posture
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
+from iceslide_fem.rubber.wall_friction import Grip
 from iceslide_fem.scene import Scene
 
 # Newton stops at a residual of these shares of the plate's force and of the friction force, times
@@ -176,6 +177,25 @@ class Block:
         walls = self.rubber.walls
         return np.inf if walls is None else walls.smallest_opening(self.rubber.displacements)
 
+    @property
+    def grip(self) -> Grip | None:
+        """What friction of walls remembers of the last accepted equilibrium, None without it."""
+        return None if self.rubber.walls is None else self.rubber.walls.grip
+
+    def hold(self, grip: Grip | None) -> None:
+        """Let walls remember `grip` from now on: that of an equilibrium that is accepted."""
+        if self.rubber.walls is not None:
+            self.rubber.walls.grip = grip
+
+    def grip_after(self) -> tuple[Grip | None, float]:
+        """The grip if the present displacements are accepted, and the heat (J, of the whole block)
+        of walls that have slipped on the way. Collective.
+        """
+        if self.rubber.walls is None or self.rubber.walls.grip is None:
+            return None, 0.0
+        grip, heat = self.rubber.walls.followed(self.rubber.displacements)
+        return grip, self.scale * heat
+
     def normal_force(self, contact: ContactState) -> float:
         """Contact force of the whole block, N. Collective."""
         return self.total(contact.pressure, contact.area)
@@ -228,7 +248,7 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     )
     numerics = scene.numerics
     penalty = numerics.penalty or default_penalty(material, height, numerics.tolerance)
-    rubber.let_walls_meet(WALLS * penalty)
+    rubber.let_walls_meet(WALLS * penalty, scene.rubber.wall_friction)
     rubber.let_sides_meet_plate(height, penalty)
     facets = _facets_near_ice(rubber, height)
     surface = contact_surface(rubber.space, facets, FACET_DEGREE, FACET_PIECES)

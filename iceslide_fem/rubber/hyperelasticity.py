@@ -126,13 +126,14 @@ class HyperelasticBody:
             return tags.indices[:0]
         return tags.indices[tags.values == self.block.tags[name]]
 
-    def let_walls_meet(self, penalty: float) -> None:
-        """From now on facets tagged `walls` press on those that they face: penalty, Pa/m.
+    def let_walls_meet(self, penalty: float, friction: float = 0.0) -> None:
+        """From now on facets tagged `walls` press on those that they face: penalty, Pa/m; and they
+        slip on each other with a `friction` coefficient.
 
         What they do belongs to the internal forces, the tangent and the elastic energy. Collective.
         """
         if "walls" in self.block.tags:
-            self.walls = Walls(self.space, self.facets("walls"), penalty)
+            self.walls = Walls(self.space, self.facets("walls"), penalty, friction)
 
     def let_sides_meet_plate(self, height: float, penalty: float) -> None:
         """From now on sides that rise above the plate's plane press on it: penalty, Pa/m.

@@ -1,4 +1,4 @@
-"""Walls that meet: penalty contact between the facing walls of sipes and grooves, frictionless.
+"""Walls that meet: penalty contact between the facing walls of sipes and grooves, with friction.
 
 Every point x of a wall that has gone through a facing wall by the distance e = |r|, r = x - y with
 the wall's nearest point y, stores the energy eps / 4 e^2 per undeformed area. Each wall is taken
@@ -11,106 +11,95 @@ the nearest point's shape functions, and y found from t_a . r = 0 (its tangents 
     force = k B^T r,  tangent = k (B^T B - G_a M_ab^-1 G_b^T),
     M_ab = t_a . t_b - r . y_,ab,  G_a = -B^T t_a + (dB/dxi_a)^T r
 
-without the second part where y lies on a facet's rim. Walls are small: every rank knows all of
-them, computes all that they do to each other, and keeps what acts on its own nodes.
+without the second part where y lies on a facet's rim. Friction (`wall_friction`) adds half its
+traction to the point's force, and the opposite one to its anchor. Walls are small: every rank
+knows all of them, computes all that they do to each other, and keeps what acts on its own nodes.
 
-Shapes: F facets, q points each, a nodes, d components; P points that press.
+Shapes: F facets, q points each, a nodes, d components; P points that press (`facing`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.sparse import coo_matrix, csr_matrix
 
-from iceslide_fem.arrays import Array, Index, Mask
-from iceslide_fem.errors import SceneError
+from iceslide_fem.arrays import Array, Index
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import PETSc
-from iceslide_fem.rubber.contact_surface import (
-    FACET_OF,
-    area_vectors,
-    contact_surface,
-    space_degree,
+from iceslide_fem.rubber.contact_surface import FACET_OF, contact_surface, space_degree
+from iceslide_fem.rubber.facing import Facets, FacingWalls, Pressing, restricted
+from iceslide_fem.rubber.wall_friction import (
+    Grip,
+    Stretch,
+    no_grip,
+    slip,
+    slopes_of_along,
+    slopes_of_tractions,
+    stretch,
+    tractions,
 )
 
 DEGREE = 5  # of the points on a facet
-FACING = -0.5  # normals whose product is below that look at each other
-NEIGHBOURS = {2: 5, 3: 12}  # facets, by their middles, among which the nearest point is looked for
-PROJECTIONS = 30
-CONVERGED = 1e-13  # change of a facet's coordinates
-BULGE = 0.2  # of its size: no facet is more curved
-SLIPPED_OFF = 0.7  # cosine to the normal below which a point is beside the end of a wall
 
 
-class Pressing(NamedTuple):
-    """Points in or before a facing wall.
-
-    point: (slave facet, its quadrature point); facet: the facing wall's; shape (P, a) and its
-    derivatives slopes (P, d-1, a), bends (P, d-1, d-1, a) at the nearest point; apart: r (P, d), m;
-    tangents (P, d-1, d); free (P, d-1): where the nearest point is not on the facet's rim; opening
-    (P,): distance, below 0 where the point is in the wall, m.
+class Gripped(NamedTuple):
+    """Points that press and have an anchor: how they press, the facets of their anchors (P,), the
+    springs, and the bounds mu p (P,), Pa.
     """
 
-    point: tuple[Index, Index]
+    pressing: Pressing
     facet: Index
-    shape: Array
-    slopes: Array
-    bends: Array
-    apart: Array
-    tangents: Array
-    free: Mask
-    opening: Array
-
-    def chosen(self, which: Index | Mask) -> Pressing:
-        """Some of the points."""
-        slave, point = self.point
-        return Pressing(
-            (slave[which], point[which]),
-            self.facet[which],
-            self.shape[which],
-            self.slopes[which],
-            self.bends[which],
-            self.apart[which],
-            self.tangents[which],
-            self.free[which],
-            self.opening[which],
-        )
+    springs: Stretch
+    bound: Array
 
 
 class Walls:
-    """All walls of a body that may meet, known to every rank."""
+    """All walls of a body that may meet, known to every rank.
 
-    def __init__(self, space: Any, facets: Any, penalty: float) -> None:
-        """The exterior `facets` (local numbers) of a vector Lagrange space; penalty, Pa/m.
+    grip: what friction remembers of the last accepted equilibrium, None without friction; whoever
+    accepts one sets it to what `followed` gives.
+    """
 
-        Collective. Raises SceneError for tetrahedra and triangles.
+    def __init__(self, space: Any, facets: Any, penalty: float, friction: float = 0.0) -> None:
+        """The exterior `facets` (local numbers) of a vector Lagrange space; penalty, Pa/m; friction
+        coefficient.
+
+        Collective.
         """
         mesh = space.mesh
         kind = FACET_OF[compat.cell_name(mesh)]
-        if kind == "triangle":
-            raise SceneError('facets named "walls" need a mesh of hexahedra, not of tetrahedra')
         self._own = contact_surface(space, facets, DEGREE)
         self._comm, self._dim = mesh.comm, mesh.geometry.dim
-        self._element = compat.basix_lagrange(kind, space_degree(space))
         index_map = space.dofmap.index_map
         self._first, self._last = index_map.local_range
         dofs = index_map.local_to_global(self._own.dofs.ravel()).reshape(self._own.dofs.shape)
-        normals = self._own.undeformed()
         self._dofs = self._gather(dofs)
-        self._nodes = self._gather(self._own.nodes)
-        self._shape = self._gather(self._own.shape)
-        size = np.linalg.norm(normals, axis=-1)
-        self._sign = self._gather(np.sign(self._own.weights))[:, 0]
-        self.penalty = penalty
-        self._share = 0.5 * penalty * self._gather(np.abs(self._own.weights) * size)
+        # numbers of the walls' nodes, one after the other as their dofs
+        self.nodes, numbers = np.unique(self._dofs, return_inverse=True)
+        self._numbers = numbers.reshape(self._dofs.shape)
+        normals = self._own.undeformed()
         outwards = self._gather((normals * np.sign(self._own.weights)[..., None]).mean(axis=1))
-        self._normal = outwards / np.linalg.norm(outwards, axis=-1, keepdims=True)
-        self._middle = self._nodes.mean(axis=1)
-        main = np.abs(self._normal).argmax(axis=1)
-        way = np.take_along_axis(self._normal, main[:, None], axis=1)[:, 0] > 0.0
-        self._side = 2 * main + way  # of facets that look roughly the same way
+        self._facets = Facets(
+            kind,
+            compat.basix_lagrange(kind, space_degree(space)),
+            self._gather(self._own.nodes),
+            self._gather(self._own.shape),
+            outwards / np.linalg.norm(outwards, axis=-1, keepdims=True),
+            self._gather(np.sign(self._own.weights))[:, 0],
+        )
+        self._facing = FacingWalls(self._facets)
+        counts = self._comm.allgather(len(self._own.dofs))
+        first = sum(counts[: self._comm.rank])
+        self._mine = slice(first, first + len(self._own.dofs))
+        area = np.linalg.norm(normals, axis=-1)
+        self._half_area = 0.5 * self._gather(np.abs(self._own.weights) * area)
+        self.penalty, self._friction = penalty, friction
+        self.grip: Grip | None = None
+        if friction > 0.0:
+            self.grip = no_grip(self._half_area.shape, self._dim - 1)
 
     @property
     def count(self) -> int:
@@ -118,56 +107,102 @@ class Walls:
         return len(self._dofs)
 
     def energy(self, u: Array) -> float:
-        """Energy (J; J/m in a slice) of what presses at displacements `u` (blocked dofs, d).
-
-        Collective.
+        """Energy (J; J/m in a slice) of what presses at displacements `u` (blocked dofs, d), and of
+        the springs of friction. Collective.
         """
-        found = self._pressing(self._positions(u))
-        return float(0.5 * np.sum(self._share[found.point] * (found.apart**2).sum(axis=1)))
-
-    def add_forces(self, u: Array, vector: Array) -> None:
-        """Add the derivative of the energy by this rank's own nodes to `vector` (blocked dofs, d).
-
-        Collective.
-        """
-        found = self._pressing(self._positions(u))
-        pull = self._share[found.point][:, None] * found.apart
-        for dofs, by_node in (
-            (self._dofs[found.point[0]], self._shape[found.point]),
-            (self._dofs[found.facet], -found.shape),
-        ):
-            own = (self._first <= dofs) & (dofs < self._last)
-            forces = by_node[..., None] * pull[:, None, :]
-            np.add.at(vector, dofs[own] - self._first, forces[own])
-
-    def add_tangent(self, u: Array, matrix: PETSc.Mat) -> None:
-        """Add the second derivative of the energy to this rank's rows of `matrix`. Collective."""
         positions = self._positions(u)
         found = self._pressing(positions)
-        if not len(found.facet):  # on every rank
+        area = self._half_area[found.point]
+        energy = 0.5 * self.penalty * np.sum(area * (found.apart**2).sum(axis=1))
+        if (gripped := self._gripped(found, positions)) is not None:
+            traction = tractions(gripped.springs.along, gripped.bound, self.penalty)
+            area = self._half_area[gripped.pressing.point]
+            energy += 0.5 / self.penalty * np.sum(area * (traction**2).sum(axis=1))
+        return float(energy)
+
+    def add_forces(self, u: Array, vector: Array) -> None:
+        """Add what walls do to this rank's own nodes to the internal forces `vector` (blocked dofs,
+        d): without friction the derivative of the energy. Collective.
+        """
+        positions = self._positions(u)
+        found = self._pressing(positions)
+        self._add(vector, found, self.penalty * found.apart, found.facet, found.shape)
+        if (gripped := self._gripped(found, positions)) is not None:
+            springs = gripped.springs
+            traction = tractions(springs.along, gripped.bound, self.penalty)
+            self._add(vector, gripped.pressing, traction, gripped.facet, springs.shape)
+
+    def add_tangent(self, u: Array, matrix: PETSc.Mat) -> None:
+        """Add the derivative of the forces to this rank's rows of `matrix`. Collective."""
+        stiffness = self.stiffness(u)
+        if not stiffness.nnz:  # on every rank
             return
-        blocks = self._second_derivatives(found, positions[found.facet])
-        dofs = np.concatenate([self._dofs[found.point[0]], self._dofs[found.facet]], axis=1)
-        d = self._dim
-        unknowns = (dofs[:, :, None] * d + np.arange(d)).reshape(len(dofs), -1)
-        pairs, number = np.unique(
-            np.stack([found.point[0], found.facet], axis=1), axis=0, return_inverse=True
-        )
-        sums = np.zeros((len(pairs), *blocks.shape[1:]))
-        np.add.at(sums, number.ravel(), blocks)
-        _, first = np.unique(number.ravel(), return_index=True)
-        for block, rows in zip(sums, unknowns[first].astype(PETSc.IntType), strict=True):
-            own = (self._first * d <= rows) & (rows < self._last * d)
-            if own.any():
-                matrix.setValues(rows[own], rows, block[own], PETSc.InsertMode.ADD_VALUES)
+        dofs = (self.nodes[:, None] * self._dim + np.arange(self._dim)).ravel()
+        dofs = dofs.astype(PETSc.IntType)
+        for row in np.flatnonzero(
+            (self._first * self._dim <= dofs) & (dofs < self._last * self._dim)
+        ):
+            entries = slice(*stiffness.indptr[row : row + 2])
+            columns = dofs[stiffness.indices[entries]]
+            matrix.setValues(
+                dofs[row], columns, stiffness.data[entries], PETSc.InsertMode.ADD_VALUES
+            )
         matrix.assemble()
+
+    def stiffness(self, u: Array) -> csr_matrix:
+        """The derivative of the forces by the positions of the walls' nodes, the same on all ranks:
+        components of all `nodes` one after the other, N/m. Collective.
+        """
+        positions = self._positions(u)
+        found = self._pressing(positions)
+        facets = [found.point[0], found.facet]
+        parts = [self._entries(facets, self._of_pressing(found, positions[found.facet]))]
+        if (gripped := self._gripped(found, positions)) is not None:
+            pressing = gripped.pressing
+            facets = [pressing.point[0], pressing.facet, gripped.facet]
+            parts.append(self._entries(facets, self._of_friction(gripped)))
+        values, rows, columns = (np.concatenate(part) for part in zip(*parts, strict=True))
+        size = len(self.nodes) * self._dim
+        return coo_matrix((values, (rows, columns)), shape=(size, size)).tocsr()
+
+    def followed(self, u: Array) -> tuple[Grip | None, float]:
+        """What friction remembers if `u` is accepted, and the heat (J; J/m) of the slip on the way:
+        the mean of mu p at both ends times the way that anchors follow.
+
+        Nothing and none without friction. Collective.
+        """
+        if self.grip is None:
+            return None, 0.0
+        positions = self._positions(u)
+        found = self._pressing(positions)
+        targets = self._points(positions)
+        grip = no_grip(self._half_area.shape, self._dim - 1)
+        grip.bound[found.point] = self._friction * self._pressure(found)
+        sticks = np.zeros(grip.facet.shape, dtype=bool)
+        heat = 0.0
+        if (gripped := self._gripped(found, positions)) is not None:
+            springs, point = gripped.springs, gripped.pressing.point
+            traction = tractions(springs.along, gripped.bound, self.penalty)
+            slipped = slip(springs.along, gripped.bound, self.penalty)
+            mean = 0.5 * (gripped.bound + self.grip.bound[point])
+            heat = float(np.sum(self._half_area[point] * mean * slipped))
+            targets[point] -= traction / self.penalty
+            sticks[point] = slipped == 0.0
+        pressing = np.zeros_like(sticks)
+        pressing[found.point] = True
+        anchors = self._facing.nearest(positions, targets, everywhere=False)
+        anchors = anchors.chosen((pressing & ~sticks)[anchors.point])
+        grip.facet[anchors.point], grip.place[anchors.point] = anchors.facet, anchors.place
+        grip.facet[sticks], grip.place[sticks] = self.grip.facet[sticks], self.grip.place[sticks]
+        return grip, heat
 
     def smallest_opening(self, u: Array) -> float:
         """Smallest distance of a point of a wall from a facing one, m; below 0 where they press.
 
         Infinite where nothing faces anything. Collective.
         """
-        found = self._nearest(self._positions(u), everywhere=True)
+        positions = self._positions(u)
+        found = self._facing.nearest(positions, self._points(positions), everywhere=True)
         return float(found.opening.min(initial=np.inf))
 
     def pressure(self, u: Array) -> tuple[Array, Array]:
@@ -177,9 +212,38 @@ class Walls:
         """
         positions = self._positions(u)
         found = self._pressing(positions)
-        slave, point = found.point
-        at = np.einsum("pa,pad->pd", self._shape[slave, point], positions[slave])
-        return at, self.penalty * np.linalg.norm(found.apart, axis=1)
+        return self._points(positions)[found.point], self._pressure(found)
+
+    @property
+    def points(self) -> Array:
+        """Undeformed positions (n, d) of the points of this rank's own facets, m."""
+        return (self._own.shape @ self._own.nodes).reshape(-1, self._dim)
+
+    def saved(self, grip: Grip) -> dict[str, Array]:
+        """Of this rank's own `points`, without numbers of facets: the undeformed positions (d, n)
+        of their anchors, m; which there are (n,), 1 or 0; and bounds (n,), Pa.
+        """
+        shape, _, _ = self._facets.tabulate(grip.place.reshape(-1, self._dim - 1))
+        nodes = self._facets.nodes[grip.facet.ravel()]
+        anchors = np.einsum("pa,pad->pd", shape, nodes).reshape(*grip.facet.shape, self._dim)
+        own = self._mine
+        return {
+            "anchor": anchors[own].reshape(-1, self._dim).T,
+            "gripped": (grip.facet[own] >= 0).ravel().astype(np.float64),
+            "bound": grip.bound[own].ravel(),
+        }
+
+    def restored(self, saved: Mapping[str, Array]) -> Grip:
+        """The grip of which `saved` gave this rank's part. Collective."""
+        own = self._own.shape.shape[:2]
+        anchors = self._gather(saved["anchor"].T.reshape(*own, self._dim))
+        gripped = self._gather(saved["gripped"].reshape(own)) > 0.0
+        found = self._facing.nearest(self._facets.nodes, anchors, everywhere=True)
+        found = found.chosen(gripped[found.point])
+        grip = no_grip(gripped.shape, self._dim - 1)
+        grip.facet[found.point], grip.place[found.point] = found.facet, found.place
+        grip.bound[:] = self._gather(saved["bound"].reshape(own))
+        return grip
 
     def _gather(self, values: Array) -> Any:
         """Arrays (F, ...) of all ranks' facets. Collective."""
@@ -188,137 +252,64 @@ class Walls:
 
     def _positions(self, u: Array) -> Array:
         """Deformed nodes (F, a, d) of all walls, m. Collective."""
-        return np.asarray(self._nodes + self._gather(u[self._own.dofs]))
+        return np.asarray(self._facets.nodes + self._gather(u[self._own.dofs]))
+
+    def _points(self, positions: Array) -> Array:
+        """Deformed points (F, q, d), m."""
+        return np.asarray(self._facets.shape @ positions)
 
     def _pressing(self, positions: Array) -> Pressing:
         """The points that are in a facing wall."""
-        found = self._nearest(positions, everywhere=False)
+        found = self._facing.nearest(positions, self._points(positions), everywhere=False)
         return found.chosen(found.opening < 0.0)
 
-    def _nearest(self, positions: Array, everywhere: bool) -> Pressing:
-        """The nearest point of the facing walls to each point, `everywhere` or where it is near
-        enough that it may be in one.
+    def _pressure(self, found: Pressing) -> Array:
+        """Of points that press (P,), Pa."""
+        return np.asarray(self.penalty * np.linalg.norm(found.apart, axis=1))
+
+    def _gripped(self, found: Pressing, positions: Array) -> Gripped | None:
+        """Those of the points that press that have an anchor; None without friction."""
+        if self.grip is None:
+            return None
+        found = found.chosen(self.grip.facet[found.point] >= 0)
+        facet = self.grip.facet[found.point]
+        shape, slopes, _ = self._facets.tabulate(self.grip.place[found.point])
+        x = found.apart + np.einsum("pa,pad->pd", found.shape, positions[found.facet])
+        springs = stretch(x, positions[facet], shape, slopes)
+        return Gripped(found, facet, springs, self._friction * self._pressure(found))
+
+    def _add(
+        self, vector: Array, found: Pressing, traction: Array, facet: Index, shape: Array
+    ) -> None:
+        """Add to the forces of own nodes half of a traction (P, d), Pa, on the points found, and
+        its opposite on points of facets with such shape functions.
         """
-        slave, point, facet = self._candidates(positions, everywhere)
-        x = np.einsum("pa,pad->pd", self._shape[slave, point], positions[slave])
-        place, free = self._project(x, positions[facet])
-        shape, slopes, bends = self._tabulate(place)
-        apart = x - np.einsum("pa,pad->pd", shape, positions[facet])
-        tangents = slopes @ positions[facet]
-        distance = np.linalg.norm(apart, axis=1)
-        normal = area_vectors(tangents) * self._sign[facet][:, None]
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        depth = -np.einsum("pd,pd->p", apart, normal)
-        inside = (depth > 0.0) & (free.all(axis=1) | (depth > SLIPPED_OFF * distance))
-        opening = np.where(inside, -distance, distance)
-        number = slave * self._shape.shape[1] + point
-        order = np.lexsort((distance, number))
-        best = order[np.unique(number[order], return_index=True)[1]]
-        found = Pressing(
-            (slave, point), facet, shape, slopes, bends, apart, tangents, free, opening
+        pull = self._half_area[found.point][:, None] * traction
+        for dofs, by_node in (
+            (self._dofs[found.point[0]], self._facets.shape[found.point]),
+            (self._dofs[facet], -shape),
+        ):
+            own = (self._first <= dofs) & (dofs < self._last)
+            forces = by_node[..., None] * pull[:, None, :]
+            np.add.at(vector, dofs[own] - self._first, forces[own])
+
+    def _entries(self, facets: Sequence[Index], blocks: Array) -> tuple[Array, Index, Index]:
+        """Values, rows and columns of blocks (P, m d, m d) of the nodes of such facets (P,)."""
+        numbers = np.concatenate([self._numbers[facet] for facet in facets], axis=1)
+        unknowns = (numbers[:, :, None] * self._dim + np.arange(self._dim)).reshape(
+            len(numbers), numbers.shape[1] * self._dim
         )
-        return found.chosen(best)
+        rows, columns = np.broadcast_arrays(unknowns[:, :, None], unknowns[:, None, :])
+        return blocks.ravel(), rows.ravel(), columns.ravel()
 
-    def _candidates(self, positions: Array, everywhere: bool) -> tuple[Index, Index, Index]:
-        """Triples of slave facet, its point, and a facing facet that may be the nearest."""
-        centres = positions.mean(axis=1)
-        points = np.einsum("fqa,fad->fqd", self._shape, positions)
-        triples = []
-        for side in np.unique(self._side):
-            slaves, masters = (np.flatnonzero(self._side == s) for s in (side, side ^ 1))
-            if not len(masters):
-                continue
-            count = min(NEIGHBOURS[self._dim], len(masters))
-            x = points[slaves].reshape(-1, self._dim)
-            _, near = cKDTree(centres[masters]).query(x, count)
-            facet = masters[near.reshape(len(x), count)]
-            number = np.repeat(np.arange(len(x)), count)
-            triples.append(
-                np.stack(
-                    [
-                        slaves[number // points.shape[1]],
-                        number % points.shape[1],
-                        facet.ravel(),
-                    ]
-                )
-            )
-        if not triples:
-            return (np.zeros(0, dtype=np.intp),) * 3
-        slave, point, facet = np.concatenate(triples, axis=1)
-        kept = self._face_each_other(slave, facet)
-        if not everywhere:
-            size = np.linalg.norm(positions - centres[:, None], axis=2).max(axis=1)
-            corner = positions[:, : 2 ** (self._dim - 1)]
-            normal = area_vectors(_sides(corner)) * self._sign[:, None]
-            normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-            away = points[slave, point] - centres[facet]
-            kept &= np.einsum("pd,pd->p", away, normal[facet]) < BULGE * size[facet]
-        return slave[kept], point[kept], facet[kept]
-
-    def _face_each_other(self, one: Index, other: Index) -> Mask:
-        """Whether facets look at each other, each before the other, in the undeformed body."""
-        across = self._middle[other] - self._middle[one]
-        turned = np.einsum("pd,pd->p", self._normal[one], self._normal[other]) < FACING
-        ahead = np.einsum("pd,pd->p", across, self._normal[one]) > 0.0
-        behind = np.einsum("pd,pd->p", across, self._normal[other]) < 0.0
-        return np.asarray(turned & ahead & behind)
-
-    def _project(self, x: Array, nodes: Array) -> tuple[Array, Mask]:
-        """Coordinates (P, d-1) in 0 to 1 of the facets' nearest points, and which are within.
-
-        Newton's method on |r|^2 / 2; on the rim a coordinate is held while its slope points out.
+    def _of_pressing(self, found: Pressing, nodes: Array) -> Array:
+        """Second derivatives of each point's energy by the nodes of its own and the facing facet,
+        (P, 2 a d, 2 a d), N/m; `nodes` (P, a, d) are the facing facets', m.
         """
-        sides = self._dim - 1
-        place = np.full((len(x), sides), 0.5)
-        free = np.ones_like(place, dtype=bool)
-        for _ in range(PROJECTIONS):
-            shape, slopes, bends = self._tabulate(place)
-            apart = x - np.einsum("pa,pad->pd", shape, nodes)
-            tangents = slopes @ nodes
-            gradient = -np.einsum("psd,pd->ps", tangents, apart)
-            out = ((place <= 0.0) & (gradient > 0.0)) | ((place >= 1.0) & (gradient < 0.0))
-            free = ~out
-            metric = tangents @ tangents.swapaxes(1, 2)
-            curved = metric - np.einsum(
-                "pstd,pd->pst", np.einsum("psta,pad->pstd", bends, nodes), apart
-            )
-            definite = np.linalg.det(curved) > 0.1 * np.linalg.det(metric)
-            definite &= np.trace(curved, axis1=1, axis2=2) > 0.0
-            hessian = np.where(definite[:, None, None], curved, metric)
-            hessian, right = _held(hessian, gradient, free)
-            step = -np.linalg.solve(hessian, right[..., None])[..., 0]
-            following = np.clip(place + step, 0.0, 1.0)
-            moved = np.abs(following - place).max(initial=0.0)
-            place = following
-            if moved < CONVERGED:
-                break
-        return place, free
-
-    def _tabulate(self, place: Array) -> tuple[Array, Array, Array]:
-        """Shape functions (P, a), first (P, d-1, a) and second derivatives (P, d-1, d-1, a)."""
-        sides = self._dim - 1
-        if not len(place):
-            a = self._shape.shape[-1] if self._shape.ndim == 3 else 0
-            return np.zeros((0, a)), np.zeros((0, sides, a)), np.zeros((0, sides, sides, a))
-        table = np.array(self._element.tabulate(2, place))[..., 0]
-        if sides == 1:
-            return table[0], table[1][:, None], table[2][:, None, None]
-        slopes = np.stack([table[1], table[2]], axis=1)  # basix: 1, x, y, xx, xy, yy
-        bends = np.stack(
-            [np.stack([table[3], table[4]], axis=1), np.stack([table[4], table[5]], axis=1)], axis=1
-        )
-        return table[0], slopes, bends
-
-    def _second_derivatives(self, found: Pressing, nodes: Array) -> Array:
-        """Of each point's energy by the nodes of both facets: (P, 2 a d, 2 a d), N/m.
-
-        `nodes` (P, a, d) are the facing facets', m.
-        """
-        d, eye = self._dim, np.eye(self._dim)
-        own = self._shape[found.point]
+        own = self._facets.shape[found.point]
         both = np.concatenate([own, -found.shape], axis=1)  # B, (P, 2 a)
-        count = both.shape[1]
-        moving = np.einsum("pm,pn,ij->pminj", both, both, eye)
+        size = both.shape[1] * self._dim
+        moving = np.einsum("pm,pn,ij->pminj", both, both, np.eye(self._dim))
         later = np.concatenate(
             [np.zeros((*found.slopes.shape[:2], own.shape[1])), -found.slopes], 2
         )
@@ -326,22 +317,29 @@ class Walls:
         turning -= np.einsum("pm,psi->psmi", both, found.tangents)
         bent = np.einsum("psta,pad->pstd", found.bends, nodes)
         metric = found.tangents @ found.tangents.swapaxes(1, 2)
-        metric = metric - np.einsum("pstd,pd->pst", bent, found.apart)
-        metric, _ = _held(metric, found.apart[:, : d - 1], found.free)
-        turning = np.where(found.free[..., None, None], turning, 0.0)
-        flat = turning.reshape(*turning.shape[:2], count * d)
+        metric = restricted(metric - np.einsum("pstd,pd->pst", bent, found.apart), found.ways)
+        flat = found.ways @ turning.reshape(*turning.shape[:2], size)
         slip = flat.swapaxes(1, 2) @ np.linalg.solve(metric, flat)
-        blocks = moving.reshape(-1, count * d, count * d) - slip
-        return np.asarray(self._share[found.point][:, None, None] * blocks)
+        blocks = moving.reshape(-1, size, size) - slip
+        return np.asarray(self.penalty * self._half_area[found.point][:, None, None] * blocks)
 
-
-def _held(matrix: Array, right: Array, free: Mask) -> tuple[Array, Array]:
-    """The systems (P, s, s) with the unknowns that are not `free` (P, s) held at zero."""
-    kept = free[:, :, None] & free[:, None, :]
-    identity = np.eye(matrix.shape[-1])[None] * ~free[:, :, None]
-    return np.where(kept, matrix, identity), np.where(free, right, 0.0)
-
-
-def _sides(corners: Array) -> Array:
-    """Sides (F, d-1, d) from the first of the corners (F, 2^(d-1), d)."""
-    return np.asarray(corners[:, 1 : corners.shape[2]] - corners[:, :1])
+    def _of_friction(self, gripped: Gripped) -> Array:
+        """Derivatives of each point's friction forces by the nodes of its own, the facing and the
+        anchor's facet, (P, 3 a d, 3 a d), N/m.
+        """
+        found, springs = gripped.pressing, gripped.springs
+        own = self._facets.shape[found.point]
+        none = np.zeros_like(own)
+        held = np.concatenate([own, none, -springs.shape], axis=1)  # whom the traction acts on
+        by_point, by_anchor = slopes_of_along(springs)
+        by_own = np.einsum("pij,pa->piaj", by_point, own)
+        along = np.concatenate([by_own, np.zeros_like(by_own), by_anchor], axis=2)
+        by_along, by_bound = slopes_of_tractions(springs, gripped.bound, self.penalty)
+        slopes = np.einsum("pij,pjmk->pimk", by_along, along)
+        pressing = np.concatenate([own, -found.shape, none], axis=1)
+        normal = found.apart / np.linalg.norm(found.apart, axis=1, keepdims=True)
+        stiffness = self._friction * self.penalty
+        slopes += stiffness * np.einsum("pi,pm,pk->pimk", by_bound, pressing, normal)
+        size = held.shape[1] * self._dim
+        blocks = np.einsum("pn,pimk->pnimk", held, slopes).reshape(-1, size, size)
+        return np.asarray(self._half_area[found.point][:, None, None] * blocks)

@@ -206,6 +206,7 @@ class _History:
             ice_heat_J=self._ice_heat,
             rubber_heat_J=self._rubber_heat,
             latent_heat_J=self._latent_heat,
+            wall_heat_J=0.0,
             elastic_energy_J=0.0,
             kinetic_energy_J=0.0,
             energy_imbalance=missing / self._work if self._work else 0.0,

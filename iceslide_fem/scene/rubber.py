@@ -41,9 +41,10 @@ class Rubber(Table):
     lugs are round (`edge_radius`) or cut off at 45 degrees (`chamfer`), the sides lean by
     `draft_angle` (rad), so that the block is wider at the plate; length and width are those at the
     ice. `sipes`: how many evenly spaced slots across the sliding direction are cut into the box
-    from below, or a list of them; `grooves` run along it. `outline` is a file of polygons (x, y),
-    the block seen from above, instead of the rectangle. `mesh` replaces the box by a mesh file,
-    whose coordinates are in `mesh_unit`.
+    from below, or a list of them; `grooves` run along it; `wall_friction` is the friction
+    coefficient of their walls on each other. `outline` is a file of polygons (x, y), the block seen
+    from above, instead of the rectangle. `mesh` replaces the box by a mesh file, whose coordinates
+    are in `mesh_unit`.
     """
 
     compound: str | None = None
@@ -63,6 +64,7 @@ class Rubber(Table):
     sipe_width: Length = 0.5e-3
     sipe_depth: Length = 4e-3
     grooves: tuple[Groove, ...] = ()
+    wall_friction: Annotated[float, Quantity("", "0", "2")] = 0.0
     outline: InputFile | None = None
     density: Annotated[float, Quantity("kg/m^3", "100 kg/m^3", "10000 kg/m^3")] = 1100.0
     conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K")] = (

@@ -1,0 +1,242 @@
+"""Where walls of sipes and grooves come near each other: the nearest points of those that face.
+
+A point's nearest one y on a facing facet is found from t_a . (x - y) = 0 with the facet's tangents
+t_a, within the facet; on its rim only along it.
+
+Shapes: F facets, q points each, a nodes, d components; P pairs of a point and its nearest one.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from iceslide_fem.arrays import Array, Index, Mask
+from iceslide_fem.rubber.contact_surface import area_vectors
+
+FACING = -0.5  # normals whose product is below that look at each other
+# Facets, by their middles, among which the nearest point is looked for.
+NEIGHBOURS = {"interval": 5, "quadrilateral": 12, "triangle": 20}
+PROJECTIONS = 30
+CONVERGED = 1e-13  # change of a facet's coordinates
+BULGE = 0.2  # of its size: no facet is more curved
+SLIPPED_OFF = 0.7  # cosine to the normal below which a point is beside the end of a wall
+# Unit normals of a facet's rim in its coordinates, and how far along each the rim is.
+_ROOT = 0.5**0.5
+RIMS: dict[str, list[tuple[tuple[float, ...], float]]] = {
+    "interval": [((-1.0,), 0.0), ((1.0,), 1.0)],
+    "quadrilateral": [
+        ((-1.0, 0.0), 0.0),
+        ((1.0, 0.0), 1.0),
+        ((0.0, -1.0), 0.0),
+        ((0.0, 1.0), 1.0),
+    ],
+    "triangle": [((-1.0, 0.0), 0.0), ((0.0, -1.0), 0.0), ((_ROOT, _ROOT), _ROOT)],
+}
+ON_THE_RIM, ROUNDING = 1e-12, 1e-9
+
+
+class Facets(NamedTuple):
+    """Undeformed facets of all ranks.
+
+    kind: their cell; element: of basix; nodes (F, a, d), m; shape (F, q, a): shape functions at
+    their points; outwards (F, d): mean unit normals; sign (F,): makes the area vectors of the
+    facet's coordinates point outwards.
+    """
+
+    kind: str
+    element: Any
+    nodes: Array
+    shape: Array
+    outwards: Array
+    sign: Array
+
+    def tabulate(self, place: Array) -> tuple[Array, Array, Array]:
+        """Shape functions (P, a), first (P, d-1, a) and second derivatives (P, d-1, d-1, a) at
+        coordinates (P, d-1).
+        """
+        sides, a = self.nodes.shape[2] - 1, self.nodes.shape[1]
+        if not len(place):
+            return np.zeros((0, a)), np.zeros((0, sides, a)), np.zeros((0, sides, sides, a))
+        table = np.array(self.element.tabulate(2, place))[..., 0]
+        if sides == 1:
+            return table[0], table[1][:, None], table[2][:, None, None]
+        slopes = np.stack([table[1], table[2]], axis=1)  # basix: 1, x, y, xx, xy, yy
+        bends = np.stack(
+            [np.stack([table[3], table[4]], axis=1), np.stack([table[4], table[5]], axis=1)], axis=1
+        )
+        return table[0], slopes, bends
+
+
+class Pressing(NamedTuple):
+    """Points in or before a facing wall.
+
+    point: (slave facet, its quadrature point); facet: the facing wall's; place (P, d-1): of the
+    nearest point; shape (P, a) and its derivatives slopes (P, d-1, a), bends (P, d-1, d-1, a)
+    there; apart: r = x - y (P, d), m; tangents (P, d-1, d); ways (P, d-1, d-1): projectors on the
+    directions in which the nearest point is free to go; opening (P,): distance, below 0 where the
+    point is in the wall, m.
+    """
+
+    point: tuple[Index, Index]
+    facet: Index
+    place: Array
+    shape: Array
+    slopes: Array
+    bends: Array
+    apart: Array
+    tangents: Array
+    ways: Array
+    opening: Array
+
+    def chosen(self, which: Index | Mask) -> Pressing:
+        """Some of the points."""
+        slave, point = self.point
+        return Pressing(
+            (slave[which], point[which]),
+            self.facet[which],
+            self.place[which],
+            self.shape[which],
+            self.slopes[which],
+            self.bends[which],
+            self.apart[which],
+            self.tangents[which],
+            self.ways[which],
+            self.opening[which],
+        )
+
+
+class FacingWalls:
+    """Facets that may come near each other, and who is whose nearest."""
+
+    def __init__(self, facets: Facets) -> None:
+        self._facets = facets
+        self._rims = RIMS[facets.kind]
+        self._middle = facets.nodes.mean(axis=1)
+        main = np.abs(facets.outwards).argmax(axis=1)
+        way = np.take_along_axis(facets.outwards, main[:, None], axis=1)[:, 0] > 0.0
+        self._side = 2 * main + way  # of facets that look roughly the same way
+
+    def nearest(self, positions: Array, x: Array, everywhere: bool) -> Pressing:
+        """The nearest points of the walls that facets face to the facets' points `x` (F, q, d),
+        with deformed nodes at `positions` (F, a, d), m: of all points, or (not `everywhere`) of
+        those that are near enough that they may be in a wall.
+        """
+        slave, point, facet = self._candidates(positions, x, everywhere)
+        at = x[slave, point]
+        place, ways = self._project(at, positions[facet])
+        shape, slopes, bends = self._facets.tabulate(place)
+        apart = at - np.einsum("pa,pad->pd", shape, positions[facet])
+        tangents = slopes @ positions[facet]
+        distance = np.linalg.norm(apart, axis=1)
+        normal = area_vectors(tangents) * self._facets.sign[facet][:, None]
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        depth = -np.einsum("pd,pd->p", apart, normal)
+        within = np.trace(ways, axis1=1, axis2=2) > ways.shape[1] - 0.5
+        inside = (depth > 0.0) & (within | (depth > SLIPPED_OFF * distance))
+        opening = np.where(inside, -distance, distance)
+        number = slave * x.shape[1] + point
+        order = np.lexsort((distance, number))
+        best = order[np.unique(number[order], return_index=True)[1]]
+        found = Pressing(
+            (slave, point), facet, place, shape, slopes, bends, apart, tangents, ways, opening
+        )
+        return found.chosen(best)
+
+    def _candidates(
+        self, positions: Array, x: Array, everywhere: bool
+    ) -> tuple[Index, Index, Index]:
+        """Triples of slave facet, its point, and a facing facet that may be the nearest."""
+        centres, dim = positions.mean(axis=1), x.shape[2]
+        triples = []
+        for side in np.unique(self._side):
+            slaves, masters = (np.flatnonzero(self._side == s) for s in (side, side ^ 1))
+            if not len(masters):
+                continue
+            count = min(NEIGHBOURS[self._facets.kind], len(masters))
+            points = x[slaves].reshape(-1, dim)
+            _, near = cKDTree(centres[masters]).query(points, count)
+            facet = masters[near.reshape(len(points), count)]
+            number = np.repeat(np.arange(len(points)), count)
+            one = [slaves[number // x.shape[1]], number % x.shape[1], facet.ravel()]
+            triples.append(np.stack(one))
+        if not triples:
+            return (np.zeros(0, dtype=np.intp),) * 3
+        slave, point, facet = np.concatenate(triples, axis=1)
+        kept = self._face_each_other(slave, facet)
+        if not everywhere:
+            size = np.linalg.norm(positions - centres[:, None], axis=2).max(axis=1)
+            sides = positions[:, 1:dim] - positions[:, :1]  # from the first corner
+            normal = area_vectors(sides) * self._facets.sign[:, None]
+            normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+            away = x[slave, point] - centres[facet]
+            kept &= np.einsum("pd,pd->p", away, normal[facet]) < BULGE * size[facet]
+        return slave[kept], point[kept], facet[kept]
+
+    def _face_each_other(self, one: Index, other: Index) -> Mask:
+        """Whether facets look at each other, each before the other, in the undeformed body."""
+        outwards = self._facets.outwards
+        across = self._middle[other] - self._middle[one]
+        turned = np.einsum("pd,pd->p", outwards[one], outwards[other]) < FACING
+        ahead = np.einsum("pd,pd->p", across, outwards[one]) > 0.0
+        behind = np.einsum("pd,pd->p", across, outwards[other]) < 0.0
+        return np.asarray(turned & ahead & behind)
+
+    def _project(self, x: Array, nodes: Array) -> tuple[Array, Array]:
+        """Coordinates (P, d-1) of the facets' nearest points, and the `ways` they may go.
+
+        Newton's method on |r|^2 / 2 within the facet.
+        """
+        sides = nodes.shape[2] - 1
+        centre = 1.0 / 3.0 if self._facets.kind == "triangle" else 0.5
+        place = np.full((len(x), sides), centre)
+        ways = np.broadcast_to(np.eye(sides), (len(x), sides, sides))
+        for _ in range(PROJECTIONS):
+            shape, slopes, bends = self._facets.tabulate(place)
+            apart = x - np.einsum("pa,pad->pd", shape, nodes)
+            tangents = slopes @ nodes
+            descent = np.einsum("psd,pd->ps", tangents, apart)
+            ways = self._ways(place, descent)
+            metric = tangents @ tangents.swapaxes(1, 2)
+            curved = metric - np.einsum(
+                "pstd,pd->pst", np.einsum("psta,pad->pstd", bends, nodes), apart
+            )
+            definite = np.linalg.det(curved) > 0.1 * np.linalg.det(metric)
+            definite &= np.trace(curved, axis1=1, axis2=2) > 0.0
+            hessian = restricted(np.where(definite[:, None, None], curved, metric), ways)
+            step = np.linalg.solve(hessian, ways @ descent[..., None])[..., 0]
+            following = self._within(place + step)
+            moved = np.abs(following - place).max(initial=0.0)
+            place = following
+            if moved < CONVERGED:
+                break
+        return place, ways
+
+    def _ways(self, place: Array, descent: Array) -> Array:
+        """Projectors (P, s, s) on the directions that do not lead over the rim where the facet's
+        coordinates are `place` (P, s) and the nearest point is sought along `descent`.
+        """
+        ways = np.tile(np.eye(place.shape[1]), (len(place), 1, 1))
+        rounding = ROUNDING * np.linalg.norm(descent, axis=1)
+        for rim, limit in 2 * self._rims:  # what one holds may turn the way over another
+            normal = np.array(rim)
+            out = (ways @ descent[..., None])[..., 0] @ normal > rounding
+            held = np.flatnonzero(out & (place @ normal >= limit - ON_THE_RIM))
+            across = ways[held] @ normal
+            across /= np.linalg.norm(across, axis=1, keepdims=True)
+            ways[held] -= across[:, :, None] * across[:, None, :]
+        return ways
+
+    def _within(self, place: Array) -> Array:
+        """The nearest coordinates in the facet."""
+        if self._facets.kind == "triangle":
+            place = np.maximum(place, 0.0)
+            place = place - 0.5 * np.maximum(place.sum(axis=1, keepdims=True) - 1.0, 0.0)
+        return np.clip(place, 0.0, 1.0)
+
+
+def restricted(matrix: Array, ways: Array) -> Array:
+    """The systems (P, s, s) for unknowns that go along `ways` alone: W M W + (1 - W)."""
+    return np.asarray(ways @ matrix @ ways + np.eye(ways.shape[1]) - ways)

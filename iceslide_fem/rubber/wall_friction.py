@@ -1,0 +1,111 @@
+"""Friction of walls that press on each other: Coulomb's law with a memory of where they stuck.
+
+A point x that presses with p is tied to a material point y of the facing wall, its anchor, by a
+spring of the walls' penalty eps along that wall's tangents there. With the projector P on them,
+
+    s = P (x - y),    tau = eps s    where eps |s| <= mu p (it sticks),
+                      tau = mu p s / |s|    elsewhere (it slips)
+
+(the radial return of elastoplastic friction: P. Wriggers, Computational Contact Mechanics, 2nd ed.,
+Springer 2006, sec. 10.5). Anchors are of the last accepted equilibrium and stay while the next one
+is sought. Then those of points that have slipped follow, so that eps |s| = mu p; points that
+have touched down get theirs where they are, without traction; who lifts off loses it.
+
+Shapes: P points, a nodes of a facet, d components, s = d - 1 tangents.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.arrays import Array, Index
+from iceslide_fem.rubber.contact_surface import area_vectors
+
+
+class Grip(NamedTuple):
+    """What the points (F, q) of all walls remember, the same on all ranks.
+
+    facet: on which their anchors lie, -1 without one; place (F, q, s): where on it; bound: mu p
+    when they were set, Pa.
+    """
+
+    facet: Index
+    place: Array
+    bound: Array
+
+
+class Stretch(NamedTuple):
+    """Springs between points and their anchors.
+
+    shape (P, a), slopes (P, s, a): shape functions at the anchors and their derivatives; apart
+    (P, d): x - y, m; tangents and their duals (P, s, d); normal (P, d): unit, of either sign; along
+    (P, d): the part of `apart` along the tangents, m.
+    """
+
+    shape: Array
+    slopes: Array
+    apart: Array
+    tangents: Array
+    duals: Array
+    normal: Array
+    along: Array
+
+
+def no_grip(points: tuple[int, ...], sides: int) -> Grip:
+    """Of walls that have not touched, with so many facets and `points` on each."""
+    none = np.full(points, -1, dtype=np.intp)
+    return Grip(none, np.zeros((*points, sides)), np.zeros(points))
+
+
+def stretch(x: Array, nodes: Array, shape: Array, slopes: Array) -> Stretch:
+    """Springs of points `x` (P, d) to anchors with `shape` and `slopes` on facets of which the
+    deformed `nodes` (P, a, d) are known, m.
+    """
+    apart = x - np.einsum("pa,pad->pd", shape, nodes)
+    tangents = slopes @ nodes
+    duals = np.asarray(np.linalg.solve(tangents @ tangents.swapaxes(1, 2), tangents))
+    normal = area_vectors(tangents)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    along = apart - np.einsum("pd,pd->p", apart, normal)[:, None] * normal
+    return Stretch(shape, slopes, apart, tangents, duals, normal, along)
+
+
+def tractions(along: Array, bound: Array, penalty: float) -> Array:
+    """tau (P, d), Pa, of springs drawn `along` (P, d), m, under bounds mu p (P,), Pa."""
+    drawn = penalty * np.linalg.norm(along, axis=1)
+    share = np.divide(bound, drawn, out=np.ones_like(drawn), where=drawn > bound)
+    return np.asarray((share * penalty)[:, None] * along)
+
+
+def slip(along: Array, bound: Array, penalty: float) -> Array:
+    """How far anchors follow (P,), m."""
+    return np.maximum(np.linalg.norm(along, axis=1) - bound / penalty, 0.0)
+
+
+def slopes_of_tractions(springs: Stretch, bound: Array, penalty: float) -> tuple[Array, Array]:
+    """Derivatives of `tractions`: by `along` (P, d, d), Pa/m, and by the bound (P, d)."""
+    length = np.linalg.norm(springs.along, axis=1)
+    slips = penalty * length > bound
+    safe = np.where(slips, length, 1.0)
+    direction = np.where(slips[:, None], springs.along / safe[:, None], 0.0)
+    strength = np.where(slips, bound / safe, penalty)
+    across = np.eye(direction.shape[1]) - direction[:, :, None] * direction[:, None, :]
+    return strength[:, None, None] * across, direction
+
+
+def slopes_of_along(springs: Stretch) -> tuple[Array, Array]:
+    """Derivatives of `along` by the point x (P, d, d), and by the anchor's nodes (P, d, a, d).
+
+    With the unit normal n, the duals t^a and the anchor's tangents t_a:
+    ds = P dx - P dy + (r . n) t^a (n . dt_a) + n (t^a . r) (n . dt_a).
+    """
+    normal = springs.normal
+    by_point = np.eye(normal.shape[1]) - normal[:, :, None] * normal[:, None, :]
+    by_nodes = -np.einsum("pij,pa->piaj", by_point, springs.shape)
+    above = np.einsum("pd,pd->p", springs.apart, normal)
+    beside = np.einsum("psd,pd->ps", springs.duals, springs.apart)
+    turned = above[:, None, None] * springs.duals + beside[:, :, None] * normal[:, None, :]
+    by_nodes += np.einsum("psi,psa,pj->piaj", turned, springs.slopes, normal)
+    return by_point, by_nodes
