@@ -118,6 +118,17 @@ def test_cells_of_a_shape_are_counted_without_a_mesh(model, changes):
         assert found[name] == built[name]
 
 
+@pytest.mark.parametrize(
+    "change",
+    ["rubber.edge_radius=20um", f"rubber.sipes=[{WAVING}]", f"rubber.sipes=[{DEEP_WAVE}]", GROOVE],
+)
+def test_refinement_scales_the_cells_of_all_that_is_cut(change):
+    """Waves and edges that are small had as many cells on any mesh."""
+    block = ["model=block", *TREAD[:3], change]
+    one, two = (divisions(scene(*block, f"numerics.refinement={n}"))["cells"] for n in (1, 2))
+    assert two > 6 * one
+
+
 def test_round_edges_leave_the_bottom_flat_between_them():
     tagged = cached_rubber(scene("model=slice", "rubber.edge_radius=50um"))
     bottom = tagged.points[tagged.points[:, 1] == 0.0, 0]

@@ -26,7 +26,7 @@ EDGE_CELL, EDGE_SLOPE = 0.42, 4.0
 LARGEST_CELL = 4.0
 # Where a cut edge asks for smaller cells than EDGE_CELL, they grow to it by this slope, on refined
 # meshes by less.
-STEEPEST = {2: 0.3, 3: 0.6}
+STEEPEST = {2: 0.3, 3: 1.0}
 # A cut edge of radius r has its own cells within ZONE r of the corner that it replaces, of which
 # the lowest LAYER r are a layer along it.
 ZONE, LAYER = 2.0, 0.6
