@@ -9,6 +9,8 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 from iceslide_fem.cli import main  # noqa: E402
 from iceslide_fem.errors import SceneError  # noqa: E402
+from iceslide_fem.fenics.compat import MPI  # noqa: E402
+from iceslide_fem.fenics.start import start_petsc  # noqa: E402
 from iceslide_fem.mesh.profile import block_mesh  # noqa: E402
 from iceslide_fem.mesh.rubber import block_shape, divisions, nominal_area  # noqa: E402
 from iceslide_fem.mesh.rubber import tagged_rubber as cached_rubber  # noqa: E402
@@ -16,6 +18,8 @@ from iceslide_fem.mesh.shape import Wave  # noqa: E402
 from iceslide_fem.mesh.soundness import Soundness, smallest_angle  # noqa: E402
 from iceslide_fem.mesh.user_mesh import mesh_size  # noqa: E402
 from iceslide_fem.planning.mesh_picture import draw_mesh  # noqa: E402
+from iceslide_fem.rubber.block import build_block  # noqa: E402
+from iceslide_fem.rubber.press import press  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 
 pytestmark = pytest.mark.fe
@@ -137,6 +141,18 @@ def test_round_edges_leave_the_bottom_flat_between_them():
     arc = arc[(arc[:, 0] > 0.4501e-3) & (arc[:, 1] < 49.9e-6)]
     distance = np.hypot(arc[:, 0] - 0.45e-3, arc[:, 1] - 50e-6)
     assert len(arc) and distance == pytest.approx(50e-6)
+
+
+def test_a_block_with_round_edges_stands_on_what_is_flat():
+    start_petsc()
+    changes = ["model=block", "numerics.refinement=0.5", "rubber.edge_radius=100um"]
+    block = build_block(scene(*changes, "load.pressure=0.02bar"), MPI.COMM_SELF)
+    press(block, lambda _: None)
+    contact = block.contact
+    touching = (contact.pressure > 0.0).astype(float)
+    assert block.total(touching, contact.area) == pytest.approx(0.8e-3**2, rel=0.05)
+    assert block.normal_force(contact) == pytest.approx(0.02e5 * 1e-3**2, rel=1e-3)
+    assert block.posture().sides == 0.0
 
 
 def test_finer_meshes_have_rounder_edges():

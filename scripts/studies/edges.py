@@ -2,8 +2,9 @@
 
 For each radius: peak, mean and end of mu of `thesis_1bar` as a slice on the default mesh and on one
 twice as fine, their differences, and processor seconds. --published adds the four published cases
-with sharp and with round edges, --block the first table in 3-D; --quick leaves out the fine mesh.
-Draws edges.png. How far blocks can be pressed is the study `envelope`.
+with sharp and with round edges, --block makes the first table in 3-D; --quick leaves out the fine
+mesh. Draws edges.png, with --block the mesh of a block instead (edges_mesh.png). How far blocks
+can be pressed is the study `envelope`.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from iceslide_fem.fenics.start import start_petsc
+from iceslide_fem.planning.mesh_picture import draw_mesh
 from scripts.studies import common
 from scripts.studies.blocks import Slide, slid
 
@@ -99,7 +101,10 @@ def main() -> None:
     start_petsc()
     model = "block" if asked.block else "slice"
     slides = accuracy(MESHES[model][: 1 if asked.quick else None], model)
-    if not asked.block:
+    if asked.block:
+        largest = common.case("thesis_1bar", "model=block", f"rubber.edge_radius={max(slides)} um")
+        draw_mesh(largest, asked.pictures / "edges_mesh.png")
+    else:
         common.draw(chart(slides), asked.pictures / "edges.png")
     if asked.published is not None:
         published(asked.published)
