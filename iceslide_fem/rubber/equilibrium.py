@@ -159,7 +159,7 @@ class Equilibrium:
             if trial.accepted:
                 size, safe, fresh = trial.size, values.copy(), False
                 soon = size * trial.contraction**self._patience <= tolerance
-                self._has_tangent = soon or trial.damping < 1.0
+                self._has_tangent = (soon or trial.damping < 1.0) and not self._tangent.worn
                 change = trial.following if self._has_tangent else None
                 continue
             values[:] = safe

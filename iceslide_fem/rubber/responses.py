@@ -24,8 +24,8 @@ from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.rubber.contact_surface import ContactSurface
 
-# So many solves for one change at most, and so many answers are kept.
-MOST_SOLVES, MOST_KEPT = 20, 80
+MOST_SOLVES = 20  # for one change at most
+FACTORS = 40.0  # new ones and their assembly, in solves with them: of a slice and of a block alike
 # Images of kept loads that are, to this share of the largest, combinations of others are none.
 DEPENDENT = 1e-6
 # What a solve leaves is the next load, unless it has left more than this share of what was there.
@@ -107,17 +107,22 @@ class Response(NamedTuple):
 
 
 class Responses:
-    """Answers of factors to loads on the `nodes` of the contact: kept until they are cleared."""
+    """Answers of factors to loads on the `nodes` of the contact: kept until they are cleared.
+
+    worn: whether the last change took more solves than those since the factors did on the average,
+    the factors' own cost included: then new ones are worth their while.
+    """
 
     def __init__(self, nodes: ContactNodes) -> None:
         self._nodes = nodes
-        self._kept: list[Response] = []
+        self.clear()
         self._differing: NDArray[np.intp] = np.zeros(0, dtype=np.intp)  # facets
         self._difference: Array = np.zeros(0)
 
     def clear(self) -> None:
         """There are new factors."""
-        self._kept.clear()
+        self._kept: list[Response] = []
+        self._spent, self._changes, self.worn = FACTORS, 0, False
 
     def differ(self, difference: Array) -> None:
         """The contact of the factors less the present one, as a tangent (f, a d, a d), N/m."""
@@ -129,7 +134,7 @@ class Responses:
 
         `answered` solves with the factors. Collective.
         """
-        del self._kept[:-MOST_KEPT]
+        met = len(self._kept)
         left = self._differing_loads([self._nodes.at_facets(answer)])[:, 0]
         images = self._images(self._kept)
         basis, parts = _orthonormal(images)  # parts: what of the kept loads each is
@@ -160,6 +165,9 @@ class Responses:
             parts = np.column_stack([parts, part / size])
             share = float(left @ basis[:, -1])
             left, shares = left - share * basis[:, -1], shares + share * parts[:, -1]
+        solves = 1 + len(self._kept) - met
+        self._spent, self._changes = self._spent + solves, self._changes + 1
+        self.worn = solves * self._changes > self._spent
         correction = np.zeros_like(answer)
         for share, response in zip(shares, self._kept, strict=True):
             correction += share * response.answer

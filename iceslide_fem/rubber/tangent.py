@@ -116,6 +116,11 @@ class Tangent:
             answer -= self._responses.correction(answer, FORCING * size, self._response)
         return answer
 
+    @property
+    def worn(self) -> bool:
+        """Whether new factors are worth their while."""
+        return self._responses.worn
+
     def length(self, change: Array) -> float:
         """Norm of a change over all ranks' dofs, m. Collective."""
         own = change[: self._answer.getLocalSize()]
