@@ -150,6 +150,20 @@ def test_kept_factors_give_the_change_of_the_present_contact(cells, monkeypatch)
     assert fresh._tangent.length(without - exact) > 1e-2 * size
 
 
+@pytest.mark.parametrize(("cost", "worn"), [(-1.0, True), (40.0, False)])
+def test_factors_that_cost_less_than_a_change_takes_are_made_anew(cost, worn, monkeypatch):
+    monkeypatch.setattr(responses, "FACTORS", cost)
+    system = equilibrium_of("quadrilateral")
+    force = press(system, sliding)
+    system._linearise()
+    for law in (sliding, static):  # the factors' own contact, and another
+        system._imbalance(force, law)
+        system._direction()
+    assert system._tangent.worn == worn
+    system._linearise()
+    assert not system._tangent.worn
+
+
 def test_too_large_a_load_is_refused_and_the_caller_can_restore():
     system = equilibrium_of("quadrilateral")
     force = press(system, static)

@@ -117,7 +117,9 @@ class FacetGrid:
         facet = FACET_OF[cell_name(rubber.mesh)]
         self._kind, order = _VTK_CELLS[(facet, _CORNERS[facet])]
         # A facet's nodes begin with its corners, in every Lagrange element.
-        self._corner_nodes, self._corner_dofs = surface.nodes[:, order], surface.dofs[:, order]
+        _, parts = np.unique(surface.whole, return_index=True)
+        self._corner_nodes = surface.nodes[parts][:, order]
+        self._corner_dofs = surface.dofs[parts][:, order]
         index_map = rubber.space.dofmap.index_map
         numbers = index_map.local_to_global(self._corner_dofs.ravel().astype(np.int32))
         gathered = _gather(
@@ -133,12 +135,14 @@ class FacetGrid:
         """Facets displaced by `u` (blocked dofs, d) with means of `values` (f, q). Collective.
 
         A point where a value is NaN does not count. `force` (f, d), N, is that of the ice on
-        each facet: the traction is force per area of the facet as it is drawn, so that its
-        integral is the force.
+        each facet or part of one: the traction is force per area of the facet as it is drawn, so
+        that its integral is the force.
         """
         corners = self._corners(u)
         means = {name: _gather(self._surface.comm, self._means(at)) for name, at in values.items()}
-        forces = None if force is None else _gather(self._surface.comm, _in_space(force))
+        forces = None
+        if force is not None:
+            forces = _gather(self._surface.comm, self._of_facets(_in_space(force)))
         if corners is None:
             return None
         data = {name: mean for name, mean in means.items() if mean is not None}
@@ -178,13 +182,20 @@ class FacetGrid:
             / weights.sum(axis=1).reshape(-1, *[1] * (values.ndim - 2))
         )
 
+    def _of_facets(self, amounts: Array) -> Array:
+        """Sums (facets, k) of amounts (f, k) over the parts of each facet."""
+        sums = np.zeros((len(self._corner_dofs), amounts.shape[1]))
+        np.add.at(sums, self._surface.whole, amounts)
+        return sums
+
     def _corners(self, u: Array) -> Array | None:
         return _gather(self._surface.comm, _in_space(self._corner_nodes + u[self._corner_dofs]))
 
     def _means(self, at: Array) -> Array:
         weights = np.where(np.isnan(at), 0.0, abs(self._surface.weights))
-        total = weights.sum(axis=1)
-        mean = (weights * np.nan_to_num(at)).sum(axis=1) / np.where(total > 0.0, total, 1.0)
+        amounts = np.stack([weights, weights * np.nan_to_num(at)], axis=-1).sum(axis=1)
+        total, amount = self._of_facets(amounts).T
+        mean = amount / np.where(total > 0.0, total, 1.0)
         return np.where(total > 0.0, mean, np.nan)
 
 

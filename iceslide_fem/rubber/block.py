@@ -49,8 +49,8 @@ STICK_SHARE = 1e-3
 WALLS = 0.1
 # Points of the contact: Gauss points in the halves of each facet, where the ice's cells end.
 FACET_DEGREE, FACET_PIECES = 7, 2
-# Where the ice slides, so many points of the rubber lie on each cell of the ice, and on a facet.
-POINTS_PER_CELL, FEWEST_POINTS = 3.0, 4
+# Where the ice slides, so many points of the rubber lie on so many of its cells, along x.
+POINTS, CELLS = 6, 2.0
 
 # Slip speed (m/s) of the displacement along x (f, q), and its derivative (1/s).
 SpeedLaw = Callable[[Array], tuple[Array, float]]
@@ -253,10 +253,8 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     facets = _facets_near_ice(rubber, height)
     surface = contact_surface(rubber.space, facets, FACET_DEGREE, FACET_PIECES)
     if scene.ice.motion == "sliding":
-        widest = float(np.ptp(surface.nodes[..., 0], axis=1).max(initial=0.0))
-        widest = comm.allreduce(widest, op=MPI.MAX)
-        count = max(int(np.ceil(POINTS_PER_CELL * widest / window_cell(scene))), FEWEST_POINTS)
-        surface = contact_surface(rubber.space, facets, FACET_DEGREE, FACET_PIECES, count)
+        longest = CELLS * window_cell(scene)
+        surface = contact_surface(rubber.space, facets, FACET_DEGREE, FACET_PIECES, POINTS, longest)
     ds = ufl.Measure("ds", domain=mesh.mesh, subdomain_data=mesh.facet_tags)
     plate = fem.Constant(mesh.mesh, PETSc.ScalarType(1.0)) * ds(mesh.tags["plate"])
     area = nominal_area(scene) or compat.assemble_scalar(compat.form(plate), comm)

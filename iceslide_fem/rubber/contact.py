@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.materials import MooneyRivlin
@@ -76,14 +77,18 @@ class ContactState(NamedTuple):
 
 def contact_state(surface: ContactSurface, u: Array, penalty: float) -> ContactState:
     """Gap, pressure and area at the points for nodal displacements `u` (blocked dofs, d)."""
-    gap = surface.positions(u)[..., -1]
+    gap = surface.heights(u)
     return ContactState(gap, normal_pressure(gap, penalty), surface.footprint(u))
 
 
 def contact_forces(surface: ContactSurface, state: ContactState, traction: Traction) -> Array:
     """Nodal forces (f, a, d), N (N/m in a slice), of pressure and tangential traction."""
-    stress = np.concatenate([traction.value, state.pressure[..., None]], axis=-1)
-    return np.asarray(surface.shape.transpose(0, 2, 1) @ (stress * state.area[..., None]))
+    forces = np.zeros((*surface.dofs.shape, traction.value.shape[-1] + 1))
+    here = _loaded(state, traction)
+    stress = np.concatenate([traction.value[here], state.pressure[here][..., None]], axis=-1)
+    shape = surface.shape[here].transpose(0, 2, 1)
+    forces[here] = shape @ (stress * state.area[here][..., None])
+    return forces
 
 
 def contact_tangent(
@@ -91,11 +96,10 @@ def contact_tangent(
 ) -> Array:
     """Derivative of `contact_forces` by the nodal displacements `u`: (f, a, d, a, d), N/m.
 
-    `state` and `traction` are those at `u`. Facets under no load, as most of the walls, have none.
+    `state` and `traction` are those at `u`. Facets under no load have none.
     """
     tangent = np.zeros((*surface.dofs.shape, u.shape[-1], *surface.dofs.shape[1:], u.shape[-1]))
-    parts = (state.pressure, *traction)
-    here = np.flatnonzero(sum(np.abs(part).sum(axis=tuple(range(1, part.ndim))) for part in parts))
+    here = _loaded(state, traction)
     surface = surface.of(here)
     state = ContactState(*(part[here] for part in state))
     traction = Traction(*(part[here] for part in traction))
@@ -116,6 +120,12 @@ def contact_tangent(
     moving = moving.reshape(f, a, a, d, d).transpose(0, 1, 3, 2, 4)
     tangent[here] = moving + turning.reshape(f, a, d, a, d)
     return tangent
+
+
+def _loaded(state: ContactState, traction: Traction) -> NDArray[np.intp]:
+    """Facets under a load, or a change of one: most of the walls are not."""
+    parts = (state.pressure, traction.value, traction.by_displacement)  # by pressure: where it is
+    return np.flatnonzero(sum(part.any(axis=tuple(range(1, part.ndim))) for part in parts))
 
 
 def default_penalty(material: MooneyRivlin, height: float, tolerance: float) -> float:

@@ -1,7 +1,8 @@
 """The rubber's contact surface: quadrature points on its facets, gathered and scattered by NumPy.
 
 Facets belong to the rank that owns their cell, so every point exists once; a rank may have none.
-Shapes: f facets, q points per facet, a nodes per facet, d = 2 or 3 components (z last).
+Shapes: f facets or parts of them, q points on each, a nodes per facet, d = 2 or 3 components (z
+last).
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ class ContactSurface:
 
     dofs: blocked dofs (f, a); nodes: undeformed positions (f, a, d), m; shape: (f, q, a);
     slopes: derivatives of the shape functions by the facet's coordinates (f, q, d-1, a);
-    weights: reference weights with the sign that makes area vectors point outwards (f, q).
+    weights: reference weights with the sign that makes area vectors point outwards (f, q); whole:
+    number of the facet on this rank, (f,), of which each is a part.
     """
 
     dofs: NDArray[np.int32]
@@ -38,6 +40,7 @@ class ContactSurface:
     shape: Array
     slopes: Array
     weights: Array
+    whole: NDArray[np.intp]
     comm: MPI.Comm
 
     @property
@@ -53,12 +56,18 @@ class ContactSurface:
             self.shape[facets],
             self.slopes[facets],
             self.weights[facets],
+            self.whole[facets],
             self.comm,
         )
 
     def positions(self, u: Array) -> Array:
         """Deformed positions (f, q, d) for nodal displacements `u` (blocked dofs, d), m."""
         return np.asarray(self.shape @ (self.nodes + u[self.dofs]))
+
+    def heights(self, u: Array) -> Array:
+        """Deformed positions' vertical component (f, q), m."""
+        z = self.nodes[..., -1] + u[self.dofs, -1]
+        return np.asarray((self.shape @ z[..., None])[..., 0])
 
     def displacements(self, u: Array) -> Array:
         """Displacements of the points (f, q, d), m."""
@@ -110,13 +119,19 @@ class ContactSurface:
 
 
 def contact_surface(
-    space: Any, facets: NDArray[np.int32], degree: int, pieces: int = 1, along: int = 0
+    space: Any,
+    facets: NDArray[np.int32],
+    degree: int,
+    pieces: int = 1,
+    along: int = 0,
+    longest: float = np.inf,
 ) -> ContactSurface:
     """Quadrature of polynomial `degree` on the exterior `facets` (local numbers) of `space`.
 
     Edges and quadrilaterals are cut into `pieces` each way with a rule of their own, so that
     functions with kinks on the cuts are integrated exactly; triangles are not. With `along`, the
-    sides that run most along x have so many Gauss points instead (triangles both ways).
+    sides that run most along x have so many Gauss points instead (triangles both ways), and again
+    on every equal part of them that is no longer than `longest` (m).
 
     `space` is a vector Lagrange space of degree 1 or 2 on a mesh of linear geometry.
     """
@@ -130,33 +145,49 @@ def contact_surface(
     line = _line(2 * along - 1, 1) if along else across
     if FACET_OF[name] == "triangle":
         points, facet_weights = compat.quadrature("triangle", max(degree, 2 * along - 1))
+        longest = np.inf
     else:
         points, facet_weights = _product([line, across][: dim - 1])
-    cell_type = getattr(basix.CellType, name)
-    reference = np.asarray(basix.geometry(cell_type))
-    tables = []
-    for number, vertices in enumerate(basix.topology(cell_type)[dim - 1]):
-        origin = reference[vertices[0]]
-        axes = np.array([reference[v] - origin for v in vertices[1:dim]])
-        closure = element.entity_closure_dofs[dim - 1][number]
-        for facet_points in (points, points[:, ::-1]):
-            table = np.array(element.tabulate(1, origin + facet_points @ axes))[..., 0]
-            slopes = np.einsum("sd,dqa->qsa", axes, table[1:, :, closure])
-            tables.append((closure, table[0][:, closure], slopes))
-
-    dofs_of_cells = compat.cell_dofs(space)[cells]
-    closures, shapes, slopes = (np.array(parts) for parts in zip(*tables, strict=True))
-    dofs = np.take_along_axis(dofs_of_cells, closures[2 * local], axis=1)
+    closures = np.array(element.entity_closure_dofs[dim - 1], dtype=np.intp)
     coordinates = space.tabulate_dof_coordinates()[:, :dim]
+    dofs_of_cells = compat.cell_dofs(space)[cells]
+    dofs = np.take_along_axis(dofs_of_cells, closures[local], axis=1)
     nodes = coordinates[dofs]
     # The first nodes are the vertices; sides are those from vertex 0.
     sides = np.abs(nodes[:, 1:dim, 0] - nodes[:, :1, 0])
-    turned = 2 * local + (sides[:, -1] > sides[:, 0])
+    turned = sides[:, -1] > sides[:, 0]
+    parts = np.maximum(np.ceil(sides.max(axis=1) / longest), 1.0).astype(np.intp)
+    whole = np.repeat(np.arange(len(cells)), parts)
+    part = np.arange(whole.size) - np.repeat(np.cumsum(parts) - parts, parts)
+
+    cell_type = getattr(basix.CellType, name)
+    reference, facet_vertices = np.asarray(basix.geometry(cell_type)), basix.topology(cell_type)
+    kinds = np.stack([local[whole], turned[whole], parts[whole], part], axis=1)
+    kinds, kind = np.unique(kinds, axis=0, return_inverse=True)
+    n_nodes = closures.shape[1]
+    shapes = np.zeros((len(kinds), len(points), n_nodes))
+    slopes = np.zeros((len(kinds), len(points), dim - 1, n_nodes))
+    for at, (number, swapped, count, first) in enumerate(kinds):
+        vertices = facet_vertices[dim - 1][number]
+        origin = reference[vertices[0]]
+        axes = np.array([reference[v] - origin for v in vertices[1:dim]])
+        here = np.concatenate([(points[:, :1] + first) / count, points[:, 1:]], axis=1)
+        here = origin + (here[:, ::-1] if swapped else here) @ axes
+        table = np.array(element.tabulate(1, here))[..., 0][..., closures[number]]
+        shapes[at], slopes[at] = table[0], np.einsum("sd,dqa->qsa", axes, table[1:])
+
+    kind = kind.reshape(-1)  # of two dimensions in NumPy 2.0
     outwards = nodes.mean(axis=1) - coordinates[dofs_of_cells].mean(axis=1)
-    vectors = area_vectors(_tangents(slopes[turned], nodes))
-    sign = np.sign(np.einsum("fqd,fd->fq", vectors, outwards))
+    vectors = area_vectors(_tangents(slopes[kind], nodes[whole]))
+    sign = np.sign(np.einsum("fqd,fd->fq", vectors, outwards[whole]))
     return ContactSurface(
-        dofs, nodes, shapes[turned], slopes[turned], facet_weights * sign, mesh.comm
+        dofs[whole],
+        nodes[whole],
+        shapes[kind],
+        slopes[kind],
+        facet_weights * sign / parts[whole, None],
+        whole,
+        mesh.comm,
     )
 
 

@@ -24,7 +24,8 @@ from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.rubber.contact_surface import ContactSurface
 
-MOST_SOLVES = 20  # for one change at most
+# So many solves for one change at most; and so many answers are kept before factors are made anew.
+MOST_SOLVES, MOST_KEPT = 20, 200
 FACTORS = 40.0  # new ones and their assembly, in solves with them: of a slice and of a block alike
 # Images of kept loads that are, to this share of the largest, combinations of others are none.
 DEPENDENT = 1e-6
@@ -167,7 +168,7 @@ class Responses:
             left, shares = left - share * basis[:, -1], shares + share * parts[:, -1]
         solves = 1 + len(self._kept) - met
         self._spent, self._changes = self._spent + solves, self._changes + 1
-        self.worn = solves * self._changes > self._spent
+        self.worn = solves * self._changes > self._spent or len(self._kept) > MOST_KEPT
         correction = np.zeros_like(answer)
         for share, response in zip(shares, self._kept, strict=True):
             correction += share * response.answer
