@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import functools
 import json
-import platform
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-import iceslide_fem
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import writing
 from iceslide_fem.folder import claimed, clear_results, results_in
@@ -27,7 +23,7 @@ from iceslide_fem.results.report import report
 from iceslide_fem.run.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.run.checkpoint import Checkpoint, finish
 from iceslide_fem.scene import Scene, flat
-from iceslide_fem.scene.fingerprint import fingerprint, scene_hash, sources_hash
+from iceslide_fem.scene.fingerprint import fingerprint, scene_hash, versions
 from iceslide_fem.scene.notes import notes
 
 if TYPE_CHECKING:
@@ -192,23 +188,18 @@ def _alone_in(
 
 
 def _summary(scene: Scene, results: dict[str, Any], started: float) -> dict[str, Any]:
-    versions = {
-        "iceslide_fem": iceslide_fem.__version__,
-        "sources": sources_hash(),
-        "numpy": np.__version__,
-        "python": platform.python_version(),
-    }
+    known = versions()
     if scene.model != "point":
         from iceslide_fem.fenics.compat import VERSION, PETSc
 
         petsc = ".".join(str(part) for part in PETSc.Sys.getVersion())
-        versions |= {"dolfinx": VERSION, "petsc": petsc}
+        known |= {"dolfinx": VERSION, "petsc": petsc}
     warnings = [*notes(scene), *results.pop("warnings", [])]
     return {
         **results,
         "wall_s": monotonic() - started,
         "warnings": warnings,
-        "versions": versions,
+        "versions": known,
         "scene": scene.as_dict(),
         "scene_hash": scene_hash(scene),
         "fingerprint": fingerprint(scene),

@@ -15,6 +15,7 @@ from iceslide_fem.cli import main
 from iceslide_fem.footprint.outlines import patch_outline
 from iceslide_fem.footprint.synthetic import Tread, coloured_picture, grey_picture, save
 from iceslide_fem.scene import load_scene
+from iceslide_fem.scene.fingerprint import sources_hash
 from iceslide_fem.scene.outline_file import area, read_outline
 
 ROOT = Path(__file__).parent.parent
@@ -70,6 +71,10 @@ def test_summary_has_the_load_its_factor_and_the_means(surveyed):
     assert 0.03 < film["mu_mean"] < 0.3
     assert film["dry_share"] + film["mixed_share"] + film["wet_share"] == pytest.approx(1.0)
     assert figures["moving_source"]["peak_rise_K"] > 4.0
+    assert [sentence[:41] for sentence in figures["warnings"]] == [
+        "(3.3) as printed: mu by (4.7) to (4.9) is"  # thousands, with the printed slip
+    ]
+    assert figures["versions"]["sources"] == sources_hash()
     grid = pv.read(surveyed / "footprint.vti")
     shear, pressure = (grid.cell_data[name] for name in ("shear stress (Pa)", "pressure (Pa)"))
     assert film["mu_mean"] == pytest.approx(shear.sum() / pressure.sum())

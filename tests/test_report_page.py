@@ -15,18 +15,24 @@ import pytest
 pytest.importorskip("iceslide_fem.fenics.compat")  # the outputs' writers need it
 
 from browser import chromium, open_page  # noqa: E402, F401
-from runs import write_run  # noqa: E402
+from runs import a_scene, rows_of, write_run  # noqa: E402
 from written_fields import write_fields  # noqa: E402
 
 from iceslide_fem.cli import main  # noqa: E402
-from iceslide_fem.errors import OutputError, SceneError  # noqa: E402
+from iceslide_fem.errors import Interrupted, OutputError, SceneError  # noqa: E402
 from iceslide_fem.footprint.case import FootprintCase  # noqa: E402
 from iceslide_fem.footprint.line import gaussian_profile  # noqa: E402
 from iceslide_fem.footprint.synthetic import Tread, grey_picture, save  # noqa: E402
 from iceslide_fem.output.summary import write_summary  # noqa: E402
 from iceslide_fem.report.command import page_of, report  # noqa: E402
-from iceslide_fem.report.page import Chart, Curve, _listed, thinned  # noqa: E402
+from iceslide_fem.report.curves import charts_of  # noqa: E402
+from iceslide_fem.report.of_runs import _verdict  # noqa: E402
+from iceslide_fem.report.page import Chart, Curve, _listed, _plotly, thinned  # noqa: E402
+from iceslide_fem.results import read_run  # noqa: E402
+from iceslide_fem.run.checkpoint import write_checkpoint  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
+from iceslide_fem.scene.fingerprint import sources_hash  # noqa: E402
+from iceslide_fem.sweep import make_plan  # noqa: E402
 
 SCENE = """\
 name = "seen"
@@ -210,6 +216,98 @@ def test_a_run_without_a_summary_has_a_page_too(tmp_path):
     assert "0 ms of sliding" in report([tmp_path]).read_text("utf-8")
 
 
+def test_a_killed_run_says_what_it_was_and_has_it_as_a_file(tmp_path):
+    write_run(tmp_path, "slice")
+    (tmp_path / "summary.json").unlink()
+    write_checkpoint(tmp_path, a_scene("slice"), {})
+    text = html.unescape(report([tmp_path]).read_text("utf-8"))
+    assert "A rubber block of 1 x 1 x 1 mm (compound B)" in text and "It was ended before" in text
+    toml = re.search(r"<pre[^>]*>(name = .*?)</pre>", text, re.S)[1]
+    assert scene_from_dict(tomllib.loads(toml)) == a_scene("slice")
+    (tmp_path / "checkpoint").write_bytes(b"iceslide_fem checkpoint 1\n12\n{")
+    assert "goes on from its last" in report([tmp_path]).read_text("utf-8")
+
+
+def test_a_run_that_is_asked_to_stop_leaves_its_page(tmp_path, monkeypatch):
+    (tmp_path / "scene.toml").write_text(SCENE)
+
+    def interrupted(scene, out, *_, **options):
+        out.mkdir()
+        write_run(out, "slice")
+        raise Interrupted("stopped by SIGTERM")
+
+    monkeypatch.setattr("iceslide_fem.simulate.run", interrupted)
+    assert iceslide("run", tmp_path / "scene.toml", "--out", tmp_path / "out") == 4
+    assert "<h2" in (tmp_path / "out" / "report.html").read_text("utf-8")
+
+
+def test_pages_say_what_computed_them(pages):
+    for name in ("point", "sweep", "footprint", "line", "runs"):
+        assert f">{sources_hash()}<" in pages[name].read_text("utf-8"), name
+
+
+def test_the_sweep_on_the_page_is_the_same_sweep(pages, tmp_path):
+    text = html.unescape(pages["sweep"].read_text("utf-8"))
+    toml = re.search(r"<pre[^>]*>(name = .*?)</pre>", text, re.S)[1]
+    command = re.search(r"iceslide sweep (\S+)\.toml(.*?)</pre>", text, re.S)
+    (tmp_path / "seen.toml").write_text(toml)
+    assert command[1] == "seen"
+    vary = shlex.split(command[2].replace("\\\n", ""))[1::2]
+    plan = make_plan(tmp_path / "seen.toml", [], vary)
+    table = rows_of(pages["sweep"].parent / "sweep.csv")
+    assert [case.name for case in plan.cases] == [row["case"] for row in table]
+
+
+def test_simplifications_that_matter_are_warned_of(pages):
+    text = pages["slice"].read_text("utf-8")
+    assert re.search(r"by more than the tolerance:\s+plane strain \(\d", text)
+    assert "bending (" not in text  # a slice bends
+
+
+def test_runs_are_compared_as_long_as_both_slid(pages, tmp_path):
+    write_run(tmp_path, "slice")
+    run = read_run(tmp_path)
+    part = {name: column[:5] for name, column in run.history.items()}
+    (tmp_path / "b").mkdir()
+    write_run(tmp_path / "b", "slice")
+    lines = (tmp_path / "b" / "history.csv").read_text().splitlines(keepends=True)[:6]
+    (tmp_path / "b" / "history.csv").write_text("".join(lines))
+    text = report([tmp_path, tmp_path / "b"], tmp_path / "c.html").read_text("utf-8")
+    end = 1e3 * part["time_s"][-1]
+    assert re.search(rf"<td>0.00%</td><td>0.00%</td><td>{end:.4g} ms</td>", text)
+    stopped = run._replace(summary=run.summary | {"stopped": "tipped"})
+    assert _verdict(stopped, run, 0.0) == "stopped before its end"
+
+
+def test_many_curves_are_said_in_short_and_loads_are_drawn_where_they_change(tmp_path):
+    write_run(tmp_path, "slice")
+    run = read_run(tmp_path)
+    names = [chart.name for chart in charts_of({"a": run})]
+    faster = run._replace(
+        history=run.history | {"speed_m_per_s": np.linspace(1.0, 3.0, run.history["mu"].size)}
+    )
+    charts = charts_of({"a": faster})
+    assert [chart.name for chart in charts] == [*names, "speed_m_per_s"]
+    many = charts_of({name: run for name in "abcdefg"})
+    assert many[0].says.startswith("7 curves; at their ends between 0.25 (a) and 0.25")
+
+
+def test_plotly_is_packed_once_and_what_is_kept_of_it_is_checked(tmp_path, monkeypatch):
+    monkeypatch.setenv("ICESLIDE_CACHE", str(tmp_path / "kept"))
+    packed = _plotly.__wrapped__()
+    (kept,) = (tmp_path / "kept").iterdir()
+    assert kept.read_text() == packed
+
+    def again(_):
+        raise AssertionError("packed again")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("iceslide_fem.report.page._packed", again)
+        assert _plotly.__wrapped__() == packed
+    kept.write_text(packed[: len(packed) // 2])  # a full disk
+    assert _plotly.__wrapped__() == packed and kept.read_text() == packed
+
+
 def test_loads_that_go_in_time_are_said_as_ranges(tmp_path):
     write_run(tmp_path, "slice")
     summary = json.loads((tmp_path / "summary.json").read_text())
@@ -365,6 +463,18 @@ def test_slider_keys_and_schemes(pages, open_page):  # noqa: F811
     low, high = page.evaluate("document.getElementById('mu').layout.xaxis.range")
     assert high - low < 4.0
     page.keyboard.press("Home")
+    ice = page.locator("#ice")
+    assert re.search(r"Now -?[\d.]+ to -?[\d.]+ °C", ice.get_attribute("aria-label"))
+    ice.focus()
+    page.keyboard.press("ArrowRight")
+    read = page.locator("#ice ~ .reading").inner_text()
+    page.keyboard.press("ArrowDown")
+    assert re.fullmatch(r"x \(mm\) \S+, z \(µm\) \S+: \S+ °C", read)
+    assert page.locator("#ice ~ .reading").inner_text() != read
+    page.emulate_media(color_scheme="dark")  # as on the screen when a browser begins to print
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    word = page.evaluate("getComputedStyle(document.querySelector('#mu .xtick text')).fill")
+    assert contrast(word, "rgb(255, 255, 255)") > 7.0
     page.emulate_media(media="print", color_scheme="dark")
     printed = page.evaluate("getComputedStyle(document.body).backgroundColor")
     assert printed == "rgb(255, 255, 255)"

@@ -11,7 +11,7 @@ import typer
 
 from iceslide_fem.commands.report import NoReport, leave_report
 from iceslide_fem.commands.scene import load, print_notes
-from iceslide_fem.errors import SceneError, SimulationStopped
+from iceslide_fem.errors import Interrupted, SceneError, SimulationStopped
 from iceslide_fem.files import check_writable
 from iceslide_fem.options import Force, Overrides, folder_option
 
@@ -88,7 +88,7 @@ def run(
 
             schedule = Schedule(checkpoint_every, times)
             summary = simulate(scene, out, words, schedule, resumed, force)
-    except SimulationStopped:
+    except (Interrupted, SimulationStopped):
         if not no_report:
             leave_report(out)
         raise

@@ -21,15 +21,17 @@ from iceslide_fem.footprint.comparison import friction_curves
 from iceslide_fem.footprint.figures import draw_comparison, draw_maps
 from iceslide_fem.footprint.line_output import draw_line, line_columns, line_text
 from iceslide_fem.footprint.outlines import outline_text
-from iceslide_fem.footprint.survey import ReadFootprint, Survey, read_footprint, summary, survey
+from iceslide_fem.footprint.survey import (
+    MODELS,
+    ReadFootprint,
+    Survey,
+    read_footprint,
+    summary,
+    survey,
+)
 from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.progress import LongTask
-
-MODELS = {
-    "thesis": "(3.3) as printed",
-    "moving_source": "moving source",
-    "given": "temperatures as given",
-}
+from iceslide_fem.scene.fingerprint import versions
 
 
 def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, Any]:
@@ -62,7 +64,8 @@ def _run(case: FootprintCase, out: Path, begun: float) -> dict[str, Any]:
         _write_maps(result, out, bool(scenes))
     for name, text in scenes.items():
         replace_file(out / "scenes" / name, text)
-    figures = summary(result) | {"wall_s": time.perf_counter() - begun}
+    figures = summary(result)
+    figures |= {"wall_s": time.perf_counter() - begun, "versions": versions()}
     replace_file(out / "summary.json", json.dumps(figures, indent=2) + "\n")
     return figures
 

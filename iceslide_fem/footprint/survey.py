@@ -14,6 +14,7 @@ from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.errors import SceneError
 from iceslide_fem.film.doubts import doubts
 from iceslide_fem.footprint.balance import STATES, classify
+from iceslide_fem.footprint.balance import doubts as doubts_of_balance
 from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.colours import (
     FAR,
@@ -40,6 +41,12 @@ from iceslide_fem.footprint.tables import (
     read_temperatures,
 )
 from iceslide_fem.materials import ZERO_CELSIUS
+
+MODELS = {
+    "thesis": "(3.3) as printed",
+    "moving_source": "moving source",
+    "given": "temperatures as given",
+}
 
 
 class ReadFootprint(NamedTuple):
@@ -242,7 +249,12 @@ def summary(result: Survey) -> dict[str, Any]:
         "source": str(case.source),
         "warnings": doubts(
             float(film.height[contact].min()), float(film.friction(footprint)[contact].max())
-        ),
+        )
+        + [
+            f"{MODELS[name]}: {sentence}"
+            for name, model in result.models.items()
+            for sentence in doubts_of_balance(float(model.mu[contact].mean()), model.sliding)
+        ],
         "case": case.model_dump(mode="json"),
     }
 

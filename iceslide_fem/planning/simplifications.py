@@ -68,13 +68,6 @@ def simplifications(scene: Scene) -> Simplifications:
     heated = min(load.duration, L / v) if sliding else load.duration
     times = np.linspace(0.0, heated, TIMES)
 
-    alone = _friction(scene, np.ones(1), heated, times)[:, 0]
-    mu = alone / load.pressures.mean
-    closed = alone if sliding else _friction(scene, np.ones(1), heated, times, "half-space")[:, 0]
-    closed_form = _largest(closed, alone)
-
-    strain = load.pressures.largest / constants.youngs_modulus
-
     places, weights = np.polynomial.legendre.leggauss(PLACES)
     weights = 0.5 * weights
     # Rubber that cannot flow out evenly is pressed harder in the middle: p'' = -const below a
@@ -84,7 +77,14 @@ def simplifications(scene: Scene) -> Simplifications:
         (L / (4.0 * H)) ** 2 * max(nu, 0.0) / (1.0 - nu) * 3.0 * (limit - tanh(limit)) / limit**3
     )
     parabola = squeezed / (1.0 + squeezed) * (1.5 * (1.0 - places**2) - 1.0)
-    confined = _friction(scene, 1.0 + parabola, heated, times)
+    together = _friction(scene, np.concatenate([[1.0], 1.0 + parabola]), heated, times)
+    alone, confined = together[:, 0], together[:, 1:]
+
+    mu = alone / load.pressures.mean
+    closed = alone if sliding else _friction(scene, np.ones(1), heated, times, "half-space")[:, 0]
+    closed_form = _largest(closed, alone)
+
+    strain = load.pressures.largest / constants.youngs_modulus
 
     # A plate that stays parallel takes half of the moment tau H, the pressure on the ice the rest.
     tilt = 3.0 * float(mu.max()) * H / L

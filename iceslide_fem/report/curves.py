@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.materials import BAR
 from iceslide_fem.report.page import Band, Chart, Curve
 from iceslide_fem.results import Run
 from iceslide_fem.results.report import ENERGIES, energy_unit
@@ -30,6 +31,11 @@ QUANTITIES = (
     Quantity("surface_temperature_C", "Temperature of the ice's surface", "T (°C)", 1.0),
     Quantity("squeezed_height_m", "Water squeezed into the roughness", "H_s (µm)", 1e6),
 )
+LOADS = (
+    Quantity("nominal_pressure_Pa", "Nominal pressure", "p (bar)", 1.0 / BAR),
+    Quantity("speed_m_per_s", "Sliding speed", "v (m/s)", 1.0),
+)
+SAID = 4  # curves of a chart of which each is said in words
 SHARES = {
     "contact_fraction": "in contact",
     "melted_fraction": "melted",
@@ -48,7 +54,7 @@ def charts_of(runs: Mapping[str, Run]) -> list[Chart]:
     """The charts that every run has, with a curve for each run."""
     alone = next(iter(runs.values())) if len(runs) == 1 else None
     charts = []
-    for quantity in QUANTITIES:
+    for quantity in (*QUANTITIES, *(load for load in LOADS if _goes_in_time(runs, load))):
         if not any(np.isfinite(run.history[quantity.column]).any() for run in runs.values()):
             continue  # Coulomb's friction has no film
         curves = [
@@ -60,11 +66,28 @@ def charts_of(runs: Mapping[str, Run]) -> list[Chart]:
             )
             for number, (name, run) in enumerate(runs.items())
         ]
-        said = "; ".join(_said(curve) for curve in curves)
+        said = "; ".join(map(_said, curves)) if len(curves) <= SAID else _said_of_many(curves)
         bands = phases(alone) if alone is not None else ()
         name = quantity.column
         charts.append(Chart(name, quantity.title, said, TIME, quantity.axis, curves, bands))
     return charts
+
+
+def _goes_in_time(runs: Mapping[str, Run], load: Quantity) -> bool:
+    """Whether a load of one of the runs is not the same at all times."""
+    columns = (run.history.get(load.column, np.zeros(1)) for run in runs.values())
+    return any(np.ptp(column) > 1e-9 * np.abs(column).max() for column in columns)
+
+
+def _said_of_many(curves: list[Curve]) -> str:
+    """Where the curves end, the lowest and the highest; the table below the chart has all."""
+    ends = {curve.name: float(np.asarray(curve.y)[-1]) for curve in curves}
+    known = {name: end for name, end in ends.items() if np.isfinite(end)}
+    low, high = min(known, key=known.__getitem__), max(known, key=known.__getitem__)
+    return (
+        f"{len(curves)} curves; at their ends between {ends[low]:.4g} ({low}) and "
+        f"{ends[high]:.4g} ({high})"
+    )
 
 
 def _said(curve: Curve) -> str:
@@ -141,6 +164,6 @@ def _preload(run: Run) -> list[Chart]:
     progress = run.preload["load_fraction"] + run.preload["speed_fraction"]
     mu = run.preload["friction_force_N"][loaded] / normal[loaded]
     curve = Curve("mu", progress[loaded], mu)
-    says = f"On the way to t = 0 mu goes from {mu[0]:.4g} to {mu[-1]:.4g}"
+    says = f"On the way to t = 0 mu goes from {mu[0]:.3f} to {mu[-1]:.3f}"
     axis = "press (0 to 1), speed ramp (1 to 2)"
     return [Chart("preload", "Before: press and speed ramp", says, axis, "mu (1)", [curve])]

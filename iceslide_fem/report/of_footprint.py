@@ -14,6 +14,7 @@ from iceslide_fem.errors import SceneError
 from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.report.page import Cell, Chart, Curve, HeatMap, Page, Section, Table, Text
+from iceslide_fem.report.words import versions_of
 from iceslide_fem.results.run_directory import read_table
 
 ABOUT_ERROR = (
@@ -27,13 +28,36 @@ LEFT_OUT = (
 )
 PIXELS = 260  # of a map along x at most: every n-th is drawn
 MM = 1e3
-TABLES = {
-    "footprint": "The contact",
-    "colours": "How the picture was read",
-    "film": "The film law",
-    "thesis": "The macroscopic model as printed, (3.3)",
-    "moving_source": "The macroscopic model with a moving source",
-    "given": "The macroscopic model with the temperatures given",
+TABLES = {"footprint": "The contact", "colours": "How the picture was read"}
+MODELS = {
+    "film": "film law",
+    "thesis": "(3.3) as printed",
+    "moving_source": "moving source",
+    "given": "temperatures given",
+}
+# What the rows of the models are called, where the key does not say it.
+NAMES = {
+    "mu_mean": "mean mu",
+    "mu_map_mean": "mean mu, (4.7) to (4.9)",
+    "mu_balance": "mean mu, balance (3.8)",
+    "peak_rise_K": "largest rise",
+    "mean_film_height_m": "mean height of the film",
+    "mean_surface_temperature_C": "mean temperature of the ice",
+    "leading_edge_temperature_C": "leading edge",
+    "trailing_edge_temperature_C": "trailing edge",
+    "melting_share": "melting",
+    "saturated_share": "free volume full",
+    "outside_table_share": "outside the table of k, D, H_V",
+    "dry_share": "dry",
+    "mixed_share": "mixed",
+    "wet_share": "wet",
+    "median_distance": "median distance of a colour to the bar",
+    "p95_distance": "95 % of the pixels are closer than",
+    "far_share": "pixels farther than 0.15",
+    "unclear_share": "pixels that took a neighbour's value",
+    "net_to_gross": "net / gross area",
+    "max_pressure_Pa": "largest pressure",
+    "load_factor": "pressures were multiplied by",
 }
 UNITS = (
     ("_Pa", "bar", 1.0 / BAR),
@@ -75,6 +99,7 @@ def page_of_footprint(folder: Path, summary: Mapping[str, Any]) -> Page:
         case, film = summary["case"], summary["film"]
         one_line = "line" in summary
         tables = [_table(summary[name], title) for name, title in TABLES.items() if name in summary]
+        tables.append(_models(summary))
         charts = _lines(folder) if one_line else _maps(folder)
         name = Path(summary["source"]).stem
         warnings = [
@@ -103,7 +128,11 @@ def page_of_footprint(folder: Path, summary: Mapping[str, Any]) -> Page:
                     "What the models leave out",
                     [Text(LEFT_OUT)],
                 ),
-                Section("again", "Run it again", [Text(_command(case), "code"), _case(case)]),
+                Section(
+                    "again",
+                    "Run it again",
+                    [Text(_command(case), "code"), _case(case), versions_of({"": summary})],
+                ),
             ],
         )
     except (AttributeError, KeyError, OSError, TypeError, ValueError) as error:
@@ -118,7 +147,27 @@ def _table(entries: Mapping[str, Any], title: str) -> Table:
     return Table(title, ["", ""], rows)
 
 
+def _models(summary: Mapping[str, Any]) -> Table:
+    """The film law and the macroscopic models side by side."""
+    models = {name: summary[key] for key, name in MODELS.items() if key in summary}
+    rows = []
+    for key in {key: None for model in models.values() for key in model}:
+        values = [model.get(key) for model in models.values()]
+        texts = ("" if value is None else _text(key, value) for value in values)
+        cells = [Cell(text, key, value) for text, value in zip(texts, values, strict=True)]
+        first = next(number for number, value in enumerate(values) if value is not None)
+        rows.append(
+            [
+                Cell(_name(key)),
+                *(cell if i == first else Cell(cell.text) for i, cell in enumerate(cells)),
+            ]
+        )
+    return Table("Friction and heat, by model", ["", *models], rows)
+
+
 def _name(key: str) -> str:
+    if key in NAMES:
+        return NAMES[key]
     suffix = next((end for end, _, _ in UNITS if key.endswith(end) and end.startswith("_")), "")
     return key.removesuffix(suffix).replace("_", " ")
 
@@ -148,8 +197,8 @@ def _maps(folder: Path) -> list[HeatMap | Chart]:
     for name, (title, unit, factor, tint) in MAPS.items():
         values = np.where(contact, factor * grid.cell_data[name].reshape(rows, columns), np.nan)
         says = (
-            f"Between {np.nanmin(values):.4g} and {np.nanmax(values):.4g} {unit}, mean "
-            f"{np.nanmean(values):.4g} {unit}".replace(" ,", ",").strip()
+            f"Between {np.nanmin(values):.4g} and {np.nanmax(values):.4g} {unit}, mean of the "
+            f"pixels {np.nanmean(values):.4g} {unit}".replace(" ,", ",").strip()
         )
         some = values[::stride, ::stride]
         places = (x[::stride], y[::stride])

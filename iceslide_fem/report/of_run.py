@@ -5,7 +5,13 @@ from __future__ import annotations
 from iceslide_fem.report.curves import charts_of, charts_of_one
 from iceslide_fem.report.fields import fields_of
 from iceslide_fem.report.page import Cell, Page, Section, Table, Text
-from iceslide_fem.report.words import doubts_of, in_words, section_again
+from iceslide_fem.report.words import (
+    doubts_of,
+    doubts_of_model,
+    in_words,
+    left_out,
+    section_again,
+)
 from iceslide_fem.results import Run
 
 # Of summary.json: name, factor to what is shown, unit, and whether the tolerance is of it.
@@ -25,6 +31,8 @@ def page_of_run(run: Run, stopped: str = "") -> Page:
     """The page of `run`; `stopped` says why it has no end, if the summary does not."""
     stopped = stopped or str(run.summary.get("stopped") or "")
     fields = fields_of(run)
+    left = left_out(run)
+    simplified = doubts_of_model(left, run.scene["numerics"]["tolerance"])
     over_time = Section("fields", "Fields over time", fields)
     return Page(
         title=run.title,
@@ -32,10 +40,10 @@ def page_of_run(run: Run, stopped: str = "") -> Page:
         stopped=stopped,
         sections=[
             Section("results", "Results", [results_of({run.scene["name"]: run}), of_error(run)]),
-            Section("warnings", "Warnings", doubts_of(run)),
+            Section("warnings", "Warnings", doubts_of(run, simplified)),
             Section("curves", "Curves", [*charts_of({"this run": run}), *charts_of_one(run)]),
             *([over_time] if fields else []),
-            *section_again(run),
+            *section_again(run, left),
         ],
     )
 
@@ -49,7 +57,8 @@ def results_of(runs: dict[str, Run]) -> Table:
         row = [Cell(name)]
         for run in runs.values():
             value = run.summary.get(key)
-            row.append(Cell(_result(run, value, factor, unit, has_error), key, value))
+            text = _result(run, value, factor, unit, has_error) if key in run.summary else "–"
+            row.append(Cell(text, key, value))
         rows.append(row)
     return Table("Key results", ["", *runs], rows)
 

@@ -11,7 +11,15 @@ from iceslide_fem.planning.rungs import Rung, fineness
 from iceslide_fem.report.curves import charts_of
 from iceslide_fem.report.of_run import of_error, results_of
 from iceslide_fem.report.page import Cell, Chart, Curve, Page, Section, Table, Text, cells
-from iceslide_fem.report.words import all_keys, doubts_of, in_words, neglected
+from iceslide_fem.report.words import (
+    again,
+    all_keys,
+    doubts_of,
+    in_words,
+    left_out,
+    neglected,
+    versions_of,
+)
 from iceslide_fem.results import Run, differences, read_run
 
 
@@ -44,7 +52,8 @@ def page_of_runs(folders: list[Path]) -> Page:
                 "Run them again",
                 [
                     Text("\n".join(f"iceslide report {folder}" for folder in folders), "code"),
-                    Text("The page of each run has its scene and its versions."),
+                    Text("The page of each run has its scene, whole."),
+                    versions_of({name: run.summary for name, run in runs.items()}),
                 ],
             ),
         ],
@@ -70,8 +79,10 @@ def _distances(others: dict[str, Run], first: Run) -> Table:
     for name, run in others.items():
         change = differences(run, first)
         largest, rms = float(np.abs(change).max()), float(np.sqrt(np.mean(change**2)))
-        rows.append(cells(name, f"{largest:.2%}", f"{rms:.2%}"))
-    return Table("Relative difference of mu at equal times", ["", "largest", "rms"], rows)
+        end = min(float(each.history["time_s"][-1]) for each in (run, first))
+        rows.append(cells(name, f"{largest:.2%}", f"{rms:.2%}", f"{1e3 * end:.4g} ms"))
+    head = ["", "largest", "rms", "until"]
+    return Table("Relative difference of mu at equal times", head, rows)
 
 
 def page_of_ladder(folder: Path, summaries: list[Path]) -> Page:
@@ -102,7 +113,7 @@ def page_of_ladder(folder: Path, summaries: list[Path]) -> Page:
         f"Largest difference of mu(t) to the finest rung, {finest.directory.name}, over the "
         f"seconds that a rung took; the tolerance is {tolerance:g}",
         "seconds",
-        "largest relative difference of mu(t)",
+        "difference of mu(t)",
         [
             Curve("rungs", seconds, errors, marks=True),
             Curve("tolerance", [min(seconds), max(seconds)], [tolerance] * 2, 1),
@@ -123,16 +134,17 @@ def page_of_ladder(folder: Path, summaries: list[Path]) -> Page:
             Section(
                 "warnings", "Warnings", [part for name in named for part in _of(name, named[name])]
             ),
-            Section("neglected", "What the finest rung leaves out", neglected(finest)),
+            Section("neglected", "What the finest rung leaves out", neglected(left_out(finest))),
             Section(
                 "again",
                 "Run it again",
                 [
-                    Text(f"iceslide ladder SCENE.toml --out {folder.name}", "code"),
+                    *again(finest.scene, "ladder"),
                     Text(
-                        "iceslide report RUNG, for each folder in it, makes the page of that rung, "
-                        "with its scene."
+                        f"iceslide report {folder}/RUNG, for each folder in it, makes the page of "
+                        "that rung."
                     ),
+                    versions_of({finest.directory.name: finest.summary}),
                 ],
             ),
         ],
@@ -140,6 +152,8 @@ def page_of_ladder(folder: Path, summaries: list[Path]) -> Page:
 
 
 def _verdict(run: Run, finest: Run, largest: float) -> str:
+    if run.summary.get("stopped"):
+        return "stopped before its end"
     tolerance = finest.scene["numerics"]["tolerance"]
     return "within the tolerance" if run is not finest and largest <= tolerance else ""
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import itertools
+import re
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
+from iceslide_fem.errors import SceneError
 from iceslide_fem.report.page import Cell, Chart, Curve, HeatMap, Page, Section, Table, Text
 from iceslide_fem.sweep.outcome import DONE
 from iceslide_fem.sweep.plots import SHOWN, SummaryQuantity
@@ -24,6 +27,12 @@ RESULTS = {"mu_mean": "mean mu", "mu_peak": "largest mu", "mu_end": "mu at the e
 def page_of_sweep(folder: Path) -> Page:
     """The page of the sweep in `folder`. Raises SceneError if it holds none."""
     data = read_sweep(folder)
+    try:
+        table = pd.read_csv(folder / "sweep.csv", dtype=str, keep_default_na=False)
+    except (OSError, ValueError) as error:
+        raise SceneError(
+            f"{folder} holds no whole sweep (no readable sweep.csv: {error})"
+        ) from None
     keys = [str(key) for key in data.dims if key != "time_share"]
     done = int((data["status"] == DONE).sum())
     count = int(data["status"].size)
@@ -36,15 +45,12 @@ def page_of_sweep(folder: Path) -> Page:
         sections=[
             Section("curves", "Curves", _charts(data, keys)),
             Section("results", "Every case", _cases(data, keys)),
-            Section("warnings", "Warnings", _warnings(data)),
-            Section("scene", "What the cases share", [Text(_lines(data), "code")]),
+            Section("warnings", "Warnings", _warnings(data, table)),
+            Section("scene", "What the cases share", _scene(data, keys)),
             Section(
                 "again",
                 "Run it again",
-                [
-                    Text(_command(data, keys), "code"),
-                    Text(MORE),
-                ],
+                [Text(_command(data, keys), "code"), Text(MORE), *_versions(table)],
             ),
         ],
     )
@@ -132,18 +138,43 @@ def _cases(data: xr.Dataset, keys: list[str]) -> list[Table | Text]:
     return found
 
 
-def _warnings(data: xr.Dataset) -> list[Text]:
+def _warnings(data: xr.Dataset, table: pd.DataFrame) -> list[Text]:
+    """Why cases are not done, and the warnings of those that are, each kind once."""
     reasons, counts = np.unique(data["reason"].values.astype(str), return_counts=True)
     found = [
         Text(f"{count} not done: {reason}", "warning")
         for reason, count in zip(reasons, counts, strict=True)
         if reason
     ]
-    return found or [Text("Every case is done; warnings of single cases are in sweep.csv.")]
+    kinds: dict[str, list[tuple[int, str]]] = {}
+    for number, sentences in enumerate(table.get("warnings", []), start=1):
+        for sentence in filter(None, sentences.split("; ")):
+            kinds.setdefault(re.sub(r"[\d.]+", "#", sentence), []).append((number, sentence))
+    for cases in kinds.values():
+        (number, sentence), *others = cases
+        which = f"{len(cases)} of {len(table)} cases" if others else f"Case {number}"
+        example = f" (in case {number})" if others else ""
+        found.append(Text(f"{which}: {sentence}{example}.", "warning"))
+    return found or [Text("Every case is done, and none gave a warning.")]
 
 
-def _lines(data: xr.Dataset) -> str:
-    return str(data.attrs.get("inputs", "")).replace(" ", "\n")
+def _scene(data: xr.Dataset, keys: list[str]) -> list[Text]:
+    """The scene of the first case as a file, or what sweeps of earlier versions say of it."""
+    if "scene" not in data.attrs:
+        return [Text(str(data.attrs.get("inputs", "")).replace(" ", "\n"), "code")]
+    name = data.attrs.get("name") or "SCENE"
+    varied = f" ({', '.join(keys)} as in the first case)" if keys else ""
+    return [Text(f"As a file, {name}.toml{varied}:"), Text(str(data.attrs["scene"]), "code")]
+
+
+def _versions(table: pd.DataFrame) -> list[Table]:
+    """The versions that have computed the cases: several where a sweep was gone on with."""
+    rows = []
+    for column in table:
+        if str(column).startswith("versions."):
+            known = [version for version in dict.fromkeys(table[column]) if version]
+            rows.append([Cell(str(column).removeprefix("versions.")), Cell(", ".join(known))])
+    return [Table("What computed it", ["", ""], rows)] if rows else []
 
 
 def _command(data: xr.Dataset, keys: list[str]) -> str:
@@ -151,7 +182,8 @@ def _command(data: xr.Dataset, keys: list[str]) -> str:
         f"    --vary {key}={','.join(f'{value}' for value in data[key].values.tolist())}"
         for key in keys
     )
-    return " \\\n".join(["iceslide sweep SCENE.toml", *varied])
+    name = data.attrs.get("name") or "SCENE"
+    return " \\\n".join([f"iceslide sweep {name}.toml", *varied])
 
 
 def _shown(key: str) -> SummaryQuantity:

@@ -8,7 +8,9 @@ from iceslide_fem.errors import SceneError
 from iceslide_fem.output.summary import word_of
 from iceslide_fem.report.curves import QUANTITIES, TIME
 from iceslide_fem.report.page import Chart, Curve, Page, Section, Text
+from iceslide_fem.report.words import again, all_keys, in_words
 from iceslide_fem.results.run_directory import read_table
+from iceslide_fem.run.checkpoint import scene_there
 
 LEFT = ("stopped.txt", "checkpoint", "history.csv")
 
@@ -35,14 +37,17 @@ def page_of_unfinished(folder: Path) -> Page:
         if (folder / "checkpoint").is_file()
         else "There is no checkpoint: it has to be run again from its beginning."
     )
+    scene = scene_there(folder)
+    words = f"{in_words(scene)} " if scene else ""
     return Page(
         title=f"{folder.absolute().name}: a run without an end",
-        summary=f"It got to {end:.4g} ms of sliding in {max(rows - 1, 0)} steps and left no "
+        summary=f"{words}It got to {end:.4g} ms of sliding in {max(rows - 1, 0)} steps and left no "
         "summary.",
         stopped=reason,
         sections=[
             *([Section("curves", "Curves until then", charts)] if charts else []),
-            Section("again", "Go on", [Text(on)]),
+            *([Section("scene", "The scene", [all_keys({"": scene})])] if scene else []),
+            Section("again", "Go on", [Text(on), *(again(scene) if scene else [])]),
         ],
     )
 

@@ -193,10 +193,13 @@
     function draw() {
         for (const [name, part] of Object.entries(numbers)) {
             if (name === "fields") {
-                const moment = Number(by("moment").value);
-                by("moment-said").textContent = part.moments[moment];
-                by("moment").setAttribute("aria-valuetext", part.moments[moment]);
-                for (const drawing of part.drawings) if (!withoutScene(drawing)) show(drawing.name, figures[drawing.kind](drawing, moment));
+                by("moment-said").textContent = part.moments[moment()];
+                by("moment").setAttribute("aria-valuetext", part.moments[moment()]);
+                for (const drawing of part.drawings) {
+                    by(drawing.name).parentElement.querySelector(".now").textContent = extent(drawing);
+                    by(drawing.name).setAttribute("aria-label", `${drawing.title}. ${drawing.says} ${extent(drawing)}`);
+                    if (!withoutScene(drawing)) show(drawing.name, figures[drawing.kind](drawing, moment()));
+                }
             } else show(name, figures[part.kind](part));
         }
     }
@@ -208,35 +211,85 @@
         box.dataset.drawn = "yes";
     }
 
-    // Arrows read the values of a chart's curves, + and - zoom around there, Home shows all.
+    // What a field is at the moment, and within which values.
+    const moment = () => Number(by("moment")?.value ?? 0);
+    const now = (part) => (part.kind === "lines" ? { curves: part.frames[moment()] } : part.frames ? part.frames[moment()] : part);
+    function extent(part) {
+        const frame = now(part), values = (frame.curves ? frame.curves.flatMap((curve) => curve.y) : frame.values.flat()).filter((value) => value !== null);
+        if (!values.length) return "";
+        const [low, high] = values.reduce(([a, b], value) => [Math.min(a, value), Math.max(b, value)], [Infinity, -Infinity]);
+        return `Now ${said(low)} to ${said(high)} ${part.unit || part.y}.`;
+    }
+
+    // Arrows read the values of curves and maps or turn the block, + and - zoom there, Home shows all.
     function keys(name, part) {
-        const box = by(name), reading = box.parentElement.querySelector(".reading");
-        const places = [...new Set(part.curves.flatMap((curve) => curve.x))].filter((x) => x !== null).sort((a, b) => a - b);
-        let place = -1;
+        const box = by(name), reading = box.parentElement.querySelector(".reading"), clipped = (at, count) => Math.max(0, Math.min(count - 1, at));
+        const logarithmic = part.logarithmic?.includes("x");
+        let place = -1, row = -1, here = null;
+
+        function readCurves(key) {
+            const step = { ArrowRight: 1, ArrowLeft: -1, PageDown: 10, PageUp: -10 }[key];
+            if (!step) return false;
+            const { curves } = now(part);
+            const places = [...new Set(curves.flatMap((curve) => curve.x))].filter((x) => x !== null).sort((a, b) => a - b);
+            place = clipped(place + step, places.length);
+            const x = places[place];
+            const values = curves.map((curve) => {
+                const at = curve.x.reduce((best, value, i) => (Math.abs(value - x) < Math.abs(curve.x[best] - x) ? i : best), 0);
+                return `${curve.name} ${said(curve.y[at])}`;
+            });
+            reading.textContent = `${part.x} ${said(x)}: ${values.join(", ")}`;
+            here = { x: logarithmic ? Math.log10(x) : x };
+            Plotly.Fx.hover(box, { xval: here.x }, "xy");
+            return true;
+        }
+
+        function readMap(key) {
+            const step = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[key];
+            if (!step) return false;
+            const { xs, ys, values } = now(part), upwards = ys.length > 1 && ys[1] < ys[0] ? -1 : 1;
+            if (place < 0) [place, row] = [xs.length >> 1, ys.length >> 1];
+            else [place, row] = [clipped(place + step[0], xs.length), clipped(row + upwards * step[1], ys.length)];
+            here = { x: xs[place], y: ys[row] };
+            reading.textContent = `${part.x} ${said(here.x)}, ${part.y} ${said(here.y)}: ${said(values[row][place])} ${part.unit}`;
+            Plotly.Fx.hover(box, [{ curveNumber: 0, pointNumber: [row, place] }]);
+            return true;
+        }
+
+        function turn(key) {
+            const angle = { ArrowRight: 0.2, ArrowLeft: -0.2, ArrowUp: 0.2, ArrowDown: -0.2 }[key], nearer = { "+": 0.8, "-": 1.25 }[key];
+            const { x, y, z } = box.layout.scene.camera.eye, flat = Math.hypot(x, y), upright = key === "ArrowUp" || key === "ArrowDown";
+            if (!angle && !nearer) return false;
+            const around = Math.atan2(y, x) + (angle && !upright ? angle : 0), away = Math.hypot(flat, z) * (nearer || 1);
+            const up = Math.max(-1.5, Math.min(1.5, Math.atan2(z, flat) + (upright ? angle : 0)));
+            const eye = { x: away * Math.cos(up) * Math.cos(around), y: away * Math.cos(up) * Math.sin(around), z: away * Math.sin(up) };
+            Plotly.relayout(box, { "scene.camera.eye": eye });
+            return true;
+        }
+
+        function zoom(key) {
+            const axes = part.kind === "curves" || part.kind === "lines" ? ["x"] : ["x", "y"], changes = {};
+            if (key === "Home") {
+                for (const axis of ["x", "y"]) Object.assign(changes, part[`${axis}range`] ? { [`${axis}axis.range`]: part[`${axis}range`] } : { [`${axis}axis.autorange`]: true });
+            } else if (key === "+" || key === "-") {
+                for (const axis of axes) {
+                    const [low, high] = box.layout[`${axis}axis`].range, half = (high - low) * (key === "+" ? 0.25 : 1), middle = here?.[axis] ?? (low + high) / 2;
+                    changes[`${axis}axis.range`] = [middle - half, middle + half];
+                }
+            } else return false;
+            Plotly.relayout(box, changes);
+            return true;
+        }
+
+        const tools = { curves: [readCurves, zoom], lines: [readCurves, zoom], map: [readMap, zoom], heat: [readMap, zoom], solid: [turn] }[part.kind] ?? [zoom];
         box.addEventListener("keydown", (event) => {
-            const step = { ArrowRight: 1, ArrowLeft: -1, PageDown: 10, PageUp: -10 }[event.key];
-            if (step) {
-                place = Math.max(0, Math.min(places.length - 1, place + step));
-                const x = places[place];
-                const values = part.curves.map((curve) => {
-                    const at = curve.x.reduce((best, value, i) => (Math.abs(value - x) < Math.abs(curve.x[best] - x) ? i : best), 0);
-                    return `${curve.name} ${said(curve.y[at])}`;
-                });
-                reading.textContent = `${part.x} ${said(x)}: ${values.join(", ")}`;
-                Plotly.Fx.hover(box, { xval: part.logarithmic.includes("x") ? Math.log10(x) : x }, "xy");
-            } else if (event.key === "+" || event.key === "-") {
-                const [low, high] = box.layout.xaxis.range, half = (high - low) * (event.key === "+" ? 0.25 : 1);
-                const x = places[place], middle = place < 0 ? (low + high) / 2 : part.logarithmic.includes("x") ? Math.log10(x) : x;
-                Plotly.relayout(box, { "xaxis.range": [middle - half, middle + half] });
-            } else if (event.key === "Home") {
-                Plotly.relayout(box, { "xaxis.autorange": true, "yaxis.autorange": true });
-            } else return;
-            event.preventDefault();
+            if (tools.some((tool) => tool(event.key))) event.preventDefault();
         });
     }
 
     function print(now) {
-        printing = now;
+        printing = now; // charts are drawn before the style of print counts
+        document.documentElement.classList.toggle("printing", now);
         draw();
         if (!now) for (const box of document.querySelectorAll("[data-drawn]")) Plotly.relayout(box, { autosize: true });
     }
@@ -255,7 +308,9 @@
             script.text = await unpacked("plotly");
             document.head.append(script);
             draw();
-            for (const [name, part] of Object.entries(numbers)) if (part.kind === "curves") keys(name, part);
+            for (const [name, part] of Object.entries(numbers)) {
+                for (const each of name === "fields" ? part.drawings : [part]) keys(each.name ?? name, each);
+            }
             if (by("moment")) by("moment").addEventListener("input", draw);
             dark.addEventListener("change", draw);
             addEventListener("beforeprint", () => print(true));

@@ -8,6 +8,7 @@ do not see it.
 from __future__ import annotations
 
 import base64
+import contextlib
 import gzip
 import importlib.util
 import json
@@ -21,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import iceslide_fem
-from iceslide_fem.errors import SceneError
+from iceslide_fem.errors import OutputError, SceneError
 from iceslide_fem.files import replace_file
 
 DIGITS = 6  # of numbers that are drawn
@@ -253,11 +254,28 @@ def _listed(chart: Chart) -> Iterable[list[str]]:
 
 @cache
 def _plotly() -> str:
-    """plotly.js, compressed, as the Python package plotly brings it."""
+    """plotly.js, compressed, as the Python package plotly brings it.
+
+    Compressing it takes as long as all the rest of a page: it is kept where meshes and forms are.
+    """
     found = importlib.util.find_spec("plotly")
     if found is None or found.origin is None:
         raise SceneError("a report needs the Python package plotly, which is not installed")
-    return _packed((Path(found.origin).parent / "package_data" / "plotly.min.js").read_bytes())
+    from iceslide_fem.fenics.cache import cache_folder
+
+    script = Path(found.origin).parent / "package_data" / "plotly.min.js"
+    state = script.stat()
+    kept = cache_folder() / f"plotly-{state.st_size}-{state.st_mtime_ns}.js.gz.b64"
+    with contextlib.suppress(OSError, ValueError):
+        packed = kept.read_text("ascii")
+        size = base64.b64decode(packed[-12:])[-4:]  # gzip ends with the length of its content
+        if len(packed) % 4 == 0 and int.from_bytes(size, "little") == state.st_size:
+            return packed
+    packed = _packed(script.read_bytes())
+    with contextlib.suppress(OSError, OutputError):
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        replace_file(kept, packed)
+    return packed
 
 
 def _packed(content: bytes) -> str:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from iceslide_fem.report.page import Cell, Section, Table, Text, cells
 from iceslide_fem.results import Run
 from iceslide_fem.results.run_directory import load_range
 from iceslide_fem.scene import Scene, flat, scene_from_dict, unit_of
+
+if TYPE_CHECKING:
+    from iceslide_fem.planning.simplifications import Simplification
 
 MM, MS, NM = 1e3, 1e3, 1e9
 _MODELS = {
@@ -61,47 +64,74 @@ def _law(scene: Mapping[str, Any], film: Mapping[str, Any]) -> str:
     return f"Friction is that of the law {law} in place of the film."
 
 
-def doubts_of(run: Run) -> list[Text]:
-    """The warnings of a run, a paragraph each; one that says so if there is none."""
+def doubts_of(run: Run, also: Sequence[Text] = ()) -> list[Text]:
+    """The warnings of a run and `also`, a paragraph each; one that says so if there is none."""
     found = [
         Text(f"{sentence[:1].upper()}{sentence[1:]}.", "warning") for sentence in _warnings(run)
     ]
-    return found or [Text("The run gave no warning.")]
+    return [*found, *also] or [Text("The run gave no warning.")]
 
 
 def _warnings(run: Run) -> list[str]:
     return [str(sentence) for sentence in run.summary.get("warnings") or []]
 
 
-def neglected(run: Run) -> list[Text | Table]:
+class LeftOut(NamedTuple):
+    """Simplifications, each with whether the run's model makes it; or why there are none."""
+
+    found: list[tuple[Simplification, bool]]
+    why_none: str = ""
+
+
+def left_out(run: Run) -> LeftOut:
     """What this scene's model leaves out, with estimates of how much that moves mu(t)."""
     from iceslide_fem.planning.simplifications import simplifications
 
+    scene = scene_of(run.scene)
+    if scene is None:
+        return LeftOut([], "its files are not here")
+    try:
+        return LeftOut(list(zip(simplifications(scene), _leaves_out(scene), strict=True)))
+    except IceslideError as reason:
+        return LeftOut([], str(reason))
+
+
+def neglected(left: LeftOut) -> list[Text | Table]:
+    """The simplifications in words and as a table."""
     always = Text(
         "Every model here takes the ice as rigid and smooth, the water as Newtonian and the "
         "contact parameters k, D and H_V as functions of the local pressure alone. Melted ice "
         "does not freeze again."
     )
-    scene = scene_of(run.scene)
-    if scene is None:
-        return [always, Text("What else it leaves out was not estimated: its files are not here.")]
-    try:
-        found = simplifications(scene)
-    except IceslideError as reason:
-        return [always, Text(f"What else it leaves out was not estimated: {reason}.")]
+    if not left.found:
+        return [always, Text(f"What else it leaves out was not estimated: {left.why_none}.")]
     rows = []
-    for one, left_out in zip(found, _leaves_out(scene), strict=True):
-        rows.append(
-            cells(one.name, f"{one.number:.2g}", one.formula, f"{one.effect:.2g}", left_out)
-        )
+    for one, made in left.found:
+        texts = (f"{one.number:.2g}", one.formula, f"{one.effect:.2g}", "yes" if made else "no")
+        rows.append(cells(one.name, *texts))
     head = ["simplification", "its number", "which is", "would move mu by", "made here"]
     return [always, Table("Estimates before the run (iceslide info, ladder)", head, rows)]
 
 
-def _leaves_out(scene: Scene) -> list[str]:
+def doubts_of_model(left: LeftOut, tolerance: float) -> list[Text]:
+    """A warning if simplifications that were made move mu by more than the tolerance."""
+    large = [one for one, made in left.found if made and one.effect > tolerance]
+    if not large:
+        return []
+    listed = ", ".join(f"{one.name} ({100.0 * one.effect:.2g} %)" for one in large)
+    return [
+        Text(
+            f"The model simplifies what is estimated to move mu by more than the tolerance: "
+            f"{listed}. A finer model does not; iceslide ladder measures it.",
+            "warning",
+        )
+    ]
+
+
+def _leaves_out(scene: Scene) -> list[bool]:
     """Whether each of `Simplifications` is made by this scene's model."""
     point, block = scene.model == "point", scene.model == "block"
-    made = [
+    return [
         scene.ice.heat == "half-space",
         point,
         point,
@@ -110,7 +140,6 @@ def _leaves_out(scene: Scene) -> list[str]:
         scene.ice.heat != "continuum",
         not scene.rubber.inertia,
     ]
-    return ["yes" if one else "no" for one in made]
 
 
 def scene_of(values: Mapping[str, Any]) -> Scene | None:
@@ -121,29 +150,35 @@ def scene_of(values: Mapping[str, Any]) -> Scene | None:
         return None
 
 
-def again(run: Run) -> list[Text]:
-    """How to run it again: the scene as a file, and the command."""
+def again(scene: Mapping[str, Any], command: str = "run") -> list[Text]:
+    """How to do it again: the scene as a file, and the command."""
     import tomlkit
 
-    name = run.scene["name"]
+    name = scene["name"]
     return [
-        Text(f"Save this as {name}.toml, then: iceslide run {name}.toml --out {name}"),
-        Text(tomlkit.dumps(_given(run.scene)), "code"),
+        Text(f"Save this as {name}.toml, then: iceslide {command} {name}.toml --out {name}"),
+        Text(tomlkit.dumps(_given(scene)), "code"),
     ]
 
 
-def versions_of(run: Run) -> Table:
-    """Versions and what it cost."""
-    rows = [
-        [Cell(name), Cell(str(version))]
-        for name, version in run.summary.get("versions", {}).items()
-    ]
+def versions_of(summaries: Mapping[str, Mapping[str, Any]]) -> Table:
+    """Versions and what it cost, a column for each summary."""
+    versions = [summary.get("versions", {}) for summary in summaries.values()]
+    rows = []
+    for name in {name: None for each in versions for name in each}:
+        rows.append([Cell(name), *(Cell(str(each.get(name, "–"))) for each in versions)])
     for key, name in _COST.items():
-        value = run.summary.get(key)
-        if value is not None:
-            text = f"{value:.4g}" if isinstance(value, float) else str(value)
-            rows.append([Cell(name), Cell(text, key, value)])
-    return Table("What computed it, and what it cost", ["", ""], rows)
+        values = [summary.get(key) for summary in summaries.values()]
+        if any(value is not None for value in values):
+            rows.append([Cell(name), *(Cell(_counted(value), key, value) for value in values)])
+    head = ["", *(summaries if len(summaries) > 1 else [""])]
+    return Table("What computed it, and what it cost", head, rows)
+
+
+def _counted(value: Any) -> str:
+    if value is None:
+        return "–"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 _COST = {
@@ -182,8 +217,12 @@ def _unit(key: str) -> str:
 def _shown(value: Any, unit: str) -> str:
     if value is None:
         return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     if isinstance(value, float):
         return f"{value:.6g} {unit}".strip()
+    if isinstance(value, list) and not any(isinstance(each, list) for each in value):
+        return ", ".join(map(str, value)) or "none"
     return str(value)
 
 
@@ -196,10 +235,10 @@ def _given(values: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def section_again(run: Run) -> list[Section]:
+def section_again(run: Run, left: LeftOut) -> list[Section]:
     """The sections that every run ends with."""
     return [
-        Section("neglected", "What the model leaves out", neglected(run)),
+        Section("neglected", "What the model leaves out", neglected(left)),
         Section("scene", "The scene", [all_keys({run.scene["name"]: run.scene})]),
-        Section("again", "Run it again", [*again(run), versions_of(run)]),
+        Section("again", "Run it again", [*again(run.scene), versions_of({"": run.summary})]),
     ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -14,6 +15,9 @@ from iceslide_fem.results.png import write_png
 from iceslide_fem.results.style import BLACK, BLUE, GREEN, MELTING, ORANGE, RED, SATURATED
 
 MS, NM, UM = 1e3, 1e9, 1e6
+WIDTH, ROW, DPI = 11.5, 2.75, 110  # of the page and of a row of panels (inches)
+ABOVE, BELOW, BESIDE, BETWEEN = 0.65, 0.8, 0.8, 0.75  # of and between panels, for their words
+TICKS = 7  # of an axis at most: each takes as long to draw as a curve
 ENERGIES = {"J": 1.0, "mJ": 1e3, "µJ": 1e6, "nJ": 1e9}  # unit: how many are a joule
 
 
@@ -24,19 +28,16 @@ def report(directory: Path | str) -> Path:
     """
     run = read_run(directory)
     changes = any(isinstance(run.scene["load"][name], list) for name in ("pressure", "speed"))
-    figure = Figure(figsize=(11.5, 11.5 if changes else 9.0), layout="constrained")
-    figure.suptitle(run.title, fontsize=14, fontweight="bold")
     before = "preload" if run.preload else "mu"
     layout = [
         [before, "mu", "film"],
         ["temperature", "temperature", "squeezed"],
         ["shares", "shares", "energy"],
-        ["pressure", "pressure", "speed"],
+        *([["pressure", "pressure", "speed"]] if changes else []),
     ]
-    panels = figure.subplot_mosaic(
-        layout if changes else layout[:3],  # type: ignore[arg-type]
-        width_ratios=[1.0, 4.0, 5.0],
-    )
+    figure = Figure(figsize=(WIDTH, ABOVE + len(layout) * ROW + BELOW))
+    figure.suptitle(run.title, fontsize=14, fontweight="bold", y=1.0 - 0.1 / figure.get_figheight())
+    panels = figure.subplot_mosaic(layout, gridspec_kw=_grid(figure))  # type: ignore[arg-type]
     _friction(panels["mu"], run)
     _film(panels["film"], run)
     _squeezed(panels["squeezed"], run)
@@ -50,13 +51,14 @@ def report(directory: Path | str) -> Path:
             "nominal_pressure_Pa",
             1.0 / BAR,
             "Nominal pressure",
-            "$p$ (bar)",
+            "p (bar)",
         )
-        _load(panels["speed"], run, "speed_m_per_s", 1.0, "Sliding speed", "$v$ (m/s)")
+        _load(panels["speed"], run, "speed_m_per_s", 1.0, "Sliding speed", "v (m/s)")
     for name, panel in panels.items():
         panel.spines[["top", "right"]].set_visible(False)
         panel.grid(alpha=0.25)
         if name != "preload":
+            panel.locator_params(axis="x", nbins=TICKS, steps=[1, 2, 5, 10])
             panel.set_xlabel("sliding time (ms)")
             # a run that stopped at once has no length
             panel.set_xlim(0.0, MS * (run.history["time_s"][-1] or run.scene["load"]["duration"]))
@@ -66,9 +68,39 @@ def report(directory: Path | str) -> Path:
         _preload(panels["preload"], run)
         panels["preload"].set_ylim(panels["mu"].get_ylim())
         panels["mu"].set_ylabel("")
+    for name, panel in panels.items():
+        if name != "shares":
+            panel.locator_params(axis="y", nbins=TICKS, steps=[1, 2, 5, 10])
+        _place_words(panel, figure.get_figheight())
     path = Path(directory) / "report.png"
-    write_png(figure, path, 130)
+    write_png(figure, path, DPI)
     return path
+
+
+def _grid(figure: Figure) -> dict[str, Any]:
+    """Where the panels stand: measured once here, not sought by drawing all words twice."""
+    height = figure.get_figheight()
+    rows = (height - ABOVE - BELOW) / ROW
+    return {
+        "width_ratios": [1.0, 4.0, 5.0],
+        "left": BESIDE / WIDTH,
+        "right": 1.0 - 0.15 / WIDTH,
+        "top": 1.0 - ABOVE / height,
+        "bottom": BELOW / height,
+        "wspace": BESIDE / ((WIDTH - 3.0 * BESIDE) / 3.0),
+        "hspace": BETWEEN / (ROW - BETWEEN * (rows - 1.0) / rows),
+    }
+
+
+def _place_words(panel: Axes, height: float) -> None:
+    """Put title and names of the axes at their places on a page of `height` (inches).
+
+    matplotlib would draw all ticks first, to see how much room they leave.
+    """
+    panel.set_title(panel.get_title(), y=1.0)
+    box = panel.get_position()
+    panel.yaxis.set_label_coords(-0.56 / (WIDTH * box.width), 0.5)
+    panel.xaxis.set_label_coords(0.5, -0.3 / (height * box.height))
 
 
 def _phases(run: Run) -> list[tuple[str, float, float, str]]:
@@ -102,7 +134,7 @@ def _name_phases(figure: Figure, run: Run) -> None:
         )
         for name, start, _, shade in _phases(run)
     ]
-    figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False)
+    figure.legend(handles=patches, loc="lower center", ncols=len(patches), frameon=False)
 
 
 def _friction(panel: Axes, run: Run) -> None:
@@ -119,7 +151,7 @@ def _friction(panel: Axes, run: Run) -> None:
         color=RED,
         ha="left" if early else "right",
     )
-    panel.set(title=f"Friction coefficient, mean {summary['mu_mean']:.3f}", ylabel=r"$\mu$ (1)")
+    panel.set(title=f"Friction coefficient, mean {summary['mu_mean']:.3f}", ylabel="μ (1)")
     panel.set_ylim(0.0, 1.2 * peak)
 
 
@@ -132,7 +164,7 @@ def _preload(panel: Axes, run: Run) -> None:
     mu = preload["friction_force_N"][loaded] / normal[loaded]
     panel.plot(progress[loaded], mu, ".-", color=BLUE, linewidth=1.2, markersize=4)
     panel.axvline(1.0, color="0.6", linewidth=0.8)
-    panel.set(title="Before", ylabel=r"$\mu$ (1)", xlim=(0.0, 2.0))
+    panel.set(title="Before", ylabel="μ (1)", xlim=(0.0, 2.0))
     panel.set_xticks([0.5, 1.5], ["press", "speed\nramp"])
 
 
@@ -146,14 +178,14 @@ def _load(panel: Axes, run: Run, column: str, unit: float, title: str, label: st
 def _film(panel: Axes, run: Run) -> None:
     history = run.history
     panel.plot(MS * history["time_s"], NM * history["film_height_m"], color=BLUE, linewidth=2)
-    panel.set(title="Height of the water film", ylabel="$h$ (nm)")
+    panel.set(title="Height of the water film", ylabel="h (nm)")
     panel.set_ylim(bottom=0.0)
 
 
 def _squeezed(panel: Axes, run: Run) -> None:
     history = run.history
     panel.plot(MS * history["time_s"], UM * history["squeezed_height_m"], color=GREEN, linewidth=2)
-    panel.set(title="Water squeezed into the roughness", ylabel="$H_s$ (µm)")
+    panel.set(title="Water squeezed into the roughness", ylabel="Hₛ (µm)")
     panel.set_ylim(bottom=0.0)
 
 
@@ -162,7 +194,7 @@ def _temperature(panel: Axes, run: Run) -> None:
     panel.plot(MS * history["time_s"], history["surface_temperature_C"], color=RED, linewidth=2)
     melting = run.ice.melting_temperature - ZERO_CELSIUS
     panel.axhline(melting, color="0.5", linestyle=":")
-    panel.set(title="Temperature of the ice surface", ylabel="$T$ (°C)")
+    panel.set(title="Temperature of the ice surface", ylabel="T (°C)")
 
 
 def _shares(panel: Axes, run: Run) -> None:
@@ -175,7 +207,7 @@ def _shares(panel: Axes, run: Run) -> None:
         values = 100.0 * run.history[column]
         panel.plot(MS * run.history["time_s"], values, style, color=color, label=label, linewidth=2)
     panel.set(title="Shares of the contact surface", ylabel="share (%)", ylim=(-4.0, 130.0))
-    panel.set_yticks(range(0, 101, 20))
+    panel.set_yticks(range(0, 101, 25))
     panel.legend(loc="upper center", ncols=len(curves), frameon=False)
 
 
@@ -191,7 +223,7 @@ def _energy(panel: Axes, run: Run) -> None:
         values = ENERGIES[unit] * run.history[column]
         if values.any():
             panel.plot(MS * run.history["time_s"], values, color=color, label=label, linewidth=2)
-    panel.set(title="Where the work of friction goes", ylabel=f"$E$ ({unit})")
+    panel.set(title="Where the work of friction goes", ylabel=f"E ({unit})")
     panel.set_ylim(bottom=0.0)
     if panel.lines:
         panel.legend(loc="upper left", framealpha=0.9)

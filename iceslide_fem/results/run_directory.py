@@ -98,8 +98,9 @@ def _is_of_a_run(summary: Any, history: Mapping[str, Array]) -> bool:
 
 
 def differences(run: Run, exact: Run, count: int = 500) -> Array:
-    """Relative differences of mu(t) to another run's, at `count` times from 0 to its end."""
-    times = np.linspace(0.0, exact.history["time_s"][-1], count)
+    """Relative differences of mu(t) to another run's, at `count` times that both have slid."""
+    end = min(float(each.history["time_s"][-1]) for each in (run, exact))
+    times = np.linspace(0.0, end, count)
     mu, reference = (np.interp(times, r.history["time_s"], r.history["mu"]) for r in (run, exact))
     return np.asarray(mu / reference - 1.0)
 

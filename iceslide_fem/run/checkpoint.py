@@ -87,6 +87,19 @@ def finish(folder: Path) -> None:
         os.replace(folder / FILE, folder / FINISHED)
 
 
+def scene_there(folder: Path) -> dict[str, Any] | None:
+    """The scene, as resolved, of the checkpoint in `folder`, to be read; None without a whole one.
+
+    Also of one that another version wrote, with which no run could go on.
+    """
+    with contextlib.suppress(*_NOT_OURS):
+        with open(folder / FILE, "rb") as file:
+            if file.readline() == _FIRST_LINE and file.readline():
+                scene = json.loads(file.readline())["scene"]
+                return scene if isinstance(scene, dict) else None
+    return None
+
+
 def read_checkpoint(folder: Path, name: str = FILE) -> Checkpoint:
     """The checkpoint in `folder`. Raises SceneError if there is none that can be trusted."""
     path = folder / name

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
+import platform
 from functools import cache
 from importlib import metadata
 from pathlib import Path
+
+import numpy as np
 
 import iceslide_fem
 from iceslide_fem.scene import Scene
@@ -39,6 +42,16 @@ def fingerprint(scene: Scene) -> str:
     if scene.model != "point":
         content["dolfinx"] = _dolfinx_version()
     return _hash(content)
+
+
+def versions() -> dict[str, str]:
+    """Versions of this program, its sources, NumPy and Python, for summaries."""
+    return {
+        "iceslide_fem": iceslide_fem.__version__,
+        "sources": sources_hash(),
+        "numpy": np.__version__,
+        "python": platform.python_version(),
+    }
 
 
 @cache

@@ -14,6 +14,7 @@ from iceslide_fem.film.conditions import rubber_columns, scene_conditions, simul
 from iceslide_fem.film.point import Conditions, Record, simulate
 from iceslide_fem.run.point import point_doubts, point_history, point_summary
 from iceslide_fem.scene import Scene
+from iceslide_fem.scene.fingerprint import versions
 from iceslide_fem.sweep.outcome import DONE, FAILED, SAMPLES, CaseResult
 
 # So many conditions at once: more do not make a point cheaper, they only take memory.
@@ -123,6 +124,7 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
             "energy_imbalance": float(balance.missing[i] / balance.work[i]),
             "wall_s": wall,
             "warnings": point_doubts(conditions, result, i),
+            "versions": versions(),
         }
         outcomes.append(CaseResult(DONE, "", entries, {"mu": mu[i], "film_height_m": height[i]}))
     return outcomes

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import tomlkit
 import xarray as xr
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import replace_file
-from iceslide_fem.scene import flat, unit_of
+from iceslide_fem.scene import flat, put, unit_of
 from iceslide_fem.scene.fingerprint import scene_hash
 from iceslide_fem.sweep.outcome import CURVES, DONE, SAMPLES, CaseResult
 from iceslide_fem.sweep.plan import Plan
@@ -130,6 +131,11 @@ def to_dataset(
     }
     words = " ".join(f"{key}={value}" for key, value in common.items() if value is not None)
     named = {key: str(common.get(key, "")) for key in ("name", "model")}
+    scene: dict[str, Any] = {}
+    for key, value in first.items():  # a scene for the command: what was varied as in the first
+        if value is not None and (key in common or key in plan.axes):
+            put(scene, key, value)
+    named["scene"] = tomlkit.dumps(scene)
     return xr.Dataset(data, coordinates, {"iceslide_fem": "sweep", "inputs": words, **named})
 
 
