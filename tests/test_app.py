@@ -3,6 +3,7 @@
 import contextlib
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -17,9 +18,11 @@ from app_server import fixtures, stop
 
 from iceslide_fem.app import form, line, point
 from iceslide_fem.errors import SceneError
+from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.jaeger import TABLE_1_ICE
 from iceslide_fem.footprint.line import gaussian_profile, macroscopic_line
-from iceslide_fem.footprint.macroscopic import Macroscopic
+from iceslide_fem.footprint.macroscopic import Macroscopic, heat_model
+from iceslide_fem.footprint.survey import read_footprint
 from iceslide_fem.results import read_run
 from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import load_scene, scene_from_dict
@@ -240,6 +243,31 @@ def test_every_slider_of_the_line_changes_it():
             )
         )
         assert before["series"] != after["series"], slider.key
+
+
+@pytest.mark.parametrize("source", ["next pixel", "moving"])
+@pytest.mark.parametrize("profile", ["gaussian", "file", "picture"])
+def test_the_command_of_a_line_computes_the_line(profile, source, tmp_path):
+    picture = str(CASES.parent / "docs" / "pictures" / "footprint_picture.jpg")
+    (tmp_path / "line.csv").write_text("x_mm,pressure_bar\n1,0\n3,2\n5,3\n7,1\n")
+    texts = {
+        "gaussian": {"peak": "3 bar", "sigma": "20 mm"},
+        "file": {"file": str(tmp_path / "line.csv")},
+        "picture": {"image": picture, "crop": "0,0,540,420", "row": "0.3"}
+        | {"legend": "556,42,583,378"},
+    }[profile]
+    slip = "0.3" if source == "moving" else "2e-5"
+    texts |= {"profile": profile, "source": source, "slip": slip, "ice_density": "900"}
+    texts |= {"air_temperature": "-10 degC", "tread_conductivity": "0.3", "time": "2 s"}
+    answer = line.curves(texts)
+    words = shlex.split(answer["command"].replace("\\\n", ""))[2:]
+    given = {"image": words.pop(0)} if profile == "picture" else {}
+    names = (word.removeprefix("--").replace("-", "_") for word in words[::2])
+    case = FootprintCase.of(given | dict(zip(names, words[1::2], strict=True)))
+    parameters = case.moving if source == "moving" else case.thesis
+    read = read_footprint(case).pressure_map
+    model = heat_model(read, parameters)
+    assert answer["series"]["mu"] == model.mu[0].tolist()
 
 
 def test_lines_of_python_of_a_row_of_a_picture():

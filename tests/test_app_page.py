@@ -2,7 +2,8 @@
 
 import json
 import time
-from urllib.parse import parse_qs
+from pathlib import Path
+from urllib.parse import parse_qs, urlencode
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import scene_from_dict
 
 open_app, served = fixtures()
+PICTURE = str(Path(__file__).parent.parent / "docs" / "pictures" / "footprint_picture.jpg")
 
 # What charts hold is drawn on a canvas: the page is asked for its numbers.
 CURVE = """async (texts) => (await (await import(new URL("api.js", document.baseURI))).ask(
@@ -171,19 +173,40 @@ def test_without_the_token_the_browser_shows_what_to_do(served, open_page):  # n
     page.complaints.clear()
 
 
-def test_the_line_shows_what_the_library_computes(served, open_page):  # noqa: F811
-    page = opened(open_page, served, "#tab=line&slip=2e-5")
+def test_every_slider_of_the_line_redraws_what_the_library_computes(served, open_page):  # noqa: F811
+    page = opened(open_page, served, "#tab=line")
     wait_drawn(page, count="lines")
-    for slider in ("peak", "time", "ice_temperature"):
-        before = drawn(page, "lines")
-        page.evaluate(MOVE, [f"line-{slider}-slider", 450])
-        wait_drawn(page, before, "lines")
-    until(lambda: "ice_temperature" in address(page))
-    state = {key: texts[0] for key, texts in parse_qs(address(page).partition("#")[2]).items()}
-    assert state.pop("tab") == "line" and len(state) == 4
-    rise = page.locator("#line-numbers div:has(dt:text-is('largest rise')) dd").inner_text()
-    expected = line.curves(state)["numbers"]["peak_rise"]
-    assert np.isclose(float(rise.split()[0]), expected, rtol=6e-3)
+    picture = dict(profile="picture", image=PICTURE, legend="556,42,583,378", crop="0,0,540,420")
+    for profile in ({}, picture):
+        if profile:
+            before = drawn(page, "lines")
+            page.evaluate(
+                "state => { location.hash = state; }", urlencode({"tab": "line"} | profile)
+            )
+            wait_drawn(page, before, "lines")
+        moved = [
+            slider.key
+            for slider in line.SLIDERS
+            if slider.key
+            in (line.OF_PICTURE if profile else set(line.KEYS) - {"max_pressure", "row"})
+        ]
+        for key in moved:
+            before = drawn(page, "lines")
+            page.evaluate(MOVE, [f"line-{key}-slider", 450])
+            wait_drawn(page, before, "lines")
+            until(lambda key=key: f"{key}=" in address(page))
+            parts = parse_qs(address(page).partition("#")[2])
+            state = {name: texts[0] for name, texts in parts.items()}
+            assert state.pop("tab") == "line"
+            expected = line.curves(state)["numbers"]
+            for name, number in (
+                ("largest rise", "peak_rise"),
+                ("μ of the balance (3.8)", "mu_balance"),
+            ):
+                dd = page.locator(f"#line-numbers div:has(dt:text-is('{name}')) dd").inner_text()
+                assert np.isclose(float(dd.split()[0]), expected[number], rtol=6e-3), key
+    page.click("#show-toml")
+    assert page.locator("#snippet pre").inner_text().startswith(f"iceslide footprint {PICTURE}")
 
 
 @pytest.mark.fe

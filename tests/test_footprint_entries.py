@@ -161,9 +161,12 @@ LINE, PIXELS = "x_m,pressure_Pa\n0,1e5\n1e-3,2e5\n", ["--length", "180mm", "--wi
     ("text", "arguments", "words"),
     [
         (LINE, ["--line", "f", "--length", "1m"], "--length does not fit --line"),
-        (LINE, ["--line", "f", "--pressure-map", "f"], "give one of IMAGE, --pressure-map and"),
+        (LINE, ["--line", "f", "--pressure-map", "f"], "give one of IMAGE, --pressure-map, --line"),
         (LINE, [], "given: none of them"),
         (LINE, ["--line", "f", "--scenes", "1"], "does not fit one line"),
+        (LINE, ["--gaussian", "180mm"], '"180mm" is not LENGTH,PEAK,SIGMA, say 180mm,4bar,30mm'),
+        (LINE, ["--gaussian", "180mm,4bar,9m"], "--gaussian"),
+        (LINE, ["--gaussian", "180mm,4bar", "--load", "3kN"], "--load does not fit --gaussian"),
         (LINE, ["--line", "f", "--ice-material", "2,900"], "is not CONDUCTIVITY,DENSITY,HEAT"),
         (LINE, ["--line", "f", "--ice-material", "2,900,1"], 'heat capacity of "2,900,1" is out'),
         (LINE, ["--line", "f", "--air-temperature", "99degC"], "--air-temperature"),

@@ -288,6 +288,12 @@ def test_many_curves_are_said_in_short_and_loads_are_drawn_where_they_change(tmp
     )
     charts = charts_of({"a": faster})
     assert [chart.name for chart in charts] == [*names, "speed_m_per_s"]
+    thinning = run._replace(
+        history=run.history | {"film_viscosity_Pa_s": 0.002 - run.history["time_s"] / 100.0}
+    )
+    charts = charts_of({"a": run, "b": thinning})
+    assert [chart.name for chart in charts] == [*names, "film_viscosity_Pa_s"]
+    assert [curve.name for curve in charts[-1].curves] == ["b"]
     many = charts_of({name: run for name in "abcdefg"})
     assert many[0].says.startswith("7 curves; at their ends between 0.25 (a) and 0.25")
 

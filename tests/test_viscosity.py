@@ -6,12 +6,15 @@ import pytest
 pytest.importorskip("dolfinx")
 from test_sliding import slide, started, thesis, uniform  # noqa: E402
 
+from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.restart import gathered, resumed  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.interface.carriers import ContactLoads  # noqa: E402
 from iceslide_fem.interface.on_ice import on_nodes  # noqa: E402
+from iceslide_fem.output.history import slide_row  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
+from iceslide_fem.run.point import point_history  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 
 pytestmark = pytest.mark.fe
@@ -48,12 +51,25 @@ def test_films_have_the_viscosity_of_their_temperature(carrier):
     assert state.memory[0].min() < -0.002  # it has become thinner
     missing = sum(one.energies.missing for one in accepted)
     assert abs(missing) < 1e-3 * sum(one.energies.friction_work for one in accepted)
+    row = slide_row(sliding, Ledger(sliding), accepted[-1])
+    warmest = scene.viscosity * np.exp(sliding.current.interface.memory[0].min())
+    assert warmest < row.film_viscosity_Pa_s < 0.999 * scene.viscosity
     saved = gathered(sliding)
     sliding.advance()
     again = resumed(build_block(scene, MPI.COMM_SELF), saved)
     again.advance()
     here, there = (one.current.interface.memory for one in (sliding, again))
     np.testing.assert_allclose(there, here, atol=2e-6)
+
+
+def test_the_history_of_a_point_has_its_viscosity():
+    scene = thesis(*COARSE, TABLE, "model=point", "load.duration=5ms")
+    rows, _ = point_history(scene)
+    temperature = np.array([row.surface_temperature_C for row in rows]) + 273.15
+    found = [row.film_viscosity_Pa_s for row in rows]
+    np.testing.assert_allclose(found, scene.water.table(temperature), rtol=1e-6)
+    plain, _ = point_history(thesis(*COARSE, "model=point"))
+    assert not hasattr(plain[0], "film_viscosity_Pa_s")
 
 
 @pytest.mark.parametrize("carrier", ["attached", "ice"])

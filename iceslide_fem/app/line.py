@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
@@ -129,17 +130,22 @@ class LineCase(BaseModel):
             assert self.file is not None
             profile = read_profile(self.file)
             return profile.pressure, profile.dx
-        assert self.image is not None
-        picture = _Picture(
-            self.image,
-            self.image.stat().st_mtime,
-            self.length,
-            self.max_pressure,
-            self.legend,
-            self.crop,
-        )
-        pressures, dx = _pressures(picture)
+        pressures, dx = self.pressures()
         return pressures[round(self.row * (len(pressures) - 1))], dx
+
+    def pressures(self) -> tuple[Array, float]:
+        """All rows of the picture (ny, nx), Pa, and the length of a pixel (m)."""
+        assert self.image is not None
+        return _pressures(
+            _Picture(
+                self.image,
+                self.image.stat().st_mtime,
+                self.length,
+                self.max_pressure,
+                self.legend,
+                self.crop,
+            )
+        )
 
 
 KEYS = list(LineCase.model_fields)
@@ -260,6 +266,7 @@ def curves(texts: Texts) -> dict[str, Any]:
         },
         "values": {slider.key: getattr(case, slider.key) for slider in SLIDERS},
         "python": _lines(case),
+        "command": _command(case),
     }
 
 
@@ -283,6 +290,39 @@ def _pressures(picture: _Picture) -> tuple[Array, float]:
     )
     found = read_footprint(case).pressure_map
     return found.pressure, found.dx
+
+
+def _command(case: LineCase) -> str:
+    """The command line that computes the same line; its model by the other source comes along."""
+    p, ice, tread = case.parameters, case.parameters.ice, case.parameters.tread
+    words: dict[str, object] = {}
+    source = ""
+    if case.profile == "gaussian":
+        words["gaussian"] = f"{case.length!r},{case.peak!r},{case.sigma!r}"
+    elif case.profile == "file":
+        words["line"] = case.file
+    else:
+        source = f" {shlex.quote(str(case.image))}"
+        rows = len(case.pressures()[0])
+        words |= {"length": case.length, "width": case.length, "max-pressure": case.max_pressure}
+        boxes = {"legend": case.legend, "crop": case.crop}
+        words |= {name: ",".join(map(str, box)) for name, box in boxes.items() if box}
+        words["row"] = rows - 1 - round(case.row * (rows - 1))
+    words |= {"speed": p.speed, "temperature": p.ice_temperature}
+    if p.source == "next pixel":
+        words |= {"thesis-slip": p.slip, "thesis-time": p.time}
+    if p.source == "moving" or case.film_law == "yes":
+        words["slip"] = p.slip
+    if p.air_temperature is not None:
+        words["air-temperature"] = p.air_temperature
+    words |= {"static-friction": p.static_friction, "depth": p.depth}
+    words["ice-material"] = ",".join(map(repr, (ice.conductivity, ice.density, ice.heat_capacity)))
+    words["tread-material"] = ",".join(
+        map(repr, (tread.conductivity, tread.density, tread.heat_capacity))
+    )
+    words["water-conductivity"] = p.water_conductivity
+    options = (f"    --{name} {shlex.quote(str(value))}" for name, value in words.items())
+    return " \\\n".join([f"iceslide footprint{source}", *options])
 
 
 def _lines(case: LineCase) -> str:

@@ -22,6 +22,9 @@ def footprint(
     line: Annotated[
         Text, option("CSV", "One line: columns x_m, pressure_Pa, perhaps temperature_C, state.")
     ] = None,
+    gaussian: Annotated[
+        Text, option("L,PEAK,SIGMA", "One line: a Gaussian, say 180mm,4bar,30mm.")
+    ] = None,
     row: Annotated[Text, option("N", "One line: row N of the pixels, from the top.")] = None,
     temperature_map: Annotated[
         Text, option("FILE", "Temperatures of the ice in degC, for module 3.")
@@ -97,7 +100,7 @@ def footprint(
     """Temperature, water film and friction under a tyre, from its footprint or a line along it."""
     values = {name: value for name, value in locals().items() if value is not None}
     force, no_report = values.pop("force"), values.pop("no_report")
-    source = image or pressure_map or line or "footprint"
+    source = image or pressure_map or line or ("gaussian" if gaussian else "footprint")
     directory = values.pop("out", Path("results") / Path(source).stem)
 
     from rich.console import Console

@@ -56,8 +56,10 @@ NEEDED = {
     "image": ("length", "width", "max_pressure"),
     "pressure_map": ("length", "width"),
     "line": (),
+    "gaussian": (),
 }
-UNFIT = {"image": (), "pressure_map": OF_A_PICTURE, "line": (*OF_A_PICTURE, *OF_A_MAP, "load")}
+OF_AN_AREA = (*OF_A_PICTURE, *OF_A_MAP, "load")
+UNFIT = {"image": (), "pressure_map": OF_A_PICTURE, "line": OF_AN_AREA, "gaussian": OF_AN_AREA}
 LOWEST_SCALE = 0.1 * BAR  # for its high end: a tyre's mean pressure is some bar
 
 
@@ -90,6 +92,21 @@ def _solid(value: Any) -> Any:
     return solid
 
 
+def _gaussian(value: Any) -> Any:
+    """LENGTH,PEAK,SIGMA of a profile, the last one a sixth of the length if it is not given."""
+    if not isinstance(value, str):
+        return value
+    parts = value.split(",")
+    if len(parts) not in (2, 3):
+        raise ValueError(f'"{value}" is not LENGTH,PEAK,SIGMA, say 180mm,4bar,30mm')
+    kinds = (Quantity("m", "1 mm", "5 m"), Quantity("Pa", "0.1 bar", "100 bar"))
+    given = [
+        kind.validate(as_number(part.strip()))
+        for kind, part in zip((*kinds, kinds[0]), parts, strict=False)
+    ]
+    return tuple(given) if len(given) == 3 else (*given, given[0] / 6.0)
+
+
 def _viscosity(value: Any) -> Any:
     """A number in Pa s, or the path of a CSV file with one over temperature."""
     if not names_a_file(value):
@@ -107,12 +124,14 @@ SolidText = Annotated[tuple[float, float, float], BeforeValidator(_solid)]
 Length = Annotated[float, Quantity("m", "1 mm", "5 m"), Number]
 Pressure = Annotated[float, Quantity("Pa", "0 bar", "100 bar"), Number]
 PixelBox = Annotated[Box, BeforeValidator(_box)]
+GaussianText = Annotated[tuple[float, float, float], BeforeValidator(_gaussian)]
 
 
 class FootprintCase(CommandOptions):
     """A footprint and how it slides; SI units. Its keys are the options of the command.
 
-    One of image, pressure_map (a table of Pa) and line (a profile) is read; of the first two, row
+    One of image, pressure_map (a table of Pa) and line (a profile) is read, or gaussian is made,
+    the profile of fig. 6 (length in m, peak in Pa, standard deviation in m); of image and map, row
     takes one line of pixels, counted from the top. temperature_map (degC) and state_map (1 dry, 2
     mixed, 3 wet) replace what modules 2 and 3 compute; they have the pixels of the pressure.
     length, width: of the picture after rotation and cropping, along and across the direction of
@@ -131,6 +150,7 @@ class FootprintCase(CommandOptions):
     image: Path | None = None
     pressure_map: InputFile | None = None
     line: InputFile | None = None
+    gaussian: GaussianText | None = None
     row: Annotated[int, Field(ge=0, le=100_000)] | None = None
     temperature_map: InputFile | None = None
     state_map: InputFile | None = None
@@ -227,11 +247,13 @@ class FootprintCase(CommandOptions):
 
     def _one_source(self) -> None:
         """Raise ValueError unless one source is given, with what it needs and nothing else."""
-        sources = ("image", "pressure_map", "line")
+        sources = ("image", "pressure_map", "line", "gaussian")
         given = [name for name in sources if getattr(self, name) is not None]
         if len(given) != 1:
             what = "; ".join(map(_named, given)) if given else "none of them"
-            raise ValueError(f"give one of IMAGE, --pressure-map and --line; given: {what}")
+            raise ValueError(
+                f"give one of IMAGE, --pressure-map, --line and --gaussian; given: {what}"
+            )
         if absent := [name for name in NEEDED[given[0]] if getattr(self, name) is None]:
             raise ValueError(missing([_named(name) for name in absent]))
         for name in UNFIT[given[0]]:
@@ -245,14 +267,12 @@ class FootprintCase(CommandOptions):
     @property
     def one_line(self) -> bool:
         """Whether one line along the footprint is asked for, the mono-dimensional model."""
-        return self.line is not None or self.row is not None
+        return self.line is not None or self.gaussian is not None or self.row is not None
 
     @property
     def source(self) -> Path:
-        """The file that the pressure comes from."""
-        found = self.image or self.pressure_map or self.line
-        assert found is not None  # the validator saw to it
-        return found
+        """The file that the pressure comes from; of a profile that is made, its name."""
+        return self.image or self.pressure_map or self.line or Path("gaussian")
 
     @property
     def lowest_pressure(self) -> float:

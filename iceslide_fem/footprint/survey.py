@@ -27,7 +27,7 @@ from iceslide_fem.footprint.colours import (
 )
 from iceslide_fem.footprint.film_map import FilmMap, film_map
 from iceslide_fem.footprint.image import colour, cut, read_picture, rotate
-from iceslide_fem.footprint.line import as_map
+from iceslide_fem.footprint.line import as_map, gaussian_profile
 from iceslide_fem.footprint.macroscopic import Edges, HeatModel, edge_temperatures, heat_model
 from iceslide_fem.footprint.pressure_map import (
     PressureMap,
@@ -94,7 +94,11 @@ class Survey(NamedTuple):
 
 def read_footprint(case: FootprintCase) -> ReadFootprint:
     """Module 1. Raises SceneError for everything that is wrong with what is read."""
-    if case.line is not None:
+    if case.gaussian is not None:
+        length, peak, sigma = case.gaussian
+        x, pressure = gaussian_profile(length, peak, sigma=sigma)
+        read = ReadFootprint(as_map(pressure, float(x[1] - x[0])))
+    elif case.line is not None:
         read = _read_line(case.line)
     else:
         read = _read_picture(case) if case.image is not None else _read_map(case)

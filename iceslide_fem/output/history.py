@@ -13,10 +13,12 @@ from iceslide_fem.coupling.state import Accepted, CoupledState
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.own_law import OwnFriction
 from iceslide_fem.materials import ZERO_CELSIUS
-from iceslide_fem.output.table import HistoryRow, PreloadRow, row_of
+from iceslide_fem.output.table import FILM_VISCOSITY, HistoryRow, PreloadRow, row_of
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import ContactState
 from iceslide_fem.rubber.press import PathPoint
+
+_FIELDS = {FILM_VISCOSITY: "film viscosity (Pa s)"}  # what fields call it
 
 
 def preload_row(block: Block, point: PathPoint) -> PreloadRow:
@@ -109,7 +111,7 @@ def interface_fields(sliding: Sliding, accepted: Accepted | None) -> dict[str, A
         "melted (1)": melted,
         "saturated (1)": saturated,
     }
-    fields |= _memory(sliding)
+    fields |= {_FIELDS.get(name, name): field for name, field in _memory(sliding).items()}
     touching = current.contact.pressure > 0.0
     return {
         name: np.where(touching | (name in always), np.reshape(values, shape), np.nan)
@@ -118,9 +120,11 @@ def interface_fields(sliding: Sliding, accepted: Accepted | None) -> dict[str, A
 
 
 def memory_names(sliding: Sliding) -> tuple[str, ...]:
-    """What the scene's own law remembers; nothing with the film's."""
+    """What the scene's own law remembers; of the film its viscosity where that follows a table."""
     friction = sliding.block.friction
-    return friction.law.columns if isinstance(friction, OwnFriction) else ()
+    if isinstance(friction, OwnFriction):
+        return friction.law.columns
+    return () if sliding.block.scene.water.table is None else (FILM_VISCOSITY,)
 
 
 def _memory(sliding: Sliding) -> dict[str, Array]:
@@ -129,6 +133,8 @@ def _memory(sliding: Sliding) -> dict[str, Array]:
         return {}
     current = sliding.current
     memory = sliding.carrier.memory_at_points(current.interface, current.loads)
+    if names == (FILM_VISCOSITY,):  # which films keep as ln(eta / eta_0)
+        memory = sliding.block.scene.viscosity * np.exp(memory)
     return dict(zip(names, memory, strict=True))
 
 

@@ -55,8 +55,11 @@ class HistoryRow(NamedTuple):
     newton_iterations: int
 
 
+FILM_VISCOSITY = "film_viscosity_Pa_s"  # a column where the water's viscosity is a table
+
+
 def row_of(values: Mapping[str, Any], memory: Mapping[str, float]) -> HistoryRow:
-    """A row of known `values`, 0 elsewhere, and behind them what a law of its own remembers."""
+    """A row of known `values`, 0 elsewhere, and behind them what the law remembers."""
     columns = {name: values.get(name, 0.0) for name in HistoryRow._fields}
     kind = row_type(tuple(memory))
     return kind(**columns, **cast("dict[str, Any]", memory))
@@ -64,7 +67,7 @@ def row_of(values: Mapping[str, Any], memory: Mapping[str, float]) -> HistoryRow
 
 @cache
 def row_type(memory: tuple[str, ...]) -> type[HistoryRow]:
-    """`HistoryRow`, with columns behind its own for the `memory` of a law of its own."""
+    """`HistoryRow`, with columns behind its own for the `memory` of the law."""
     if not memory:
         return HistoryRow
     return cast("type[HistoryRow]", namedtuple("HistoryRow", [*HistoryRow._fields, *memory]))  # noqa: PYI024

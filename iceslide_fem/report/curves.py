@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.materials import BAR
+from iceslide_fem.output.table import FILM_VISCOSITY
 from iceslide_fem.report.page import Band, Chart, Curve
 from iceslide_fem.results import Run
 from iceslide_fem.results.report import ENERGIES, energy_unit
@@ -31,6 +32,7 @@ QUANTITIES = (
     Quantity("surface_temperature_C", "Temperature of the ice's surface", "T (°C)", 1.0),
     Quantity("squeezed_height_m", "Water squeezed into the roughness", "H_s (µm)", 1e6),
 )
+VISCOSITY = Quantity(FILM_VISCOSITY, "Viscosity of the film's water", "η (mPa s)", 1e3)
 LOADS = (
     Quantity("nominal_pressure_Pa", "Nominal pressure", "p (bar)", 1.0 / BAR),
     Quantity("speed_m_per_s", "Sliding speed", "v (m/s)", 1.0),
@@ -54,9 +56,9 @@ def charts_of(runs: Mapping[str, Run]) -> list[Chart]:
     """The charts that every run has, with a curve for each run."""
     alone = next(iter(runs.values())) if len(runs) == 1 else None
     charts = []
-    for quantity in (*QUANTITIES, *(load for load in LOADS if _goes_in_time(runs, load))):
-        if not any(np.isfinite(run.history[quantity.column]).any() for run in runs.values()):
-            continue  # Coulomb's friction has no film
+    drawn = (*QUANTITIES, VISCOSITY, *(load for load in LOADS if _goes_in_time(runs, load)))
+    for quantity in drawn:
+        known = [quantity.column in run.history for run in runs.values()]
         curves = [
             Curve(
                 name,
@@ -65,7 +67,10 @@ def charts_of(runs: Mapping[str, Run]) -> list[Chart]:
                 number,
             )
             for number, (name, run) in enumerate(runs.items())
+            if known[number]
         ]
+        if not any(np.isfinite(curve.y).any() for curve in curves):
+            continue  # Coulomb's friction has no film, and few films a viscosity that changes
         said = "; ".join(map(_said, curves)) if len(curves) <= SAID else _said_of_many(curves)
         bands = phases(alone) if alone is not None else ()
         name = quantity.column

@@ -20,7 +20,7 @@ from iceslide_fem.film.own_law import law_of
 from iceslide_fem.film.point import Conditions, PointResult, Record, simulate
 from iceslide_fem.launch import rank
 from iceslide_fem.materials import ZERO_CELSIUS
-from iceslide_fem.output.table import HistoryRow
+from iceslide_fem.output.table import FILM_VISCOSITY, HistoryRow, row_of
 from iceslide_fem.progress import LongTask
 from iceslide_fem.run.own_point import own_history
 from iceslide_fem.scene import Scene
@@ -83,7 +83,7 @@ def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
     """
     duration, transit = scene.load.duration, transit_time(scene)
     kind = type(rows[0])
-    remembered = kind._fields[len(HistoryRow._fields) :]  # by a law of the scene's own
+    remembered = kind._fields[len(HistoryRow._fields) :]  # by the law
     table = {name: np.array(column, dtype=float) for name, column in _columns(rows).items()}
     time = table["time_s"]
     rest = np.maximum(transit - time, 0.0)
@@ -168,6 +168,7 @@ class _History:
             float(record.ice.surface_temperature(step.state.ice)[0]),
             bool(record.melting[0]),
             bool(record.full[0]),
+            float(np.exp(step.state.memory[0, 0])) if len(step.state.memory) else 1.0,
         )
         self.rows.append(row)
 
@@ -181,11 +182,13 @@ class _History:
         temperature: float,
         melting: bool = False,
         saturated: bool = False,
+        thinned: float = 1.0,
     ) -> HistoryRow:
+        """A row; `thinned`: the film's viscosity over that at the ice's initial temperature."""
         load = self._scene.load
         pressure = load.pressures.at(time)
         missing = self._work - self._ice_heat - self._rubber_heat - self._latent_heat
-        return HistoryRow(
+        row = HistoryRow(
             time_s=time,
             step_s=dt,
             slip_m=load.speeds.integral(time),
@@ -215,6 +218,9 @@ class _History:
             water_left_m3=0.0,
             newton_iterations=0,
         )
+        if self._scene.water.table is None:
+            return row
+        return row_of(row._asdict(), {FILM_VISCOSITY: thinned * self._scene.viscosity})
 
 
 def point_doubts(conditions: Conditions, result: PointResult, number: int) -> list[str]:

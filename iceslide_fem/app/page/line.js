@@ -138,7 +138,7 @@ export function makeLine({ start, changed }) {
       else update();
       begun = true;
     },
-    toml: () => null,
+    toml: () => now?.command,
     python: () => now?.python,
   };
 }

@@ -24,7 +24,7 @@ function show(name) {
     tab.tabIndex = each === name ? 0 : -1;
     document.getElementById(each).hidden = each !== name;
   }
-  document.getElementById("show-toml").disabled = name === "line";
+  document.getElementById("show-toml").textContent = name === "line" ? "Command" : "TOML"; // a line is no scene
   document.title = `iceslide: ${document.getElementById(`tab-${name}`).textContent}`;
   tabs[name].redraw();
   write();
@@ -91,7 +91,7 @@ document.getElementById("copy-link").addEventListener("click", () => {
 });
 document.getElementById("show-toml").addEventListener("click", async () => {
   const text = await tabs[shown].toml();
-  if (text) snippet("Scene file", "scene.toml", text);
+  if (text) snippet(...(shown === "line" ? ["Command line", "line.sh"] : ["Scene file", "scene.toml"]), text);
 });
 document.getElementById("show-python").addEventListener("click", async () => {
   const text = await tabs[shown].python();
