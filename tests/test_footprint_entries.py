@@ -246,6 +246,8 @@ def test_the_command_prints_rows(capsys):
         "temperature (K),aggregate (g/m^2),mu",
         "269.15,200,0.1708",
     ]
+    assert iceslide("formula", "peng-ellipse") == 0
+    assert "0.0925 " in capsys.readouterr().out  # whole, on 80 columns
     assert iceslide("formula") == 0
     printed = capsys.readouterr().out
     assert "peng-ellipse" in printed and "-80 degC to 0 degC" in printed

@@ -17,7 +17,7 @@ from iceslide_fem.results.style import BLACK, BLUE, GREEN, MELTING, ORANGE, RED,
 MS, NM, UM = 1e3, 1e9, 1e6
 WIDTH, ROW, DPI = 11.5, 2.75, 110  # of the page and of a row of panels (inches)
 ABOVE, BELOW, BESIDE, BETWEEN = 0.65, 0.8, 0.8, 0.75  # of and between panels, for their words
-TICKS = 7  # of an axis at most: each takes as long to draw as a curve
+TICKS = 5  # of an axis at most: each takes as long to draw as a curve
 ENERGIES = {"J": 1.0, "mJ": 1e3, "µJ": 1e6, "nJ": 1e9}  # unit: how many are a joule
 
 
