@@ -11,7 +11,6 @@ from iceslide_fem.errors import SceneError
 from iceslide_fem.footprint import empirical
 from iceslide_fem.footprint.balance import State
 from iceslide_fem.footprint.case import FootprintCase
-from iceslide_fem.footprint.comparison import friction_curves
 from iceslide_fem.footprint.formulas import FORMULAS, evaluate
 from iceslide_fem.footprint.line import gaussian_profile
 from iceslide_fem.footprint.macroscopic import heat_model
@@ -103,8 +102,9 @@ def test_ice_that_melts_below_zero_is_wet_where_it_melts(files):
     assert salty.film.melting.any()
     assert (salty.state[salty.film.melting] == State.WET).all()
     assert (salty.state == same.state).all()
-    curves = friction_curves(salty.read.pressure_map, salty.case)
-    pure = friction_curves(same.read.pressure_map, same.case)
+    curves, pure = salty.curves, same.curves
+    whole = same.film.mean_friction(same.read.pressure_map)
+    assert pure.film[pure.temperature == same.case.temperature] == pytest.approx(whole)
     assert curves.temperature == pytest.approx(pure.temperature - 5.0)
     assert curves.film == pytest.approx(pure.film) and curves.peng == pytest.approx(pure.peng)
 

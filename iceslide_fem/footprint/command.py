@@ -17,7 +17,6 @@ from iceslide_fem.files import replace_file, writing
 from iceslide_fem.folder import claimed, clear_results, other_case
 from iceslide_fem.footprint.blocks import TreadRubber, representative, scene_text, tread_blocks
 from iceslide_fem.footprint.case import FootprintCase
-from iceslide_fem.footprint.comparison import friction_curves
 from iceslide_fem.footprint.figures import draw_comparison, draw_maps
 from iceslide_fem.footprint.line_output import draw_line, line_columns, line_text
 from iceslide_fem.footprint.outlines import outline_text
@@ -71,13 +70,12 @@ def _run(case: FootprintCase, out: Path, begun: float) -> dict[str, Any]:
 
 
 def _write_maps(result: Survey, out: Path, scenes: bool) -> None:
-    curves = friction_curves(result.read.pressure_map, result.case)
     with writing(out):
         clear_results(out)
         # a tenth of the time of the default, and no larger
         image_data(result).save(out / "footprint.vti", compression="lz4")
         draw_maps(result, out)
-        draw_comparison(curves, result, out)
+        draw_comparison(result, out)
         if scenes:
             (out / "scenes").mkdir(exist_ok=True)
 

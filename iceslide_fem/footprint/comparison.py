@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +9,6 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.empirical import hayhoe_shapley, navin, peng_rectangle
-from iceslide_fem.footprint.film_map import film_map
 from iceslide_fem.footprint.jaeger import friction_flux
 from iceslide_fem.footprint.pressure_map import PressureMap
 from iceslide_fem.materials import (
@@ -22,7 +20,7 @@ from iceslide_fem.materials import (
 
 # K, how far below the melting temperature the ice is
 UNDERCOOLING = np.array([20.0, 15.0, 10.0, 7.0, 5.0, 4.0, 3.0, 2.0, 1.0, 0.5])
-LINES = 40  # of the footprint that stand for all
+LINES = 20  # of the footprint that stand for those around them: 0.2 % of mu on a tread
 
 
 class Curves(NamedTuple):
@@ -35,8 +33,39 @@ class Curves(NamedTuple):
     peng: Array
 
 
-def friction_curves(footprint: PressureMap, case: FootprintCase) -> Curves:
-    """Mean friction at `UNDERCOOLING`: the film law under every n-th line, and the formulas.
+class OtherIce(NamedTuple):
+    """Lines of a footprint that stand for all, on ice of other temperatures.
+
+    temperature: (n,), K; pressure: of the lines, once for each of them, (n lines, nx), Pa.
+    """
+
+    temperature: Array
+    pressure: Array
+
+    @classmethod
+    def below(cls, footprint: PressureMap, melting_temperature: float) -> OtherIce:
+        """Every n-th line that touches, on ice as cold as `UNDERCOOLING` has it."""
+        lines = np.flatnonzero(footprint.contact.any(axis=1))
+        every = max(1, lines.size // LINES)
+        some = footprint.pressure[lines[every // 2 :: every]]
+        temperatures = melting_temperature - UNDERCOOLING
+        return cls(temperatures, np.tile(some, (temperatures.size, 1)))
+
+    @property
+    def of_lines(self) -> Array:
+        """The temperature below each line, K."""
+        return np.repeat(self.temperature, len(self.pressure) // self.temperature.size)
+
+    def friction(self, shear: Array) -> Array:
+        """Mean mu at each temperature from the `shear` of the lines (Pa)."""
+        n = self.temperature.size
+        return np.asarray(
+            shear.reshape(n, -1).sum(axis=1) / self.pressure.reshape(n, -1).sum(axis=1)
+        )
+
+
+def friction_curves(footprint: PressureMap, case: FootprintCase, mu: Array) -> Curves:
+    """Mean friction at `UNDERCOOLING`: `mu` of the film law, and the formulas.
 
     The formulas see one contact with the footprint's mean pressure; it is as long as the area in
     contact on the lines that touch is on average. Peng's wet area begins where the moving source
@@ -47,15 +76,7 @@ def friction_curves(footprint: PressureMap, case: FootprintCase) -> Curves:
     temperatures = case.melting_temperature - UNDERCOOLING
     pure = MELTING_TEMPERATURE - UNDERCOOLING
     lines = np.flatnonzero(footprint.contact.any(axis=1))
-    some = lines[:: max(1, lines.size // LINES)]
-    pressure = np.tile(footprint.pressure[some], (temperatures.size, 1))
-    part = replace(footprint, pressure=pressure)
-    ride = case.ride
-    rides = ride._replace(temperature=np.repeat(temperatures, some.size))
-    film = film_map(part, rides, case.contact_table, case.tolerance)
-    force = film.shear.reshape(temperatures.size, -1).sum(axis=1)
-    mu = force / footprint.pressure[some].sum()
-    p, v = footprint.mean_pressure, ride.sliding_speed
+    p, v = footprint.mean_pressure, case.ride.sliding_speed
     length = footprint.contact[lines].sum(axis=1).mean() * footprint.dx
     hayhoe = hayhoe_shapley(p, v, pure, length)
     # Under the flux q a half-space rises by 2 q sqrt(t / pi) / e.

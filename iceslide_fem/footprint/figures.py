@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.footprint.balance import MIXED_FROM, WET_FROM, State
-from iceslide_fem.footprint.comparison import Curves
 from iceslide_fem.footprint.empirical import stopping_distance
 from iceslide_fem.footprint.macroscopic import HeatModel
 from iceslide_fem.footprint.pressure_map import PressureMap
@@ -27,6 +26,10 @@ DPI = 130
 MM, NM, KMH = 1e3, 1e9, 3.6
 STATE_COLOURS = {State.DRY: ORANGE, State.MIXED: PURPLE, State.WET: BLUE}
 SLACK = 1e-9
+# Edges and gaps of the panels, as shares of the page and of a panel.
+ONE_MAP = {"left": 0.085, "right": 1.0, "bottom": 0.09, "top": 0.94}
+SIX_MAPS = {"left": 0.045, "right": 0.99, "bottom": 0.06, "top": 0.9, "wspace": 0.2, "hspace": 0.25}
+TWO_CHARTS = {"left": 0.125, "right": 0.99, "bottom": 0.1, "top": 0.94, "wspace": 0.16}
 ROBUST = 99.0  # per cent of the pixels that the colours of mu and of a rise span
 
 
@@ -74,13 +77,13 @@ def draw_maps(result: Survey, directory: Path) -> list[Path]:
     }
     paths = []
     for name, quantity in maps.items():
-        figure, (panel,) = _page(1, 1, (8.6, 6.4))
+        figure, (panel,) = _page(1, 1, (8.6, 6.4), **ONE_MAP)
         _map(panel, footprint, quantity, contact)
         paths.append(_save(figure, directory / f"{name}.png"))
-    figure, (panel,) = _page(1, 1, (8.6, 6.4))
+    figure, (panel,) = _page(1, 1, (8.6, 6.4), **ONE_MAP)
     _states(panel, footprint, result.state, f"State of the ice ({how})", melting)
     paths.append(_save(figure, directory / "wet_dry.png"))
-    figure, panels = _page(2, 3, (16.0, 8.6))
+    figure, panels = _page(2, 3, (16.0, 8.6), **SIX_MAPS)
     figure.suptitle(
         f"Macroscopic model, ice at {coldest:.3g} °C: heat of friction by (3.3), with slip "
         f"{result.case.thesis_slip:g} and t = {result.case.thesis_time:g} s (above), and by a "
@@ -92,9 +95,10 @@ def draw_maps(result: Survey, directory: Path) -> list[Path]:
     return paths
 
 
-def draw_comparison(curves: Curves, result: Survey, directory: Path) -> Path:
+def draw_comparison(result: Survey, directory: Path) -> Path:
     """Write comparison.png: mu over the ice temperature beside the formulas, and over d."""
-    figure, (left, right) = _page(1, 2, (13.0, 5.6))
+    figure, (left, right) = _page(1, 2, (13.0, 5.6), **TWO_CHARTS)
+    curves = result.curves
     celsius = curves.temperature - ZERO_CELSIUS
     sliding = result.case.slip * result.case.speed
     spread = result.case.aggregate
@@ -167,9 +171,12 @@ def _heat_model(panels: list[Axes], result: Survey, model: HeatModel, name: str)
     _map(panels[2], footprint, mu, contact)
 
 
-def _page(rows: int, columns: int, size: tuple[float, float]) -> tuple[Figure, list[Axes]]:
-    figure = Figure(figsize=size, layout="constrained")
-    return figure, list(figure.subplots(rows, columns, squeeze=False).flat)
+def _page(
+    rows: int, columns: int, size: tuple[float, float], **gaps: float
+) -> tuple[Figure, list[Axes]]:
+    """Panels with `gaps` of their own: to find them would take as long as all the drawing."""
+    figure = Figure(figsize=size)
+    return figure, list(figure.subplots(rows, columns, squeeze=False, gridspec_kw=gaps).flat)
 
 
 def _map(panel: Axes, footprint: PressureMap, quantity: Map, contact: Mask) -> None:

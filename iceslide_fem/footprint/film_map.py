@@ -93,6 +93,10 @@ class FilmMap(NamedTuple):
         switches = ("melting", "saturated")
         return cls(*(np.zeros(shape, dtype=bool if f in switches else float) for f in cls._fields))
 
+    def lines(self, some: slice) -> FilmMap:
+        """The map of `some` of the lines."""
+        return FilmMap._make(field[some] for field in self)
+
     def friction(self, footprint: PressureMap) -> Array:
         """mu per pixel, tau / p (5.30); 0 where there is no contact."""
         pressure = footprint.pressure

@@ -25,6 +25,7 @@ from iceslide_fem.footprint.colours import (
     read_colours,
     read_grey,
 )
+from iceslide_fem.footprint.comparison import Curves, OtherIce, friction_curves
 from iceslide_fem.footprint.film_map import FilmMap, film_map
 from iceslide_fem.footprint.image import colour, cut, read_picture, rotate
 from iceslide_fem.footprint.line import as_map, gaussian_profile
@@ -69,7 +70,8 @@ class ReadFootprint(NamedTuple):
 class Survey(NamedTuple):
     """Everything computed of a footprint: `thesis` by (3.3), `moving` by the moving source.
 
-    given: the macroscopic model with the temperatures that were given, or None.
+    curves: mean friction over the ice's temperature; given: the macroscopic model with the
+    temperatures that were given, or None.
     """
 
     case: FootprintCase
@@ -77,6 +79,7 @@ class Survey(NamedTuple):
     thesis: HeatModel
     moving: HeatModel
     film: FilmMap
+    curves: Curves
     given: HeatModel | None = None
 
     @property
@@ -208,17 +211,29 @@ def _one_row(read: ReadFootprint, row: int) -> ReadFootprint:
 def survey(
     case: FootprintCase, read: ReadFootprint, tell: Callable[[float], None] = lambda share: None
 ) -> Survey:
-    """Modules 2 and 3 by both heat models, and the film under every pixel.
+    """Modules 2 and 3 by both heat models, and the film under every pixel; its mean friction
+    over the ice's temperature beside formulas.
 
     `tell` is called with the share of the pixels that is done.
     """
-    footprint = read.pressure_map
+    footprint, ride = read.pressure_map, case.ride
+    rows, other = len(footprint.pressure), OtherIce.below(footprint, case.melting_temperature)
+    # Lines on other ice pass with the rest: a pass takes its time for its pixels, not its lines.
+    film = film_map(
+        replace(footprint, pressure=np.concatenate([footprint.pressure, other.pressure])),
+        ride._replace(temperature=np.append(np.full(rows, ride.temperature), other.of_lines)),
+        case.contact_table,
+        case.tolerance,
+        tell=tell,
+    )
+    mu = other.friction(film.shear[rows:])
     return Survey(
         case,
         read,
         heat_model(footprint, case.thesis, state=read.state),
         heat_model(footprint, case.moving, state=read.state),
-        film_map(footprint, case.ride, case.contact_table, case.tolerance, tell=tell),
+        film.lines(slice(rows)),
+        friction_curves(footprint, case, mu),
         None
         if read.temperature is None
         else heat_model(footprint, case.moving, read.temperature, read.state),
