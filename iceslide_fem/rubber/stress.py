@@ -6,7 +6,7 @@ Shapes: c cells, q points in each, a nodes of each, k vertices of each, d = 2 or
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,27 +22,44 @@ from iceslide_fem.rubber.hyperelasticity import QUADRATURE_DEGREE, HyperelasticB
 SIX = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
-def strain_energy(F: Array, material: MooneyRivlin) -> Array:
-    """W = C10 (I1bar - 3) + C01 (I2bar - 3) + (J - 1)^2 / D1 (J/m3) of F (..., 3, 3)."""
-    J, b = np.linalg.det(F), _isochoric(F)
-    I1 = np.trace(b, axis1=-2, axis2=-1)
-    I2 = 0.5 * (I1**2 - np.trace(b @ b, axis1=-2, axis2=-1))
-    energy = material.C10 * (I1 - 3.0) + material.C01 * (I2 - 3.0)
-    return np.asarray(energy + (J - 1.0) ** 2 / material.D1)
-
-
-def cauchy_stress(F: Array, material: MooneyRivlin) -> Array:
-    """Cauchy stress (Pa) of `strain_energy`, (..., 3, 3), of the deformation gradient (..., 3, 3).
-
-    sigma = (2 / J) dev[(C10 + C01 I1bar) bbar - C01 bbar^2] + 2 (J - 1) / D1, with
-    bbar = J^(-2/3) F F^T.
+class Deformation(NamedTuple):
+    """Deformation gradients as the law takes them: J (...), bbar = J^(-2/3) F F^T (..., 3, 3), its
+    square, and the traces of both.
     """
-    J, b = np.linalg.det(F), _isochoric(F)
-    I1, unit = np.trace(b, axis1=-2, axis2=-1), np.eye(3)
-    stress = (material.C10 + material.C01 * I1)[..., None, None] * b - material.C01 * b @ b
-    mean = np.trace(stress, axis1=-2, axis2=-1) / 3.0
-    stress = (2.0 / J)[..., None, None] * (stress - mean[..., None, None] * unit)
-    return np.asarray(stress + (2.0 * (J - 1.0) / material.D1)[..., None, None] * unit)
+
+    J: Array
+    b: Array
+    squared: Array
+    trace: Array
+    trace_squared: Array
+
+    @classmethod
+    def of(cls, F: Array) -> Deformation:
+        """Of the deformation gradient (..., 3, 3)."""
+        J = np.asarray((np.cross(F[..., 0, :], F[..., 1, :]) * F[..., 2, :]).sum(axis=-1))
+        b = J[..., None, None] ** (-2.0 / 3.0) * (F @ np.swapaxes(F, -1, -2))
+        squared = b @ b
+        trace = np.trace(b, axis1=-2, axis2=-1)
+        return cls(J, b, squared, trace, np.trace(squared, axis1=-2, axis2=-1))
+
+
+def strain_energy(at: Deformation, material: MooneyRivlin) -> Array:
+    """W = C10 (I1bar - 3) + C01 (I2bar - 3) + (J - 1)^2 / D1, J/m3."""
+    I1, I2 = at.trace, 0.5 * (at.trace**2 - at.trace_squared)
+    energy = material.C10 * (I1 - 3.0) + material.C01 * (I2 - 3.0)
+    return np.asarray(energy + (at.J - 1.0) ** 2 / material.D1)
+
+
+def cauchy_stress(at: Deformation, material: MooneyRivlin) -> Array:
+    """Cauchy stress (Pa) of `strain_energy`, (..., 3, 3).
+
+    sigma = (2 / J) dev[(C10 + C01 I1bar) bbar - C01 bbar^2] + 2 (J - 1) / D1.
+    """
+    linear, unit = material.C10 + material.C01 * at.trace, np.eye(3)
+    mean = (linear * at.trace - material.C01 * at.trace_squared) / 3.0
+    stress = linear[..., None, None] * at.b - material.C01 * at.squared
+    pressure = 2.0 * (at.J - 1.0) / material.D1 - 2.0 / at.J * mean
+    return np.asarray((2.0 / at.J)[..., None, None] * stress + pressure[..., None, None] * unit)
 
 
 def von_mises(stress: Array) -> Array:
@@ -50,12 +67,6 @@ def von_mises(stress: Array) -> Array:
     normal, shear = stress[..., :3], stress[..., 3:]
     deviator = normal - normal.mean(axis=-1, keepdims=True)
     return np.asarray(np.sqrt(1.5 * (deviator**2).sum(axis=-1) + 3.0 * (shear**2).sum(axis=-1)))
-
-
-def _isochoric(F: Array) -> Array:
-    """bbar = J^(-2/3) F F^T."""
-    J = np.linalg.det(F)
-    return np.asarray(J[..., None, None] ** (-2.0 / 3.0) * (F @ np.swapaxes(F, -1, -2)))
 
 
 class CellPoints:
@@ -91,10 +102,10 @@ class CellPoints:
 
     def stress_and_energy(self, u: Array) -> Array:
         """The six components of the Cauchy stress (Pa) and the energy density (J/m3), (c, q, 7)."""
-        F = self.deformation(u)
-        stress = cauchy_stress(F, self._material)
+        at = Deformation.of(self.deformation(u))
+        stress = cauchy_stress(at, self._material)
         six = [stress[..., row, column] for row, column in SIX]
-        return np.stack([*six, strain_energy(F, self._material)], axis=-1)
+        return np.stack([*six, strain_energy(at, self._material)], axis=-1)
 
 
 class StressRecovery:
