@@ -9,7 +9,7 @@ from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
 
 from iceslide_fem.errors import NotConverged  # noqa: E402
 from iceslide_fem.fenics import direct_solver as factors  # noqa: E402
-from iceslide_fem.fenics.compat import MPI  # noqa: E402
+from iceslide_fem.fenics.compat import MPI, PETSc  # noqa: E402
 from iceslide_fem.materials import BAR, COMPOUNDS  # noqa: E402
 from iceslide_fem.rubber import responses, tangent  # noqa: E402
 from iceslide_fem.rubber.contact import contact_state, sliding_friction, static_friction  # noqa: E402
@@ -152,7 +152,7 @@ def test_kept_factors_give_the_change_of_the_present_contact(cells, monkeypatch)
 
 @pytest.mark.parametrize(("cost", "worn"), [(-1.0, True), (40.0, False)])
 def test_factors_that_cost_less_than_a_change_takes_are_made_anew(cost, worn, monkeypatch):
-    monkeypatch.setattr(responses, "FACTORS", cost)
+    monkeypatch.setattr(tangent, "FACTORS", cost)
     system = equilibrium_of("quadrilateral")
     force = press(system, sliding)
     system._linearise()
@@ -186,6 +186,27 @@ def test_factors_get_more_room_where_theirs_is_too_small(cells, monkeypatch):
         press(system, sliding)
     assert tight._tangent.ksp.getPC().getFactorMatrix().getMumpsIcntl(14) == factors.MORE_ROOM
     assert tight.plate_displacement() == pytest.approx(enough.plate_displacement(), rel=1e-9)
+
+
+def test_multigrid_knows_the_rigid_motions_and_finds_the_same_equilibrium():
+    options = {"ksp_type": "fgmres", "ksp_rtol": 1e-6, "pc_type": "gamg"}
+    direct = equilibrium_of("hexahedron")
+    for name, value in options.items():
+        PETSc.Options()[f"rubber_{name}"] = value
+    try:
+        iterative = equilibrium_of("hexahedron")
+    finally:
+        for name in options:
+            PETSc.Options().delValue(f"rubber_{name}")
+    for system in (direct, iterative):
+        press(system, sliding)
+    ksp = iterative._tangent.ksp
+    matrix, _ = ksp.getOperators()
+    modes = matrix.getNearNullSpace().getVecs()
+    assert ksp.getPC().getType() == "gamg"
+    assert len(modes) == 6
+    np.testing.assert_allclose([[a.dot(b) for a in modes] for b in modes], np.eye(6), atol=1e-12)
+    assert iterative.plate_displacement() == pytest.approx(direct.plate_displacement(), rel=1e-6)
 
 
 @pytest.mark.parametrize("size", [0.0, np.nan, np.inf])

@@ -21,6 +21,7 @@ from iceslide_fem.mesh import cache as mesh_cache
 from iceslide_fem.mesh import ice as ice_meshing
 from iceslide_fem.mesh import rubber as rubber_meshing
 from iceslide_fem.mesh.grid import graded, tensor_grid  # noqa: E402
+from iceslide_fem.mesh.partition import owners  # noqa: E402
 from iceslide_fem.mesh.user_mesh import _names, load_user_mesh, mesh_size  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
@@ -133,6 +134,31 @@ def test_cells_are_smallest_at_the_contact_edges():
 
 
 @pytest.mark.three
+@pytest.mark.three
+@pytest.mark.mpi
+@pytest.mark.parametrize("model", ["slice", "block"])
+def test_every_rank_gets_its_share_of_cells_and_contact(model):
+    block = rubber_meshing.rubber_mesh(load_scene(CASE, [f"model={model}"]), WORLD)
+    topology, comm = block.mesh.topology, WORLD
+    contact = block.facet_tags.indices[block.facet_tags.values == block.tags["contact"]]
+    low = compat.midpoints(block.mesh, contact)[:, topology.dim - 1] < 1e-9
+    bottom = len(compat.facet_cell_pairs(block.mesh, contact[low])[0])
+    cells = topology.index_map(topology.dim).size_local
+    for count in (cells, bottom):
+        counts = comm.allgather(count)
+        assert max(counts) - min(counts) <= 0.1 * sum(counts) / comm.size + 1
+    alone = rubber_meshing.rubber_mesh(load_scene(CASE, [f"model={model}"]), MPI.COMM_SELF)
+    shared, whole = (one.mesh.topology.index_map(0).size_global for one in (block, alone))
+    assert shared == whole
+
+
+def test_cells_are_shared_out_in_columns():
+    x, z = np.meshgrid(np.arange(6.0), np.arange(4.0), indexing="ij")
+    found = owners(x.ravel()[:, None], 3).reshape(x.shape)
+    assert (found == np.repeat([0, 1, 2], 2)[:, None]).all()
+    assert owners(np.zeros((0, 2)), 3).size == 0
+
+
 @pytest.mark.mpi
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_rubber_has_its_volume_and_parts(model):

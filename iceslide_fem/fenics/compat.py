@@ -10,10 +10,13 @@ function here.
 from __future__ import annotations
 
 import functools
+import inspect
+import itertools
 import logging
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from typing import Any, TypeVar
+from unittest import mock
 
 try:  # the PyPI wheel has to load its own MPI before anything else does
     import dolfinx_solver  # noqa: F401
@@ -258,20 +261,50 @@ def quadrature(name: str, degree: int) -> tuple[FloatArray, FloatArray]:
 
 
 @_compiling(lambda model, comm, *_: comm)
-def mesh_from_gmsh(model: Any, comm: MPI.Comm, rank: int, gdim: int) -> tuple[Any, Any, Any]:
+def mesh_from_gmsh(
+    model: Any, comm: MPI.Comm, rank: int, gdim: int, owners: Callable[[Any], IntArray]
+) -> tuple[Any, Any, Any]:
     """Distribute the gmsh model of one rank: (mesh, cell tags, facet tags).
 
     `model` matters on `rank` only. Its nodes must be numbered from 1 without gaps, and all its
-    cells must be in one physical group.
+    cells must be in one physical group. `owners` says which rank gets which of them, from their
+    nodes, counted from 0 and all in a row.
     """
     try:
         from dolfinx.io import gmsh as reader
     except ImportError:  # before 0.10
         from dolfinx.io import gmshio
 
-        return gmshio.model_to_mesh(model, comm, rank, gdim)
-    data = reader.model_to_mesh(model, comm, rank, gdim)
+        if "partitioner" in inspect.signature(gmshio.model_to_mesh).parameters:  # since 0.6
+            return gmshio.model_to_mesh(model, comm, rank, gdim, _partitioner(owners))
+        making = functools.partial(gmshio.create_mesh, partitioner=_partitioner(owners))
+        with mock.patch.object(gmshio, "create_mesh", making):
+            return gmshio.model_to_mesh(model, comm, rank, gdim)
+    data = reader.model_to_mesh(model, comm, rank, gdim, _partitioner(owners))
     return data.mesh, data.cell_tags, data.facet_tags
+
+
+def _partitioner(owners: Callable[[IntArray], IntArray]) -> Callable[..., Any]:
+    """What DOLFINx asks for the ranks of cells, given their nodes on this rank."""
+
+    def partition(comm: Any, ranks: int, dim: Any, cells: Any, *ghosted: Any) -> Any:
+        cells = cells[0] if isinstance(cells, list) else cells  # several kinds of them since 0.8
+        nodes = np.asarray(getattr(cells, "array", cells))
+        found = owners(nodes)
+        lists = [[int(owner)] for owner in found]
+        if ghosted and lists:  # before 0.6 nodes that ranks share are found by these cells alone
+            nodes = nodes.reshape(len(lists), -1)
+            touching = np.zeros((nodes.max() + 1, ranks), dtype=bool)
+            touching[nodes, found[:, None]] = True
+            of_facet = nodes.shape[1] // 2 if nodes.shape[1] == 2**dim else dim
+            for cell, other in np.argwhere(touching[nodes].sum(axis=1) >= of_facet):
+                if other != found[cell]:
+                    lists[cell].append(int(other))
+        ends = np.cumsum([0, *map(len, lists)], dtype=np.int32)
+        ranks_of_cells = np.array(list(itertools.chain(*lists)), dtype=np.int32)
+        return dolfinx.cpp.graph.AdjacencyList_int32(ranks_of_cells, ends)
+
+    return partition
 
 
 def _local_cells(mesh: Any) -> int:

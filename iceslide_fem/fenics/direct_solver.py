@@ -52,4 +52,6 @@ def _more_room(ksp: PETSc.KSP) -> bool:
 
 def _give_room(pc: PETSc.PC, room: int) -> None:
     pc.setFactorSetUpSolverType()
-    pc.getFactorMatrix().setMumpsIcntl(14, room)
+    factors = pc.getFactorMatrix()
+    factors.setMumpsIcntl(14, room)
+    factors.setMumpsIcntl(13, 1)  # the last front on one rank: shared out, solves wait for it

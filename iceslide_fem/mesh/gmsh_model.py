@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iceslide_fem.errors import SceneError
+from iceslide_fem.mesh.partition import owners
 
 if TYPE_CHECKING:
     from iceslide_fem.fenics.compat import MPI
@@ -60,16 +61,21 @@ class DistributedMesh(NamedTuple):
 
 
 def distribute(tagged: TaggedMesh, comm: MPI.Comm) -> DistributedMesh:
-    """Partition rank 0's mesh over `comm`; the same names must be given on every rank."""
+    """Share rank 0's mesh out over `comm` (`partition`); all ranks must give the same names."""
     from iceslide_fem.fenics import compat  # meshes are read and measured without it, too
 
     dim = tagged.points.shape[1]
+
+    def shared(nodes: NDArray[np.int32]) -> NDArray[np.int32]:
+        nodes = nodes.reshape(-1, tagged.cells.shape[1])
+        return owners(tagged.points[nodes].mean(axis=1)[:, :-1], comm.size)
+
     if comm.rank == 0:
         with empty_model() as model:
             _fill(model, tagged)
-            mesh, _, facet_tags = compat.mesh_from_gmsh(model, comm, 0, dim)
+            mesh, _, facet_tags = compat.mesh_from_gmsh(model, comm, 0, dim, shared)
     else:
-        mesh, _, facet_tags = compat.mesh_from_gmsh(None, comm, 0, dim)
+        mesh, _, facet_tags = compat.mesh_from_gmsh(None, comm, 0, dim, shared)
     return DistributedMesh(
         mesh, facet_tags, {name: tag for tag, name in enumerate(tagged.facets, 1)}
     )

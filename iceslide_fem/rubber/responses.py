@@ -26,7 +26,6 @@ from iceslide_fem.rubber.contact_surface import ContactSurface
 
 # So many solves for one change at most; and so many answers are kept before factors are made anew.
 MOST_SOLVES, MOST_KEPT = 20, 200
-FACTORS = 40.0  # new ones and their assembly, in solves with them: of a slice and of a block alike
 # Images of kept loads that are, to this share of the largest, combinations of others are none.
 DEPENDENT = 1e-6
 # What a solve leaves is the next load, unless it has left more than this share of what was there.
@@ -114,8 +113,9 @@ class Responses:
     the factors' own cost included: then new ones are worth their while.
     """
 
-    def __init__(self, nodes: ContactNodes) -> None:
-        self._nodes = nodes
+    def __init__(self, nodes: ContactNodes, cost: float) -> None:
+        """`cost` of new factors, in solves with them."""
+        self._nodes, self._cost = nodes, cost
         self.clear()
         self._differing: NDArray[np.intp] = np.zeros(0, dtype=np.intp)  # facets
         self._difference: Array = np.zeros(0)
@@ -123,7 +123,7 @@ class Responses:
     def clear(self) -> None:
         """There are new factors."""
         self._kept: list[Response] = []
-        self._spent, self._changes, self.worn = FACTORS, 0, False
+        self._spent, self._changes, self.worn = self._cost, 0, False
 
     def differ(self, difference: Array) -> None:
         """The contact of the factors less the present one, as a tangent (f, a d, a d), N/m."""

@@ -18,10 +18,16 @@ from iceslide_fem.fenics.direct_solver import factorise, solve
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.responses import ContactNodes, Responses
+from iceslide_fem.rubber.rigid_modes import rigid_modes
 
 # What a change leaves of the imbalance for the contact's sake: Newton's method gains no more from
 # less, because the rubber's part of the tangent is an earlier one.
 FORCING = 0.03
+
+
+# What new factors and their assembly cost, in solves with them, and a new preconditioner.
+FACTORS, PRECONDITIONER = 40.0, 1.0
+DIRECT = ("lu", "cholesky", "redundant")
 
 
 class Tangent:
@@ -51,13 +57,16 @@ class Tangent:
         self._factored: Array = np.zeros(0)  # the contact's part of the factors
         self._differs = self._held = False
         self._nodes = ContactNodes(surface, self._load, self._fixed, self.plate_z)
-        self._responses = Responses(self._nodes)
         self.ksp = PETSc.KSP().create(self._comm)
         self.ksp.setType("preonly")
         self.ksp.setOptionsPrefix(prefix)
         self.ksp.setOperators(self._matrix)
         factorise(self.ksp, self._dim)
         self.ksp.setFromOptions()
+        direct = self.ksp.getPC().getType() in DIRECT
+        if not direct:
+            self._matrix.setNearNullSpace(rigid_modes(rubber))
+        self._responses = Responses(self._nodes, FACTORS if direct else PRECONDITIONER)
 
     def imbalance(self, residual: PETSc.Vec) -> float:
         """Take what holds the plate out of the `residual`: its vertical resultant (N). Collective.
