@@ -209,6 +209,26 @@ def test_every_slider_of_the_line_redraws_what_the_library_computes(served, open
     assert page.locator("#snippet pre").inner_text().startswith(f"iceslide footprint {PICTURE}")
 
 
+def test_the_address_of_a_scene_gives_all_of_it_again(served, open_page):  # noqa: F811
+    rows = '[["-10 degC", "2.64 mPa*s"], ["0 degC", "1.79 mPa*s"]]'
+    page = opened(open_page, served, "#tab=scene")
+    page.evaluate(
+        "document.querySelectorAll('#scene details').forEach((one) => { one.open = true; })"
+    )
+    for key, text in {"name": "linked", "water.viscosity": rows}.items():
+        page.fill(f"[id='scene-{key}']", text)
+    for part in ("name=linked", "viscosity"):
+        until(lambda part=part: part in address(page))
+    other = opened(open_page, served, "#" + address(page).partition("#")[2] + "&ice.margin=9+s")
+    other.wait_for_selector("[id='scene-ice.margin'][aria-invalid=true]")
+    assert other.locator("[id='scene-ice.margin']").is_visible()  # its group is closed at first
+    other.fill("[id='scene-ice.margin']", "")
+    until(lambda: "can be run" in other.locator("#scene-state").inner_text())
+    tables = _tables(other)
+    assert tables["name"] == "linked" and tables["water"]["viscosity"] == json.loads(rows)
+    _empty_refusals(other)
+
+
 @pytest.mark.fe
 def test_a_scene_is_checked_run_cancelled_and_run_on(served, open_page):  # noqa: F811
     pytest.importorskip("iceslide_fem.fenics.compat")

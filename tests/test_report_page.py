@@ -218,8 +218,13 @@ def test_a_run_without_a_summary_has_a_page_too(tmp_path):
 
 def test_a_killed_run_says_what_it_was_and_has_it_as_a_file(tmp_path):
     write_run(tmp_path, "slice")
+    (tmp_path / "b").mkdir()
     (tmp_path / "summary.json").unlink()
     write_checkpoint(tmp_path, a_scene("slice"), {})
+    tall = a_scene("slice").as_dict() | {"name": "tall"}
+    tall["rubber"] |= {"height": 4e-3}
+    write_checkpoint(tmp_path / "b", scene_from_dict(tall), {})
+    assert "Warnings" in report([tmp_path / "b"]).read_text("utf-8")  # it may buckle
     text = html.unescape(report([tmp_path]).read_text("utf-8"))
     assert "A rubber block of 1 x 1 x 1 mm (compound B)" in text and "It was ended before" in text
     toml = re.search(r"<pre[^>]*>(name = .*?)</pre>", text, re.S)[1]

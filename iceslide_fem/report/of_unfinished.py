@@ -8,9 +8,10 @@ from iceslide_fem.errors import SceneError
 from iceslide_fem.output.summary import word_of
 from iceslide_fem.report.curves import QUANTITIES, TIME
 from iceslide_fem.report.page import Chart, Curve, Page, Section, Text
-from iceslide_fem.report.words import again, all_keys, in_words
+from iceslide_fem.report.words import again, all_keys, in_words, scene_of
 from iceslide_fem.results.run_directory import read_table
 from iceslide_fem.run.checkpoint import scene_there
+from iceslide_fem.scene.notes import notes
 
 LEFT = ("stopped.txt", "checkpoint", "history.csv")
 
@@ -39,12 +40,18 @@ def page_of_unfinished(folder: Path) -> Page:
     )
     scene = scene_there(folder)
     words = f"{in_words(scene)} " if scene else ""
+    known = scene_of(scene) if scene else None
+    doubts = [
+        Text(f"{note[:1].upper()}{note[1:]}.", "warning")
+        for note in (notes(known) if known else ())
+    ]
     return Page(
         title=f"{folder.absolute().name}: a run without an end",
         summary=f"{words}It got to {end:.4g} ms of sliding in {max(rows - 1, 0)} steps and left no "
         "summary.",
         stopped=reason,
         sections=[
+            *([Section("warnings", "Warnings", doubts)] if doubts else []),
             *([Section("curves", "Curves until then", charts)] if charts else []),
             *([Section("scene", "The scene", [all_keys({"": scene})])] if scene else []),
             Section("again", "Go on", [Text(on), *(again(scene) if scene else [])]),

@@ -99,7 +99,7 @@ def _place_words(panel: Axes, height: float) -> None:
     """
     panel.set_title(panel.get_title(), y=1.0)
     box = panel.get_position()
-    panel.yaxis.set_label_coords(-0.56 / (WIDTH * box.width), 0.5)
+    panel.yaxis.set_label_coords(-0.62 / (WIDTH * box.width), 0.5)
     panel.xaxis.set_label_coords(0.5, -0.3 / (height * box.height))
 
 
