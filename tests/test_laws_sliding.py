@@ -89,7 +89,7 @@ def test_what_the_ice_remembers_passes_with_it(tmp_path):
     for number, accepted in enumerate(sliding.steps()):
         ledger.add(accepted)
         rows.append(slide_row(sliding, ledger, accepted))
-        if number == 60:
+        if number == 20:
             saved, middle = gathered(sliding), rows[-1]
     time, mu, fresh = np.array([(row.time_s, row.mu, row.law_fresh) for row in rows]).T
     np.testing.assert_allclose(mu, aged(time, 2e-3), rtol=0.01)

@@ -2,10 +2,13 @@
 
 Points of the ice begin to melt one after the other, which film and heat have to follow in steps
 much shorter than those in which the block moves. Between the ends of a coupled step the loads of
-the contact points lie on straight lines, in every sub-step as in a single one.
+the contact points lie on straight lines, in every sub-step as in a single one. Where ice passes, it
+goes on by a cell in a sub-step at most.
 """
 
 from __future__ import annotations
+
+import math
 
 from iceslide_fem.coupling.passage import Passage
 from iceslide_fem.coupling.step_error import StepError
@@ -30,8 +33,16 @@ class Refused(ArithmeticError):
 class Films:
     """How film and heat on `carrier` pass over a coupled step. All is collective."""
 
-    def __init__(self, carrier: Carrier, error: StepError, integrator: Integrator) -> None:
+    def __init__(
+        self,
+        carrier: Carrier,
+        error: StepError,
+        integrator: Integrator,
+        longest: float = math.inf,
+    ) -> None:
+        """`longest`: of a sub-step, s."""
         self._carrier, self._error, self._integrator = carrier, error, integrator
+        self._longest = longest
         self._adaptive = bool(integrator.estimate)
 
     def passage(
@@ -51,7 +62,7 @@ class Films:
         points = [start]
         done, wanted = 0.0, first if self._adaptive else dt
         while done < 1.0:
-            left = (1.0 - done) * dt
+            left, wanted = (1.0 - done) * dt, min(wanted, self._longest)
             length = left if wanted >= left else min(wanted, 0.5 * left)
             reached = 1.0 if length == left else done + length / dt
             loads = between(start, end, reached)

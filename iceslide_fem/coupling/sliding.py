@@ -28,7 +28,7 @@ from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.step_control import GROW, step_factor
 from iceslide_fem.interface.build import carrier_of
 from iceslide_fem.interface.carriers import ContactLoads
-from iceslide_fem.mesh.ice import window_cell
+from iceslide_fem.mesh.ice import MOST_CELLS, window_cell
 from iceslide_fem.rubber.block import Block, SpeedLaw
 from iceslide_fem.rubber.time_discretisation import (
     Dynamic,
@@ -79,7 +79,15 @@ class Sliding:
         self.layers_for = layers_for or self._duration
         self.carrier = carrier_of(block, self.layers_for)
         self._error = StepError(block, control)
-        self._films = Films(self.carrier, self._error, integrator)
+        self._passing = scene.ice.motion == "sliding"
+        self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
+        passing = np.inf
+        if self._passing:  # no ice passes from cell to cell unseen
+            passing = window_cell(scene) / scene.load.speeds.largest
+            # water that lags behind the ice goes on between two steps
+            cells = MOST_CELLS if scene.film.water_speed == 1.0 else 1
+            self._longest = min(self._longest, cells * passing)
+        self._films = Films(self.carrier, self._error, integrator, passing)
         state = self.carrier.start(scene.initial_height, n)
         self._pressures, self._speeds = scene.load.pressures, scene.load.speeds
         loads = self._loads(np.full(n, self._speeds.first), 0.0)
@@ -104,14 +112,10 @@ class Sliding:
             strongest=strongest,
         )
         self._start = motion.displacements
-        self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
         self._passes = control.passes
         # A plate that slows down lets rubber spring back, with what it has stored: swinging freely
         # it pushes with no more than the friction that sheared it.
         self._may_swing = scene.load.changes
-        self._passing = scene.ice.motion == "sliding"
-        if self._passing:  # no ice passes from cell to cell unseen
-            self._longest = min(self._longest, window_cell(scene) / self._speeds.largest)
         self._adaptive = bool(integrator.estimate)
         self._dt = min(FIRST_STEP * self._duration if self._adaptive else np.inf, self._longest)
         self._film_step = self._dt

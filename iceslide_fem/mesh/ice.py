@@ -33,6 +33,7 @@ LATEST = 7e-3  # s
 REFERENCE = 1e-3
 COARSEST, FINEST = 2.0, 0.3  # of layers, relative to those at REFERENCE
 WINDOW_CELLS = 100  # along the block, where the ice slides
+MOST_CELLS = 4  # that the block may pass in a step, film and heat in one sub-step each
 WINDOW_GUARD = 3  # cells before and behind what the block may touch, and
 WINDOW_SHEAR = 0.15  # of its height, by which a change of friction may move it
 WINDOW_BULGE = 0.05  # the same sideways: 0.002 where a soft cube's friction rises (3 bar, -5 degC)
@@ -120,7 +121,7 @@ def window_lines(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[L
     block, cell = block_shape(scene), window_cell(scene)
     low, high = footprint[0]
     guard = WINDOW_GUARD + math.ceil(WINDOW_SHEAR * block.height / cell)
-    before = guard + max(0, math.ceil((block.ranges[0][1] - high) / cell))
+    before = guard + MOST_CELLS + max(0, math.ceil((block.ranges[0][1] - high) / cell))
     behind = guard + max(0, math.ceil((low - block.ranges[0][0]) / cell))
     behind += math.ceil(scene.ice.trail / cell)
     count = math.ceil((high - low) / cell) + behind + before
