@@ -21,6 +21,7 @@ from iceslide_fem.interface.on_ice import OnIce  # noqa: E402
 from iceslide_fem.interface.surface_grid import SurfaceGrid  # noqa: E402
 from iceslide_fem.interface.water import moved_by_a_cell  # noqa: E402
 from iceslide_fem.materials import ConstantContact  # noqa: E402
+from iceslide_fem.mesh.ice import window_cell  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 
 pytestmark = pytest.mark.fe
@@ -162,6 +163,8 @@ def test_one_move_by_hand():
 def test_of_a_run_the_history_has_all_water():
     """Squeezed out is what lies below, beside, and is lost; films feel it where voids fill."""
     small = dict(rubber__length="1 mm", load__duration="1 ms", film__H_V="0.04 um")
+    scene = passing(**small)  # whose steps shall be those of water that lags behind
+    small["numerics__max_step"] = window_cell(scene) / scene.load.speed
     rows = {s: slide(passing(film__water_speed=s, **small)) for s in (1.0, 0.5, 0.0)}
     for share, found in rows.items():
         squeezed, below, left = (found[f"water_{w}_m3"] for w in ("squeezed", "below", "left"))
