@@ -27,7 +27,7 @@ from iceslide_fem.output.summary import write_summary  # noqa: E402
 from iceslide_fem.report.command import page_of, report  # noqa: E402
 from iceslide_fem.report.curves import charts_of  # noqa: E402
 from iceslide_fem.report.of_runs import _verdict  # noqa: E402
-from iceslide_fem.report.page import Chart, Curve, _listed, _plotly, thinned  # noqa: E402
+from iceslide_fem.report.page import Chart, Curve, _listed, _plotly, plain, thinned  # noqa: E402
 from iceslide_fem.results import read_run  # noqa: E402
 from iceslide_fem.run.checkpoint import write_checkpoint  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
@@ -412,6 +412,12 @@ def test_no_report_and_a_page_that_cannot_be_written(tmp_path, monkeypatch, caps
     monkeypatch.setattr("iceslide_fem.report.command.write_page", full)
     assert iceslide("run", tmp_path / "scene.toml", "--out", out) == 0
     assert "Note: no report.html: cannot write" in capsys.readouterr().out
+
+
+def test_numbers_are_those_with_six_digits():
+    values = [0.0, -1.23456789e-9, 123456789.0, 0.1, 1.0, 999999.5, np.nan, np.inf, 2.5e-7]
+    expected = [float(f"{value:.6g}") for value in values[:6]] + [None, None, 2.5e-7]
+    assert plain(values) == expected
 
 
 def test_long_curves_keep_their_peak():

@@ -137,9 +137,11 @@ def _read(path: Path) -> Grid:
     kind = next((name for name in CORNERS if block.type.startswith(name)), block.type)
     corners = block.data[:, : CORNERS.get(kind, block.data.shape[1])].astype(np.int64)
     at_cells = {name: np.asarray(values[0]) for name, values in mesh.cell_data.items()}
-    used, cells = np.unique(corners, return_inverse=True)
+    used = np.zeros(len(mesh.points), dtype=bool)
+    used[corners] = True
+    cells = (np.cumsum(used) - 1)[corners]
     at_points = {name: np.asarray(values)[used] for name, values in mesh.point_data.items()}
-    return Grid(mesh.points[used], kind, cells.reshape(corners.shape), at_points, at_cells)
+    return Grid(mesh.points[used], kind, cells, at_points, at_cells)
 
 
 def _touching(grid: Grid) -> Mask:

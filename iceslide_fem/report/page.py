@@ -170,9 +170,16 @@ def cells(name: str, *texts: str, key: str = "", value: Any = None) -> list[Cell
 
 
 def plain(values: ArrayLike) -> list[float | None]:
-    """Numbers as they go into the page: rounded, None for NaN and infinity."""
+    """Numbers as they go into the page: rounded to `DIGITS`, None for NaN and infinity."""
     flat = np.asarray(values, dtype=float).ravel()
-    return [float(f"{v:.{DIGITS}g}") if math.isfinite(v) else None for v in flat.tolist()]
+    known = np.isfinite(flat)
+    size = np.where(known & (flat != 0.0), np.abs(flat), 1.0)
+    shift = DIGITS - 1 - np.floor(np.log10(size))
+    up, down = 10.0 ** np.maximum(shift, 0.0), 10.0 ** np.maximum(-shift, 0.0)
+    rounded = np.rint(np.where(known, flat, 0.0) * up / down) / up * down
+    return [
+        value if one else None for value, one in zip(rounded.tolist(), known.tolist(), strict=True)
+    ]
 
 
 def thinned(*columns: ArrayLike) -> list[np.ndarray]:
