@@ -112,7 +112,7 @@ def chart(found: dict[Place, Limit]) -> Figure:
     """Largest pressure over mu, a panel for each edge radius."""
     figure = Figure(figsize=(7.2, 3.2), layout="constrained")
     panels = figure.subplots(1, len(RADII), sharey=True)
-    styles = {"slice": "C0o-", "slice x 2": "C1s--", "block x 0.5": "C2^:", "block": "C3v-."}
+    styles = {"slice": "C0o-", "slice x 2": "C1s--", "block x 0.5": "C2^:", "block": "C3v"}
     for panel, radius in zip(panels, RADII, strict=True):
         for mesh, style in styles.items():
             levels = [mu for mu in LEVELS if (mesh, radius, mu) in found]
