@@ -117,9 +117,8 @@ class FacetGrid:
         facet = FACET_OF[cell_name(rubber.mesh)]
         self._kind, order = _VTK_CELLS[(facet, _CORNERS[facet])]
         # A facet's nodes begin with its corners, in every Lagrange element.
-        _, parts = np.unique(surface.whole, return_index=True)
-        self._corner_nodes = surface.nodes[parts][:, order]
-        self._corner_dofs = surface.dofs[parts][:, order]
+        self._corner_nodes = surface.nodes[surface.firsts][:, order]
+        self._corner_dofs = surface.dofs[surface.firsts][:, order]
         index_map = rubber.space.dofmap.index_map
         numbers = index_map.local_to_global(self._corner_dofs.ravel().astype(np.int32))
         gathered = _gather(

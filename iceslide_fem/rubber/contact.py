@@ -94,12 +94,13 @@ def contact_forces(surface: ContactSurface, state: ContactState, traction: Tract
 def contact_tangent(
     surface: ContactSurface, u: Array, penalty: float, state: ContactState, traction: Traction
 ) -> Array:
-    """Derivative of `contact_forces` by the nodal displacements `u`: (f, a, d, a, d), N/m.
+    """Derivative of `contact_forces` by the nodal displacements `u`, of the parts of each whole
+    facet together: (facets, a, d, a, d), N/m.
 
     `state` and `traction` are those at `u`. Facets under no load have none.
     """
     tangent = np.zeros((*surface.dofs.shape, u.shape[-1], *surface.dofs.shape[1:], u.shape[-1]))
-    here = _loaded(state, traction)
+    firsts, here = surface.firsts, _loaded(state, traction)
     surface = surface.of(here)
     state = ContactState(*(part[here] for part in state))
     traction = Traction(*(part[here] for part in traction))
@@ -119,7 +120,7 @@ def contact_tangent(
     turning = forces.transpose(0, 2, 1) @ d_area.reshape(f, q, a * d)
     moving = moving.reshape(f, a, a, d, d).transpose(0, 1, 3, 2, 4)
     tangent[here] = moving + turning.reshape(f, a, d, a, d)
-    return tangent
+    return np.asarray(np.add.reduceat(tangent, firsts))
 
 
 def _loaded(state: ContactState, traction: Traction) -> NDArray[np.intp]:

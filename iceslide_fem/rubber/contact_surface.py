@@ -48,6 +48,11 @@ class ContactSurface:
         """Points on this rank."""
         return int(self.weights.size)
 
+    @property
+    def firsts(self) -> NDArray[np.intp]:
+        """Of the parts of each whole facet the first, (facets,)."""
+        return np.flatnonzero(np.diff(self.whole, prepend=-1))
+
     def of(self, facets: NDArray[np.intp]) -> ContactSurface:
         """The part of the surface on some of this rank's facets."""
         return ContactSurface(

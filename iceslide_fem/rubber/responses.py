@@ -49,7 +49,7 @@ class ContactNodes:
 
         Loads on fixed dofs are none but the plate's. Collective.
         """
-        comm, dofs = surface.comm, surface.dofs
+        comm, dofs = surface.comm, surface.dofs[surface.firsts]
         dim, n_owned = surface.nodes.shape[-1], vector.getLocalSize()
         with vector.localForm() as local:
             local.set(0.0)

@@ -80,10 +80,10 @@ class Tangent:
     def factorise(self, contact: Array) -> None:
         """Assemble and factorise at the present displacements.
 
-        `contact`: derivatives (f, a, d, a, d) of the contact's forces. Raises NotConverged where
-        the linear solver fails.
+        `contact`: derivatives (f, a, d, a, d) of the forces on the contact's f whole facets.
+        Raises NotConverged where the linear solver fails.
         """
-        matrix, dim, dofs = self._matrix, self._dim, self._surface.dofs
+        matrix, dim, dofs = self._matrix, self._dim, self._surface.dofs[self._surface.firsts]
         self._rubber.tangent(matrix)
         self._factored, self._differs = contact, False
         self._responses.clear()
