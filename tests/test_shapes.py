@@ -183,6 +183,15 @@ def test_waves_begin_at_a_crest_and_zigzags_are_straight():
     assert Wave(2.0, 4.0, True, False).at(y)[:4] == pytest.approx([0, 1, 2, 1], abs=1e-12)
 
 
+@pytest.mark.parametrize("wave", ["wave", "zigzag"])
+def test_walls_reach_the_crests_of_their_waves(wave):
+    """Crests between two nodes were cut off, up to a quarter of them."""
+    sipes = f"rubber.sipes=[{WAVING.replace('zigzag', wave)}]"
+    walls = (tagged := cached_rubber(scene("model=block", *TREAD, sipes))).facets["walls"]
+    x = tagged.points[walls][..., 0]
+    assert (x.min(), x.max()) == pytest.approx((-0.8e-3, 0.8e-3))
+
+
 def outline(folder, rows):
     path = folder / "block.csv"
     path.write_text("x_m,y_m,ring\n" + "\n".join(rows))

@@ -231,7 +231,7 @@ def _rows(block: BlockShape, edge: EdgeCells | None, between: Callable[..., Line
 
 
 def _waved(line: Lines, waves: list[Wave], refinement: float) -> Lines:
-    """The line's cells cut into equal parts where they are too long for a wave."""
+    """The line, its cells cut into equal parts where they are too long for a wave, with crests."""
     if not waves:
         return line
     cells = max(CELLS_OF_A_WAVE * refinement, FEWEST_OF_A_WAVE)
@@ -240,4 +240,10 @@ def _waved(line: Lines, waves: list[Wave], refinement: float) -> Lines:
         np.linspace(low, high, max(1, math.ceil((high - low) / longest)) + 1)
         for low, high in itertools.pairwise(line)
     ]
-    return joined(parts)
+    line = joined(parts)
+    for wave in waves:
+        for crest in wave.crests(line[0], line[-1]):
+            nearest = int(np.abs(line - crest).argmin())
+            if 0 < nearest < len(line) - 1:
+                line[nearest] = crest
+    return line

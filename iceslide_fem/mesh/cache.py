@@ -16,7 +16,7 @@ from iceslide_fem.fenics.cache import cache_folder
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.gmsh_model import TaggedMesh
 
-_BUILDER = 4  # raise it when the same parameters shall give another mesh
+_BUILDER = 5  # raise it when the same parameters shall give another mesh
 
 
 def cached(body: str, dim: int, parameters: Any, build: Callable[[], TaggedMesh]) -> TaggedMesh:

@@ -31,6 +31,12 @@ class Wave(NamedTuple):
             return self.amplitude * np.sin(2.0 * math.pi * turns)
         return np.asarray(self.amplitude * (1.0 - 4.0 * np.abs((turns - 0.25) % 1.0 - 0.5)) * -1.0)
 
+    def crests(self, low: float, high: float) -> Array:
+        """Where between two places, m, it is furthest to either side."""
+        first = 0.0 if self.across else 0.25
+        ends = [(place / self.length - first) * 2.0 for place in (low, high)]
+        return self.length * (first + 0.5 * np.arange(math.ceil(ends[0]), math.floor(ends[1]) + 1))
+
 
 class Slot(NamedTuple):
     """A slot across the sliding direction: its range of x at the ice and its depth (m), tan of its
