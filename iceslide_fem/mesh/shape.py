@@ -35,7 +35,8 @@ class Wave(NamedTuple):
         """Where between two places, m, it is furthest to either side."""
         first = 0.0 if self.across else 0.25
         ends = [(place / self.length - first) * 2.0 for place in (low, high)]
-        return self.length * (first + 0.5 * np.arange(math.ceil(ends[0]), math.floor(ends[1]) + 1))
+        numbers = np.arange(math.ceil(ends[0]), math.floor(ends[1]) + 1.0)
+        return np.asarray(self.length * (first + 0.5 * numbers))
 
 
 class Slot(NamedTuple):
