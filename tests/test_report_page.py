@@ -259,6 +259,8 @@ def test_the_sweep_on_the_page_is_the_same_sweep(pages, tmp_path):
     assert command[1] == "seen"
     vary = shlex.split(command[2].replace("\\\n", ""))[1::2]
     plan = make_plan(tmp_path / "seen.toml", [], vary)
+    assert "a relative error of mu(t) of 0.01 (numerics" in text
+    assert "± is numerics.tolerance of each run times" in pages["runs"].read_text("utf-8")
     table = rows_of(pages["sweep"].parent / "sweep.csv")
     assert [case.name for case in plan.cases] == [row["case"] for row in table]
 

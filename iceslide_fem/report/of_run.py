@@ -72,15 +72,18 @@ def _result(run: Run, value: float | None, factor: float, unit: str, has_error: 
     return f"{value:.4f} ± {error:.1g}"
 
 
-def of_error(run: Run) -> Text:
+def of_error(*runs: Run) -> Text:
     """What the ± beside a result means."""
+    meshed = any(run.scene["model"] != "point" for run in runs)
     mesh = (
-        ""
-        if run.scene["model"] == "point"
-        else " It is not the error of the mesh: iceslide ladder measures that, against finer ones."
+        " It is not the error of the mesh: iceslide ladder measures that, against finer ones."
+        if meshed
+        else ""
     )
+    tolerances = {run.scene["numerics"]["tolerance"] for run in runs}
+    which = f"({min(tolerances):g}) " if len(tolerances) == 1 else "of each run "
     return Text(
-        f"± is numerics.tolerance ({run.scene['numerics']['tolerance']:g}) times the value, the "
+        f"± is numerics.tolerance {which}times the value, the "
         "error that steps and layers were chosen for; the estimate of every step was kept below "
         f"it.{mesh}"
     )

@@ -41,7 +41,7 @@ def page_of_runs(folders: list[Path]) -> Page:
         stopped=" ".join(stopped),
         sections=[
             Section("scenes", "In what they differ", [changed if changed.rows else same]),
-            Section("results", "Results", [results_of(runs), of_error(runs[first])]),
+            Section("results", "Results", [results_of(runs), of_error(*runs.values())]),
             Section("differences", f"mu(t) against {first}", [_distances(others, runs[first])]),
             Section("curves", "Curves", charts_of(runs)),
             Section(

@@ -44,7 +44,7 @@ def page_of_sweep(folder: Path) -> Page:
         stopped=left,
         sections=[
             Section("curves", "Curves", _charts(data, keys)),
-            Section("results", "Every case", _cases(data, keys)),
+            Section("results", "Every case", [*_cases(data, keys), *_error(table)]),
             Section("warnings", "Warnings", _warnings(data, table)),
             Section("scene", "What the cases share", _scene(data, keys)),
             Section(
@@ -136,6 +136,19 @@ def _cases(data: xr.Dataset, keys: list[str]) -> list[Table | Text]:
             Text(f"The first {MOST_ROWS} of {np.prod(shape):.0f} cases; sweep.csv has all.")
         )
     return found
+
+
+def _error(table: pd.DataFrame) -> list[Text]:
+    """What error the cases aim at."""
+    known = list(dict.fromkeys(table.get("numerics.tolerance", [])))
+    if len(known) != 1:  # it was varied, and stands in the table
+        return []
+    return [
+        Text(
+            f"Steps and layers of every case are chosen for a relative error of mu(t) of "
+            f"{float(known[0]):g} (numerics.tolerance); that of the mesh is not in it."
+        )
+    ]
 
 
 def _warnings(data: xr.Dataset, table: pd.DataFrame) -> list[Text]:
