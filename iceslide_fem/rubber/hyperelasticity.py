@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
@@ -173,6 +174,10 @@ class HyperelasticBody:
             self.walls.add_tangent(self.displacements, matrix)
         if self.beside is not None:
             self.beside.add_tangent(self.displacements, matrix)
+
+    def wall_stiffness(self) -> csr_matrix | None:
+        """What walls that meet have in the tangent at `u` (`Walls.stiffness`). Collective."""
+        return None if self.walls is None else self.walls.stiffness(self.displacements)
 
     def lift_slope(self, vector: PETSc.Vec) -> float:
         """Overwrite `vector` (ghosts summed) with the derivative of the internal forces by a lift

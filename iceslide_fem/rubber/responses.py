@@ -23,6 +23,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.rubber.contact_surface import ContactSurface
+from iceslide_fem.rubber.walls import Walls
 
 # So many solves for one change at most; and so many answers are kept before factors are made anew.
 MOST_SOLVES, MOST_KEPT = 20, 200
@@ -43,9 +44,15 @@ class ContactNodes:
     """
 
     def __init__(
-        self, surface: ContactSurface, vector: PETSc.Vec, fixed: NDArray[np.int32], lifted: Array
+        self,
+        surface: ContactSurface,
+        walls: Walls | None,
+        vector: PETSc.Vec,
+        fixed: NDArray[np.int32],
+        lifted: Array,
     ) -> None:
-        """`vector`: of nodal forces, overwritten; `fixed` and, of the plate, `lifted`: own dofs.
+        """`walls` touch each other, too. `vector`: of nodal forces, overwritten; `fixed` and, of
+        the plate, `lifted`: own dofs.
 
         Loads on fixed dofs are none but the plate's. Collective.
         """
@@ -54,12 +61,20 @@ class ContactNodes:
         with vector.localForm() as local:
             local.set(0.0)
             local.array.reshape(-1, dim)[dofs] = 1.0
+            if walls is not None:
+                local.array.reshape(-1, dim)[walls.dofs] = 1.0
         compat.sum_ghosts(vector)
         self.own = np.flatnonzero(vector.array > 0.0)
         counts = comm.allgather(self.own.size)
         first, total = sum(counts[: comm.rank]), sum(counts)
         self._here = slice(first, first + self.own.size)
         vector.array[self.own] = np.arange(first, first + self.own.size)
+        self._of_walls = np.zeros(0, dtype=np.int64)
+        if walls is not None:
+            at_walls, here = np.zeros(walls.unknowns.size), walls.own
+            at_walls[here] = vector.array[walls.unknowns[here] - walls.unknowns_before]
+            comm.Allreduce(MPI.IN_PLACE, at_walls, op=MPI.SUM)
+            self._of_walls = at_walls.round().astype(np.int64)
         compat.update_ghosts(vector)
         with vector.localForm() as local:
             numbers = local.array.reshape(-1, dim)[dofs].round().astype(np.int64).ravel()
@@ -75,14 +90,29 @@ class ContactNodes:
         self._comm, self._dofs, self._dim = comm, dofs, dim
         self.n_loads = total + 1
 
-    def loads(self, forces: Array) -> Array:
-        """Loads (n, k) of all ranks' `forces` on the facets (f a d, k). Collective."""
+    def loads(self, forces: Array, on_walls: Array | float = 0.0) -> Array:
+        """Loads (n, k) of all ranks' `forces` on the facets (f a d, k), and of those `on_walls`
+        (n - 1, k) that this rank's own nodes' way makes. Collective.
+        """
         loads = np.zeros((self._fixed.size + 1, forces.shape[1]))
-        loads[:-1] = self._sum @ forces
+        loads[:-1] = self._sum @ forces + on_walls
         self._comm.Allreduce(MPI.IN_PLACE, loads, op=MPI.SUM)
         loads[-1] = loads[:-1][self._lifted].sum(axis=0)
         loads[:-1][self._fixed] = 0.0
         return loads
+
+    def between_walls(self, stiffness: csr_matrix) -> csr_matrix | None:
+        """The loads (n - 1) that changes of the `own` dofs make by a stiffness of the walls (N/m,
+        by their unknowns, the same on all ranks); None if it is zero.
+        """
+        entries = stiffness.tocoo()
+        if not entries.nnz:
+            return None
+        rows, columns = self._of_walls[entries.row], self._of_walls[entries.col]
+        here = (self._here.start <= columns) & (columns < self._here.stop)
+        shape = (self._fixed.shape[0], self.own.size)
+        places = rows[here], columns[here] - self._here.start
+        return csr_matrix((entries.data[here], places), shape=shape)
 
     def norm(self, load: Array) -> float:
         """Of a load, the same on all ranks to the last digit. Collective."""
@@ -119,14 +149,18 @@ class Responses:
         self.clear()
         self._differing: NDArray[np.intp] = np.zeros(0, dtype=np.intp)  # facets
         self._difference: Array = np.zeros(0)
+        self._between: csr_matrix | None = None
 
     def clear(self) -> None:
         """There are new factors."""
         self._kept: list[Response] = []
         self._spent, self._changes, self.worn = self._cost, 0, False
 
-    def differ(self, difference: Array) -> None:
-        """The contact of the factors less the present one, as a tangent (f, a d, a d), N/m."""
+    def differ(self, difference: Array, walls: csr_matrix | None = None) -> None:
+        """The contact of the factors less the present one, as a tangent (f, a d, a d), N/m, and the
+        stiffness of the `walls` now less that of the factors.
+        """
+        self._between = None if walls is None else self._nodes.between_walls(walls)
         self._differing = np.flatnonzero(difference.any(axis=(1, 2)))
         self._difference = difference[self._differing]
 
@@ -136,7 +170,7 @@ class Responses:
         `answered` solves with the factors. Collective.
         """
         met = len(self._kept)
-        left = self._differing_loads([self._nodes.at_facets(answer)])[:, 0]
+        left = self._differing_loads([self._response(np.zeros(0), answer)])[:, 0]
         images = self._images(self._kept)
         basis, parts = _orthonormal(images)  # parts: what of the kept loads each is
         shares = np.zeros(len(self._kept))
@@ -151,7 +185,7 @@ class Responses:
             load = left / length if length < ENOUGH * before else basis[:, -1]
             before = length
             change = answered(load)
-            response = Response(load, change, self._nodes.at_facets(change))
+            response = self._response(load, change)
             image, part = self._images([response])[:, 0], np.append(np.zeros(len(shares)), 1.0)
             parts = np.pad(parts, ((0, 1), (0, 0)))
             for _ in range(2):
@@ -178,15 +212,22 @@ class Responses:
         """(1 + D M^-1) w of loads w, (n, k), N. Collective."""
         if not responses:
             return np.zeros((self._nodes.n_loads, 0))
-        images = self._differing_loads([response.moved for response in responses])
+        images = self._differing_loads(responses)
         return images + np.column_stack([response.load for response in responses])
 
-    def _differing_loads(self, moved: Sequence[Array]) -> Array:
-        """Loads D x (n, k), N, where facets' nodes have `moved` by x (f, a d), m. Collective."""
-        here, stacked = self._differing, np.stack(moved, axis=-1)
-        forces = np.zeros_like(stacked)
-        forces[here] = self._difference @ stacked[here]
-        return self._nodes.loads(forces.reshape(-1, len(moved)))
+    def _response(self, load: Array, answer: Array) -> Response:
+        return Response(load, answer, self._nodes.at_facets(answer))
+
+    def _differing_loads(self, responses: Sequence[Response]) -> Array:
+        """Loads D x (n, k), N, of their answers x. Collective."""
+        here, moved = self._differing, np.stack([one.moved for one in responses], axis=-1)
+        forces = np.zeros_like(moved)
+        forces[here] = self._difference @ moved[here]
+        forces = forces.reshape(-1, len(responses))
+        if self._between is None:
+            return self._nodes.loads(forces)
+        own = np.stack([one.answer[self._nodes.own] for one in responses], axis=-1)
+        return self._nodes.loads(forces, self._between @ own)
 
 
 def _orthonormal(columns: Array) -> tuple[Array, Array]:

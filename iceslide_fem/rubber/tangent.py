@@ -55,8 +55,9 @@ class Tangent:
         self._first = index_map.local_range[0] * self._dim
         self._lift.array[self.plate_z] = 1.0
         self._factored: Array = np.zeros(0)  # the contact's part of the factors
+        self._factored_walls = rubber.wall_stiffness()
         self._differs = self._held = False
-        self._nodes = ContactNodes(surface, self._load, self._fixed, self.plate_z)
+        self._nodes = ContactNodes(surface, rubber.walls, self._load, self._fixed, self.plate_z)
         self.ksp = PETSc.KSP().create(self._comm)
         self.ksp.setType("preonly")
         self.ksp.setOptionsPrefix(prefix)
@@ -86,6 +87,7 @@ class Tangent:
         matrix, dim, dofs = self._matrix, self._dim, self._surface.dofs[self._surface.firsts]
         self._rubber.tangent(matrix)
         self._factored, self._differs = contact, False
+        self._factored_walls = self._rubber.wall_stiffness()
         self._responses.clear()
         rows = dofs[:, :, None] * dim + np.arange(dim, dtype=np.int32)
         for row, block in zip(rows, contact, strict=True):
@@ -107,7 +109,11 @@ class Tangent:
     def touch(self, contact: Array) -> None:
         """Take the present `contact` (as in `factorise`) from now on, with the same factors."""
         nodes = contact.shape[1] * contact.shape[2]
-        self._responses.differ((self._factored - contact).reshape(len(contact), nodes, nodes))
+        walls = self._rubber.wall_stiffness()
+        if walls is not None:
+            walls = walls - self._factored_walls
+        difference = (self._factored - contact).reshape(len(contact), nodes, nodes)
+        self._responses.differ(difference, walls)
         self._differs = True
 
     def change(self, residual: PETSc.Vec, plate: float | None) -> Array:

@@ -59,6 +59,10 @@ class Gripped(NamedTuple):
 class Walls:
     """All walls of a body that may meet, known to every rank.
 
+    dofs: of the nodes of this rank's own facets (blocked, local); unknowns: global numbers of all
+    walls' displacements, one after the other, of which this rank has `own` (a mask); they are those
+    of its vectors, which begin at `unknowns_before`.
+
     grip: what friction remembers of the last accepted equilibrium, None without friction; whoever
     accepts one sets it to what `followed` gives.
     """
@@ -76,10 +80,13 @@ class Walls:
         index_map = space.dofmap.index_map
         self._first, self._last = index_map.local_range
         dofs = index_map.local_to_global(self._own.dofs.ravel()).reshape(self._own.dofs.shape)
+        self.dofs = self._own.dofs
         self._dofs = self._gather(dofs)
-        # numbers of the walls' nodes, one after the other as their dofs
-        self.nodes, numbers = np.unique(self._dofs, return_inverse=True)
+        nodes, numbers = np.unique(self._dofs, return_inverse=True)
         self._numbers = numbers.reshape(self._dofs.shape)
+        self.unknowns = (nodes[:, None] * self._dim + np.arange(self._dim)).ravel()
+        self.unknowns_before = self._first * self._dim
+        self.own = np.repeat((self._first <= nodes) & (nodes < self._last), self._dim)
         normals = self._own.undeformed()
         outwards = self._gather((normals * np.sign(self._own.weights)[..., None]).mean(axis=1))
         self._facets = Facets(
@@ -97,6 +104,7 @@ class Walls:
         area = np.linalg.norm(normals, axis=-1)
         self._half_area = 0.5 * self._gather(np.abs(self._own.weights) * area)
         self.penalty, self._friction = penalty, friction
+        self._found = self._facets.nodes, self._inside(self._facets.nodes)
         self.grip: Grip | None = None
         if friction > 0.0:
             self.grip = no_grip(self._half_area.shape, self._dim - 1)
@@ -137,11 +145,8 @@ class Walls:
         stiffness = self.stiffness(u)
         if not stiffness.nnz:  # on every rank
             return
-        dofs = (self.nodes[:, None] * self._dim + np.arange(self._dim)).ravel()
-        dofs = dofs.astype(PETSc.IntType)
-        for row in np.flatnonzero(
-            (self._first * self._dim <= dofs) & (dofs < self._last * self._dim)
-        ):
+        dofs = self.unknowns.astype(PETSc.IntType)
+        for row in np.flatnonzero(self.own):
             entries = slice(*stiffness.indptr[row : row + 2])
             columns = dofs[stiffness.indices[entries]]
             matrix.setValues(
@@ -151,7 +156,7 @@ class Walls:
 
     def stiffness(self, u: Array) -> csr_matrix:
         """The derivative of the forces by the positions of the walls' nodes, the same on all ranks:
-        components of all `nodes` one after the other, N/m. Collective.
+        by the `unknowns`, N/m. Collective.
         """
         positions = self._positions(u)
         found = self._pressing(positions)
@@ -162,7 +167,7 @@ class Walls:
             facets = [pressing.point[0], pressing.facet, gripped.facet]
             parts.append(self._entries(facets, self._of_friction(gripped)))
         values, rows, columns = (np.concatenate(part) for part in zip(*parts, strict=True))
-        size = len(self.nodes) * self._dim
+        size = len(self.unknowns)
         return coo_matrix((values, (rows, columns)), shape=(size, size)).tocsr()
 
     def followed(self, u: Array) -> tuple[Grip | None, float]:
@@ -260,6 +265,11 @@ class Walls:
 
     def _pressing(self, positions: Array) -> Pressing:
         """The points that are in a facing wall."""
+        if not np.array_equal(positions, self._found[0]):  # forces and tangent ask for the same
+            self._found = positions, self._inside(positions)
+        return self._found[1]
+
+    def _inside(self, positions: Array) -> Pressing:
         found = self._facing.nearest(positions, self._points(positions), everywhere=False)
         return found.chosen(found.opening < 0.0)
 
