@@ -296,3 +296,28 @@ def test_a_grip_is_given_back_on_any_number_of_ranks(model):
     np.testing.assert_allclose(again.place, trial.place, atol=1e-9)
     np.testing.assert_allclose(again.bound, trial.bound, rtol=1e-9)
     assert (trial.facet >= 0).any() and (trial.facet < 0).any()
+
+
+@pytest.mark.mpi
+@pytest.mark.three
+def test_changes_by_kept_factors_take_walls_as_they_touch_now(model, monkeypatch):
+    """Of factors without walls and of those with them, the same change."""
+    monkeypatch.setattr("iceslide_fem.rubber.tangent.FORCING", 1e-4)
+    monkeypatch.setattr("iceslide_fem.rubber.responses.MOST_SOLVES", 300)
+    block = siped(model, WORLD)
+    walls, equilibrium, u = block.rubber.walls, block.equilibrium, block.rubber.displacements
+    x = block.rubber.space.tabulate_dof_coordinates()[:, : u.shape[1]]
+    side = np.sign(x[:, 0] - MIDDLE - np.tan(np.radians(5.0)) * x[:, -1])
+    u[:, 0] = -side * 0.3e-3 * np.maximum(1.0 - x[:, -1] / 3e-3, 0.0)
+    u[:, -1] = -1e-6
+    assert block.smallest_opening() < -1e-5
+    penalty, walls.penalty = walls.penalty, 0.0
+    equilibrium._imbalance(block.force, block.static)
+    equilibrium._linearise()
+    walls.penalty = penalty
+    equilibrium._imbalance(block.force, block.static)
+    kept = equilibrium._direction()
+    equilibrium._linearise()
+    exact = equilibrium._direction()
+    length = equilibrium._tangent.length
+    assert length(kept - exact) < 0.01 * length(exact)
