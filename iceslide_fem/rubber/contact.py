@@ -120,7 +120,7 @@ def contact_tangent(
     turning = forces.transpose(0, 2, 1) @ d_area.reshape(f, q, a * d)
     moving = moving.reshape(f, a, a, d, d).transpose(0, 1, 3, 2, 4)
     tangent[here] = moving + turning.reshape(f, a, d, a, d)
-    return np.asarray(np.add.reduceat(tangent, firsts))
+    return tangent if len(firsts) == len(tangent) else np.add.reduceat(tangent, firsts)
 
 
 def _loaded(state: ContactState, traction: Traction) -> NDArray[np.intp]:
