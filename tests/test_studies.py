@@ -311,3 +311,12 @@ def test_blocks_with_sipes_touch_less_ice_under_higher_pressure(tmp_path):
     assert cut["pressure"] > 1.3 * plain["pressure"]
     assert float(siped[9]) > 0.0  # um: open
     assert (tmp_path / "siped_tread.png").stat().st_size > 10_000
+
+
+def test_two_lugs_press_on_each_other_as_in_calculix(tmp_path):
+    _, _, ours, *theirs = printed("walls_calculix", "--pictures", str(tmp_path))
+    assert float(ours[2]) > 0.1  # N/mm
+    for row in theirs:  # where it is
+        assert float(row[2]) == pytest.approx(float(ours[2]), rel=2e-2)
+        assert float(row[5].removesuffix("%")) < 10.0
+    assert (tmp_path / "walls_calculix.png").stat().st_size > 10_000
