@@ -3,8 +3,8 @@
 Prints processor seconds per step of mechanics, heat of ice and rubber, transfer between them, film
 and output on 1 and 2 ranks, and the cost and memory of 100 mm of sliding against those of 10 mm.
 What a step spends where is sampled every millisecond of it: time belongs to the part of the
-innermost module that has one. On 2 ranks it is that of the busier one, with its waiting: ranks that
-wait ask again and again.
+innermost module that has one. On 2 ranks it is that of the one that is busier with steps, with its
+waiting: ranks that wait ask again and again.
 """
 
 from __future__ import annotations
@@ -102,7 +102,8 @@ def child(arguments: argparse.Namespace) -> None:
         summary = simulate.run(scene, Path(arguments.child).with_suffix(".run"), force=True)
     spent = comm.gather((process_time() - begun, dict(watch.seconds)))
     if spent is not None:
-        seconds, parts = max(spent, key=lambda rank: rank[0])
+        seconds = max(each for each, _ in spent)
+        parts = max((each for _, each in spent), key=lambda each: sum(each.values()))
         result = {
             "parts": parts,
             "steps": summary["steps"],
