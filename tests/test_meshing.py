@@ -134,7 +134,6 @@ def test_cells_are_smallest_at_the_contact_edges():
 
 
 @pytest.mark.three
-@pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_every_rank_gets_its_share_of_cells_and_contact(model):
@@ -159,6 +158,7 @@ def test_cells_are_shared_out_in_columns():
     assert owners(np.zeros((0, 2)), 3).size == 0
 
 
+@pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_rubber_has_its_volume_and_parts(model):

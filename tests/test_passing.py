@@ -336,7 +336,7 @@ def test_the_cost_does_not_grow_with_the_distance():
             steps += 1
         counts.append(steps)
         sizes.append(sliding.current.interface.log_height.size)
-    assert counts[1] <= 4.4 * counts[0]
+    assert 3.2 < counts[1] / counts[0] < 4.4  # longer ones where the block is steady
     assert sizes[0] == sizes[1]
 
 

@@ -116,6 +116,11 @@ class Grid(NamedTuple):
         return joined(lines) if lines else np.empty(0)
 
     @property
+    def lines(self) -> list[Lines]:
+        """All lines of x, (y,) z."""
+        return [self.x, self.y, self.z] if self.across else [self.x, self.z]
+
+    @property
     def z(self) -> Lines:
         """All lines of z."""
         return joined(self.rows)
@@ -204,8 +209,7 @@ def block_grid(block: BlockShape, refinement: float) -> Grid:
 
 def box_lines(block: BlockShape, refinement: float) -> list[Lines]:
     """Grid lines of the rubber in x, (y,) z."""
-    grid = block_grid(block, refinement)
-    return [grid.x, grid.y, grid.z] if grid.across else [grid.x, grid.z]
+    return block_grid(block, refinement).lines
 
 
 def _edge_cells(block: BlockShape, cell: float, refinement: float) -> EdgeCells | None:

@@ -28,8 +28,7 @@ def block_mesh(block: BlockShape, refinement: float) -> TaggedMesh:
     points, cells = (
         swept(block, grid) if grid.across else mesh_patches(profile_patches(block, grid))
     )
-    lines = [grid.x, grid.y, grid.z] if grid.across else [grid.x, grid.z]
-    for axis, line in enumerate(lines):
+    for axis, line in enumerate(grid.lines):
         points[:, axis] = snapped(points[:, axis], line)
     tagged = with_parts(points, cells, "rubber", part_choosers(block))
     if block.straight:

@@ -94,18 +94,8 @@ class Pressing(NamedTuple):
     def chosen(self, which: Index | Mask) -> Pressing:
         """Some of the points."""
         slave, point = self.point
-        return Pressing(
-            (slave[which], point[which]),
-            self.facet[which],
-            self.place[which],
-            self.shape[which],
-            self.slopes[which],
-            self.bends[which],
-            self.apart[which],
-            self.tangents[which],
-            self.ways[which],
-            self.opening[which],
-        )
+        rest: list[Any] = [part[which] for part in self[1:]]
+        return Pressing((slave[which], point[which]), *rest)
 
 
 class FacingWalls:
@@ -131,9 +121,7 @@ class FacingWalls:
         apart = at - np.einsum("pa,pad->pd", shape, positions[facet])
         tangents = slopes @ positions[facet]
         distance = np.linalg.norm(apart, axis=1)
-        normal = area_vectors(tangents) * self._facets.sign[facet][:, None]
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        depth = -np.einsum("pd,pd->p", apart, normal)
+        depth = -np.einsum("pd,pd->p", apart, _outwards(tangents, self._facets.sign[facet]))
         within = np.trace(ways, axis1=1, axis2=2) > ways.shape[1] - 0.5
         inside = (depth > 0.0) & (within | (depth > SLIPPED_OFF * distance))
         opening = np.where(inside, -distance, distance)
@@ -169,8 +157,7 @@ class FacingWalls:
         if not everywhere:
             size = np.linalg.norm(positions - centres[:, None], axis=2).max(axis=1)
             sides = positions[:, 1:dim] - positions[:, :1]  # from the first corner
-            normal = area_vectors(sides) * self._facets.sign[:, None]
-            normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+            normal = _outwards(sides, self._facets.sign)
             away = x[slave, point] - centres[facet]
             kept &= np.einsum("pd,pd->p", away, normal[facet]) < BULGE * size[facet]
         return slave[kept], point[kept], facet[kept]
@@ -240,3 +227,9 @@ class FacingWalls:
 def restricted(matrix: Array, ways: Array) -> Array:
     """The systems (P, s, s) for unknowns that go along `ways` alone: W M W + (1 - W)."""
     return np.asarray(ways @ matrix @ ways + np.eye(ways.shape[1]) - ways)
+
+
+def _outwards(tangents: Array, sign: Array) -> Array:
+    """Unit normals (n, d) of facets with such tangents (n, d-1, d), out of their body."""
+    normal = area_vectors(tangents) * sign[:, None]
+    return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
