@@ -168,7 +168,7 @@ def test_cost_of_a_step_is_shared_out_among_its_parts(tmp_path):
     parts = found["parts"]
     # Sampled each millisecond of a run of a second: a small part may be met by no sample.
     assert set(parts) <= set(sliding_cost.PARTS)
-    assert parts["mechanics"] > 0.0
+    assert parts["mechanics"] > parts.get("heat", 0.0)  # ten times as much
     assert 0.0 < sum(parts.values()) <= found["seconds"]
     modules = {"rubber.tangent": "mechanics", "film.law": "film", "film.ice_heat": "heat",
                "interface.carriers": "transfer", "output.fields": "output"}  # fmt: skip

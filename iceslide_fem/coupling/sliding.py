@@ -19,6 +19,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.energy import Mechanics, mechanics_of, step_energies
 from iceslide_fem.coupling.films import Films, Refused
 from iceslide_fem.coupling.passage import Passage
+from iceslide_fem.coupling.plate import Plate
 from iceslide_fem.coupling.state import Accepted, CoupledState, Memory
 from iceslide_fem.coupling.step_error import COUPLING, CouplingControl, StepError
 from iceslide_fem.errors import NotConverged, SimulationStopped
@@ -35,7 +36,6 @@ from iceslide_fem.rubber.time_discretisation import (
     Motion,
     MotionLaw,
     QuasiStatic,
-    Rate,
     at_rest,
     rested,
 )
@@ -79,18 +79,17 @@ class Sliding:
         self.layers_for = layers_for or self._duration
         self.carrier = carrier_of(block, self.layers_for)
         self._error = StepError(block, control)
-        self._passing = scene.ice.motion == "sliding"
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
         passing = np.inf
-        if self._passing:  # no ice passes from cell to cell unseen
+        if scene.ice.motion == "sliding":  # no ice passes from cell to cell unseen
             passing = window_cell(scene) / scene.load.speeds.largest
             # water that lags behind the ice goes on between two steps
             cells = MOST_CELLS if scene.film.water_speed == 1.0 else 1
             self._longest = min(self._longest, cells * passing)
         self._films = Films(self.carrier, self._error, integrator, passing)
         state = self.carrier.start(scene.initial_height, n)
-        self._pressures, self._speeds = scene.load.pressures, scene.load.speeds
-        loads = self._loads(np.full(n, self._speeds.first), 0.0)
+        self._plate = Plate(block)
+        loads = self._plate.first_loads()
         motion = at_rest(block.rubber.u.x.array)
         self.motion_law = _motion_law(block)
         # Under a law of the scene's own the shear may fall for long: what springs back makes heat,
@@ -144,7 +143,7 @@ class Sliding:
         interface, motion = memory.interface, memory.motion
         self.block.rubber.u.x.array[:] = motion.displacements
         self.block.hold(memory.grip)
-        loads = self._loads(memory.speed, memory.offset)
+        loads = self._plate.loads(memory.speed, memory.offset)
         self.current = CoupledState(
             time=memory.time,
             motion=motion,
@@ -189,7 +188,7 @@ class Sliding:
         rejected = 0
         values = self.block.rubber.u.x.array
         left = self._duration - self.current.time
-        corner = self._next_corner() - self.current.time
+        corner = self._plate.next_corner(self.current.time) - self.current.time
         while True:
             dt = min(self._dt, left, corner)
             for end in (left, corner):
@@ -226,15 +225,17 @@ class Sliding:
 
     def _try(self, dt: float) -> tuple[Accepted, float]:
         """A trial step of `dt` and the length of the next. Raises Refused or NotConverged."""
-        rests = self.current.steady and self._pressure_holds(dt)
+        now, solved = self.current, self.current.motion.time
+        rests = now.steady and self._plate.force_holds(solved, now.time + dt)
         resting = self._rested(dt) if rests else None
         return self._solved(dt) if resting is None else resting
 
     def _rested(self, dt: float) -> tuple[Accepted, float] | None:
         """A trial step with the block at rest on the plate; None if its shear changes too much."""
-        start, before = self.current, self._resting(self.current.loads, self.current.time)
-        loads = self._resting(before, start.time + dt)
-        loads = replace(loads, offset=before.offset + self._way(dt))
+        start, plate = self.current, self._plate
+        before = plate.resting(start.loads, start.time)
+        loads = plate.resting(before, start.time + dt)
+        loads = replace(loads, offset=before.offset + plate.way(start.time, dt))
         passage = self._films.passage(start.interface, before, loads, dt, self._film_step)
         state = passage.state
         shear = self.shear(state, loads)
@@ -255,9 +256,11 @@ class Sliding:
         block, start, time = self.block, self.current.motion, self.current.time + dt
         values = block.rubber.u.x.array
         values[:], rate = self.motion_law.begin(start, time)
-        speed, load = self._speed(rate, time), self._pressures.at(time) / self._pressures.first
-        loads = self._loads_after(dt, speed)
+        plate = self._plate
+        speed, load = plate.slip(rate, time), plate.force(time)
         interface, before = self.current.interface, self.current.loads
+        offset = before.offset + plate.way(self.current.time, dt)
+        loads = plate.slipping(speed, offset)
         passage = self._films.passage(interface, before, loads, dt, self._film_step)
         bend = self._error.of_curve(self._forces(passage), passage.ends)
         if bend > 1.0 and self._adaptive:
@@ -266,7 +269,7 @@ class Sliding:
         for _ in range(self._passes):
             sheared = self.carrier.sheared(passage.state, loads)
             iterations += self._balance(sheared, speed, load)
-            loads = self._loads_after(dt, speed)
+            loads = plate.slipping(speed, offset)
             corrected = self._films.again(interface, before, loads, dt, passage)
             mismatches.append(self._error.of_coupling(passage.steps[-1], corrected.steps[-1]))
             passage = corrected
@@ -283,7 +286,7 @@ class Sliding:
             raise Refused("the block moves too fast", float(step_factor(drift, 2)))
 
         state = passage.state
-        shear, at_rest = self.shear(state, loads), self.shear(state, self._resting(loads, time))
+        shear, at_rest = self.shear(state, loads), self.shear(state, plate.resting(loads, time))
         solved, area = self.current.solved_shear, self.current.loads.area
         steady = self._may_rest and self._error.is_quiet(at_rest, solved, area)
         mechanics = self._mechanics(shear, loads, motion)
@@ -395,55 +398,6 @@ class Sliding:
         loads = replace(loads, offset=offset)
         after = state._replace(interface=interface, loads=loads, way=way)
         return after, self.block.scale * (lost + left)
-
-    def _next_corner(self) -> float:
-        """The next time (s) at which the plate's force or speed has a corner."""
-        now = self.current.time
-        return float(min(self._pressures.next_corner(now), self._speeds.next_corner(now)))
-
-    def _pressure_holds(self, dt: float) -> bool:
-        """Whether the plate's force will be, after `dt`, what the block was solved for."""
-        solved, now = self.current.motion.time, self.current.time + dt
-        return self._pressures.at(solved) == self._pressures.at(now)
-
-    def _way(self, dt: float) -> float:
-        """How far ice passes in a step of `dt`, m."""
-        now = self.current.time
-        return self._speeds.mean_between(now, now + dt) * dt if self._passing else 0.0
-
-    def _speed(self, rate: Rate, time: float) -> SpeedLaw:
-        """Slip speed at `time` (s): the plate's and that of the rubber relative to it.
-
-        Taken at the displacement that is solved for: a lagged one is unstable for steps below
-        tau H / (v G), some ten microseconds.
-        """
-        surface, speed = self.block.surface, self._speeds.at(time)
-        dim = self.block.rubber.mesh.geometry.dim
-        known = speed + surface.displacements(rate.intercept.reshape(-1, dim))[..., 0]
-        return lambda displacement: (known + rate.slope * displacement, rate.slope)
-
-    def _loads(self, speed: Array, offset: float) -> ContactLoads:
-        """The rubber's points at the block's present displacements."""
-        surface, contact = self.block.surface, self.block.contact
-        positions = surface.positions(self.block.rubber.displacements)[..., :-1]
-        return ContactLoads(
-            positions.reshape(surface.n_points, positions.shape[-1]),
-            contact.pressure.ravel(),
-            contact.area.ravel(),
-            speed,
-            offset,
-        )
-
-    def _loads_after(self, dt: float, speed: SpeedLaw) -> ContactLoads:
-        """The rubber's points at the end of a step of `dt` to the present displacements."""
-        present = self.block.surface.displacements(self.block.rubber.displacements)
-        return self._loads(
-            speed(present[..., 0])[0].ravel(), self.current.loads.offset + self._way(dt)
-        )
-
-    def _resting(self, loads: ContactLoads, time: float) -> ContactLoads:
-        """The rubber's points at `time` (s) if they do not move relative to the plate."""
-        return replace(loads, speed=np.full_like(loads.speed, self._speeds.at(time)))
 
     def _all(self, here: bool) -> bool:
         return bool(self.block.surface.comm.allreduce(here, op=MPI.LAND))
