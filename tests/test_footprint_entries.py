@@ -164,7 +164,11 @@ LINE, PIXELS = "x_m,pressure_Pa\n0,1e5\n1e-3,2e5\n", ["--length", "180mm", "--wi
         (LINE, ["--line", "f", "--pressure-map", "f"], "give one of IMAGE, --pressure-map, --line"),
         (LINE, [], "given: none of them"),
         (LINE, ["--line", "f", "--scenes", "1"], "does not fit one line"),
-        (LINE, ["--gaussian", "180mm"], '"180mm" is not LENGTH,PEAK,SIGMA, say 180mm,4bar,30mm'),
+        (
+            LINE,
+            ["--gaussian", "180mm"],
+            '--gaussian = "180mm" is not LENGTH,PEAK,SIGMA, say 180mm,4bar,30mm',
+        ),
         (LINE, ["--gaussian", "180mm,4bar,9m"], "--gaussian"),
         (LINE, ["--gaussian", "180mm,4bar", "--load", "3kN"], "--load does not fit --gaussian"),
         (LINE, ["--line", "f", "--ice-material", "2,900"], "is not CONDUCTIVITY,DENSITY,HEAT"),

@@ -14,6 +14,7 @@ from pydantic import (
     field_validator,
     model_validator,
 )
+from pydantic_core import PydanticCustomError
 
 from iceslide_fem.footprint.film_map import Ride
 from iceslide_fem.footprint.image import Box
@@ -69,7 +70,7 @@ def _box(value: Any) -> Any:
         return value
     parts = value.split(",")
     if len(parts) != 4 or not all(re.fullmatch(r"\s*-?[0-9]+\s*", p) for p in parts):
-        raise ValueError(f'the box "{value}" is not LEFT,TOP,RIGHT,BOTTOM in whole pixels')
+        raise PydanticCustomError("form", "is not LEFT,TOP,RIGHT,BOTTOM in whole pixels")
     return Box(*(int(part) for part in parts))
 
 
@@ -80,9 +81,8 @@ def _solid(value: Any) -> Any:
     try:
         conductivity, density, heat_capacity = (float(part) for part in value.split(","))
     except ValueError:
-        raise ValueError(
-            f'"{value}" is not CONDUCTIVITY,DENSITY,HEAT_CAPACITY in SI units'
-        ) from None
+        form = "is not CONDUCTIVITY,DENSITY,HEAT_CAPACITY in SI units"
+        raise PydanticCustomError("form", form) from None
     solid = conductivity, density, heat_capacity
     for number, (name, low, high) in zip(solid, SOLID_RANGES, strict=True):
         if not low <= number <= high:
@@ -98,7 +98,7 @@ def _gaussian(value: Any) -> Any:
         return value
     parts = value.split(",")
     if len(parts) not in (2, 3):
-        raise ValueError(f'"{value}" is not LENGTH,PEAK,SIGMA, say 180mm,4bar,30mm')
+        raise PydanticCustomError("form", "is not LENGTH,PEAK,SIGMA, say 180mm,4bar,30mm")
     kinds = (Quantity("m", "1 mm", "5 m"), Quantity("Pa", "0.1 bar", "100 bar"))
     given = [
         kind.validate(as_number(part.strip()))

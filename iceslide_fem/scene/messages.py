@@ -30,7 +30,7 @@ def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
             return missing([shortened(_dotted(fault["loc"])) for fault in faults])
         case "value_error":
             return str(fault["ctx"]["error"])
-        case "quantity" | "table":
+        case "quantity" | "table" | "form":
             return f"{given} {fault['msg']}"
         case "literal_error":
             return f"{given} is not available; allowed: {fault['ctx']['expected']}"
