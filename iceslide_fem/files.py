@@ -29,11 +29,11 @@ def writing(path: Path | str) -> Iterator[None]:
         raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
 
 
-def replace_file(path: Path, content: str | bytes) -> None:
+def replace_file(path: Path, content: str | bytes, durable: bool = True) -> None:
     """Write the file so that at any time, also after a crash, the old or the new one is complete.
 
-    Raises OutputError (the disk is full, say); the old file then stays and nothing is left beside
-    it.
+    `durable`: also after a loss of power, which takes as long as the disk does. Raises OutputError
+    (the disk is full, say); the old file then stays and nothing is left beside it.
     """
     temporary = path.with_name(path.name + ".part")
     data = content.encode() if isinstance(content, str) else content
@@ -41,8 +41,9 @@ def replace_file(path: Path, content: str | bytes) -> None:
         try:
             with open(temporary, "wb") as file:
                 file.write(data)
-                file.flush()
-                os.fsync(file.fileno())
+                if durable:
+                    file.flush()
+                    os.fsync(file.fileno())
             os.replace(temporary, path)
         except OSError:
             temporary.unlink(missing_ok=True)

@@ -10,8 +10,9 @@ from test_sliding import slide, uniform  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.film.rubber_heat import RubberColumns  # noqa: E402
+from iceslide_fem.interface.carriers import ContactLoads  # noqa: E402
 from iceslide_fem.interface.rubber_columns import RubberOverGrid  # noqa: E402
-from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
+from iceslide_fem.interface.surface_grid import SurfaceGrid  # noqa: E402
 from iceslide_fem.materials import rubber_solid  # noqa: E402
 
 pytestmark = pytest.mark.fe
@@ -28,9 +29,11 @@ def test_points_over_nodes_take_the_heat_that_the_nodes_give():
     rng = np.random.default_rng(4)
     grid = SurfaceGrid([np.linspace(0.0, 1e-3, 21)], np.arange(21), MPI.COMM_SELF)
     rubber = RubberOverGrid(grid, T_0, 1e-3, rubber_solid(1100.0))
-    at = grid.place(rng.uniform(0.2e-3, 0.8e-3, (100, 1)))
-    area = rng.uniform(0.0, 1e-5, 100) * (rng.uniform(size=100) > 0.3)
-    rubber = rubber.above(Contacts(at, area))
+    positions, area = rng.uniform(0.2e-3, 0.8e-3, (100, 1)), rng.uniform(0.0, 1e-5, 100)
+    pressure = 1e5 * (rng.uniform(size=100) > 0.3)
+    resting = ContactLoads(positions, pressure, area, np.zeros(100), 0.0)
+    rubber = rubber.above(resting, resting)
+    at, area = grid.place(positions), resting.touching
     flux = rng.uniform(1e4, 9e4, 21) * (grid.scatter(area, at) > 0.0)
     content = rubber.heated(rubber.initial(100), 1e-5, flux)
     kept = float(rubber.column.heat(content) @ area)

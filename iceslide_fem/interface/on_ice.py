@@ -17,7 +17,6 @@ from iceslide_fem.interface.water import HALF, cells_passed, moved_by_a_cell
 from iceslide_fem.interface.window import (
     RECENT,
     PassingIce,
-    passed_over,
     place,
     reaches,
     shifted,
@@ -81,7 +80,7 @@ class OnIce:
         first, last = _completed(covered, first, last), _completed(covers, last, first)
         area = np.where(covered | covers, grid.cell_area[grid.own], 0.0)
         ice = self.ice.under(Contacts(grid.own_nodes(), area))
-        rubber = self.rubber.above(passed_over(grid, start, end))
+        rubber = self.rubber.above(start, end)
         step = advance(state, first, last, dt, ice, integrator, rubber)
         return InterfaceStep(step, area, last, ice, rubber)
 

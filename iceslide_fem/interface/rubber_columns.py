@@ -14,14 +14,16 @@ from iceslide_fem.film.rubber_heat import (
     RubberColumns,
     RubberSurface,
 )
+from iceslide_fem.interface.carriers import ContactLoads
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid
+from iceslide_fem.interface.window import passed_over
 from iceslide_fem.materials import MELTING_TEMPERATURE, Solid
 
 
 class InsulatedOverGrid(Insulated):
     """Rubber that takes no heat, wherever its points lie."""
 
-    def above(self, contacts: Contacts) -> InsulatedOverGrid:
+    def above(self, start: ContactLoads, end: ContactLoads) -> InsulatedOverGrid:
         """The same."""
         return self
 
@@ -47,10 +49,10 @@ class RubberOverGrid(RubberColumns):
         self.grid = grid
         self._contacts = Contacts(grid.own_nodes(), np.zeros(grid.own.size))
 
-    def above(self, contacts: Contacts) -> RubberOverGrid:
-        """The same rubber as it answers where its points are `contacts`: of area 0 without."""
+    def above(self, start: ContactLoads, end: ContactLoads) -> RubberOverGrid:
+        """The same rubber as it answers where its points are in a step from `start` to `end`."""
         over = copy(self)
-        over._contacts = contacts
+        over._contacts = passed_over(self.grid, start, end)
         return over
 
     def response(self, start: Array, dt: Array | float) -> RubberSurface:

@@ -8,6 +8,7 @@ belongs to one rank, each point to one rank.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -28,17 +29,25 @@ class Placement:
     shape: of the grid.
     """
 
-    node: NDArray[np.int64]
+    node: NDArray[np.int32]
     share: Array
     shape: tuple[int, ...]
 
     @cached_property
-    def matrix(self) -> csr_matrix:
+    def reading(self) -> csr_matrix:
         """From values of the nodes to those of the points."""
+        return csr_matrix(self._entries, shape=(len(self.node), math.prod(self.shape)))
+
+    @cached_property
+    def giving(self) -> csc_matrix:
+        """From amounts of the points to those of the nodes: its transpose."""
+        return csc_matrix(self._entries, shape=(math.prod(self.shape), len(self.node)))
+
+    @property
+    def _entries(self) -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
         n, corners = self.node.shape
-        first = np.arange(0, n * corners + 1, corners)
-        parts = self.share.ravel(), self.node.ravel(), first
-        return csr_matrix(parts, shape=(n, int(np.prod(self.shape))))
+        first = np.arange(0, n * corners + 1, corners, dtype=np.int32)
+        return self.share.ravel(), self.node.ravel(), first
 
     @cached_property
     def pairs(self) -> csc_matrix:
@@ -58,7 +67,7 @@ class Placement:
 
 def own_points(n: int) -> Placement:
     """Placement of `n` points each of which is a node of its own."""
-    return Placement(np.arange(n)[:, None], np.ones((n, 1)), (n,))
+    return Placement(np.arange(n, dtype=np.int32)[:, None], np.ones((n, 1)), (n,))
 
 
 class Contacts(NamedTuple):
@@ -102,11 +111,14 @@ class SurfaceGrid:
         self.shape = tuple(line.size for line in lines)
         self.n_nodes = int(np.prod(self.shape))
         self.diagonals = _diagonals(_corners(self.shape))
+        own_nodes = own.astype(np.int32)[:, None]
+        self._own_nodes = Placement(own_nodes, np.ones((own.size, 1)), self.shape)
+        self._widths = [np.diff(line) for line in lines]
         area = np.ones(1)
-        for line in lines:
-            half = np.diff(line) / 2.0
-            width = np.append(half, 0.0) + np.insert(half, 0, 0.0)
-            area = np.multiply.outer(area, width).ravel()
+        for width in self._widths:
+            half = width / 2.0
+            around = np.append(half, 0.0) + np.insert(half, 0, 0.0)
+            area = np.multiply.outer(area, around).ravel()
         self.cell_area = area
 
     @property
@@ -116,26 +128,21 @@ class SurfaceGrid:
 
     def place(self, points: Array) -> Placement:
         """Placement of points (n, len(lines)), m; those outside the grid lie on its edge."""
-        cells, fractions = [], []
-        for axis, line in enumerate(self.lines):
-            x = np.clip(points[:, axis], line[0], line[-1])
-            cell = np.clip(np.searchsorted(line, x) - 1, 0, line.size - 2)
-            cells.append(cell)
-            fractions.append((x - line[cell]) / (line[cell + 1] - line[cell]))
-        nodes, shares = [], []
-        for corner in itertools.product((0, 1), repeat=len(self.lines)):
-            node = np.zeros(len(points), dtype=np.int64)
-            share = np.ones(len(points))
-            for axis, side in enumerate(corner):
-                node = node * self.shape[axis] + cells[axis] + side
-                share = share * (fractions[axis] if side else 1.0 - fractions[axis])
-            nodes.append(node)
-            shares.append(share)
-        return Placement(np.stack(nodes, axis=1), np.stack(shares, axis=1), self.shape)
+        node, share = np.zeros((len(points), 1), dtype=np.int32), np.ones((len(points), 1))
+        for x, line, widths in zip(points.T, self.lines, self._widths, strict=True):
+            x = np.minimum(np.maximum(x, line[0]), line[-1])
+            cell = np.searchsorted(line[1:-1], x).astype(np.int32)
+            fraction = (x - line[cell]) / widths[cell]
+            node = node * line.size + cell[:, None]
+            node = np.stack([node, node + 1], axis=-1).reshape(len(x), -1)
+            first = share * (1.0 - fraction)[:, None]
+            last = share * fraction[:, None]
+            share = np.stack([first, last], axis=-1).reshape(len(x), -1)
+        return Placement(node, share, self.shape)
 
     def own_nodes(self) -> Placement:
         """Placement of points that are this rank's nodes themselves."""
-        return Placement(self.own[:, None], np.ones((self.own.size, 1)), self.shape)
+        return self._own_nodes
 
     def allgather(self, own_values: Array) -> Array:
         """Values (..., nodes) from those of each rank's own nodes (..., own). Collective."""
@@ -146,17 +153,16 @@ class SurfaceGrid:
 
     def interpolate(self, grid: Array, at: Placement) -> Array:
         """Values (n,) of a grid function (nodes,) at points."""
-        return np.asarray(at.matrix @ grid)
+        return np.asarray(at.reading @ grid)
 
     def scatter(self, amounts: Array, at: Placement) -> Array:
-        """What the points of all ranks give to each node (..., nodes). Collective.
+        """What the points of all ranks give to each node, (nodes,) or (kinds, nodes). Collective.
 
-        `amounts` (..., n) is extensive: heat, area, force.
+        `amounts`, (n,) or (kinds, n), are extensive: heat, area, force.
         """
-        kinds = amounts.reshape(int(np.prod(amounts.shape[:-1])), amounts.shape[-1])
-        grid = np.ascontiguousarray((at.matrix.T @ kinds.T).T)
+        grid = np.ascontiguousarray((at.giving @ amounts.T).T)
         self.comm.Allreduce(MPI.IN_PLACE, grid, op=MPI.SUM)
-        return grid.reshape(*amounts.shape[:-1], self.n_nodes)
+        return grid
 
     def coupling(self, conductance: Array, at: Placement) -> Array:
         """Sum over the points of all ranks of conductance * N N^T, a symmetric matrix. Collective.

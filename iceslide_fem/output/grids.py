@@ -11,6 +11,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI, cell_dofs, cell_name
@@ -69,7 +70,12 @@ class RubberGrid:
         self._dofs = _gather(self._comm, np.asarray(numbers, dtype=np.int64).reshape(dofs.shape))
         self._recovery = StressRecovery(rubber)
         self._from_vertices = from_vertices(rubber)
-        self._weights = _gather(self._comm, self._recovery.weights)
+        weights = _gather(self._comm, self._recovery.weights)
+        if self._points is not None and self._dofs is not None and weights is not None:
+            vertices = self._dofs[:, : weights.shape[1]].ravel()
+            total = np.bincount(vertices, weights.ravel(), len(self._points))
+            parts = weights.ravel() / total[vertices], (vertices, np.arange(vertices.size))
+            self._mean = csr_matrix(parts, shape=(len(self._points), vertices.size))
 
     def grid(self, u: Array, velocity: Array | None, stress: bool) -> Grid | None:
         """With displacements `u`, velocities (blocked dofs, d) and the `stress`. Collective."""
@@ -92,15 +98,11 @@ class RubberGrid:
 
     def _averaged(self, at_vertices: Array) -> Array:
         """Values at all nodes (n, 7) of the cells' own at their vertices (c, k, 7); on rank 0."""
-        assert self._points is not None and self._dofs is not None and self._weights is not None
-        vertices = self._dofs[:, : at_vertices.shape[1]]
-        total = np.zeros((len(self._points), at_vertices.shape[2]))
-        weight = np.zeros(len(self._points))
-        np.add.at(total, vertices, self._weights[..., None] * at_vertices)
-        np.add.at(weight, vertices, self._weights)
-        mean = total / np.where(weight > 0.0, weight, 1.0)[:, None]
-        nodes = np.zeros_like(total)
-        nodes[self._dofs] = self._from_vertices @ mean[vertices]
+        assert self._dofs is not None
+        n_cells, k, _ = at_vertices.shape
+        mean = self._mean @ at_vertices.reshape(n_cells * k, -1)
+        nodes = np.zeros_like(mean)
+        nodes[self._dofs] = self._from_vertices @ mean[self._dofs[:, :k]]
         return nodes
 
     def _gather(self, nodal: Array) -> Array | None:
@@ -183,9 +185,8 @@ class FacetGrid:
 
     def _of_facets(self, amounts: Array) -> Array:
         """Sums (facets, k) of amounts (f, k) over the parts of each facet."""
-        sums = np.zeros((len(self._corner_dofs), amounts.shape[1]))
-        np.add.at(sums, self._surface.whole, amounts)
-        return sums
+        firsts = self._surface.firsts
+        return amounts if firsts.size == len(amounts) else np.add.reduceat(amounts, firsts)
 
     def _corners(self, u: Array) -> Array | None:
         return _gather(self._surface.comm, _in_space(self._corner_nodes + u[self._corner_dofs]))

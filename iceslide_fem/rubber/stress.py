@@ -36,11 +36,15 @@ class Deformation(NamedTuple):
     @classmethod
     def of(cls, F: Array) -> Deformation:
         """Of the deformation gradient (..., 3, 3)."""
-        J = np.asarray((np.cross(F[..., 0, :], F[..., 1, :]) * F[..., 2, :]).sum(axis=-1))
+        (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = np.moveaxis(F, (-2, -1), (0, 1))
+        J = xx * (yy * zz - yz * zy) + xy * (yz * zx - yx * zz) + xz * (yx * zy - yy * zx)
         b = J[..., None, None] ** (-2.0 / 3.0) * (F @ np.swapaxes(F, -1, -2))
         squared = b @ b
-        trace = np.trace(b, axis1=-2, axis2=-1)
-        return cls(J, b, squared, trace, np.trace(squared, axis1=-2, axis2=-1))
+        return cls(J, b, squared, _trace(b), _trace(squared))
+
+
+def _trace(tensors: Array) -> Array:
+    return np.asarray(tensors[..., 0, 0] + tensors[..., 1, 1] + tensors[..., 2, 2])
 
 
 def strain_energy(at: Deformation, material: MooneyRivlin) -> Array:
@@ -92,9 +96,10 @@ class CellPoints:
 
     def deformation(self, u: Array) -> Array:
         """F (c, q, 3, 3) of nodal displacements `u` (blocked dofs, d); plane strain in a slice."""
-        reference = np.einsum("sqa,cai->cqis", self._slopes, u[self.dofs])
+        dim, points, nodes = self._slopes.shape
+        flat = self._slopes.reshape(dim * points, nodes) @ u[self.dofs]
+        reference = flat.reshape(len(flat), dim, points, dim).transpose(0, 2, 3, 1)
         gradient = reference @ self.inverse
-        dim = gradient.shape[-1]
         F = np.zeros((*gradient.shape[:2], 3, 3))
         F[...] = np.eye(3)
         F[..., :dim, :dim] += gradient
