@@ -224,6 +224,33 @@ def test_modes_diagonalise_the_matrices_that_dolfinx_assembles(model):
     np.testing.assert_allclose(rates, np.diag(ice._modes.rates.ravel()), atol=1e-9 * rates.max())
 
 
+class Counted:
+    """The film of a given flux, and how often it was asked."""
+
+    def __init__(self, flux):
+        self.film, self.times = given_flux(flux), 0
+
+    def solve(self, surface, near=None):
+        self.times += 1
+        return self.film.solve(surface)
+
+
+@pytest.mark.parametrize("melts", [False, True])
+def test_a_film_is_asked_no_more_than_its_ice_needs(melts):
+    """Once where nothing depends on the temperature, twice where points melt and freeze."""
+    ice, points, _ = some_ice("slice")
+    flux = (6e5 if melts else 1e5) * (1.0 + 0.8 * np.sin(3e3 * points[:, 0]))
+    film = Counted(flux)
+    content, stage = ice.stage(ice.initial(0), 1e-4, film)
+    assert film.times == (2 if melts else 1)
+    assert stage.melting.any() == melts
+    below = ice.surface_temperature(content)
+    given = np.minimum(flux, (MELTING_TEMPERATURE - below) / ice._link)
+    np.testing.assert_allclose(stage.ice_flux, given, atol=1e-2 * flux.max())
+    dry = below + ice._link * flux
+    np.testing.assert_allclose(stage.dry_temperature, dry, atol=1e-6)
+
+
 def test_melting_points_are_found_where_full_changes_cycle(monkeypatch):
     """Half changes alone find them, too, and give the same."""
     ice, points, _ = some_ice("slice")

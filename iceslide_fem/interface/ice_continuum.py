@@ -17,13 +17,12 @@ from collections.abc import Mapping
 from copy import copy
 
 import numpy as np
-from scipy.linalg.blas import dsbmv
-from scipy.linalg.lapack import dpbtrf, dpbtrs
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.interface.ice_modes import GridModes, line_matrices
+from iceslide_fem.interface.ice_surface import UNSETTLED, Balance, Fluxes, StageSurface
 from iceslide_fem.interface.surface_grid import Contacts, Profile, SurfaceGrid
 from iceslide_fem.materials import ICE, Solid
 from iceslide_fem.mesh.ice import IceMesh
@@ -31,11 +30,9 @@ from iceslide_fem.mesh.ice import IceMesh
 # Where it melts, the surface is held at T_m through a resistance of this share of the first
 # layer's: the flux is then a function of the point's temperature, and unique.
 RESISTANCE_SHARE = 1e-3
-TEMPERATURE_TOLERANCE = 1e-7  # K
-# Full changes find the melting points in a few iterations; where they cycle, half of each does.
+AGREEMENT = 1e-6  # K, with which the film is content when it is asked again
+# Full changes find what films give in a few iterations; where they cycle, half of each does.
 FULL_ITERATIONS, MAX_ITERATIONS = 12, 60
-# Conjugate gradients for a change of the surface's temperatures.
-LINEAR_TOLERANCE, LINEAR_ITERATIONS = 1e-8, 500
 
 
 class Continuum:
@@ -98,33 +95,40 @@ class Continuum:
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """Solve capacity (T - T_start) / dt + conduction T = heat from the film. Collective.
 
-        Newton's method for the surface's temperatures: where a point melts (or the rubber takes
-        heat, too), its flux depends on the temperature. Raises NotConverged.
+        Where a point melts (or the rubber takes heat, too), its flux depends on the temperature:
+        ice and the film's `Fluxes` are balanced, and the film is asked again at the temperatures
+        found. Raises NotConverged.
         """
-        grid, modes, (at, area) = self.grid, self._modes, self._contacts
+        modes, (at, area) = self._modes, self._contacts
         per_heat = float(dt) / (self._solid.density * self._solid.heat_capacity)
         decay = np.reciprocal(1.0 + float(dt) * self._solid.diffusivity * modes.rates)
         cooled = start * decay
         resistance = per_heat * (decay @ modes.surface**2)
-        offset, temperature = self._at_surface(cooled), self._at_surface(start)
-        link, near = np.full(area.shape, self._link), None
+        surface = StageSurface(self.grid, modes, at, self._at_surface(cooled), resistance)
+
+        def warmed(balance: Balance) -> Array:
+            heat = per_heat * modes.load_amplitudes(balance.given)
+            return cooled + heat[..., None] * (modes.surface * decay)
+
+        temperature = self._at_surface(start)
+        below = self.grid.interpolate(temperature.ravel(), at)
+        link, T_m = np.full(area.shape, self._link), self._solid.melting_temperature
+        near = None
         for iteration in range(MAX_ITERATIONS):
-            below = grid.interpolate(temperature.ravel(), at)
             result = film.solve(Surface.of(below, link, self._solid), near)
             near = result.log_height
-            heat = modes.load_amplitudes(
-                grid.scatter(area * result.ice_flux, at).reshape(grid.shape)
-            )
-            residual = temperature - offset - modes.surface_values(resistance * heat)
-            if not np.isfinite(residual).all():
-                break
-            if np.abs(residual).max() <= TEMPERATURE_TOLERANCE:
-                return cooled + (per_heat * heat[..., None]) * (modes.surface * decay), result
-            imbalance = modes.surface_loads(modes.surface_amplitudes(residual) / resistance)
-            conductance = grid.coupling(area * result.ice_slope / link, at)
-            change = self._correction(imbalance, resistance, conductance)
-            temperature = temperature - (change if iteration < FULL_ITERATIONS else 0.5 * change)
-        raise NotConverged("the melting part of the ice's surface does not settle")
+            balance = surface.balance(temperature, below, area * result.ice_flux)
+            if np.abs(surface.residual(balance)).max() <= AGREEMENT:
+                return warmed(balance), result
+            fluxes = Fluxes.of(result, below, area, self._link, T_m)
+            balance, depends = surface.balanced(balance, fluxes)
+            if not depends:  # the film would say the same again, but for this
+                dry = result.dry_temperature + (balance.below - below)
+                return warmed(balance), result._replace(dry_temperature=dry)
+            share = 1.0 if iteration < FULL_ITERATIONS else 0.5
+            temperature = temperature + share * (balance.temperature - temperature)
+            below = below + share * (balance.below - below)
+        raise NotConverged(UNSETTLED)
 
     def heat(self, content: Array) -> float:
         """Heat above the initial temperature, J (J/m in a slice)."""
@@ -139,46 +143,6 @@ class Continuum:
         capacity = self._solid.density * self._solid.heat_capacity
         heat = capacity * self._volumes[-1][::-1] @ rise
         return Profile(self._depths, self._initial + rise, heat, self.grid)
-
-    def _correction(self, imbalance: Array, resistance: Array, conductance: Array) -> Array:
-        """Solve (conduction + conductance) x = imbalance (W) for temperatures x, K.
-
-        The surface's conduction is diagonal in the lateral modes, 1 / `resistance` (K/W); the
-        `conductance` (W/K) of the points has the bands of `SurfaceGrid.coupling`. Conjugate
-        gradients, preconditioned by the bands with the conduction of a mode in the middle: in short
-        stages, in which heat does not get far along the surface, all modes have nearly the same.
-        """
-        grid, modes, width = self.grid, self._modes, self.grid.diagonals[-1]
-        bands = np.zeros((width + 1, grid.n_nodes), order="F")
-        bands[grid.diagonals] = conductance
-        factor = bands.copy(order="F")
-        factor[0] += grid.cell_area / np.sqrt(resistance.max() * resistance.min())
-        factor, fault = dpbtrf(factor, lower=1, overwrite_ab=1)
-        if fault:
-            raise NotConverged("the linear solver of the ice's temperature fails")
-
-        def answered(load: Array) -> Array:
-            return np.asarray(dpbtrs(factor, load, lower=1)[0]).ravel()
-
-        def load(x: Array) -> Array:
-            amplitudes = modes.surface_amplitudes(x.reshape(grid.shape)) / resistance
-            points = dsbmv(width, 1.0, bands, x, lower=1)
-            return np.asarray(modes.surface_loads(amplitudes).ravel() + points)
-
-        x, left = np.zeros(grid.n_nodes), imbalance.ravel().copy()
-        direction = answer = answered(left)
-        size = first = float(left @ answer)
-        for _ in range(LINEAR_ITERATIONS):
-            if not size > LINEAR_TOLERANCE**2 * first:
-                return x.reshape(grid.shape)
-            against = load(direction)
-            length = size / float(direction @ against)
-            x = x + length * direction
-            left = left - length * against
-            answer = answered(left)
-            size, before = float(left @ answer), size
-            direction = answer + size / before * direction
-        raise NotConverged("the linear solver of the ice's temperature fails")
 
     def saved(self, content: Array) -> dict[str, Array]:
         """What checkpoints keep: T - T_0 below this rank's nodes of the surface."""

@@ -38,6 +38,7 @@ MODULES = {
     "interface.ice_columns": "heat",
     "interface.ice_continuum": "heat",
     "interface.ice_modes": "heat",
+    "interface.ice_surface": "heat",
     "output": "output",
     "coupling": "rest",
 }
