@@ -194,7 +194,7 @@ def test_an_onset_in_the_second_stage_is_no_error_of_the_half_space():
         state = InterfaceState(zero, zero, content)
         step = advance(state, load, load, 0.1 * onset, ice, method)
         assert step.last.melting.all()
-        errors.append(error_norms(step, ice, state, load.free_height, np.full(1, 4.0)))
+        errors.append(error_norms(step, ice, load.free_height, np.full(1, 4.0)))
     assert errors[1] == pytest.approx(errors[0], rel=1e-6)
 
 

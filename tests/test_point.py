@@ -167,6 +167,14 @@ def test_a_molecular_film_at_thirty_metres_per_second(ice):
     assert (result.squeezed_height <= here.H_V).all()
 
 
+@pytest.mark.parametrize("ice", ["column", "half-space"])
+def test_steps_find_the_onset_and_saturation_at_once(ice):
+    """Where they were found by cutting steps that had gone past them, 5 to 19 were refused."""
+    result = simulate(conditions([*FOUR_CASES, (2.7, 6), (5, 6)]), ice, tolerance=1e-2)
+    assert np.isfinite(result.melt_onset).all() and np.isfinite(result.saturation[3:]).all()
+    assert (result.rejected <= (3 if ice == "column" else 5)).all()
+
+
 def test_cold_slow_sliding_only_squeezes():
     result = simulate(conditions(((1, 0.01),), temperature=200.0), tolerance=1e-5)
     K3 = reference.squeeze_coefficient(1e5, 29e-6)
@@ -242,7 +250,9 @@ def test_impossible_steps_are_refused(name):
 def test_a_step_that_no_shortening_mends_ends_the_run(monkeypatch, error):
     """Also where the error stays finite: it was shortened for ever."""
     monkeypatch.setattr(
-        step_control, "error_norms", lambda step, *others: np.full(step.last.melting.shape, error)
+        step_control,
+        "error_norms",
+        lambda step, *others, **more: np.full(step.last.melting.shape, error),
     )
     with pytest.raises(SimulationStopped, match="cannot be advanced beyond t = 0 s"):
         simulate(conditions())

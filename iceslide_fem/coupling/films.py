@@ -68,7 +68,7 @@ class Films:
             loads = between(start, end, reached)
             try:
                 trial = self._carrier.pass_over(state, points[-1], loads, length, self._integrator)
-                control = self._error.of_film(trial, state)
+                control = self._error.of_film(trial)
             except NotConverged:
                 if not self._adaptive or not length >= SMALLEST_SHARE * dt:
                     raise
@@ -107,7 +107,7 @@ class Films:
             points.append(between(start, end, reached))
             length = (reached - done) * dt
             step = self._carrier.pass_over(state, points[-2], points[-1], length, self._integrator)
-            control = self._error.of_film(step, state)
+            control = self._error.of_film(step)
             if control > 2.0:
                 raise Refused("film and heat change too fast", self._factor(control))
             steps.append(step)

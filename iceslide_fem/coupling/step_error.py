@@ -14,7 +14,6 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.energy import Energies
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.viscosity import temperature_scale
 from iceslide_fem.interface.carriers import InterfaceStep
 from iceslide_fem.rubber.block import Block
@@ -77,10 +76,10 @@ class StepError:
         block = self._block
         return LEAST_FRICTION * block.scene.load.pressures.smallest * block.area * block.scale
 
-    def of_film(self, interface_step: InterfaceStep, before: InterfaceState) -> float:
-        """Local error of film and heat over a step from `before`; infinite if one has failed."""
+    def of_film(self, interface_step: InterfaceStep) -> float:
+        """Local error of film and heat over a step; infinite if one has failed."""
         scale = np.full(interface_step.area.shape, self._temperature_scale)
-        error = interface_step.local_error(before, scale)
+        error = interface_step.local_error(scale)
         if not self._block.surface.comm.allreduce(bool(np.isfinite(error).all()), op=MPI.LAND):
             return np.inf
         return self._mean(error, interface_step.friction()) / self._local_tolerance

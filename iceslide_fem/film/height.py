@@ -38,24 +38,29 @@ class HeightEquation(NamedTuple):
         inverse = np.exp(-y)
         filling, gain = self.room * inverse, self.heating * inverse
         thinning = self.squeezing / (inverse * inverse)
-        full, melts = thinning >= filling, gain > self.cooling
-        steep = gain * inverse
-        melted = steep - self.cooling * inverse
+        full = thinning >= filling
+        melted = gain - self.cooling
+        melts = melted > 0.0
+        np.maximum(melted, 0.0, out=melted)
+        melted *= inverse
+        gain *= inverse
+        gain *= melts
         # Squeeze-out goes with the power -1 or 2 of h, melting with -2 and -1.
-        power = np.where(full, -1.0, 2.0)
-        squeezed = np.where(full, filling, thinning)
+        squeezed = np.minimum(thinning, filling, out=thinning)
+        power = 2.0 - 3.0 * full
         residual = y - self.start
         residual += squeezed
+        residual -= melted
         squeezed *= power
-        slope = 1.0 + squeezed
-        squeezed *= power
-        residual -= np.where(melts, melted, 0.0)
-        melted += steep
-        slope += np.where(melts, melted, 0.0)
-        melted += 2.0 * steep
-        squeezed -= np.where(melts, melted, 0.0)
+        melted += gain
+        slope = squeezed + melted
+        slope += 1.0
         np.maximum(slope, 0.1, out=slope)
-        return residual, slope, squeezed, full, melts
+        curve = np.multiply(squeezed, power, out=squeezed)
+        curve -= melted
+        gain *= 2.0
+        curve -= gain
+        return residual, slope, curve, full, melts
 
     def switches(self, y: Array) -> tuple[Mask, Mask]:
         """Where the free volume is full and the ice melts."""
@@ -70,24 +75,32 @@ def log_height_of(equation: HeightEquation) -> Array:
     Halley's method where two changes do, and they are small and meet no switch; what is left
     after them is of the order of the cube of the last. Elsewhere `_bracketed`.
     """
-    residual, slope, curve, *_ = equation.at(equation.start)
-    change = residual / slope
-    first = np.abs(change)
-    change /= np.clip(0.5 * change * curve / slope, -0.5, 0.5) - 1.0
-    y = equation.start + np.clip(change, -1.0, 1.0)
-    residual, slope, curve, full, melts = equation.at(y)
-    change = residual / slope
-    last = np.abs(change)
-    change /= np.clip(0.5 * change * curve / slope, -0.5, 0.5) - 1.0
-    y += np.clip(change, -1.0, 1.0)
+    first = _halley(*equation.at(equation.start)[:3])
+    y = equation.start + first
+    *parts, full, melts = equation.at(y)
+    last = _halley(*parts)
+    y += last
     full_now, melts_now = equation.switches(y)
-    settled = (first <= _FAR) & (last <= _CLOSE) & (full == full_now) & (melts == melts_now)
-    rest = np.flatnonzero(~settled)
-    if rest.size:
+    settled = (np.abs(first) <= _FAR) & (np.abs(last) <= _CLOSE)
+    settled &= (full == full_now) & (melts == melts_now)
+    if not settled.all():
+        rest = np.flatnonzero(~settled)
         y[rest] = _bracketed(
             HeightEquation(*(np.broadcast_to(part, y.shape)[rest] for part in equation))
         )
     return y
+
+
+def _halley(residual: Array, slope: Array, curve: Array) -> Array:
+    """The change of ln h by Halley's method, at most twice that of Newton's, and at most 1."""
+    curve *= residual
+    curve *= 0.5
+    residual *= slope
+    slope *= slope
+    curve -= slope
+    np.minimum(curve, -0.5 * slope, out=curve)
+    residual /= curve
+    return np.clip(residual, -1.0, 1.0, out=residual)
 
 
 def _bracketed(equation: HeightEquation) -> Array:

@@ -48,25 +48,24 @@ class IceHeat(Protocol):
 class _OfStage(NamedTuple):
     """What the `dt` (s) of a stage decides in a column.
 
-    What is left of each mode, what a heat of 1 J/m2 leaves in it, and the surface's temperature per
-    flux (K m2/W).
+    What is left of each mode, and the surface's temperature per flux (K m2/W).
     """
 
     dt: Array | float
     decay: Array
-    shares: Array
     resistance: Array
 
 
 class Column:
     """1-D conduction below every point, in the modes of a graded quadratic element mesh.
 
-    With the modes orthonormal in the heat capacity, each amplitude obeys
-    d theta_j / dt = -lambda_j theta_j + phi_j q, where q (W/m2) enters at the surface and phi_j
-    is the mode's value there: an implicit stage costs one division per mode, for any step and
-    any number of points. Where points have solids of their own, each has the mesh in thermal layers
-    of its own: the rates are then the same for all, and phi_j goes with 1 / sqrt(effusivity), by
-    the `gain`. Content: amplitudes, shape (n_modes, n_points), in (J K)^0.5 / m.
+    With the modes orthonormal in the heat capacity and phi_j their values at the surface, the
+    amplitudes are phi_j theta_j with d theta_j / dt = -lambda_j theta_j + q, where the flux q
+    (W/m2) enters at the surface, and its temperature is T_0 + sum phi_j^2 theta_j: an implicit
+    stage costs one division per mode, for any step and any number of points. Where points have
+    solids of their own, each has the mesh in thermal layers of its own: the rates are then the same
+    for all, and phi_j^2 goes with 1 / effusivity, the `gain`. Content: the theta_j, shape
+    (n_modes, n_points), in J/m2: what a mode would hold of the heat given to it, if it kept it all.
     depths: of the nodes, from 0 downwards, m.
     """
 
@@ -89,7 +88,7 @@ class Column:
         """
         self.temperature = np.asarray(temperature, dtype=float)
         self.solid, solid = solid, Solid(*(np.ravel(part)[0] for part in solid))
-        self._gain = np.sqrt(solid.effusivity / self.solid.effusivity)
+        self._gain = np.asarray(solid.effusivity / self.solid.effusivity)
         first = first_layer * np.sqrt(solid.diffusivity * np.min(duration))
         total = depth * np.sqrt(solid.diffusivity * np.max(duration))
         count = int(np.ceil(np.log1p(total / first * (ratio - 1.0)) / np.log(ratio)))
@@ -138,7 +137,7 @@ class Column:
         part._stage = None
         part.temperature = self.temperature[index] if self.temperature.ndim else self.temperature
         part.solid = self.solid.at(index)
-        part._gain = self._gain[index] if np.ndim(self._gain) else self._gain
+        part._gain = self._gain[index] if self._gain.ndim else self._gain
         return part
 
     def initial(self, n_points: int) -> Array:
@@ -153,8 +152,10 @@ class Column:
 
     def response(self, start: Array, dt: Array | float) -> Surface:
         """The surface at the end of a stage under a flux that is still to be found."""
-        offset = self.temperature + self._gain * (self.surface @ (start * self._of_stage(dt).decay))
-        resistance = np.broadcast_to(self.resistance(dt), offset.shape)
+        offset = self.temperature + self._per_heat(start * self._of_stage(dt).decay)
+        resistance = self.resistance(dt)
+        if resistance.shape != offset.shape:
+            resistance = np.broadcast_to(resistance, offset.shape)
         return Surface.of(offset, resistance, self.solid)
 
     def resistance(self, dt: Array | float) -> Array:
@@ -163,9 +164,8 @@ class Column:
 
     def heated(self, start: Array, dt: Array | float, heat: Array) -> Array:
         """Content at the end of the stage in which the surface took `heat` (J/m2, per point)."""
-        stage = self._of_stage(dt)
-        content = stage.shares * (self._gain * heat)
-        content += start * stage.decay
+        content = start + heat
+        content *= self._of_stage(dt).decay
         return content
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
@@ -177,14 +177,16 @@ class Column:
         """What `dt` alone decides; kept for the step's next stage, which has the same."""
         if self._stage is None or self._stage.dt is not dt:
             decay = self.decay(dt)
-            shares = self.surface[:, None] * decay
-            resistance = np.asarray(self._gain**2 * (self.surface @ shares) * dt)
-            self._stage = _OfStage(dt, decay, shares, resistance)
+            self._stage = _OfStage(dt, decay, self._per_heat(decay) * dt)
         return self._stage
+
+    def _per_heat(self, content: Array) -> Array:
+        """What `content` adds to the temperature of the surface (K), shape (n_points,)."""
+        return np.asarray(self._gain * (self.surface**2 @ content))
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature of the surface (K), shape (n_points,)."""
-        return self.temperature + self._gain * (self.surface @ content)
+        return self.temperature + self._per_heat(content)
 
     def at_depths(self, content: Array) -> Array:
         """Temperature (K) at the `depths`, (n_depths, n_points), of the first point's solid."""
@@ -192,7 +194,7 @@ class Column:
 
     def rise(self, content: Array) -> Array:
         """The same above the initial temperature."""
-        return np.asarray(self._gain * (self._modes @ content))
+        return np.asarray(self._gain * ((self._modes * self.surface) @ content))
 
     def saved(self, content: Array) -> dict[str, Array]:
         """What checkpoints keep of a content: temperatures (..., n_points), which know no modes."""
@@ -202,11 +204,12 @@ class Column:
         """Content of what was `saved`, also by a column that ends higher: below is cold ice."""
         rise = np.zeros((self.depths.size, saved["rise"].shape[-1]))
         rise[: len(saved["rise"])] = saved["rise"]
-        return np.asarray(self._modes.T @ (self._capacity @ rise) / self._gain)
+        amplitudes = self._modes.T @ (self._capacity @ rise)
+        return np.asarray(amplitudes / self.surface[:, None] / self._gain)
 
     def heat(self, content: Array) -> Array:
         """Heat above the initial temperature (J/m2), shape (n_points,)."""
-        return (self._storage @ content) / self._gain
+        return np.asarray((self._storage * self.surface) @ content)
 
 
 def _warming(rates: Array, surface: Array, times: Array) -> Array:
@@ -265,7 +268,9 @@ class HalfSpace:
             result = film.solve(_chosen(melting, closed_form, resolved))
         conducted = np.where(melting, resolved.melted_flux, result.ice_flux)
         amplitudes = self._column.heated(amplitudes, dt, dt * conducted)
-        return np.vstack([amplitudes, time]), result
+        # Up to the onset it is the column that warms, and so it says when that was.
+        dry = resolved.offset + resolved.resistance * result.friction_power
+        return np.vstack([amplitudes, time]), result._replace(dry_temperature=dry)
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature of the surface (K), shape (n_points,)."""

@@ -7,7 +7,7 @@ the complementarities of melting and saturation hold at the end of every step.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import reduce
 from typing import NamedTuple, Protocol, Self
 
@@ -121,22 +121,39 @@ class Loads(Protocol):
 class Step(NamedTuple):
     """A trial step; nothing is changed until its `state` is taken as the new one.
 
-    error: local errors of ln h (1), H_s (m) and the contents; dt: its length (s); stages: of the
-    film, and their weights; change: of the state in the last stage, of `stage_dt` (s).
+    dt: its length (s); stages: of the film; changes: of the state in each of them, and their length
+    (s); integrator: whose they are.
     """
 
     state: InterfaceState
-    error: InterfaceState
     dt: Array | float
     stages: list[FilmStage]
-    weights: tuple[float, ...]
-    change: InterfaceState
+    changes: list[InterfaceState]
     stage_dt: Array | float
+    integrator: Integrator
 
     @property
     def last(self) -> FilmStage:
         """The last stage, at the end of the step."""
         return self.stages[-1]
+
+    @property
+    def weights(self) -> tuple[float, ...]:
+        """Of the stages, 1 in sum."""
+        return self.integrator.weights
+
+    @property
+    def change(self) -> InterfaceState:
+        """Of the state in the last stage."""
+        return self.changes[-1]
+
+    def error(self, part: Callable[[InterfaceState], Array]) -> Array:
+        """Local error of a part of the state, or of what is linear in one.
+
+        The weights are 0 in sum: what is the same for all states, as T_0, drops out.
+        """
+        weights = [weight / self.integrator.diagonal for weight in self.integrator.estimate]
+        return _sum(weights, [part(change) for change in self.changes])
 
     @property
     def friction_work(self) -> Array:
@@ -179,13 +196,12 @@ def advance(
     rubber: RubberHeat = INSULATED,
 ) -> Step:
     """One step of `dt` (s, scalar or one per point) under loads on a line from start to end."""
-    diagonal, weights = integrator.diagonal, integrator.weights
-    estimate = tuple(weight / diagonal for weight in integrator.estimate)
+    diagonal = integrator.diagonal
     stage_dt = diagonal * dt
-    increments: list[InterfaceState] = []
+    changes: list[InterfaceState] = []
     stages: list[FilmStage] = []
     for row, node in zip(integrator.rows, integrator.nodes, strict=True):
-        begin = _combine(state, increments, row, diagonal)
+        begin = _combine(state, changes, row, diagonal)
         acting = start.at(end, node)
         film = acting.film(begin, state, stage_dt, integrator.stage)
         new_ice, stage = ice.stage(begin.ice, stage_dt, rubber.over(film, begin.rubber))
@@ -197,62 +213,41 @@ def advance(
             acting.remembered(begin.memory, stage),
         )
         stages.append(stage)
-        increments.append(InterfaceState(*(b - a for a, b in zip(begin, new, strict=True))))
-    return Step(
-        state=new,
-        error=InterfaceState(
-            *(_sum(estimate, [one[i] for one in increments]) for i in range(len(state)))
-        ),
-        dt=dt,
-        stages=stages,
-        weights=weights,
-        change=increments[-1],
-        stage_dt=stage_dt,
-    )
+        changes.append(InterfaceState(*(b - a for a, b in zip(begin, new, strict=True))))
+    return Step(new, dt, stages, changes, stage_dt, integrator)
 
 
 def error_norms(
     step: Step,
     ice: IceHeat,
-    start: InterfaceState,
     free_height: Array,
     temperature_scale: Array,
     rubber: RubberHeat = INSULATED,
+    dry: float = 1.0,
 ) -> Array:
     """Largest relative local error at each point: of ln h, of H_s / H_V, of surface temperatures.
 
-    The last are relative to `temperature_scale` (K), see `film.viscosity`. Infinite where anything
-    is not finite.
+    The last are relative to `temperature_scale` (K), see `film.viscosity`; the first counts `dry`
+    times where nothing melts. Infinite where anything is not finite.
     """
-
+    of_height = np.abs(step.error(lambda change: change.log_height))
+    if dry != 1.0:
+        of_height *= dry + (1.0 - dry) * step.last.melting
     parts = (
-        np.abs(step.error.log_height),
-        np.abs(step.error.squeezed_height) / free_height,
-        surface_errors(step, ice, start, temperature_scale, rubber),
+        of_height,
+        np.abs(step.error(lambda change: change.squeezed_height)) / free_height,
+        surface_errors(step, ice, temperature_scale, rubber),
     )
     error = reduce(np.maximum, parts)
     good = np.isfinite(error) & np.isfinite(step.state.log_height)
     return np.where(good, error, np.inf)
 
 
-def surface_errors(
-    step: Step,
-    ice: IceHeat,
-    start: InterfaceState,
-    temperature_scale: Array,
-    rubber: RubberHeat,
-) -> Array:
+def surface_errors(step: Step, ice: IceHeat, temperature_scale: Array, rubber: RubberHeat) -> Array:
     """Larger local error of the surface temperatures of ice and rubber, over the scale (K)."""
-
-    def of_surface(body: IceHeat | RubberHeat, content: Array, error: Array) -> Array:
-        # The estimate is linear in the content: take it as a difference of two temperatures.
-        shifted = body.surface_temperature(content + error)
-        return np.abs(shifted - body.surface_temperature(content)) / temperature_scale
-
-    return np.maximum(
-        of_surface(ice, start.ice, step.error.ice),
-        of_surface(rubber, start.rubber, step.error.rubber),
-    )
+    of_ice = step.error(lambda change: ice.surface_temperature(change.ice))
+    of_rubber = step.error(lambda change: rubber.surface_temperature(change.rubber))
+    return np.maximum(np.abs(of_ice), np.abs(of_rubber)) / temperature_scale
 
 
 def surface_excess(step: Step, melting_temperature: Array | float) -> Array:
@@ -262,24 +257,25 @@ def surface_excess(step: Step, melting_temperature: Array | float) -> Array:
 
 def _combine(
     state: InterfaceState,
-    increments: list[InterfaceState],
+    changes: list[InterfaceState],
     row: tuple[float, ...],
     diagonal: float,
 ) -> InterfaceState:
-    """state + dt * sum(row * rates); the increments are diagonal * dt * rates."""
+    """state + dt * sum(row * rates); the changes are diagonal * dt * rates."""
     if not row:
         return state
-    weights = tuple(weight / diagonal for weight in row)
+    weights = [weight / diagonal for weight in row]
+    combined = (_sum(weights, [one[i] for one in changes]) for i in range(len(state)))
     return InterfaceState(
-        *(part + _sum(weights, [one[i] for one in increments]) for i, part in enumerate(state))
+        *(np.add(part, more, out=more) for part, more in zip(state, combined, strict=True))
     )
 
 
-def _sum(weights: tuple[float, ...], parts: list[Array]) -> Array:
+def _sum(weights: Sequence[float], parts: list[Array]) -> Array:
     """Sum of the weighted parts; zero without weights."""
-    if not parts[0].size:
-        return parts[0]
-    total = (weights[0] if weights else 0.0) * parts[0]
+    if not weights or not parts[0].size:
+        return np.zeros_like(parts[0])
+    total = weights[0] * parts[0]
     for weight, part in zip(weights[1:], parts[1:], strict=False):
         total += weight * part
     return total

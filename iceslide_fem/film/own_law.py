@@ -201,7 +201,6 @@ def own_error(
     step: Step,
     loads: OwnLoads,
     ice: IceHeat,
-    start: InterfaceState,
     temperature_scale: Array,
     rubber: RubberHeat,
 ) -> Array:
@@ -211,10 +210,11 @@ def own_error(
     not finite.
     """
     shifted = step.state._replace(
-        memory=step.state.memory + step.error.memory, ice=step.state.ice + step.error.ice
+        memory=step.state.memory + step.error(lambda change: change.memory),
+        ice=step.state.ice + step.error(lambda change: change.ice),
     )
     error = np.maximum(
         shear_change(step, loads, ice, shifted),
-        surface_errors(step, ice, start, temperature_scale, rubber),
+        surface_errors(step, ice, temperature_scale, rubber),
     )
     return np.where(np.isfinite(error) & np.isfinite(step.last.friction_power), error, np.inf)

@@ -79,7 +79,7 @@ def moments(
         try:
             step = advance(state, first, last, dt, ice, integrator, rubber)
             scale = np.full(n, temperature_scale)
-            error = float(own_error(step, last, ice, state, scale, rubber).max())
+            error = float(own_error(step, last, ice, scale, rubber).max())
         except NotConverged:
             error = np.inf
         _stop_at_fault(friction, time)

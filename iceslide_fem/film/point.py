@@ -6,25 +6,19 @@ that the integrator keeps its order through both.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
-from typing import Any, NamedTuple
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.arrays import Array, Index, Mask
+from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film.ice_heat import Column, HalfSpace
-from iceslide_fem.film.integrators import (
-    INTEGRATORS,
-    Integrator,
-    InterfaceState,
-    Step,
-    surface_excess,
-)
-from iceslide_fem.film.law import FilmLoads, interpolate, log_shearing
+from iceslide_fem.film.integrators import INTEGRATORS, Integrator, InterfaceState
+from iceslide_fem.film.law import FilmLoads, interpolate
 from iceslide_fem.film.point_conditions import Conditions, Loading
+from iceslide_fem.film.point_events import events, until, warmth
+from iceslide_fem.film.point_result import PointResult, Record, Tally
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 from iceslide_fem.film.step_control import GROW_ALONE, StepControl, step_factor
 from iceslide_fem.film.viscosity import temperature_scale
@@ -36,95 +30,16 @@ ICE_MODELS: dict[str, type[Column] | type[HalfSpace]] = {
 }
 # How closely a step ends on an event, relative to the tolerance.
 EVENT_SHARE = 0.005
-FIRST_STEP = 3e-4
+# Relative to the duration and to the tolerance.
+FIRST_STEP = 0.03
+# Local errors of surface temperatures count so many times less than those of mu: conduction takes
+# them away, and the heat that has come in has no part in them.
+SURFACE_EASE = 8.0
 # How closely ice by name answers with the modes that it is given, relative to the tolerance.
-CONDENSED = 0.01
-# The step after an event, relative to the one that ended on it.
-RESTART = 0.03
+CONDENSED = 0.005
+# The step after an event, relative to what the error asked for before.
+RESTART = 0.01
 SHORTEST_STEP = 1e-13  # of the duration
-
-
-@dataclass
-class PointResult:
-    """Results of `simulate`; arrays (n,), times in s, NaN where something did not happen.
-
-    mu_mean is the time average (5.35); samples holds mu at the sample times, (n_times, n).
-    """
-
-    mu_peak: Array
-    mu_peak_time: Array
-    mu_mean: Array
-    mu_end: Array
-    melt_onset: Array
-    saturation: Array
-    film_height: Array
-    squeezed_height: Array
-    steps: Index
-    rejected: Index
-    samples: Array
-
-    @classmethod
-    def at_start(cls, conditions: Conditions, times: Array) -> PointResult:
-        """Results at t = 0, with room for mu at `times` (s)."""
-        n = conditions.pressure.size
-        mu = conditions.loads().viscous / (conditions.pressure * conditions.initial_height)
-        samples = np.full((times.size, n), np.nan)
-        samples[times <= 0.0] = mu
-        return cls(
-            mu_peak=mu.copy(),
-            mu_peak_time=np.zeros(n),
-            mu_mean=np.zeros(n),
-            mu_end=mu,
-            melt_onset=np.full(n, np.nan),
-            saturation=np.full(n, np.nan),
-            film_height=conditions.initial_height.copy(),
-            squeezed_height=np.zeros(n),
-            steps=np.zeros(n, dtype=int),
-            rejected=np.zeros(n, dtype=int),
-            samples=samples,
-        )
-
-    def _columns(self) -> Iterator[tuple[str, Any]]:
-        """All results that are one number for each condition."""
-        return ((f.name, getattr(self, f.name)) for f in fields(self) if f.name != "samples")
-
-    def take(self, index: Index) -> PointResult:
-        """The results of the conditions at `index` only, with all samples."""
-        return PointResult(samples=self.samples, **{n: part[index] for n, part in self._columns()})
-
-    def put(self, whole: PointResult, places: Index) -> None:
-        """Enter these results, of the conditions at `places` of the `whole`."""
-        for name, part in self._columns():
-            getattr(whole, name)[places] = part
-
-
-class Record(NamedTuple):
-    """Accepted steps of the conditions `points`, found at `places` in all the other arrays.
-
-    time: at the start of the step (s); dt: its length (s); loads: the film's at its end; step: the
-    step; melting, full: where melting has begun and the free volume is full by the end of the step;
-    pressure: nominal at its end (Pa); ice: the model whose content the step has.
-    """
-
-    points: Index
-    places: Index
-    time: Array
-    dt: Array
-    loads: FilmLoads
-    step: Step
-    melting: Mask
-    full: Mask
-    pressure: Array
-    ice: Column | HalfSpace
-
-
-class _Event(NamedTuple):
-    """Fraction of the step at which melting or saturation sets in, 1 where neither does, and
-    where the step ends on them."""
-
-    fraction: Array
-    melting: Mask
-    full: Mask
 
 
 def simulate(
@@ -164,8 +79,6 @@ def simulate(
     sample_times = np.asarray(times, dtype=float)
     if (np.diff(sample_times) < 0.0).any():
         raise ValueError("sample times must ascend")
-    result = PointResult.at_start(conditions, sample_times)
-
     if isinstance(ice, str):
         ice = ICE_MODELS[ice](conditions.temperature, conditions.duration, solid=conditions.solid)
         ice = ice.condensed(CONDENSED * tolerance)
@@ -178,16 +91,25 @@ def simulate(
         np.zeros((0 if water is None else 1, n)),
     )
     here, loads = conditions, conditions.loads(water)
-    scale = temperature_scale(here.melting_temperature - here.temperature, water)
+    scale = temperature_scale(SURFACE_EASE * (here.melting_temperature - here.temperature), water)
     time = np.zeros(n)
-    dt = FIRST_STEP * here.duration if fixed_step is None else np.full(n, fixed_step)
+    first = min(FIRST_STEP * tolerance, 0.01)
+    dt = first * here.duration if fixed_step is None else np.full(n, fixed_step)
     control = StepControl(method, tolerance if fixed_step is None else None)
-    # The conditions that still run, and their results so far.
-    active, so_far = np.arange(n), result
-    sampled = np.full(n, np.searchsorted(sample_times, 0.0, side="right"))
+    slack = EVENT_SHARE * tolerance
+
+    def warm(state: InterfaceState) -> Array:
+        on_ice = heat.surface_temperature(state.ice)
+        heating = loads.viscous * loads.speed
+        return warmth(rubber.film_temperature(on_ice, state.rubber, heating, state), here)
+
+    # The conditions that still run, how warm they are, and how far the next event is (s).
+    active, warm_before, ahead = np.arange(n), warm(state), np.full(n, np.inf)
+    tally = Tally(conditions, sample_times)
 
     while active.size:
-        dt_try = np.minimum(np.minimum(dt, max_step), here.duration - time)
+        dt_try = np.minimum(np.minimum(dt, ahead), here.duration - time)
+        np.minimum(dt_try, max_step, out=dt_try)
         ends, last = here, loads
         if loading is not None:
             dt_try = np.minimum(dt_try, loading.next_corner(time) - time)
@@ -198,51 +120,46 @@ def simulate(
             bent = _bend(loads, loading.at(here, time + 0.5 * dt_try).loads(), last)
             good &= bent <= tolerance
             wanted = np.minimum(wanted, dt_try * step_factor(bent / tolerance, 2, GROW_ALONE))
-            wanted = np.where(good, np.where(dt_try < dt, np.maximum(wanted, dt), wanted), wanted)
-        on_ice = heat.surface_temperature(state.ice)
-        heating = loads.viscous * loads.speed
-        warmth = rubber.film_temperature(on_ice, state.rubber, heating, state)
-        event = _events(step, state, warmth, ends, EVENT_SHARE * tolerance)
-        fraction = event.fraction
+        event = events(step, warm_before, state.squeezed_height, last, ends, slack)
+        crosses = event.fraction < 1.0
         if fixed_step is None:
-            # Across an event the error estimate means nothing; behind it the solution has a kink
-            # that an estimate can overlook unless the steps grow from short ones again.
-            begun = event.melting | event.full
-            wanted = np.where(begun, np.minimum(wanted, RESTART * dt_try), wanted)
-            dt = np.where(fraction < 1.0, fraction * dt_try, wanted)
-            hopeless = dt < SHORTEST_STEP * here.duration
+            # A step that was cut says nothing against a longer one. Across an event its error means
+            # nothing; behind it the solution has a kink that an estimate can overlook unless the
+            # steps grow from short ones again.
+            wanted = np.where(good & (dt_try < dt), np.maximum(wanted, dt), wanted)
+            wanted = np.where(event.melting | event.full, RESTART * dt, wanted)
+            dt = np.where(crosses, dt, wanted)
+            hopeless = ~crosses & (dt < SHORTEST_STEP * here.duration)
         else:
-            dt = np.where(fraction < 1.0, fraction * dt_try, fixed_step)
-            hopeless = fraction >= 1.0
+            hopeless = ~crosses
         _refuse(~good & hopeless, dt_try, here, time)
-        good &= fraction >= 1.0
+        good &= ~crosses
         melting = event.melting | step.last.melting
         full = event.full | step.last.saturated
-        places = np.flatnonzero(good)
-        points, pressure = active[places], ends.pressure
-        record = Record(points, places, time, dt_try, last, step, melting, full, pressure, heat)
-        _note(so_far, record, good, loads.viscous / here.pressure)
-        if sample_times.size:
-            mu_end = so_far.mu_end
-            _sample(result.samples, record, sampled, mu_end, here, state, sample_times, loading)
-        if observe is not None and places.size:
+        record = Record(active, good, time, dt_try, last, step, melting, full, ends.pressure, heat)
+        mu = tally.add(record, state, loads.viscous / here.pressure, here, loading)
+        if observe is not None and good.any():
             observe(record)
+        squeezed = state.squeezed_height
         time = np.where(good, time + dt_try, time)
+        warm_after, expected = warm(step.state), np.full_like(ahead, np.inf)
+        if fixed_step is None:
+            expected = until(step, warm_before, warm_after, squeezed, last, slack)
+        ahead = np.where(good, expected, np.where(crosses, event.fraction * dt_try, ahead))
+        warm_before = np.where(good, warm_after, warm_before)
         state = taken(state, step.state, good)
         if loading is not None:
             here = loading.at(here, time)
             loads = here.loads(water)
         running = time < here.duration * (1.0 - 1e-12)
         if not running.all():
-            so_far.put(result, active)
+            tally.finish(record, state, mu, running)
             keep = np.flatnonzero(running)
-            active, sampled, time, dt = active[keep], sampled[keep], time[keep], dt[keep]
-            here, so_far, scale = here.take(keep), so_far.take(keep), scale[keep]
-            loads = loads.take(keep)
-            state = state.take(keep)
+            active, time, dt, scale = active[keep], time[keep], dt[keep], scale[keep]
+            ahead, warm_before = ahead[keep], warm_before[keep]
+            here, loads, state = here.take(keep), loads.take(keep), state.take(keep)
             heat, rubber = heat.take(keep), rubber.take(keep)
-    result.mu_mean /= conditions.duration
-    return result
+    return tally.result
 
 
 def taken(old: InterfaceState, new: InterfaceState, good: Mask) -> InterfaceState:
@@ -254,30 +171,6 @@ def taken(old: InterfaceState, new: InterfaceState, good: Mask) -> InterfaceStat
     return new
 
 
-def _events(
-    step: Step, start: InterfaceState, warmth: Array, here: Conditions, share: float
-) -> _Event:
-    """What sets in during `step`, on the straight lines of the film's temperature and of H_s.
-
-    `warmth` is that temperature (K) at the start of the step. A step that ends within `share` of
-    an event (relative to T_m - T_0 and to H_V) ends on it.
-    """
-    slack = share * (here.melting_temperature - here.temperature)
-    lack = here.melting_temperature - warmth
-    melts, melted = _crossing(lack, surface_excess(step, here.melting_temperature), slack)
-    slack = share * here.H_V
-    fills, filled = _crossing(here.H_V - start.squeezed_height, step.last.overfill, slack)
-    return _Event(np.maximum(np.minimum(melts, fills), 0.01), melted, filled)
-
-
-def _crossing(before: Array, beyond: Array, slack: Array) -> tuple[Array, Mask]:
-    """Fraction of the step that ends half a `slack` beyond the event, and whether it did."""
-    ahead = before > slack
-    with np.errstate(divide="ignore", invalid="ignore"):
-        fraction = (before + 0.5 * slack) / (before + beyond)
-    return np.where(ahead & (beyond > slack), fraction, 1.0), ahead & (np.abs(beyond) <= slack)
-
-
 def _refuse(stuck: Mask, dt: Array, here: Conditions, time: Array) -> None:
     """Raise SimulationStopped if a step has failed that cannot be cut (any further)."""
     if stuck.any():
@@ -287,66 +180,6 @@ def _refuse(stuck: Mask, dt: Array, here: Conditions, time: Array) -> None:
             f"beyond t = {time[i]:.4g} s: a step of {dt[i]:.2g} s is too long for this integrator; "
             "take a shorter one, or an implicit integrator"
         )
-
-
-def _note(result: PointResult, record: Record, good: Mask, shear: Array) -> None:
-    """Enter the steps that are `good` into the results of the conditions that run.
-
-    `shear` is k eta_0 v / p at the start of the step (m).
-    """
-    step, rejected = record.step, ~good
-    t1, factor = record.time + record.dt, record.loads.viscous / record.pressure
-    mu = factor * np.exp(log_shearing(step.state))
-    work = record.dt * 0.5 * (factor + shear) * step.mean_shearing
-    result.mu_mean += np.where(good, work, 0.0)
-    higher = good & (mu > result.mu_peak)
-    np.copyto(result.mu_peak, mu, where=higher)
-    np.copyto(result.mu_peak_time, t1, where=higher)
-    np.copyto(result.mu_end, mu, where=good)
-    np.copyto(result.film_height, np.exp(step.state.log_height), where=good)
-    np.copyto(result.squeezed_height, step.state.squeezed_height, where=good)
-    result.steps += good
-    result.rejected += rejected
-    for times, switch in (
-        (result.melt_onset, record.melting),
-        (result.saturation, record.full),
-    ):
-        np.copyto(times, t1, where=good & switch & np.isnan(times))
-
-
-def _sample(
-    samples: Array,
-    record: Record,
-    sampled: Index,
-    mu_end: Array,
-    here: Conditions,
-    start: InterfaceState,
-    times: Array,
-    loading: Loading | None,
-) -> None:
-    """Enter mu at the `times` (s) that fall into accepted steps, of which `mu_end` is the last.
-
-    `sampled` counts the times that have been entered.
-    """
-    step, at, end = record.step, record.places, record.time + record.dt
-    count = np.searchsorted(times, end[at], side="right") - sampled[at]
-    place = np.repeat(at, count)
-    if not place.size:
-        return
-    first = np.cumsum(count) - count
-    which = np.arange(place.size) + np.repeat(sampled[at] - first, count)
-    sampled[at] += count
-    # ln(eta / h) within a step: the parabola with its ends and its slope at the end.
-    rate = step.shearing_rate
-    bend = (log_shearing(start) - log_shearing(step.state) + rate * record.dt) / record.dt**2
-    left = end[place] - times[which]
-    mu = mu_end[place] * np.exp(left * (left * bend[place] - rate[place]))
-    if loading is not None:
-        then = loading.at(here.take(place), times[which])
-        mu *= then.loads().viscous / then.pressure
-        mu /= (record.loads.viscous / record.pressure)[place]
-    flat = which * samples.shape[1] + np.repeat(record.points, count)
-    samples.reshape(-1)[flat] = mu
 
 
 def _bend(start: FilmLoads, middle: FilmLoads, end: FilmLoads) -> Array:

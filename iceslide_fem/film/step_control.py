@@ -15,10 +15,10 @@ from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 SAFETY = 0.9
 SHRINK, GROW = 0.1, 2.0
 # The same where a point is on its own.
-GROW_ALONE = 4.0
+GROW_ALONE = 2.5
 # Errors of a dry film move the onset of melting, those of H_s saturation, and mu turns sharply at
 # both: they count so many times.
-DRY, SQUEEZED = 2.0, 3.0
+DRY, SQUEEZED = 3.0, 3.0
 
 
 def step_factor(error: Array | float, order: int, grow: float = GROW) -> Array:
@@ -58,10 +58,8 @@ class StepControl(NamedTuple):
         step = advance(state, loads, end, dt, ice, method, rubber)
         if self.tolerance is None:
             return Trial(step, np.isfinite(step.state.log_height), dt)
-        error = error_norms(step, ice, state, end.free_height, temperature_scale, rubber)
-        weight = np.where(step.last.melting, 1.0, DRY)
-        error = np.maximum(error, weight * np.abs(step.error.log_height))
-        error = np.maximum(error, SQUEEZED / end.free_height * np.abs(step.error.squeezed_height))
+        free = end.free_height / SQUEEZED
+        error = error_norms(step, ice, free, temperature_scale, rubber, dry=DRY)
         error /= method.share * self.tolerance
         factor = step_factor(error, method.estimate_order, GROW_ALONE)
         return Trial(step, error <= 1.0, dt * factor)

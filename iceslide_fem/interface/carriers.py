@@ -73,10 +73,9 @@ class InterfaceStep(NamedTuple):
     ice: IceHeat
     rubber: RubberHeat
 
-    def local_error(self, before: InterfaceState, scale: Array) -> Array:
-        """Relative local errors (n,) over the step from `before`; `scale` of temperatures, K."""
-        free = self.loads.free_height
-        return error_norms(self.step, self.ice, before, free, scale, self.rubber)
+    def local_error(self, scale: Array) -> Array:
+        """Relative local errors (n,) over the step; `scale` of temperatures, K."""
+        return error_norms(self.step, self.ice, self.loads.free_height, scale, self.rubber)
 
     def friction(self) -> Array:
         """Size of the friction force (N) under each film at the end of the step.
@@ -94,9 +93,9 @@ class InterfaceStep(NamedTuple):
 class OwnStep(InterfaceStep):
     """The same of a law of the scene's own; loads are `OwnLoads`."""
 
-    def local_error(self, before: InterfaceState, scale: Array) -> Array:
+    def local_error(self, scale: Array) -> Array:
         """Relative local errors (n,), as far as they change the shear."""
-        return own_error(self.step, self.loads, self.ice, before, scale, self.rubber)
+        return own_error(self.step, self.loads, self.ice, scale, self.rubber)
 
     def friction(self) -> Array:
         """Size of the friction force (N) at each point at the end of the step."""

@@ -43,7 +43,7 @@ class Layers(Column):
     """A column of linear elements between the depths `z` (m)."""
 
     def __init__(self, temperature: Array, z: Array) -> None:
-        self.temperature, self.solid, self._gain = temperature, ICE, np.float64(1.0)
+        self.temperature, self.solid, self._gain = temperature, ICE, np.asarray(1.0)
         capacity, conduction = np.zeros((2, z.size, z.size))
         for i, size in enumerate(np.diff(z)):
             here = slice(i, i + 2)

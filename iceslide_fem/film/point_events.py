@@ -1,0 +1,79 @@
+"""Onset of melting and saturation of the free volume at a point: where in a step, and when next.
+
+Both set in where a progress gets to 1: H_s / H_V, and w^2 with the film's share of the way to the
+melting point w = (T_f - T_0) / (T_m - T_0). Under a constant flux w^2 is a straight line over
+time.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.film.integrators import Step
+from iceslide_fem.film.law import FilmLoads
+from iceslide_fem.film.point_conditions import Conditions
+
+
+class Event(NamedTuple):
+    """Fraction of the step at which melting or saturation sets in, 1 where neither does, and
+    where the step ends on them."""
+
+    fraction: Array
+    melting: Mask
+    full: Mask
+
+
+def warmth(temperature: Array, here: Conditions) -> Array:
+    """w^2 of films of that temperature (K)."""
+    share = temperature - here.temperature
+    share /= here.melting_temperature - here.temperature
+    share *= share
+    return share
+
+
+def events(
+    step: Step, start: Array, squeezed: Array, loads: FilmLoads, here: Conditions, share: float
+) -> Event:
+    """What sets in during `step`, on straight lines of the progress.
+
+    `start` is w^2 and `squeezed` H_s (m) at its start; `loads` at its end. A step that ends within
+    `share` of an event (relative to T_m - T_0 and to H_V) ends on it.
+    """
+    melts, melted = _crossing(start, warmth(step.last.dry_temperature, here), 2.0 * share)
+    free = loads.free_height
+    fills, filled = _crossing(squeezed / free, 1.0 + step.last.overfill / free, share)
+    return Event(np.maximum(np.minimum(melts, fills), 0.01), melted, filled)
+
+
+def until(
+    step: Step, start: Array, end: Array, squeezed: Array, loads: FilmLoads, share: float
+) -> Array:
+    """How long after `step` the next event is to be expected, infinite where none is (s).
+
+    Arguments as for `events`; `end` is w^2 at its end. H_s goes on with its last rate and the
+    curvature of the step.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        melts = (1.0 + share - end) * step.dt / (end - start)
+        melts = np.where((end < 1.0 - 2.0 * share) & (melts > 0.0), melts, np.inf)
+        now, free = step.state.squeezed_height, loads.free_height
+        rate = step.change.squeezed_height / step.stage_dt
+        bend = (rate - (now - squeezed) / step.dt) / step.dt
+        room = (1.0 + 0.5 * share) * free - now
+        fills = 2.0 * room / (rate + np.sqrt(rate * rate + 4.0 * bend * room))
+        fills = np.where((now < (1.0 - share) * free) & (fills > 0.0), fills, np.inf)
+    return np.minimum(melts, fills)
+
+
+def _crossing(start: Array, end: Array, share: float) -> tuple[Array, Mask]:
+    """Fraction of the step that ends half a `share` beyond the event, and whether it did."""
+    ahead = start < 1.0 - share
+    crosses = ahead & (end > 1.0 + share)
+    fraction = np.ones_like(end)
+    if crosses.any():
+        i = np.flatnonzero(crosses)
+        fraction[i] = (1.0 + 0.5 * share - start[i]) / (end[i] - start[i])
+    return fraction, ahead & ~crosses & (end >= 1.0 - share)

@@ -1,0 +1,211 @@
+"""What comes out at points, and how accepted steps add to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from iceslide_fem.arrays import Array, Index, Mask
+from iceslide_fem.film.ice_heat import Column, HalfSpace
+from iceslide_fem.film.integrators import InterfaceState, Step
+from iceslide_fem.film.law import FilmLoads, log_shearing
+from iceslide_fem.film.point_conditions import Conditions, Loading
+
+
+@dataclass
+class PointResult:
+    """Results of `simulate`; arrays (n,), times in s, NaN where something did not happen.
+
+    mu_mean is the time average (5.35); samples holds mu at the sample times, (n_times, n).
+    """
+
+    mu_peak: Array
+    mu_peak_time: Array
+    mu_mean: Array
+    mu_end: Array
+    melt_onset: Array
+    saturation: Array
+    film_height: Array
+    squeezed_height: Array
+    steps: Index
+    rejected: Index
+    samples: Array
+
+    @classmethod
+    def at_start(cls, conditions: Conditions, times: Array) -> PointResult:
+        """Results at t = 0, with room for mu at `times` (s)."""
+        n = conditions.pressure.size
+        mu = conditions.loads().viscous / (conditions.pressure * conditions.initial_height)
+        samples = np.full((n, times.size), np.nan)  # of a point side by side
+        samples[:, times <= 0.0] = mu[:, None]
+        return cls(
+            mu_peak=mu.copy(),
+            mu_peak_time=np.zeros(n),
+            mu_mean=np.zeros(n),
+            mu_end=mu,
+            melt_onset=np.full(n, np.nan),
+            saturation=np.full(n, np.nan),
+            film_height=conditions.initial_height.copy(),
+            squeezed_height=np.zeros(n),
+            steps=np.zeros(n, dtype=int),
+            rejected=np.zeros(n, dtype=int),
+            samples=samples.T,
+        )
+
+
+class Record(NamedTuple):
+    """A trial step of every condition that runs, and where it is accepted.
+
+    active: which conditions those are; good: where the step is accepted; time: at its start (s);
+    dt: its length (s); loads: the film's at its end; step: the step; melting, full: where melting
+    has begun and the free volume is full by the end of the step; pressure: nominal at its end (Pa);
+    ice: the model whose content the step has.
+    """
+
+    active: Index
+    good: Mask
+    time: Array
+    dt: Array
+    loads: FilmLoads
+    step: Step
+    melting: Mask
+    full: Mask
+    pressure: Array
+    ice: Column | HalfSpace
+
+    @property
+    def places(self) -> Index:
+        """Where in the arrays the accepted steps are."""
+        return np.flatnonzero(self.good)
+
+    @property
+    def points(self) -> Index:
+        """Which conditions they are of."""
+        return self.active[self.good]
+
+
+class _Sums(NamedTuple):
+    """Of the conditions that run: the peak of mu and its time (s), the sum of mu dt (s), the
+    numbers of steps and of samples, and whether melting and saturation have been seen."""
+
+    peak: Array
+    peak_time: Array
+    work: Array
+    steps: Index
+    sampled: Index
+    molten: Mask
+    filled: Mask
+
+    def take(self, index: Index) -> _Sums:
+        """Of the conditions at `index`."""
+        parts: tuple[Any, ...] = self
+        return _Sums(*(part[index] for part in parts))
+
+
+class Tally:
+    """Results of many conditions as their steps come in."""
+
+    def __init__(self, conditions: Conditions, times: Array) -> None:
+        """For mu at `times` (s, ascending)."""
+        self.result = result = PointResult.at_start(conditions, times)
+        self._times, self._next = times, np.append(times, np.inf)
+        self._duration = conditions.duration
+        n, self._tried = result.mu_end.size, 0
+        self._sums = _Sums(
+            result.mu_peak.copy(),
+            np.zeros(n),
+            np.zeros(n),
+            np.zeros(n, dtype=int),
+            np.full(n, np.searchsorted(times, 0.0, side="right")),
+            np.zeros(n, dtype=bool),
+            np.zeros(n, dtype=bool),
+        )
+
+    def add(
+        self,
+        record: Record,
+        start: InterfaceState,
+        shear: Array,
+        here: Conditions,
+        loading: Loading | None,
+    ) -> Array:
+        """Enter accepted steps from `start`; mu at their ends.
+
+        `shear` is k eta_0 v / p there (m), `here` the conditions.
+        """
+        sums, step, good = self._sums, record.step, record.good
+        self._tried += 1
+        end, factor = record.time + record.dt, record.loads.viscous / record.pressure
+        mu = factor * np.exp(log_shearing(step.state))
+        mean = step.mean_shearing * record.dt
+        mean *= 0.5 * (factor + shear)
+        sums.work[:] += np.where(good, mean, 0.0)
+        higher = good & (mu > sums.peak)
+        np.copyto(sums.peak, mu, where=higher)
+        np.copyto(sums.peak_time, end, where=higher)
+        sums.steps[:] += good
+        for times, switch, seen in (
+            (self.result.melt_onset, record.melting, sums.molten),
+            (self.result.saturation, record.full, sums.filled),
+        ):
+            fresh = good & switch & ~seen
+            if fresh.any():
+                seen |= fresh
+                times[record.active[fresh]] = end[fresh]
+        if self._times.size:
+            self._sample(record, start, end, mu, here, loading)
+        return mu
+
+    def finish(self, record: Record, state: InterfaceState, mu: Array, running: Mask) -> None:
+        """Enter the conditions that do not run on; go on with those that do."""
+        sums, result = self._sums, self.result
+        over = np.flatnonzero(~running)
+        points = record.active[over]
+        result.mu_peak[points] = sums.peak[over]
+        result.mu_peak_time[points] = sums.peak_time[over]
+        result.mu_mean[points] = sums.work[over] / self._duration[points]
+        result.mu_end[points] = mu[over]
+        result.film_height[points] = np.exp(state.log_height[over])
+        result.squeezed_height[points] = state.squeezed_height[over]
+        result.steps[points] = sums.steps[over]
+        result.rejected[points] = self._tried - sums.steps[over]
+        keep = np.flatnonzero(running)
+        self._sums = sums.take(keep)
+
+    def _sample(
+        self,
+        record: Record,
+        start: InterfaceState,
+        end: Array,
+        mu_end: Array,
+        here: Conditions,
+        loading: Loading | None,
+    ) -> None:
+        """Enter mu at the times that fall into accepted steps, of which `mu_end` is the last."""
+        sampled, times, step = self._sums.sampled, self._times, record.step
+        due = np.flatnonzero(record.good & (self._next[sampled] <= end))
+        if not due.size:
+            return
+        before = sampled[due]
+        sampled[due] = after = np.searchsorted(times, end[due], side="right")
+        count = after - before
+        run = np.repeat(np.arange(due.size), count)
+        which = np.arange(run.size) + (after - np.cumsum(count))[run]
+        # ln(eta / h) within a step: the parabola with its ends and its slope at the end.
+        rate, dt = step.shearing_rate[due], record.dt[due]
+        bend = (log_shearing(start)[due] - log_shearing(step.state)[due] + rate * dt) / dt**2
+        of_steps = np.stack([end[due], bend, rate, mu_end[due]], axis=1).take(run, axis=0)
+        left = of_steps[:, 0] - times[which]
+        mu = of_steps[:, 1] * left
+        mu -= of_steps[:, 2]
+        mu *= left
+        np.exp(mu, out=mu)
+        mu *= of_steps[:, 3]
+        if loading is not None:
+            then = loading.at(here.take(due[run]), times[which])
+            mu *= then.loads().viscous / then.pressure
+            mu /= (record.loads.viscous / record.pressure)[due][run]
+        which += (record.active[due] * times.size)[run]
+        self.result.samples.T.reshape(-1)[which] = mu
