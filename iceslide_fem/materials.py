@@ -7,7 +7,7 @@ between rough rubber and smooth ice*, Politecnico di Torino, 2017-18 ("the thesi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -173,16 +173,17 @@ class ContactTable:
 
     def __call__(self, pressure: ArrayLike) -> ContactParameters:
         """Evaluate at `pressure` (Pa, any shape; values below or above the table are clamped)."""
-        k, dk_dp = self.contact_area(pressure)
         line = self._line(pressure)
+        k, dk_dp = self._contact_area(line)
         return ContactParameters(k, _power_law(self.D, line), _power_law(self.H_V, line), dk_dp)
 
     def contact_area(self, pressure: ArrayLike) -> tuple[Array, Array]:
         """k alone at `pressure` (Pa, any shape), and its derivative by it, 1/Pa."""
-        line = self._line(pressure)
+        return self._contact_area(self._line(pressure))
+
+    def _contact_area(self, line: _OnLine) -> tuple[Array, Array]:
         k = _power_law(self.k, line)
-        slope = np.log(np.array(self.k[1:]) / np.array(self.k[:-1])) / self._spans
-        return k, np.where(line.inside, slope[line.interval] * k / line.pressure, 0.0)
+        return k, np.where(line.inside, self._slopes[line.interval] * k / line.pressure, 0.0)
 
     @cached_property
     def _nodes(self) -> Array:
@@ -191,6 +192,10 @@ class ContactTable:
     @cached_property
     def _spans(self) -> Array:
         return np.log(self._nodes[1:] / self._nodes[:-1])
+
+    @cached_property
+    def _slopes(self) -> Array:
+        return np.log(_steps(self.k)[1]) / self._spans
 
     def _line(self, pressure: ArrayLike) -> _OnLine:
         nodes, given = self._nodes, np.asarray(pressure, dtype=float)
@@ -218,8 +223,15 @@ class _OnLine(NamedTuple):
 
 def _power_law(values: tuple[float, ...], line: _OnLine) -> Array:
     """Straight lines in log-log between the `values` of a table."""
+    at, steps = _steps(values)
+    return np.asarray(at[line.interval] * steps[line.interval] ** line.share)
+
+
+@lru_cache
+def _steps(values: tuple[float, ...]) -> tuple[Array, Array]:
+    """The `values` of a table as an array, and each one's share of that before it."""
     at = np.array(values)
-    return np.asarray(at[line.interval] * (at[1:] / at[:-1])[line.interval] ** line.share)
+    return at, at[1:] / at[:-1]
 
 
 # Table 8 of the thesis. It prints k = 0.105 at 5 bar, but k must rise with pressure; 0.405 is the

@@ -9,7 +9,7 @@ touched before the step is accepted.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -237,11 +237,10 @@ class Sliding:
         loads = plate.resting(before, start.time + dt)
         loads = replace(loads, offset=before.offset + plate.way(start.time, dt))
         passage = self._films.passage(start.interface, before, loads, dt, self._film_step)
-        state = passage.state
-        shear = self.shear(state, loads)
-        if not self._error.is_quiet(shear, start.solved_shear, start.loads.area):
+        state, shears = passage.state, self._shears(passage)
+        if not self._error.is_quiet(shears[-1], start.solved_shear, start.loads.area):
             return None
-        force = self.block.total(shear, loads.area)
+        force = self.block.total(shears[-1], loads.area)
         after = start._replace(
             time=start.time + dt,
             motion=rested(start.motion),
@@ -249,7 +248,7 @@ class Sliding:
             interface=state,
             mechanics=start.mechanics._replace(friction_force=force),
         )
-        return self._accepted(after, dt, passage, 0, False, GROW)
+        return self._accepted(after, dt, passage, shears, 0, False, GROW)
 
     def _solved(self, dt: float) -> tuple[Accepted, float]:
         """A trial step with the block in equilibrium under the shear at its end."""
@@ -262,7 +261,7 @@ class Sliding:
         offset = before.offset + plate.way(self.current.time, dt)
         loads = plate.slipping(speed, offset)
         passage = self._films.passage(interface, before, loads, dt, self._film_step)
-        bend = self._error.of_curve(self._forces(passage), passage.ends)
+        bend = self._error.of_curve(self._forces(passage, self._shears(passage)), passage.ends)
         if bend > 1.0 and self._adaptive:
             raise Refused("friction follows no straight line", float(step_factor(bend, 2)))
         iterations, mismatches = 0, []
@@ -285,8 +284,8 @@ class Sliding:
         if drift > 1.0:
             raise Refused("the block moves too fast", float(step_factor(drift, 2)))
 
-        state = passage.state
-        shear, at_rest = self.shear(state, loads), self.shear(state, plate.resting(loads, time))
+        state, shears = passage.state, self._shears(passage)
+        shear, at_rest = shears[-1], self.shear(state, plate.resting(loads, time))
         solved, area = self.current.solved_shear, self.current.loads.area
         steady = self._may_rest and self._error.is_quiet(at_rest, solved, area)
         mechanics = self._mechanics(shear, loads, motion)
@@ -297,20 +296,21 @@ class Sliding:
         factor = float(step_factor(max(mismatches[0], drift, bend), 2))
         if iterations > MANY_ITERATIONS:
             factor = min(factor, 0.8)
-        return self._accepted(after, dt, passage, iterations, True, factor, wall_heat)
+        return self._accepted(after, dt, passage, shears, iterations, True, factor, wall_heat)
 
     def _accepted(
         self,
         after: CoupledState,
         dt: float,
         passage: Passage,
+        shears: Sequence[Array],
         iterations: int,
         solved: bool,
         factor: float,
         wall_heat: float = 0.0,
     ) -> tuple[Accepted, float]:
-        """The trial step with its energies; `factor` is that on the next one's length, `wall_heat`
-        (J) of walls that have slipped on each other.
+        """The trial step with its energies; `shears` (Pa) are those after each step of `passage`,
+        `factor` is that on the next one's length, `wall_heat` (J) of walls that have slipped.
 
         Raises Refused where its energies are not those of friction.
         """
@@ -325,7 +325,7 @@ class Sliding:
         energies = step_energies(
             self.block,
             passage,
-            self._forces(passage),
+            self._forces(passage, shears),
             self.current.time,
             dt,
             before,
@@ -343,13 +343,16 @@ class Sliding:
         )
         return accepted, dt * min(factor, shorter)
 
-    def _forces(self, passage: Passage) -> list[float]:
-        """Friction force of the block, N, now and after each step of `passage`. Collective."""
-        forces = [self.current.mechanics.friction_force]
-        for one, loads in zip(passage.steps, passage.loads, strict=True):
-            shear = self.shear(one.step.state, loads)
-            forces.append(self.block.total(shear, loads.area))
-        return forces
+    def _shears(self, passage: Passage) -> list[Array]:
+        """Friction stress at the points, Pa, after each step of `passage`. Collective."""
+        steps = zip(passage.steps, passage.loads, strict=True)
+        return [self.shear(one.step.state, loads) for one, loads in steps]
+
+    def _forces(self, passage: Passage, shears: Sequence[Array]) -> list[float]:
+        """Friction force of the block, N, now and under each of the `shears` (Pa). Collective."""
+        now = self.current.mechanics.friction_force
+        steps = zip(shears, passage.loads, strict=True)
+        return [now, *(self.block.total(shear, loads.area) for shear, loads in steps)]
 
     def _squeezed(self, passage: Passage) -> float:
         """Water that leaves the films of the whole block in `passage`, m3. Collective."""

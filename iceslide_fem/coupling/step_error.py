@@ -135,6 +135,6 @@ class StepError:
 
     def _mean(self, values: Array, weights: Array) -> float:
         """Mean size of `values` over all ranks' points."""
-        own = np.array([float(weights @ np.abs(values)), float(weights.sum())])
-        total = self._block.surface.comm.allreduce(own, op=MPI.SUM)
+        total = np.array([weights @ np.abs(values), weights.sum()])
+        self._block.surface.comm.Allreduce(MPI.IN_PLACE, total, op=MPI.SUM)
         return float(total[0] / total[1]) if total[1] > 0.0 else 0.0

@@ -153,9 +153,9 @@ def create_vector(space: Any) -> PETSc.Vec:
     )
 
 
-def create_matrix(bilinear_form: Any) -> PETSc.Mat:
-    """PETSc matrix with the sparsity of a compiled bilinear form."""
-    return fem_petsc.create_matrix(bilinear_form)
+def create_matrix(bilinear_form: Any, kind: str | None = None) -> PETSc.Mat:
+    """PETSc matrix, of PETSc's default `kind` or another, with the sparsity of a bilinear form."""
+    return fem_petsc.create_matrix(bilinear_form, kind)
 
 
 def assemble_vector(vector: PETSc.Vec, linear_form: Any) -> PETSc.Vec:

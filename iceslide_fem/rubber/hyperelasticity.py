@@ -156,9 +156,11 @@ class HyperelasticBody:
         """Vector of nodal forces, with ghosts."""
         return compat.create_vector(self.space)
 
-    def create_matrix(self) -> PETSc.Mat:
-        """Matrix with the tangent's sparsity; where walls meet it gets further entries."""
-        matrix = compat.create_matrix(self._tangent)
+    def create_matrix(self, kind: str | None = None) -> PETSc.Mat:
+        """Matrix with the tangent's sparsity, of PETSc's default `kind` or another; where walls
+        meet it gets further entries.
+        """
+        matrix = compat.create_matrix(self._tangent, kind)
         matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, self.walls is None)
         return matrix
 

@@ -14,7 +14,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc
-from iceslide_fem.fenics.direct_solver import factorise, solve
+from iceslide_fem.fenics.direct_solver import factorise, solve, takes_blocks
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.responses import ContactNodes, Responses
@@ -64,6 +64,10 @@ class Tangent:
         self.ksp.setOperators(self._matrix)
         factorise(self.ksp, self._dim)
         self.ksp.setFromOptions()
+        if takes_blocks(self.ksp):
+            self.ksp.reset()  # what it has prepared is for a matrix without blocks
+            self._matrix = rubber.create_matrix("baij")
+            self.ksp.setOperators(self._matrix)
         direct = self.ksp.getPC().getType() in DIRECT
         if not direct:
             self._matrix.setNearNullSpace(rigid_modes(rubber))
