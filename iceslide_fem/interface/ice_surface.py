@@ -24,7 +24,7 @@ from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid
 TEMPERATURE_TOLERANCE = 1e-7
 MAX_ITERATIONS = 60
 # Conjugate gradients for a change of the temperatures.
-LINEAR_TOLERANCE, LINEAR_ITERATIONS = 1e-5, 500
+LINEAR_TOLERANCE, LINEAR_ITERATIONS = 1e-3, 500
 UNSETTLED = "the melting part of the ice's surface does not settle"
 
 

@@ -12,8 +12,7 @@ on (GMRES with a recycled space: Parks et al., SIAM J. Sci. Comput. 28 (2006) 16
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,14 +127,6 @@ class ContactNodes:
         return np.asarray(moved.reshape(len(moved), moved.shape[1] * self._dim))
 
 
-class Response(NamedTuple):
-    """A load (n,), N; the change of this rank's dofs that answers it, m; that at the facets."""
-
-    load: Array
-    answer: Array
-    moved: Array
-
-
 class Responses:
     """Answers of factors to loads on the `nodes` of the contact: kept until they are cleared.
 
@@ -146,6 +137,11 @@ class Responses:
     def __init__(self, nodes: ContactNodes, cost: float) -> None:
         """`cost` of new factors, in solves with them."""
         self._nodes, self._cost = nodes, cost
+        # Loads (k, n), N, the changes of this rank's dofs that answer them (k, dofs), m, and those
+        # at the facets (k, f, a d), m: there is room for more than the `_met`.
+        self._loads: Array = np.zeros((0, nodes.n_loads))
+        self._answers: Array = np.zeros((0, 0))
+        self._moved: Array = np.zeros((0, 0, 0))
         self.clear()
         self._differing: NDArray[np.intp] = np.zeros(0, dtype=np.intp)  # facets
         self._difference: Array = np.zeros(0)
@@ -153,7 +149,7 @@ class Responses:
 
     def clear(self) -> None:
         """There are new factors."""
-        self._kept: list[Response] = []
+        self._met = 0
         self._spent, self._changes, self.worn = self._cost, 0, False
 
     def differ(self, difference: Array, walls: csr_matrix | None = None) -> None:
@@ -169,65 +165,80 @@ class Responses:
 
         `answered` solves with the factors. Collective.
         """
-        met = len(self._kept)
-        left = self._differing_loads([self._response(np.zeros(0), answer)])[:, 0]
-        images = self._images(self._kept)
-        basis, parts = _orthonormal(images)  # parts: what of the kept loads each is
-        shares = np.zeros(len(self._kept))
+        before, moved = self._met, self._nodes.at_facets(answer)
+        left = self._differing_loads(answer[None], moved[None])[:, 0]
+        basis, parts = _orthonormal(self._images(0))  # parts: what of the kept loads each is
+        shares = np.zeros(self._met)
         for _ in range(2):  # once more against rounding
             found = left @ basis
             left, shares = left - basis @ found, shares + parts @ found
-        before = np.inf
+        longest = np.inf
         for _ in range(MOST_SOLVES):
             length = self._nodes.norm(left)
             if not length > limit:
                 break
-            load = left / length if length < ENOUGH * before else basis[:, -1]
-            before = length
-            change = answered(load)
-            response = self._response(load, change)
-            image, part = self._images([response])[:, 0], np.append(np.zeros(len(shares)), 1.0)
+            load = left / length if length < ENOUGH * longest else basis[:, -1]
+            longest = length
+            self._keep(load, answered(load))
+            image, part = self._images(self._met - 1)[:, 0], np.append(np.zeros(len(shares)), 1.0)
             parts = np.pad(parts, ((0, 1), (0, 0)))
             for _ in range(2):
                 found = image @ basis
                 image, part = image - basis @ found, part - parts @ found
             size = self._nodes.norm(image)
             if not 0.0 < size < np.inf:
+                self._met -= 1
                 break
-            self._kept.append(response)
             shares = np.append(shares, 0.0)
             basis = np.column_stack([basis, image / size])
             parts = np.column_stack([parts, part / size])
             share = float(left @ basis[:, -1])
             left, shares = left - share * basis[:, -1], shares + share * parts[:, -1]
-        solves = 1 + len(self._kept) - met
+        solves = 1 + self._met - before
         self._spent, self._changes = self._spent + solves, self._changes + 1
-        self.worn = solves * self._changes > self._spent or len(self._kept) > MOST_KEPT
-        correction = np.zeros_like(answer)
-        for share, response in zip(shares, self._kept, strict=True):
-            correction += share * response.answer
-        return correction
+        self.worn = solves * self._changes > self._spent or self._met > MOST_KEPT
+        return np.asarray(shares @ self._answers[: self._met]) if self._met else 0.0 * answer
 
-    def _images(self, responses: Sequence[Response]) -> Array:
-        """(1 + D M^-1) w of loads w, (n, k), N. Collective."""
-        if not responses:
+    def _keep(self, load: Array, answer: Array) -> None:
+        """Keep a load and the change that answers it."""
+        moved = self._nodes.at_facets(answer)
+        if self._met == len(self._loads) or self._answers.shape[1:] != answer.shape:
+            self._loads, self._answers, self._moved = (
+                _with_room(kept, one, self._met)
+                for kept, one in (
+                    (self._loads, load),
+                    (self._answers, answer),
+                    (self._moved, moved),
+                )
+            )
+        self._loads[self._met], self._answers[self._met] = load, answer
+        self._moved[self._met] = moved
+        self._met += 1
+
+    def _images(self, first: int) -> Array:
+        """(1 + D M^-1) w of the kept loads w from the `first` on, (n, k), N. Collective."""
+        kept = slice(first, self._met)
+        if first == self._met:
             return np.zeros((self._nodes.n_loads, 0))
-        images = self._differing_loads(responses)
-        return images + np.column_stack([response.load for response in responses])
+        return self._differing_loads(self._answers[kept], self._moved[kept]) + self._loads[kept].T
 
-    def _response(self, load: Array, answer: Array) -> Response:
-        return Response(load, answer, self._nodes.at_facets(answer))
-
-    def _differing_loads(self, responses: Sequence[Response]) -> Array:
-        """Loads D x (n, k), N, of their answers x. Collective."""
-        here, moved = self._differing, np.stack([one.moved for one in responses], axis=-1)
-        forces = np.zeros_like(moved)
-        forces[here] = self._difference @ moved[here]
-        forces = forces.reshape(-1, len(responses))
+    def _differing_loads(self, answers: Array, moved: Array) -> Array:
+        """Loads D x (n, k), N, of changes x (k, dofs), at the facets (k, f, a d). Collective."""
+        here, (count, facets, size) = self._differing, moved.shape
+        forces = np.zeros((facets, size, count))
+        forces[here] = self._difference @ moved[:, here].transpose(1, 2, 0)
+        forces = forces.reshape(-1, count)
         if self._between is None:
             return self._nodes.loads(forces)
-        own = np.stack([one.answer[self._nodes.own] for one in responses], axis=-1)
-        return self._nodes.loads(forces, self._between @ own)
+        return self._nodes.loads(forces, self._between @ answers[:, self._nodes.own].T)
+
+
+def _with_room(kept: Array, one: Array, count: int) -> Array:
+    """The first `count` of what is `kept`, (n, ...), and as much room again for more like `one`."""
+    more = np.empty((max(2 * count, 32), *one.shape))
+    if count:
+        more[:count] = kept[:count]
+    return more
 
 
 def _orthonormal(columns: Array) -> tuple[Array, Array]:
