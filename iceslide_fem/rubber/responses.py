@@ -227,15 +227,15 @@ class Responses:
         here, (count, facets, size) = self._differing, moved.shape
         forces = np.zeros((facets, size, count))
         forces[here] = self._difference @ moved[:, here].transpose(1, 2, 0)
-        forces = forces.reshape(-1, count)
+        flat = forces.reshape(-1, count)
         if self._between is None:
-            return self._nodes.loads(forces)
-        return self._nodes.loads(forces, self._between @ answers[:, self._nodes.own].T)
+            return self._nodes.loads(flat)
+        return self._nodes.loads(flat, self._between @ answers[:, self._nodes.own].T)
 
 
 def _with_room(kept: Array, one: Array, count: int) -> Array:
     """The first `count` of what is `kept`, (n, ...), and as much room again for more like `one`."""
-    more = np.empty((max(2 * count, 32), *one.shape))
+    more: Array = np.empty((max(2 * count, 32), *one.shape))
     if count:
         more[:count] = kept[:count]
     return more
