@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,13 @@ from iceslide_fem.interface.carriers import (
     fresh,
 )
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement
-from iceslide_fem.interface.window import PassingIce, passed_over, reaches, whole_cells
+from iceslide_fem.interface.window import (
+    RECENT,
+    PassingIce,
+    passed_over,
+    reaches,
+    whole_cells,
+)
 
 
 class Attached:
@@ -39,6 +46,12 @@ class Attached:
         self.ice, self.rubber = ice, rubber
         self._friction, self._at = friction, at
         self._filmless = isinstance(friction, OwnFriction)
+
+        @lru_cache(maxsize=RECENT)
+        def loads(contact: ContactLoads) -> Any:
+            return friction.loads(contact.pressure, contact.speed)
+
+        self._loads = loads
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
         """Films of the initial height (m) on cold ice, under rubber as cold."""
@@ -113,7 +126,7 @@ class Attached:
 
     def _acting(self, contact: ContactLoads, contacts: Contacts) -> Any:
         """Loads at an end of a step."""
-        return self._friction.loads(contact.pressure, contact.speed)
+        return self._loads(contact)
 
     def _contacts(self, start: ContactLoads, end: ContactLoads) -> Contacts:
         """The points in the middle of a step."""

@@ -140,13 +140,13 @@ class FacetGrid:
         that its integral is the force.
         """
         corners = self._corners(u)
-        means = {name: _gather(self._surface.comm, self._means(at)) for name, at in values.items()}
+        means = _gather(self._surface.comm, self._means(list(values.values())))
         forces = None
         if force is not None:
             forces = _gather(self._surface.comm, self._of_facets(_in_space(force)))
-        if corners is None:
+        if corners is None or means is None:
             return None
-        data = {name: mean for name, mean in means.items() if mean is not None}
+        data = dict(zip(values, means.T, strict=True))
         if forces is not None:
             area = _areas(corners)
             data["traction (Pa)"] = forces / np.where(area > 0.0, area, np.inf)[:, None]
@@ -191,12 +191,14 @@ class FacetGrid:
     def _corners(self, u: Array) -> Array | None:
         return _gather(self._surface.comm, _in_space(self._corner_nodes + u[self._corner_dofs]))
 
-    def _means(self, at: Array) -> Array:
-        weights = np.where(np.isnan(at), 0.0, abs(self._surface.weights))
-        amounts = np.stack([weights, weights * np.nan_to_num(at)], axis=-1).sum(axis=1)
-        total, amount = self._of_facets(amounts).T
-        mean = amount / np.where(total > 0.0, total, 1.0)
-        return np.where(total > 0.0, mean, np.nan)
+    def _means(self, values: Sequence[Array]) -> Array:
+        """Means (facets, k) of k `values` (f, q), of the points that have one."""
+        weights = abs(self._surface.weights)
+        at = np.array(values).reshape(len(values), *weights.shape)
+        known = ~np.isnan(at)
+        total = self._of_facets((known * weights).sum(axis=2).T)
+        amount = self._of_facets(np.where(known, at * weights, 0.0).sum(axis=2).T)
+        return np.where(total > 0.0, amount / np.where(total > 0.0, total, 1.0), np.nan)
 
 
 def point_grid(comm: MPI.Comm, positions: Array, values: Mapping[str, Array]) -> Grid | None:

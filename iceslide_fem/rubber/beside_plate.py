@@ -54,12 +54,13 @@ class BesidePlate:
         """Add the derivative of the energy by the nodes to `vector` (blocked dofs, d), this rank's
         shares; returns the force (N) that presses on the plate from below. Collective.
         """
-        lying = self._lying(u)
-        by_point = self._penalty * lying.touching * lying.gap[..., None]
-        dofs = self._surface.dofs[lying.facets]
-        np.add.at(vector[:, -1], dofs, by_point.sum(axis=1))
-        weights = self._weights[lying.facets]
-        return self._sum(self._penalty * float(np.sum(weights * lying.gap)))
+        lying, force = self._lying(u), 0.0
+        if lying.facets.size:
+            by_point = self._penalty * lying.touching * lying.gap[..., None]
+            dofs = self._surface.dofs[lying.facets]
+            np.add.at(vector[:, -1], dofs, by_point.sum(axis=1))
+            force = self._penalty * float(np.sum(self._weights[lying.facets] * lying.gap))
+        return self._sum(force)
 
     def add_tangent(self, u: Array, matrix: PETSc.Mat) -> None:
         """Add the second derivative of the energy by the nodes to `matrix`. Collective."""
@@ -85,8 +86,8 @@ class BesidePlate:
         """The points that have risen above the plate's plane. Collective."""
         level = self._height + lift_of(self._plate, u, self._comm)
         z = self._surface.nodes[..., -1] + u[self._surface.dofs, -1]
-        near = z.max(axis=1) + BULGE * np.ptp(z, axis=1) > level
-        facets = np.flatnonzero(near)
+        highest, lowest = z.max(axis=1), z.min(axis=1)
+        facets = np.flatnonzero(highest + BULGE * (highest - lowest) > level)
         shape = self._surface.shape[facets]
         gap = np.maximum((shape @ z[facets][..., None])[..., 0] - level, 0.0)
         touching = shape * (self._weights[facets] * (gap > 0.0))[..., None]
