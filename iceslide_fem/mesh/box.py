@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +21,10 @@ from iceslide_fem.mesh.shape import BlockShape, Channel, Slot, Wave
 # its edges the strain hardly varies over the height. Sizes are in reference cells; a slope of 4
 # makes cells 1 + 4 times larger one height (or lateral size) away from the edge or the bottom.
 CELLS = {2: 16.0, 3: 6.0}  # by dimension
+# In 3-D cells are so much shorter along x, the direction of sliding, along which pressure, film and
+# heat vary most: of a cube, and by the root of its length less in a longer block, where edges are a
+# smaller part of the contact. That makes their errors alike (docs/accuracy.md).
+SHORTER_ALONG_X = {2: 1.0, 3: 1.75}
 FLAT, FEWEST_CELLS = 0.5, 2.0
 EDGE_CELL, EDGE_SLOPE = 0.42, 4.0
 LARGEST_CELL = 4.0
@@ -63,6 +67,27 @@ class EdgeCells(NamedTuple):
     def cell(self) -> float:
         """Size of the outermost cells of the zone, m."""
         return (ZONE - LAYER) * self.radius / self.along
+
+
+class Grading(NamedTuple):
+    """Sizes of cells along one direction: reference cell (m); length that the slopes refer to (m);
+    the cells that a cut edge has there, and the slope by which smaller ones than usual grow.
+    """
+
+    cell: float
+    size: float
+    edge: EdgeCells | None
+    steepest: float
+
+    def half(self, length: float, cut: bool) -> Lines:
+        """From an end, which may meet a cut edge's cells."""
+        first = self.edge.cell if self.edge and cut else None
+        return from_edge(length, self.cell, self.size, first, self.steepest)
+
+    def between(self, low: float, high: float, first: bool = False, last: bool = False) -> Lines:
+        """From both ends, of which the `first` and the `last` may meet a cut edge's cells."""
+        one, other = (self.half((high - low) / 2, cut) for cut in (first, last))
+        return np.concatenate([low + one, high - other[-2::-1]])
 
 
 class Span(NamedTuple):
@@ -126,15 +151,18 @@ class Grid(NamedTuple):
         return joined(self.rows)
 
 
-def reference_cell(block: BlockShape, refinement: float) -> tuple[float, float]:
-    """Reference cell and the length that the slopes refer to, both in m."""
+def reference_cells(block: BlockShape, refinement: float) -> tuple[list[float], float]:
+    """Reference cells along x, (y,) z and the length that the slopes refer to, all in m."""
+    dimension = len(block.ranges) + 1
     lengths = [high - low for low, high in block.ranges]
     if block.symmetric:
         lengths[1] *= 2
     lateral = min(lengths)
-    cells = CELLS[len(block.ranges) + 1] * math.sqrt(min(1.0, block.height / (FLAT * lateral)))
+    cells = CELLS[dimension] * math.sqrt(min(1.0, block.height / (FLAT * lateral)))
     size = min(lateral, block.height)
-    return size / (max(cells, FEWEST_CELLS) * refinement), size
+    cell = size / (max(cells, FEWEST_CELLS) * refinement)
+    shorter = max(SHORTER_ALONG_X[dimension] * math.sqrt(min(1.0, size / lengths[0])), 1.0)
+    return [cell / shorter, *[cell] * (dimension - 1)], size
 
 
 def from_edge(
@@ -156,27 +184,19 @@ def joined(lines: list[Lines]) -> Lines:
 
 def block_grid(block: BlockShape, refinement: float) -> Grid:
     """Lines of the straight `block`."""
-    cell, size = reference_cell(block, refinement)
-    edge = _edge_cells(block, cell, refinement)
-    reach = edge.zone[-1][-1] if edge else 0.0
-
-    def half(length: float, cut: bool) -> Lines:
-        """Graded from an end, which may meet a cut edge's cells."""
-        steepest = STEEPEST[len(block.ranges) + 1] / max(refinement, 1.0)
-        return from_edge(length, cell, size, edge.cell if edge and cut else None, steepest)
-
-    def between(low: float, high: float, first: bool = False, last: bool = False) -> Lines:
-        """Graded to both ends, of which the `first` and the `last` may meet a cut edge's cells."""
-        one, other = (half((high - low) / 2, cut) for cut in (first, last))
-        return np.concatenate([low + one, high - other[-2::-1]])
+    cells, size = reference_cells(block, refinement)
+    edge = _edge_cells(block, cells[0], refinement)
+    steepest = STEEPEST[len(cells)] / max(refinement, 1.0)
+    gradings = [Grading(cell, size, edge, steepest) for cell in cells]
 
     def spans(
-        ends: tuple[float, float], cuts: Sequence[Slot | Channel], halved: bool
+        ends: tuple[float, float], cuts: Sequence[Slot | Channel], sized: Grading, halved: bool
     ) -> list[Span]:
         """Lugs, and the cuts between them. Nothing is singular at the middle plane of a `halved`
         block, where it begins.
         """
         found: list[Span] = []
+        reach = edge.zone[-1][-1] if edge else 0.0
         begin = ends[0]
         for cut in [*cuts, None]:
             pieces = [(begin, cut.low if cut else ends[1], 0.0)]
@@ -188,22 +208,24 @@ def block_grid(block: BlockShape, refinement: float) -> Grid:
                 inside = halved and low == ends[0]
                 first, last = low + reach * (cutting and not inside), high - reach * cutting
                 if inside:
-                    middle = last - half(last - first, cutting)[::-1]
+                    middle = last - sized.half(last - first, cutting)[::-1]
                     middle[0] = first
                 else:
-                    middle = between(first, last, cutting, cutting)
+                    middle = sized.between(first, last, cutting, cutting)
                 found.append(Span(low, high, middle, (cutting and not inside, cutting), depth))
             begin = cut.high if cut else begin
         return found
 
-    columns = spans(block.ranges[0], block.slots, False)
+    columns = spans(block.ranges[0], block.slots, gradings[0], False)
     across = [
-        span for ends in block.ranges[1:] for span in spans(ends, block.channels, block.symmetric)
+        span
+        for ends in block.ranges[1:]
+        for span in spans(ends, block.channels, gradings[1], block.symmetric)
     ]
     waves = [slot.wave for slot in block.slots if slot.wave and slot.wave.across]
     across = [span._replace(middle=_waved(span.middle, waves, refinement)) for span in across]
     waves = [slot.wave for slot in block.slots if slot.wave and not slot.wave.across]
-    rows = [_waved(row, waves, refinement) for row in _rows(block, edge, between)]
+    rows = [_waved(row, waves, refinement) for row in _rows(block, gradings[-1])]
     return Grid(columns, across, rows, edge)
 
 
@@ -220,16 +242,16 @@ def _edge_cells(block: BlockShape, cell: float, refinement: float) -> EdgeCells 
     return EdgeCells(block.edge, arc, max(1, round(LAYER_SHARE * 2 * arc)))
 
 
-def _rows(block: BlockShape, edge: EdgeCells | None, between: Callable[..., Lines]) -> list[Lines]:
+def _rows(block: BlockShape, sized: Grading) -> list[Lines]:
     """Rows of z: those of cut edges, then up to the end of each slot, and to the plate.
 
     The corners at the plate, and at the end of a slot, are as singular as those at the ice.
     """
     depths = sorted({slot.depth for slot in block.slots} | {cut.depth for cut in block.channels})
-    rows: list[Lines] = list(edge.zone) if edge else []
+    rows: list[Lines] = list(sized.edge.zone) if sized.edge else []
     low = float(rows[-1][-1]) if rows else 0.0
     for number, high in enumerate([*depths, block.height]):
-        rows.append(between(low, high, bool(edge) and number == 0))
+        rows.append(sized.between(low, high, bool(sized.edge) and number == 0))
         low = high
     return rows
 

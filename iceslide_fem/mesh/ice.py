@@ -13,7 +13,7 @@ import numpy as np
 
 from iceslide_fem.materials import ICE
 from iceslide_fem.mesh import gmsh_model
-from iceslide_fem.mesh.box import box_lines, from_edge, reference_cell
+from iceslide_fem.mesh.box import box_lines, from_edge, reference_cells
 from iceslide_fem.mesh.cache import cached
 from iceslide_fem.mesh.gmsh_model import TaggedMesh
 from iceslide_fem.mesh.grid import Lines, graded, tensor_grid
@@ -90,12 +90,14 @@ def patch_lines(
     a symmetric block.
     """
     block, refinement = block_shape(scene), scene.numerics.refinement
-    cell, size = reference_cell(block, refinement)
+    cells, size = reference_cells(block, refinement)
     margin = max(scene.ice.margin, margin)
-    beyond = from_edge(margin, cell, size)[1:] if margin > 0.0 else np.empty(0)
     lines = []
-    *below, _ = box_lines(block, refinement)
-    for rubber, (low, high) in zip(below, footprint or block.ranges, strict=True):
+    axes = zip(
+        box_lines(block, refinement)[:-1], cells[:-1], footprint or block.ranges, strict=True
+    )
+    for rubber, cell, (low, high) in axes:
+        beyond = from_edge(margin, cell, size)[1:] if margin > 0.0 else np.empty(0)
         # The rubber's elements are quadratic, the ice's linear: a line through their middles, too.
         inner = np.interp(np.arange(0.0, len(rubber) - 0.5, 0.5), np.arange(len(rubber)), rubber)
         inner = low + (inner - inner[0]) * (high - low) / (inner[-1] - inner[0])

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
-from iceslide_fem.mesh.box import EDGE_CELL, EDGE_SLOPE, LARGEST_CELL, block_grid, reference_cell
+from iceslide_fem.mesh.box import EDGE_CELL, EDGE_SLOPE, LARGEST_CELL, block_grid, reference_cells
 from iceslide_fem.mesh.cache import cached
 from iceslide_fem.mesh.gmsh_model import IntArray, TaggedMesh, empty_model
 from iceslide_fem.mesh.grid import snapped, with_parts
@@ -41,7 +41,7 @@ def _build(path: Path, rings: tuple[Array, ...], height: float, refinement: floa
     (left, low), (right, high) = rings[0].min(axis=0), rings[0].max(axis=0)
     symmetric = _is_symmetric(rings)
     block = BlockShape([(left, right), (0.0 if symmetric else low, high)], height, symmetric)
-    cell, size = reference_cell(block, refinement)
+    (*_, cell), size = reference_cells(block, refinement)
     z = block_grid(block, refinement).z
     smallest, slope = EDGE_CELL * cell, EDGE_SLOPE * EDGE_CELL * cell / size
     try:

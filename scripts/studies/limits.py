@@ -21,6 +21,7 @@ from matplotlib.figure import Figure
 
 from iceslide_fem.mesh.size import unknowns
 from scripts.studies.common import ROOT, case, draw, on_ranks, options, picture_options, table
+from scripts.studies.sliding_cost import PARTS
 
 SOLVERS = {
     "direct": "",
@@ -33,6 +34,7 @@ CLUSTER = 2e6  # unknowns, calculated from runs with at least so many
 ENOUGH = 5e4
 # What the calculation assumes of it: cores as fast as this one, so many, and their efficiency.
 CORES, EFFICIENCY = 64, 0.5
+BLANK = ("",) * (len(PARTS) + 2)  # of the row of a run that fails
 
 
 class Point(NamedTuple):
@@ -59,7 +61,8 @@ def changes_for(size: float) -> list[str]:
 
 def measured(solver: str, ranks: int, size: float, duration: str, limit: float) -> Point | None:
     """The run, or None if it fails or takes longer than `limit` (s)."""
-    changes = [*changes_for(size), f"load.duration={duration}"]
+    # Fields would be written every few of these short steps, and are not what is asked.
+    changes = [*changes_for(size), f"load.duration={duration}", "output.times=1"]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.json"
         words = [sys.executable, "-m", "scripts.studies.sliding_cost", "--child", str(path)]
@@ -131,16 +134,16 @@ def main() -> None:
                 for size in arguments.sizes:
                     point = measured(solver, ranks, size, arguments.duration, arguments.limit)
                     if point is None:
-                        yield solver, ranks, f"{size:.0f}", "fails, or takes too long", "", "", ""
+                        yield solver, ranks, f"{size:.0f}", "fails, or takes too long", *BLANK
                         break
                     series.setdefault((solver, ranks), []).append(point)
-                    share = point.parts.get("mechanics", 0.0) / point.seconds
+                    shares = (point.parts.get(part, 0.0) / point.seconds for part in PARTS)
                     yield (
                         solver, ranks, point.rubber, point.steps, f"{point.seconds:.3g}",
-                        f"{share:.0%}", f"{point.memory:.0f}",
+                        *(f"{share:.0%}" for share in shares), f"{point.memory:.0f}",
                     )  # fmt: skip
 
-    head = ("solver", "ranks", "rubber", "steps", "s per step", "of it mechanics", "MB")
+    head = ("solver", "ranks", "rubber", "steps", "s per step", *PARTS, "MB")
     table(head, rows())
     for (solver, ranks), points in series.items():
         if len(points) > 1:

@@ -1,7 +1,8 @@
 """What a step of the sliding tread block costs, part by part, and how that grows.
 
-Prints processor seconds per step of mechanics, heat of ice and rubber, transfer between them, film
-and output on 1 and 2 ranks, and the cost and memory of 100 mm of sliding against those of 10 mm.
+Prints processor seconds per step of the rubber's contact, its assembly (forces and tangents), their
+factors and the solves with them, of heat in ice and rubber, transfer between them, film and output
+on 1 and 2 ranks, and the cost and memory of 100 mm of sliding against those of 10 mm.
 What a step spends where is sampled every millisecond of it: time belongs to the part of the
 innermost module that has one. On 2 ranks it is that of the one that is busier with steps, with its
 waiting: ranks that wait ask again and again.
@@ -24,13 +25,16 @@ from typing import Any
 
 from scripts.studies.common import ROOT, case, on_ranks, options
 
-PARTS = ("mechanics", "heat", "transfer", "film", "output", "rest")
+MECHANICS = ("contact", "assembly", "factors", "solves")
+PARTS = (*MECHANICS, "heat", "transfer", "film", "output", "rest")
 SPEED = 4.0  # m/s, of the case
 INTERVAL = 1e-3  # s of processor time
 # Folders and modules of the package, and the part that the time in them and below belongs to; the
 # longest name that fits counts.
 MODULES = {
-    "rubber": "mechanics",
+    "rubber": "contact",
+    "rubber.hyperelasticity": "assembly",
+    "rubber.tangent": "solves",
     "film": "film",
     "film.ice_heat": "heat",
     "film.rubber_heat": "heat",
@@ -42,6 +46,7 @@ MODULES = {
     "output": "output",
     "coupling": "rest",
 }
+FACTORISE = ("rubber.tangent", "factorise")  # whose solve is hardly more than new factors
 # What a step consists of: the rest of a run is no part of it.
 STEP = {
     ("coupling.sliding", "advance"),
@@ -85,7 +90,10 @@ class Sampler:
         while frame is not None and not within:
             module = frame.f_globals.get("__name__", "")
             part = part or part_of(module)
-            within = (module.removeprefix("iceslide_fem."), frame.f_code.co_name) in STEP
+            place = (module.removeprefix("iceslide_fem."), frame.f_code.co_name)
+            if place == FACTORISE and part == "solves":
+                part = "factors"
+            within = place in STEP
             frame = frame.f_back
         if part is not None and within:
             self.seconds[part] += now - self._before
