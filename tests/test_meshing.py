@@ -105,9 +105,10 @@ def test_one_cell_where_there_is_no_room():
     "scene, counts",
     [
         (a_scene("slice"), {"nx": 20, "nz": 20}),
-        (a_scene("block"), {"nx": 8, "ny": 4, "nz": 8}),
+        (a_scene("block"), {"nx": 14, "ny": 4, "nz": 8}),
+        (a_scene("block", length=20e-3, height=6e-3, width=10e-3), {"nx": 14, "ny": 5, "nz": 8}),
         (a_scene("slice", refinement=2.0), {"nx": 42, "nz": 42}),
-        (a_scene("block", refinement=2.0), {"nx": 16, "ny": 8, "nz": 16}),
+        (a_scene("block", refinement=2.0), {"nx": 28, "ny": 8, "nz": 16}),
     ],
 )
 def test_divisions_of_a_cube(scene, counts):
@@ -301,7 +302,7 @@ def test_meshes_are_written_on_request(tmp_path):
     paths = files.write_mesh(a_scene("block"), tmp_path / "meshes")
     assert [path.name for path in paths] == ["a-scene_rubber.msh", "a-scene_ice.msh"]
     written = gmsh_model.load(paths[0], 3, "rubber")
-    assert len(written.cells) == 8 * 4 * 8
+    assert len(written.cells) == 14 * 4 * 8
     assert list(written.facets) == ["contact", "plate", "symmetry"]
 
 
