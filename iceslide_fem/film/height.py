@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.arrays import Array, Index, Mask
 
 # The second change of ln h by Halley's method: what is left is of the order of its cube.
 _CLOSE = 1e-4
@@ -17,6 +17,8 @@ _ITERATIONS = 80
 # of at most 2 ln h.
 _FAR = 0.1
 _UNSETTLED = 8
+# Changes of ln h up to which a root of a volume that is not full is the one that is meant.
+_ONE_ROOT = 1.0
 
 
 class HeightEquation(NamedTuple):
@@ -39,9 +41,8 @@ class HeightEquation(NamedTuple):
         filling, gain = self.room * inverse, self.heating * inverse
         thinning = self.squeezing / (inverse * inverse)
         full = thinning >= filling
-        melted = gain - self.cooling
-        melts = melted > 0.0
-        np.maximum(melted, 0.0, out=melted)
+        melts = gain > self.cooling
+        melted = gain - np.minimum(gain, self.cooling)
         melted *= inverse
         gain *= inverse
         gain *= melts
@@ -62,6 +63,10 @@ class HeightEquation(NamedTuple):
         curve -= gain
         return residual, slope, curve, full, melts
 
+    def take(self, index: Index) -> HeightEquation:
+        """The equation at the points of `index`."""
+        return HeightEquation(*(np.broadcast_to(part, self.start.shape)[index] for part in self))
+
     def switches(self, y: Array) -> tuple[Mask, Mask]:
         """Where the free volume is full and the ice melts."""
         inverse = np.exp(-y)
@@ -72,35 +77,48 @@ class HeightEquation(NamedTuple):
 def log_height_of(equation: HeightEquation) -> Array:
     """Root of the equation, NaN where it has not settled at all.
 
-    Halley's method where two changes do, and they are small and meet no switch; what is left
-    after them is of the order of the cube of the last. Elsewhere `_bracketed`.
+    Halley's method where two changes do, or three, and the last is small and meets no switch; what
+    is left after it is of the order of its cube. Elsewhere `_bracketed`.
     """
-    first = _halley(*equation.at(equation.start)[:3])
-    y = equation.start + first
-    *parts, full, melts = equation.at(y)
-    last = _halley(*parts)
-    y += last
-    full_now, melts_now = equation.switches(y)
-    settled = (np.abs(first) <= _FAR) & (np.abs(last) <= _CLOSE)
-    settled &= (full == full_now) & (melts == melts_now)
-    if not settled.all():
+    start, y = equation.start, np.array(equation.start)
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        near = np.abs(_change(equation, y)[0]) <= _FAR
+        settled = near & _settles(equation, y)[0]
+        if settled.all():
+            return y
         rest = np.flatnonzero(~settled)
-        y[rest] = _bracketed(
-            HeightEquation(*(np.broadcast_to(part, y.shape)[rest] for part in equation))
-        )
+        part, again = equation.take(rest), y[rest]
+        settled, full = _settles(part, again)
+        # Where the free volume is full the root may be one of several.
+        settled &= ~full & (np.abs(again - start[rest]) <= _ONE_ROOT)
+    y[rest] = again
+    if not settled.all():
+        far = np.flatnonzero(~settled)
+        y[rest[far]] = _bracketed(part.take(far))
     return y
 
 
-def _halley(residual: Array, slope: Array, curve: Array) -> Array:
-    """The change of ln h by Halley's method, at most twice that of Newton's, and at most 1."""
-    curve *= residual
+def _settles(equation: HeightEquation, y: Array) -> tuple[Mask, Mask]:
+    """Whether one more change of ln h, in place, is the last; where the free volume is full."""
+    change, full, melts = _change(equation, y)
+    full_now, melts_now = equation.switches(y)
+    return (np.abs(change) <= _CLOSE) & (full == full_now) & (melts == melts_now), full
+
+
+def _change(equation: HeightEquation, y: Array) -> tuple[Array, Mask, Mask]:
+    """Change of ln h, in place, by Halley's method, at most twice that of Newton's; the switches
+    that it was made with."""
+    change, slope, curve, full, melts = equation.at(y)
+    curve *= change
     curve *= 0.5
-    residual *= slope
+    change *= slope
     slope *= slope
     curve -= slope
-    np.minimum(curve, -0.5 * slope, out=curve)
-    residual /= curve
-    return np.clip(residual, -1.0, 1.0, out=residual)
+    slope *= -0.5
+    np.minimum(curve, slope, out=curve)
+    change /= curve
+    y += change
+    return change, full, melts
 
 
 def _bracketed(equation: HeightEquation) -> Array:

@@ -122,13 +122,17 @@ def simulate(
             wanted = np.minimum(wanted, dt_try * step_factor(bent / tolerance, 2, GROW_ALONE))
         event = events(step, warm_before, state.squeezed_height, last, ends, slack)
         crosses = event.fraction < 1.0
+        across = np.flatnonzero(crosses)
         if fixed_step is None:
             # A step that was cut says nothing against a longer one. Across an event its error means
             # nothing; behind it the solution has a kink that an estimate can overlook unless the
             # steps grow from short ones again.
-            wanted = np.where(good & (dt_try < dt), np.maximum(wanted, dt), wanted)
-            wanted = np.where(event.melting | event.full, RESTART * dt, wanted)
-            dt = np.where(crosses, dt, wanted)
+            cut = np.flatnonzero(good & (dt_try < dt))
+            wanted[cut] = np.maximum(wanted[cut], dt[cut])
+            begun = np.flatnonzero(event.melting | event.full)
+            wanted[begun] = RESTART * dt[begun]
+            wanted[across] = dt[across]
+            dt = wanted
             hopeless = ~crosses & (dt < SHORTEST_STEP * here.duration)
         else:
             hopeless = ~crosses
@@ -140,13 +144,16 @@ def simulate(
         mu = tally.add(record, state, loads.viscous / here.pressure, here, loading)
         if observe is not None and good.any():
             observe(record)
-        squeezed = state.squeezed_height
-        time = np.where(good, time + dt_try, time)
-        warm_after, expected = warm(step.state), np.full_like(ahead, np.inf)
+        bad = np.flatnonzero(~good)
+        warm_after, reached = warm(step.state), time + dt_try
         if fixed_step is None:
+            squeezed = state.squeezed_height
             expected = until(step, warm_before, warm_after, squeezed, last, slack)
-        ahead = np.where(good, expected, np.where(crosses, event.fraction * dt_try, ahead))
-        warm_before = np.where(good, warm_after, warm_before)
+        else:
+            expected = np.full_like(ahead, np.inf)
+        expected[bad], warm_after[bad], reached[bad] = ahead[bad], warm_before[bad], time[bad]
+        expected[across] = event.fraction[across] * dt_try[across]
+        ahead, warm_before, time = expected, warm_after, reached
         state = taken(state, step.state, good)
         if loading is not None:
             here = loading.at(here, time)

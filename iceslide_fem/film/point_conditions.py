@@ -90,8 +90,9 @@ class Conditions(NamedTuple):
 
     @property
     def solid(self) -> Solid:
-        """The ice."""
-        return Solid(*(getattr(self, name) for name in Solid._fields))
+        """The ice, in numbers where it is the same for all."""
+        parts = (getattr(self, name) for name in Solid._fields)
+        return Solid(*(part[0] if (part == part[0]).all() else part for part in parts))
 
     def take(self, index: Index) -> Conditions:
         """The conditions at `index`."""
