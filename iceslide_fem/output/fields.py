@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import meshio
+import numpy as np
+
 from iceslide_fem.files import replace_file, writing
 from iceslide_fem.output.grids import Grid
-from iceslide_fem.output.vtu import vtu
 
 
 class Fields:
     """Time series `NAME.pvd` in one folder, of grids that rank 0 has.
 
     A file is listed when it is whole, and lists are replaced as a whole: an interrupted run leaves
-    nothing half. After a loss of power the last files may be: no step waits for the disk.
+    nothing half. After a loss of power the last files may be: no step waits for the disk. Values
+    are written with single precision, points with double.
     """
 
     def __init__(
@@ -36,7 +40,7 @@ class Fields:
             self._folder.mkdir(parents=True, exist_ok=True)
         for name, grid in grids.items():
             assert grid is not None
-            replace_file(self._folder / files[name], vtu(grid), durable=False)
+            _write_grid(self._folder / files[name], grid)
         for name in grids:
             self._list(name)
 
@@ -51,3 +55,19 @@ class Fields:
             f"  <Collection>\n{''.join(listed)}  </Collection>\n</VTKFile>\n"
         )
         replace_file(self._folder / f"{name}.pvd", text, durable=False)
+
+
+def _write_grid(path: Path, grid: Grid) -> None:
+    """Write the file beside its place, and rename it when it is whole."""
+    point_data = {name: value.astype(np.float32) for name, value in grid.point_data.items()}
+    cell_data = {name: [value.astype(np.float32)] for name, value in grid.cell_data.items()}
+    temporary = path.with_name(path.stem + ".part.vtu")
+    with writing(path):
+        try:
+            meshio.write_points_cells(
+                temporary, grid.points, [(grid.kind, grid.cells)], point_data, cell_data
+            )
+            os.replace(temporary, path)
+        except OSError:
+            temporary.unlink(missing_ok=True)
+            raise
