@@ -183,3 +183,12 @@ def test_a_height_that_is_not_found_is_no_height(monkeypatch):
     found = np.isfinite(cut_off.log_height)
     assert 0.02 < found.mean() < 0.98
     np.testing.assert_allclose(cut_off.log_height[found], settled.log_height[found], atol=1e-7)
+
+
+def test_a_height_is_no_root_where_its_change_is_short_for_its_curvature():
+    """A stage in which thousands of heights melt and are squeezed out: h stayed as it was."""
+    start, h = np.log([1e-7]), 1e-7
+    parts = (1e5 / h**2, 2.5e4 * h, 1.2e4 * h**2, 1e-2 * h)
+    equation = height.HeightEquation(start, *(np.array([part]) for part in parts))
+    residual, slope, *_ = equation.at(height.log_height_of(equation))
+    assert np.abs(residual) <= 1e-3 * slope
