@@ -9,14 +9,17 @@ from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
 from iceslide_fem.film.law import FilmLoads, FilmOnIce, Surface, implicit_stage
 from iceslide_fem.film.point import Conditions, simulate
+from iceslide_fem.film.point_conditions import Loading
 from iceslide_fem.film.rubber_heat import FilmBetween, HalfFilm, RubberColumns, RubberSurface
 from iceslide_fem.materials import (
     ICE_EFFUSIVITY,
     MELTING_TEMPERATURE,
     WATER_CONDUCTIVITY,
+    ConstantContact,
     rubber_solid,
 )
 from iceslide_fem.reference import constant_flux_rise
+from iceslide_fem.scene.course import Course
 
 DURATION, DENSITY = 7e-3, 940.0
 T_0 = MELTING_TEMPERATURE - 4.0
@@ -183,6 +186,31 @@ def test_heat_in_the_rubber_delays_melting_by_its_share():
     assert alone.melt_onset[0] == pytest.approx(3.297e-3, rel=2e-3)
     assert both.melt_onset[0] == pytest.approx(4.27e-3, rel=2e-3)
     assert both.mu_peak[0] > alone.mu_peak[0]
+
+
+def slid_at(speeds, conductance, colder=0.0, **changes):
+    """The point at a speed (m/s) that goes from one to the other, under rubber so much colder."""
+    here, contact = thesis_conditions(), ConstantContact(0.266, 29e-6, 2.86e-6)
+    speed = Course((0.0, DURATION), speeds, DURATION)
+    loading = Loading(Course((), (1e5,), DURATION), speed, contact)
+    here = here._replace(**{name: np.array([value]) for name, value in changes.items()})
+    half_film = HalfFilm(conductance)
+    rubber = RubberColumns(here.temperature - colder, DURATION, rubber_solid(1100.0), half_film)
+    return simulate(here, tolerance=1e-2, rubber=rubber, loading=loading)
+
+
+def test_the_onset_is_found_where_speed_rises_and_the_film_resists_heat():
+    """Up to 5,000 steps were refused: the film's warmth was that of the speed before the step."""
+    result = slid_at((0.3, 6.0), conductance=1e4)
+    assert np.isfinite(result.melt_onset[0])
+    assert result.rejected[0] <= 5
+
+
+def test_a_film_far_below_the_ice_s_temperature_does_not_melt():
+    """It was said to where it came as far below T_0 as T_m is above."""
+    barely = MELTING_TEMPERATURE - 0.5
+    result = slid_at((0.6, 0.05), conductance=1200.0, colder=3.0, temperature=barely)
+    assert np.isnan(result.melt_onset[0])
 
 
 def test_conditions_of_several_durations_are_independent():

@@ -98,13 +98,13 @@ def simulate(
     control = StepControl(method, tolerance if fixed_step is None else None)
     slack = EVENT_SHARE * tolerance
 
-    def warm(state: InterfaceState) -> Array:
+    def warm(state: InterfaceState, acting: FilmLoads) -> Array:
         on_ice = heat.surface_temperature(state.ice)
-        heating = loads.viscous * loads.speed
+        heating = acting.viscous * acting.speed
         return warmth(rubber.film_temperature(on_ice, state.rubber, heating, state), here)
 
     # The conditions that still run, how warm they are, and how far the next event is (s).
-    active, warm_before, ahead = np.arange(n), warm(state), np.full(n, np.inf)
+    active, warm_before, ahead = np.arange(n), warm(state, loads), np.full(n, np.inf)
     tally = Tally(conditions, sample_times)
 
     while active.size:
@@ -145,7 +145,7 @@ def simulate(
         if observe is not None and good.any():
             observe(record)
         bad = np.flatnonzero(~good)
-        warm_after, reached = warm(step.state), time + dt_try
+        warm_after, reached = warm(step.state, last), time + dt_try
         if fixed_step is None:
             squeezed = state.squeezed_height
             expected = until(step, warm_before, warm_after, squeezed, last, slack)

@@ -1,8 +1,8 @@
 """Onset of melting and saturation of the free volume at a point: where in a step, and when next.
 
-Both set in where a progress gets to 1: H_s / H_V, and w^2 with the film's share of the way to the
+Both set in where a progress gets to 1: H_s / H_V, and w |w| with the film's share of the way to the
 melting point w = (T_f - T_0) / (T_m - T_0). Under a constant flux w^2 is a straight line over
-time.
+time; the sign is that of films below T_0, under rubber that is colder than the ice.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ class Event(NamedTuple):
 
 
 def warmth(temperature: Array, here: Conditions) -> Array:
-    """w^2 of films of that temperature (K)."""
+    """w |w| of films of that temperature (K)."""
     share = temperature - here.temperature
     share /= here.melting_temperature - here.temperature
-    share *= share
+    share *= np.abs(share)
     return share
 
 
@@ -39,8 +39,8 @@ def events(
 ) -> Event:
     """What sets in during `step`, on straight lines of the progress.
 
-    `start` is w^2 and `squeezed` H_s (m) at its start; `loads` at its end. A step that ends within
-    `share` of an event (relative to T_m - T_0 and to H_V) ends on it.
+    `start` is w |w| and `squeezed` H_s (m) at its start; `loads` at its end. A step that ends
+    within `share` of an event (relative to T_m - T_0 and to H_V) ends on it.
     """
     melts, melted = _crossing(start, warmth(step.last.dry_temperature, here), 2.0 * share)
     free = loads.free_height
@@ -53,7 +53,7 @@ def until(
 ) -> Array:
     """How long after `step` the next event is to be expected, infinite where none is (s).
 
-    Arguments as for `events`; `end` is w^2 at its end. H_s goes on with its last rate and the
+    Arguments as for `events`; `end` is w |w| at its end. H_s goes on with its last rate and the
     curvature of the step.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
