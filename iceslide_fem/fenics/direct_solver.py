@@ -28,10 +28,11 @@ def factorise(ksp: PETSc.KSP, dimension: int, ordering: str | None = None) -> No
 
 def takes_blocks(ksp: PETSc.KSP) -> bool:
     """Whether the factors are PETSc's own: with the components of each node in a block they take
-    half the time, and solves with them three quarters.
+    half the time, and solves with them three quarters. They cannot shift pivots, an option.
     """
     pc = ksp.getPC()
-    return bool(pc.getType() == "lu" and pc.getFactorSolverType() == "petsc")
+    shifts = PETSc.Options(ksp.getOptionsPrefix()).hasName("pc_factor_shift_type")
+    return bool(pc.getType() == "lu" and pc.getFactorSolverType() == "petsc" and not shifts)
 
 
 def solve(ksp: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec) -> bool:
