@@ -250,11 +250,6 @@ def surface_errors(step: Step, ice: IceHeat, temperature_scale: Array, rubber: R
     return np.maximum(np.abs(of_ice), np.abs(of_rubber)) / temperature_scale
 
 
-def surface_excess(step: Step, melting_temperature: Array | float) -> Array:
-    """Dry surface temperature above T_m (K) at the end of the step (K)."""
-    return step.last.dry_temperature - melting_temperature
-
-
 def _combine(
     state: InterfaceState,
     changes: list[InterfaceState],
