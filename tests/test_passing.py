@@ -234,6 +234,17 @@ def test_a_point_that_bulges_out_of_the_window_sideways_is_seen(y, inside):
     assert reaches(grid, replace(points, pressure=np.array([1.0, 0.0])))  # what does not touch may
 
 
+@pytest.mark.parametrize("shape", [(5,), (5, 3)])
+def test_a_rank_without_contact_has_its_points_on_the_grid(shape):
+    """None: placing them raised ValueError on that rank alone."""
+    lines = [np.linspace(0.0, 1e-3, n) for n in shape]
+    grid = SurfaceGrid(lines, np.arange(np.prod(shape)), MPI.COMM_SELF)
+    nowhere = grid.place(np.zeros((0, len(shape))))
+    assert grid.interpolate(np.ones(grid.n_nodes), nowhere).shape == (0,)
+    assert not grid.scatter(np.zeros((2, 0)), nowhere).any()
+    assert not grid.coupling(np.zeros(0), nowhere).any()
+
+
 def test_the_window_is_wider_than_the_contact_at_its_start():
     scene = load_scene(CASES / "thesis_sliding_1bar.toml", ["model=block"])
     (_, y), height = window_lines(scene, [(-1e-3, 1e-3), (0.0, 0.6e-3)]), scene.rubber.height

@@ -134,10 +134,11 @@ class SurfaceGrid:
             cell = np.searchsorted(line[1:-1], x).astype(np.int32)
             fraction = (x - line[cell]) / widths[cell]
             node = node * line.size + cell[:, None]
-            node = np.stack([node, node + 1], axis=-1).reshape(len(x), -1)
+            corners = len(x), 2 * node.shape[1]
+            node = np.stack([node, node + 1], axis=-1).reshape(corners)
             first = share * (1.0 - fraction)[:, None]
             last = share * fraction[:, None]
-            share = np.stack([first, last], axis=-1).reshape(len(x), -1)
+            share = np.stack([first, last], axis=-1).reshape(corners)
         return Placement(node, share, self.shape)
 
     def own_nodes(self) -> Placement:
