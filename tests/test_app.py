@@ -151,8 +151,9 @@ def test_curves_of_a_point_are_those_of_the_library(served):
     half = served.ask("half-space", texts=TEXTS)[1]
     other = point_history(load_as(scene, "half-space"))[1]
     assert half["numbers"]["mu_mean"] == other["mu_mean"] != results["mu_mean"]
-    end = half["series"]["closed_flux"][-1]
-    assert np.isclose(half["series"]["ice_flux"][-1], end, rtol=0.02)
+    curves = half["series"]  # fluxes are means over a step, of which the last is a long one
+    closed = np.interp(curves["middle"][-1], curves["closed_time"], curves["closed_flux"])
+    assert np.isclose(curves["ice_flux"][-1], closed, rtol=0.01)
 
 
 def load_as(scene, heat):

@@ -138,7 +138,7 @@ def test_a_scene_hands_on_what_it_says():
     )  # fmt: skip
     here = conditions.scene_conditions(own)
     assert own.ice.solid == Solid(2.0, 900.0, 2000.0, 268.15, 3e5)
-    assert [float(part[0]) for part in here.solid] == list(own.ice.solid)
+    assert [float(part) for part in here.solid] == list(own.ice.solid)
     assert here.viscosity == 2e-3
     rubber = conditions.rubber_columns(own)
     assert rubber.column.solid == rubber_solid(1100.0, 0.3, 1700.0)
