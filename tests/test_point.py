@@ -11,9 +11,11 @@ from iceslide_fem.film import step_control
 from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.law import explicit_stage
 from iceslide_fem.film.point import Conditions, Record, simulate
+from iceslide_fem.film.point_conditions import Loading
 from iceslide_fem.materials import CONTACT_TABLES, MELTING_ENTHALPY, MELTING_TEMPERATURE
 from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import scene_from_dict
+from iceslide_fem.scene.course import Course
 from iceslide_fem.scene.notes import notes
 
 BAR = 1e5
@@ -173,6 +175,28 @@ def test_steps_find_the_onset_and_saturation_at_once(ice):
     result = simulate(conditions([*FOUR_CASES, (2.7, 6), (5, 6)]), ice, tolerance=1e-2)
     assert np.isfinite(result.melt_onset).all() and np.isfinite(result.saturation[3:]).all()
     assert (result.rejected <= (3 if ice == "column" else 5)).all()
+
+
+def loaded(pressures, here=(5, 4), **changes):
+    """The point under a pressure (bar) that has these values at even times, at 4 m/s."""
+    duration, bars = 14e-3, tuple(BAR * one for one in pressures)
+    pressure = Course(tuple(np.linspace(0.0, duration, len(bars))), bars, duration)
+    loading = Loading(pressure, Course((), (4.0,), duration), CONTACT_TABLES["B"])
+    return simulate(conditions((here,), duration), loading=loading, **changes)
+
+
+def test_what_is_full_does_not_fill_anew_under_a_pressure_that_falls():
+    """H_V rises, and every step ended on the moment when H_s had come up with it: 1,399 of them."""
+    result, exact = (loaded((5, 5, 4.5), tolerance=tolerance) for tolerance in (1e-1, 1e-3))
+    assert result.saturation[0] == pytest.approx(4.44e-3, rel=1e-3)
+    assert result.steps[0] + result.rejected[0] <= 40
+    assert result.mu_mean == pytest.approx(exact.mu_mean, rel=2e-3)
+
+
+def test_loads_in_time_are_those_of_the_start_too():
+    """Conditions that said other ones kept steps from ever finding the onset."""
+    one, other = (loaded((3, 3), here, tolerance=1e-2) for here in ((3, 4), (1, 1)))
+    assert one.mu_peak == other.mu_peak and one.mu_mean == other.mu_mean
 
 
 def test_cold_slow_sliding_only_squeezes():

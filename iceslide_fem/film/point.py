@@ -61,10 +61,10 @@ def simulate(
     error of mu(t) aimed at; `integrator` one of `INTEGRATORS` or its name; `times` (s, ascending)
     where mu is sampled; `fixed_step` (s) replaces error control, `max_step` (s) bounds it;
     `observe` is called with every accepted step; `rubber` takes heat, too, if it is made of
-    columns; with `loading` pressure and speed go in time, and steps end on its corners; with
-    `water` the viscosity follows the film's temperature, and that of the conditions is replaced.
-    Raises SimulationStopped where a step cannot be made, ValueError where an argument is not
-    possible.
+    columns; with `loading` pressure and speed go in time, whatever the conditions say of them, and
+    steps end on its corners; with `water` the viscosity follows the film's temperature, and that of
+    the conditions is replaced. Raises SimulationStopped where a step cannot be made, ValueError
+    where an argument is not possible.
     """
     method = INTEGRATORS[integrator] if isinstance(integrator, str) else integrator
     if fixed_step is None and not method.estimate:
@@ -73,9 +73,11 @@ def simulate(
     for name, value in positive.items():
         if value is not None and not value > 0.0:
             raise ValueError(f"{name} = {value:g} is not possible; allowed: more than 0")
+    n = conditions.pressure.size
     if water is not None:
         conditions = conditions._replace(viscosity=water(conditions.temperature))
-    n = conditions.pressure.size
+    if loading is not None:
+        conditions = loading.at(conditions, np.zeros(n))
     sample_times = np.asarray(times, dtype=float)
     if (np.diff(sample_times) < 0.0).any():
         raise ValueError("sample times must ascend")
@@ -120,7 +122,8 @@ def simulate(
             bent = _bend(loads, loading.at(here, time + 0.5 * dt_try).loads(), last)
             good &= bent <= tolerance
             wanted = np.minimum(wanted, dt_try * step_factor(bent / tolerance, 2, GROW_ALONE))
-        event = events(step, warm_before, state.squeezed_height, last, ends, slack)
+        filled = state.squeezed_height / loads.free_height
+        event = events(step, warm_before, filled, last, ends, slack)
         crosses = event.fraction < 1.0
         across = np.flatnonzero(crosses)
         if fixed_step is None:

@@ -35,17 +35,18 @@ def warmth(temperature: Array, here: Conditions) -> Array:
 
 
 def events(
-    step: Step, start: Array, squeezed: Array, loads: FilmLoads, here: Conditions, share: float
+    step: Step, start: Array, filled: Array, loads: FilmLoads, here: Conditions, share: float
 ) -> Event:
     """What sets in during `step`, on straight lines of the progress.
 
-    `start` is w |w| and `squeezed` H_s (m) at its start; `loads` at its end. A step that ends
-    within `share` of an event (relative to T_m - T_0 and to H_V) ends on it.
+    `start` is w |w| and `filled` H_s / H_V at its start, `loads` are those at its end: what is full
+    and stays so under a pressure that falls, while H_V rises, does not become so anew. A step that
+    ends within `share` of an event (relative to T_m - T_0 and to H_V) ends on it.
     """
-    melts, melted = _crossing(start, warmth(step.last.dry_temperature, here), 2.0 * share)
-    free = loads.free_height
-    fills, filled = _crossing(squeezed / free, 1.0 + step.last.overfill / free, share)
-    return Event(np.maximum(np.minimum(melts, fills), 0.01), melted, filled)
+    melts, melting = _crossing(start, warmth(step.last.dry_temperature, here), 2.0 * share)
+    overfilled = 1.0 + step.last.overfill / loads.free_height
+    fills, full = _crossing(filled, overfilled, share)
+    return Event(np.maximum(np.minimum(melts, fills), 0.01), melting, full)
 
 
 def until(
@@ -53,8 +54,8 @@ def until(
 ) -> Array:
     """How long after `step` the next event is to be expected, infinite where none is (s).
 
-    Arguments as for `events`; `end` is w |w| at its end. H_s goes on with its last rate and the
-    curvature of the step.
+    `start` and `end` are w |w| at its ends, `squeezed` H_s (m) at its start; the others as for
+    `events`. H_s goes on with its last rate and the curvature of the step.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         melts = (1.0 + share - end) * step.dt / (end - start)
