@@ -3,7 +3,8 @@ ranks, where the time goes, the exponents, and what two million unknowns would t
 
 Each run presses the block and slides it for a moment, in a process of its own. Seconds are per
 step of the slide, memory is that of one process. What stands for more unknowns than were run is
-calculated from the two largest runs and printed as such.
+calculated from the two largest runs and printed as such. Every run is kept in
+results/studies/limits.jsonl as it comes, from where --go-on takes it.
 """
 
 from __future__ import annotations
@@ -20,7 +21,16 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from iceslide_fem.mesh.size import unknowns
-from scripts.studies.common import ROOT, case, draw, on_ranks, options, picture_options, table
+from scripts.studies.common import (
+    RESULTS,
+    ROOT,
+    case,
+    draw,
+    on_ranks,
+    options,
+    picture_options,
+    table,
+)
 from scripts.studies.sliding_cost import PARTS
 
 SOLVERS = {
@@ -34,6 +44,7 @@ CLUSTER = 2e6  # unknowns, calculated from runs with at least so many
 ENOUGH = 5e4
 # What the calculation assumes of it: cores as fast as this one, so many, and their efficiency.
 CORES, EFFICIENCY = 64, 0.5
+KEPT = RESULTS / "limits.jsonl"
 BLANK = ("",) * (len(PARTS) + 2)  # of the row of a run that fails
 
 
@@ -88,6 +99,12 @@ def measured(solver: str, ranks: int, size: float, duration: str, limit: float) 
     return Point(solver, ranks, rubber, steps, parts, total, found["memory"])
 
 
+def kept() -> dict[tuple[object, ...], Point]:
+    """Runs of earlier calls by solver, ranks, size and duration."""
+    lines = KEPT.read_text(encoding="utf-8").splitlines() if KEPT.is_file() else []
+    return {tuple(place): Point(*found) for place, found in map(json.loads, lines)}
+
+
 def exponent(points: list[Point], value: str) -> float:
     """Of `value` in the unknowns, between the two largest runs."""
     one, other = points[-2:]
@@ -121,21 +138,29 @@ def main() -> None:
     parser.add_argument("--sizes", type=float, nargs="+", default=SIZES)
     parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--solvers", nargs="+", choices=tuple(SOLVERS), default=tuple(SOLVERS))
-    parser.add_argument("--duration", default="0.1ms", help="of the slide")
+    parser.add_argument("--duration", default="2ms", help="of the slide")
     parser.add_argument("--limit", type=float, default=1800.0, help="seconds for one run")
+    parser.add_argument("--go-on", action="store_true", help="keep what an earlier call has found")
     arguments = parser.parse_args()
     if arguments.quick:
         arguments.sizes, arguments.ranks, arguments.solvers = QUICK_SIZES, [1], ["direct"]
+        arguments.duration = "0.02ms"
+    known = kept() if arguments.go_on else {}
     series: dict[tuple[str, int], list[Point]] = {}
 
     def rows() -> Any:
         for solver in arguments.solvers:
             for ranks in arguments.ranks:
                 for size in arguments.sizes:
-                    point = measured(solver, ranks, size, arguments.duration, arguments.limit)
+                    place = (solver, ranks, size, arguments.duration)
+                    point = known.get(place) or measured(*place, arguments.limit)
                     if point is None:
                         yield solver, ranks, f"{size:.0f}", "fails, or takes too long", *BLANK
                         break
+                    if place not in known:
+                        KEPT.parent.mkdir(parents=True, exist_ok=True)
+                        with KEPT.open("a", encoding="utf-8") as file:
+                            file.write(json.dumps([place, point]) + "\n")
                     series.setdefault((solver, ranks), []).append(point)
                     shares = (point.parts.get(part, 0.0) / point.seconds for part in PARTS)
                     yield (
