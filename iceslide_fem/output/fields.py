@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -45,15 +46,14 @@ class Fields:
             self._list(name)
 
     def _list(self, name: str) -> None:
-        listed = (
-            f'    <DataSet timestep="{written["time"]:.12g}" part="0" file="{written[name]}" />\n'
-            for written in self.written
-            if name in written
-        )
-        text = (
-            '<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0">\n'
-            f"  <Collection>\n{''.join(listed)}  </Collection>\n</VTKFile>\n"
-        )
+        root = ET.Element("VTKFile", type="Collection", version="1.0")
+        collection = ET.SubElement(root, "Collection")
+        for written in self.written:
+            if name in written:
+                entry = {"timestep": f"{written['time']:.12g}", "part": "0", "file": written[name]}
+                ET.SubElement(collection, "DataSet", entry)
+        ET.indent(root)
+        text = '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
         replace_file(self._folder / f"{name}.pvd", text, durable=False)
 
 

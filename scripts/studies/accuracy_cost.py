@@ -11,7 +11,7 @@ import os
 import subprocess
 import tempfile
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from time import process_time
@@ -374,8 +374,7 @@ def _enforced(scene: Scene, penalty: float, updates: int) -> Enforced:
     started = process_time()
     block = build_block(scene, MPI.COMM_SELF)
     surface = block.surface
-    parts = {part.name: getattr(surface, part.name) for part in fields(surface)}
-    augmented = Augmented(**parts, shift=np.zeros(surface.weights.shape))
+    augmented = Augmented(**common.fields_of(surface), shift=np.zeros(surface.weights.shape))
     solver = Equilibrium(block.rubber, augmented, penalty)
     block = replace(block, surface=augmented, equilibrium=solver)
     counts: list[int] = []

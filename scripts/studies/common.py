@@ -6,6 +6,7 @@ import argparse
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import fields
 from pathlib import Path
 from resource import RUSAGE_CHILDREN, getrusage
 from statistics import median
@@ -101,6 +102,11 @@ def conditions(
         pressure=pressure, speed=speed, temperature=ZERO_CELSIUS + np.asarray(celsius),
         k=k, D=D, H_V=H_V, initial_height=initial_height, duration=duration,
     )  # fmt: skip
+
+
+def fields_of(instance: Any) -> dict[str, Any]:
+    """The fields of a dataclass by their names, without what it has cached beside them."""
+    return {part.name: getattr(instance, part.name) for part in fields(instance)}
 
 
 # --- commands

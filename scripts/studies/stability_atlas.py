@@ -268,7 +268,7 @@ def a_scene(**changes: Any) -> Scene:
 
 def counting(scene: Scene) -> Counting:
     """The scene's block, counting."""
-    return Counting(**vars(build_block(scene, MPI.COMM_SELF)), failures=[])
+    return Counting(**common.fields_of(build_block(scene, MPI.COMM_SELF)), failures=[])
 
 
 def pressed(scene: Scene, mu: float) -> Cell:
