@@ -8,7 +8,8 @@ import pytest
 pytest.importorskip("iceslide_fem.fenics.compat")
 from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.mesh.ice import ice_mesh, ice_shape, window_lines
+from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
+from iceslide_fem.mesh.ice import ice_lines, ice_shape, window_lines
 from iceslide_fem.mesh.rubber import (  # noqa: E402
     block_size,
     divisions,
@@ -74,8 +75,8 @@ def test_there_are_enough_measured_runs():
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_unknowns_are_those_of_the_meshes(model):
     scene = thesis(f"model={model}", "ice.margin=0.2mm")
-    ice = ice_mesh(scene, MPI.COMM_SELF).mesh
-    assert math.prod(ice_shape(scene)) == ice.topology.index_map(0).size_global
+    ice = Continuum(ice_lines(scene), MPI.COMM_SELF, scene.ice.temperature)
+    assert math.prod(ice_shape(scene)) == ice.n_dofs
     rubber = rubber_mesh(scene, MPI.COMM_SELF).mesh
     dim = 2 if model == "slice" else 3
     assert estimate(scene).rubber_unknowns > dim * rubber.topology.index_map(0).size_global
@@ -99,8 +100,8 @@ def test_sliding_ice_passes_cell_by_cell():
     assert expected_steps(sliding) == 1050
     continuum = thesis("model=slice", "ice.motion=sliding", "load.duration=0.7ms")
     window = window_lines(continuum, [(-0.5e-3, 0.5e-3)])
-    ice = ice_mesh(continuum, MPI.COMM_SELF, window).mesh
-    assert estimate(continuum).ice_unknowns == ice.topology.index_map(0).size_global
+    ice = Continuum(ice_lines(continuum, window), MPI.COMM_SELF, continuum.ice.temperature)
+    assert estimate(continuum).ice_unknowns == ice.n_dofs
 
 
 def test_given_steps_are_counted():

@@ -21,7 +21,8 @@ from iceslide_fem.materials import (  # noqa: E402
     ICE_HEAT_CAPACITY,
     MELTING_TEMPERATURE,
 )
-from iceslide_fem.mesh.ice import ice_mesh  # noqa: E402
+from iceslide_fem.mesh import gmsh_model  # noqa: E402
+from iceslide_fem.mesh.ice import ice_lines, tagged_ice  # noqa: E402
 from iceslide_fem.reference import constant_flux_rise, flux_after_onset  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.mpi]
@@ -61,16 +62,16 @@ def gauss_points(line):
 
 def some_ice(model, refinement=1.0):
     """Ice below Gauss points of its own surface cells, shared out among the ranks."""
-    mesh = ice_mesh(a_scene(model, refinement), EVERYWHERE)
-    points, area = gauss_points(mesh.x)
+    lines = ice_lines(a_scene(model, refinement))
+    points, area = gauss_points(lines[0])
     points = points[:, None]
     if model == "block":
-        y, width = gauss_points(mesh.y)
+        y, width = gauss_points(lines[1])
         points = np.array(np.meshgrid(points[:, 0], y)).reshape(2, -1).T
         area = np.outer(width, area).ravel()
     mine = slice(EVERYWHERE.rank, None, EVERYWHERE.size)
     points, area = points[mine], area[mine]
-    ice = Continuum(mesh, T_0)
+    ice = Continuum(lines, EVERYWHERE, T_0)
     return ice.under(Contacts(ice.grid.place(points), area)), points, area
 
 
@@ -188,11 +189,12 @@ def test_content_of_the_whole_patch_is_capacity_times_rise():
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_modes_diagonalise_the_matrices_that_dolfinx_assembles(model):
     """Capacity and conduction, lumped along x and y, from Kronecker sums as from the forms."""
-    mesh = ice_mesh(a_scene(model, 0.5), MPI.COMM_SELF)
-    ice = Continuum(mesh, T_0)
-    space = compat.scalar_space(mesh.mesh, 1)
+    lines, comm = ice_lines(a_scene(model, 0.5)), MPI.COMM_SELF
+    ice = Continuum(lines, comm, T_0)
+    mesh = gmsh_model.distribute(tagged_ice(lines), comm).mesh
+    space = compat.scalar_space(mesh, 1)
     trial, test = ufl.TrialFunction(space), ufl.TestFunction(space)
-    dim, lines = mesh.mesh.geometry.dim, [line for line in (mesh.x, mesh.y, mesh.z) if line.size]
+    dim = mesh.geometry.dim
     shape = tuple(line.size for line in lines)
     place = zip(lines, space.tabulate_dof_coordinates().T, strict=False)
     place = [np.searchsorted(0.5 * (line[1:] + line[:-1]), x) for line, x in place]
@@ -296,9 +298,9 @@ def test_points_that_melt_and_freeze_in_turn_settle():
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_ice_for_a_longer_run_goes_on_below(model):
     scene = a_scene(model, 0.5)
-    short = Continuum(ice_mesh(scene, EVERYWHERE), T_0)
+    short = Continuum(ice_lines(scene), EVERYWHERE, T_0)
     scene.load.duration = 4.0 * DURATION
-    long = Continuum(ice_mesh(scene, EVERYWHERE, layers_for=DURATION), T_0)
+    long = Continuum(ice_lines(scene, layers_for=DURATION), EVERYWHERE, T_0)
     shape = short.initial(0).shape
     content = short.content(np.sin(np.arange(1.0, short.n_dofs + 1.0)).reshape(shape))
     before, after = (

@@ -23,6 +23,7 @@ from iceslide_fem.mesh import rubber as rubber_meshing
 from iceslide_fem.mesh.grid import graded, tensor_grid  # noqa: E402
 from iceslide_fem.mesh.partition import owners  # noqa: E402
 from iceslide_fem.mesh.user_mesh import _names, load_user_mesh, mesh_size  # noqa: E402
+from iceslide_fem.parallel import from_root  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.scene.course import Course  # noqa: E402
@@ -65,6 +66,12 @@ def a_scene(model, length=1e-3, width=1e-3, height=1e-3, refinement=1.0, mesh=No
         ice=SimpleNamespace(margin=margin, motion="attached", solid=ICE),
         numerics=SimpleNamespace(refinement=refinement, tolerance=1e-3),
     )
+
+
+def distributed_ice(lines):
+    """The ice on grid `lines` in DOLFINx."""
+    tagged = from_root(lambda: ice_meshing.tagged_ice(lines), WORLD)
+    return gmsh_model.distribute(tagged, WORLD)
 
 
 def measures(meshed):
@@ -181,15 +188,15 @@ def test_rubber_has_its_volume_and_parts(model):
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_ice_covers_the_footprint_and_its_margin(model):
     scene = a_scene(model)
-    ice = ice_meshing.ice_mesh(scene, WORLD)
+    lines = ice_meshing.ice_lines(scene)
     thermal = (1.105e-6 * 7e-3) ** 0.5
     length, depth = 1.6e-3, 5 * thermal
     width = 1.0 if model == "slice" else 0.8e-3
-    volume, areas = measures(ice)
+    volume, areas = measures(distributed_ice(lines))
     assert volume == pytest.approx(length * width * depth, rel=2e-3)
     assert areas["surface"] == pytest.approx(length * width, rel=2e-3)
     assert ("symmetry" in areas) == (model == "block")
-    below = ice.x[(ice.x >= -0.5e-3) & (ice.x <= 0.5e-3)]
+    below = lines[0][(lines[0] >= -0.5e-3) & (lines[0] <= 0.5e-3)]
     np.testing.assert_allclose(below[::2], box.box_lines(rubber_meshing.block_shape(scene), 1.0)[0])
 
 
@@ -197,17 +204,16 @@ def test_ice_covers_the_footprint_and_its_margin(model):
 @pytest.mark.mpi
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_ice_lines_locate_the_nodes(model):
-    ice = ice_meshing.ice_mesh(a_scene(model), WORLD)
-    nodes = ice.mesh.geometry.x
-    lines = [ice.x, ice.z] if model == "slice" else [ice.x, ice.y, ice.z]
+    lines = ice_meshing.ice_lines(a_scene(model))
+    nodes = distributed_ice(lines).mesh.geometry.x
     for axis, line in enumerate(lines):
         assert np.isin(nodes[:, axis], line).all()
 
 
 def test_ice_layers_start_thin_and_stay_within_the_ratio():
     for refinement in (1.0, 2.0):
-        ice = ice_meshing.ice_mesh(a_scene("slice", refinement=refinement), MPI.COMM_SELF)
-        layers = np.diff(ice.z)[::-1]
+        z = ice_meshing.ice_lines(a_scene("slice", refinement=refinement))[-1]
+        layers = np.diff(z)[::-1]
         assert layers[0] == pytest.approx(4e-6 / refinement, rel=0.1)
         ratio = (1.02 * ice_meshing.LAYER_RATIO) ** (1 / refinement)
         assert (layers[1:] / layers[:-1]).max() <= ratio
@@ -237,8 +243,8 @@ def test_layers_follow_the_time_that_ice_is_rubbed_and_the_tolerance(
 def test_ice_footprint_and_depth_can_be_given():
     scene = a_scene("block", margin=0.0)
     lines = ice_meshing.patch_lines(scene, [(-1e-3, 0.5e-3), (0, 0.7e-3)])
-    ice = ice_meshing.ice_mesh(scene, MPI.COMM_SELF, lines, depth=1e-4)
-    ends = [(line[0], line[-1]) for line in (ice.x, ice.y, ice.z)]
+    lines = ice_meshing.ice_lines(scene, lines, depth=1e-4)
+    ends = [(line[0], line[-1]) for line in lines]
     np.testing.assert_allclose(ends, [(-1e-3, 0.5e-3), (0, 0.7e-3), (-1e-4, 0)])
 
 
@@ -499,9 +505,9 @@ def test_the_example_mesh(model, name):
     corners, sipe = 2 * (1 - np.pi / 4) * 0.4e-3**2, 0.4e-3 * 2.6e-3 + np.pi / 2 * 0.2e-3**2
     assert volume == pytest.approx(width * (24e-6 - corners - sipe), rel=2e-3)
     assert areas["plate"] == pytest.approx(6e-3 * width)
-    ice = ice_meshing.ice_mesh(scene, WORLD)
-    assert ice.x[0] <= -3e-3 < 3e-3 <= ice.x[-1]
-    assert model == "slice" or ice.y[0] == 0.0
+    x, *y, _ = ice_meshing.ice_lines(scene)
+    assert x[0] <= -3e-3 < 3e-3 <= x[-1]
+    assert model == "slice" or y[0][0] == 0.0
 
 
 def test_the_case_of_the_example_mesh():

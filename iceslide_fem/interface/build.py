@@ -17,7 +17,9 @@ from iceslide_fem.interface.on_rubber import Attached, OnRubber
 from iceslide_fem.interface.remembering_ice import RememberingIce
 from iceslide_fem.interface.rubber_columns import RubberOverGrid
 from iceslide_fem.interface.surface_grid import SurfaceGrid, own_points
-from iceslide_fem.mesh.ice import ice_mesh, passing_time, patch_lines, window_lines
+from iceslide_fem.mesh.grid import Lines
+from iceslide_fem.mesh.ice import ice_lines, passing_time, patch_lines, window_lines
+from iceslide_fem.parallel import from_root
 from iceslide_fem.rubber.block import Block
 
 
@@ -44,8 +46,7 @@ def _attached(block: Block, duration: Array) -> Attached:
         return Attached(block.friction, half_spaces, own_points(block.surface.n_points))
     points, footprint = _footprint(block)
     surface = patch_lines(scene, footprint)
-    mesh = ice_mesh(scene, block.surface.comm, surface, layers_for=float(duration[0]))
-    ice = Continuum(mesh, temperature, solid)
+    ice = _continuum(block, surface, float(duration[0]))
     # The ice stays under the point of the rubber that it lies under at t = 0.
     return Attached(block.friction, ice, ice.grid.place(points), rubber)
 
@@ -61,8 +62,7 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     passing = np.minimum(duration, passing_time(scene, float(np.ptp(lines[0])), longest=True))
     ice: Continuum | GridColumns
     if scene.ice.heat == "continuum":
-        mesh = ice_mesh(scene, comm, lines, layers_for=float(duration[0]))
-        ice = Continuum(mesh, temperature, solid)
+        ice = _continuum(block, lines, float(duration[0]))
     else:
         count = int(np.prod([line.size for line in lines]))
         own = np.array_split(np.arange(count), comm.size)[comm.rank]
@@ -86,6 +86,13 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
         )
     film = scene.film
     return OnIce(friction, ice, scene.initial_height, rubber, film.water_speed)
+
+
+def _continuum(block: Block, surface: list[Lines], layers_for: float) -> Continuum:
+    """Meshed ice with those lines of its surface, and the layers of a run of that duration (s)."""
+    scene, comm = block.scene, block.surface.comm
+    lines = from_root(lambda: ice_lines(scene, surface, layers_for=layers_for), comm)
+    return Continuum(lines, comm, scene.ice.temperature, scene.ice.solid)
 
 
 def _footprint(block: Block) -> tuple[Array, list[tuple[float, float]]]:

@@ -13,19 +13,20 @@ surface alone.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
 
 import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
+from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.interface.ice_modes import GridModes, line_matrices
 from iceslide_fem.interface.ice_surface import UNSETTLED, Balance, Fluxes, StageSurface
 from iceslide_fem.interface.surface_grid import Contacts, Profile, SurfaceGrid
 from iceslide_fem.materials import ICE, Solid
-from iceslide_fem.mesh.ice import IceMesh
+from iceslide_fem.mesh.grid import Lines
 
 # Where it melts, the surface is held at T_m through a resistance of this share of the first
 # layer's: the flux is then a function of the point's temperature, and unique.
@@ -41,12 +42,11 @@ class Continuum:
     grid: that of the surface, whose `nodes` the ranks share evenly. T_0 in K.
     """
 
-    def __init__(self, mesh: IceMesh, temperature: float, solid: Solid = ICE) -> None:
-        """Ice at `temperature` (K), without points yet."""
+    def __init__(
+        self, lines: Sequence[Lines], comm: MPI.Comm, temperature: float, solid: Solid = ICE
+    ) -> None:
+        """Ice at `temperature` (K) on the grid `lines` of x, (y,) z, m, without points yet."""
         self._initial, self._solid = temperature, solid
-        self._mesh = mesh.mesh  # whose communicator lives no longer
-        comm = self._mesh.comm
-        lines = [line for line in (mesh.x, mesh.y, mesh.z) if line.size]
         self._shape = tuple(line.size for line in lines)
         self._modes = GridModes(lines)
         self._volumes = [line_matrices(line)[0].sum(axis=1) for line in lines]
@@ -54,8 +54,9 @@ class Continuum:
         own = np.array_split(surface, comm.size)[comm.rank]
         self.grid = SurfaceGrid(lines[:-1], own, comm)
         self.nodes = self.grid.nodes
-        self._depths = -mesh.z[::-1]  # of the nodes, from 0 downwards, m
-        self._link = RESISTANCE_SHARE * float(mesh.z[-1] - mesh.z[-2]) / solid.conductivity
+        z = lines[-1]
+        self._depths = -z[::-1]  # of the nodes, from 0 downwards, m
+        self._link = RESISTANCE_SHARE * float(z[-1] - z[-2]) / solid.conductivity
         self._contacts = Contacts(self.grid.own_nodes(), np.zeros(own.size))
 
     @property

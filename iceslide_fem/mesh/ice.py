@@ -7,22 +7,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from iceslide_fem.materials import ICE
-from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.box import box_lines, from_edge, reference_cells
-from iceslide_fem.mesh.cache import cached
 from iceslide_fem.mesh.gmsh_model import TaggedMesh
 from iceslide_fem.mesh.grid import Lines, graded, tensor_grid
 from iceslide_fem.mesh.rubber import block_shape
-from iceslide_fem.parallel import from_root
 from iceslide_fem.scene import Scene
-
-if TYPE_CHECKING:  # lines and sizes are wanted where there is no MPI, too
-    from iceslide_fem.fenics.compat import MPI
 
 # The first layer is this share of the thermal layer sqrt(alpha t) of the time that ice is rubbed,
 # though no longer than LATEST: melting begins within that, however long the run is. It and the
@@ -38,46 +32,6 @@ WINDOW_GUARD = 3  # cells before and behind what the block may touch, and
 WINDOW_SHEAR = 0.15  # of its height, by which a change of friction may move it
 WINDOW_BULGE = 0.05  # the same sideways: 0.002 where a soft cube's friction rises (3 bar, -5 degC)
 DEPTH = 5.0  # in thermal lengths sqrt(alpha t): 4e-4 of the surface's temperature rise is left
-
-
-class IceMesh(NamedTuple):
-    """DOLFINx mesh and facet tags of the ice; tags: surface, symmetry -> number.
-
-    x, y, z are the sorted coordinates of the grid lines (y is empty in a slice), so a point's
-    cell is found by `np.searchsorted`.
-    """
-
-    mesh: Any
-    facet_tags: Any
-    tags: dict[str, int]
-    x: Lines
-    y: Lines
-    z: Lines
-
-
-def ice_mesh(
-    scene: Any,
-    comm: MPI.Comm,
-    surface: Sequence[Lines] | None = None,
-    depth: float | None = None,
-    layers_for: float | None = None,
-) -> IceMesh:
-    """Mesh of the ice that a run of the scene warms.
-
-    surface: grid lines of x (and y) on it, m, by default `patch_lines` of the undeformed block;
-    no heat passes the sides. depth (m) is 5 thermal lengths sqrt(alpha t) by default. layers_for
-    (s): it has the layers of a run of that duration, and more below them; by default the scene's.
-    Collective.
-    Raises SceneError if the user's mesh can't be used.
-    """
-
-    def build() -> tuple[list[Lines], TaggedMesh]:
-        lines = ice_lines(scene, surface, depth, layers_for)
-        return lines, tagged_ice(lines)
-
-    lines, tagged = from_root(build, comm)
-    y = lines[1] if len(lines) == 3 else np.empty(0)
-    return IceMesh(*gmsh_model.distribute(tagged, comm), lines[0], y, lines[-1])
 
 
 def patch_lines(
@@ -147,7 +101,13 @@ def ice_lines(
     depth: float | None = None,
     layers_for: float | None = None,
 ) -> list[Lines]:
-    """Grid lines of the ice in x, (y,) z; arguments as those of `ice_mesh`."""
+    """Grid lines in x, (y,) z of the ice that a run of the scene warms, on this rank alone.
+
+    surface: grid lines of x (and y) on it, m, by default `patch_lines` of the undeformed block;
+    no heat passes the sides. depth (m) is 5 thermal lengths sqrt(alpha t) by default. layers_for
+    (s): it has the layers of a run of that duration, and more below them; by default the scene's.
+    Raises SceneError if the user's mesh can't be used.
+    """
     lines, duration = list(surface or patch_lines(scene)), layers_for or scene.load.duration
     below, (low, high) = float(np.ptp(lines[0])), block_shape(scene).ranges[0]
     thermal = thermal_layer(scene, high - low, duration)
@@ -206,6 +166,4 @@ def surface_layers(
 
 def tagged_ice(lines: list[Lines]) -> TaggedMesh:
     """The ice on grid `lines`, on this rank alone."""
-    parts = {"surface": lambda centre: centre[:, -1] == 0.0}
-    parameters = [line.tolist() for line in lines]
-    return cached("ice", len(lines), parameters, lambda: tensor_grid(lines, "ice", parts))
+    return tensor_grid(lines, "ice", {"surface": lambda centre: centre[:, -1] == 0.0})
