@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import xml.etree.ElementTree as ET
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
+from unittest import mock
 
 import meshio
 import numpy as np
+from meshio.vtu import _vtu
 
 from iceslide_fem.files import replace_file, writing
 from iceslide_fem.output.grids import Grid
+
+# meshio has no choice of level: its own, zlib's default, takes five times as long as the first one
+# for files of the same size.
+_ZLIB = SimpleNamespace(compress=functools.partial(zlib.compress, level=1))
 
 
 class Fields:
@@ -62,7 +71,7 @@ def _write_grid(path: Path, grid: Grid) -> None:
     point_data = {name: value.astype(np.float32) for name, value in grid.point_data.items()}
     cell_data = {name: [value.astype(np.float32)] for name, value in grid.cell_data.items()}
     temporary = path.with_name(path.stem + ".part.vtu")
-    with writing(path):
+    with writing(path), mock.patch.object(_vtu, "zlib", _ZLIB):
         try:
             meshio.write_points_cells(
                 temporary, grid.points, [(grid.kind, grid.cells)], point_data, cell_data

@@ -69,13 +69,9 @@ class RubberGrid:
         numbers = space.dofmap.index_map.local_to_global(dofs.ravel().astype(np.int32))
         self._dofs = _gather(self._comm, np.asarray(numbers, dtype=np.int64).reshape(dofs.shape))
         self._recovery = StressRecovery(rubber)
-        self._from_vertices = from_vertices(rubber)
         weights = _gather(self._comm, self._recovery.weights)
         if self._points is not None and self._dofs is not None and weights is not None:
-            vertices = self._dofs[:, : weights.shape[1]].ravel()
-            total = np.bincount(vertices, weights.ravel(), len(self._points))
-            parts = weights.ravel() / total[vertices], (vertices, np.arange(vertices.size))
-            self._mean = csr_matrix(parts, shape=(len(self._points), vertices.size))
+            self._means = _means_at_nodes(self._dofs, weights, from_vertices(rubber))
 
     def grid(self, u: Array, velocity: Array | None, stress: bool) -> Grid | None:
         """With displacements `u`, velocities (blocked dofs, d) and the `stress`. Collective."""
@@ -98,16 +94,29 @@ class RubberGrid:
 
     def _averaged(self, at_vertices: Array) -> Array:
         """Values at all nodes (n, 7) of the cells' own at their vertices (c, k, 7); on rank 0."""
-        assert self._dofs is not None
-        n_cells, k, _ = at_vertices.shape
-        mean = self._mean @ at_vertices.reshape(n_cells * k, -1)
-        nodes = np.zeros_like(mean)
-        nodes[self._dofs] = self._from_vertices @ mean[self._dofs[:, :k]]
-        return nodes
+        n_cells, k, count = at_vertices.shape
+        return np.asarray(self._means @ at_vertices.reshape(n_cells * k, count))
 
     def _gather(self, nodal: Array) -> Array | None:
         """Rows of all nodes in the order of their global numbers, on rank 0."""
         return _gather(self._comm, nodal[: self._own])
+
+
+def _means_at_nodes(dofs: Cells, weights: Array, shape: Array) -> csr_matrix:
+    """From the cells' own values at their vertices (c k) to those at all nodes (n): at a vertex the
+    mean with the `weights` (c, k), between vertices by their `shape` functions at a cell's nodes
+    (a, k). `dofs`: nodes of the cells, vertices first, (c, a).
+    """
+    count, k = dofs.max() + 1, weights.shape[1]
+    vertices = dofs[:, :k].ravel()
+    total = np.bincount(vertices, weights.ravel(), count)
+    parts = weights.ravel() / total[vertices], (vertices, np.arange(vertices.size))
+    means = csr_matrix(parts, shape=(count, vertices.size))
+    cell, local = np.zeros((2, count), dtype=np.intp)  # of each node one that it is in
+    cell[dofs], local[dofs] = np.arange(len(dofs))[:, None], np.arange(dofs.shape[1])
+    firsts = np.arange(0, count * k + 1, k)
+    between = shape[local].ravel(), dofs[cell, :k].ravel(), firsts
+    return csr_matrix(between, shape=(count, count)) @ means
 
 
 class FacetGrid:

@@ -6,6 +6,7 @@ Shapes: c cells, q points in each, a nodes of each, k vertices of each, d = 2 or
 
 from __future__ import annotations
 
+import itertools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,9 +39,21 @@ class Deformation(NamedTuple):
         """Of the deformation gradient (..., 3, 3)."""
         (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = np.moveaxis(F, (-2, -1), (0, 1))
         J = xx * (yy * zz - yz * zy) + xy * (yz * zx - yx * zz) + xz * (yx * zy - yy * zx)
-        b = J[..., None, None] ** (-2.0 / 3.0) * (F @ np.swapaxes(F, -1, -2))
-        squared = b @ b
+        b = J[..., None, None] ** (-2.0 / 3.0) * _squared(F)
+        squared = _squared(b)
         return cls(J, b, squared, _trace(b), _trace(squared))
+
+
+def _squared(tensors: Array) -> Array:
+    """A A^T of tensors (..., 3, 3), whose components lie together: NumPy's products of many small
+    matrices take several times as long.
+    """
+    rows = np.moveaxis(tensors, (-2, -1), (0, 1))
+    product = np.empty(rows.shape)
+    for i, j in SIX:
+        product[i, j] = rows[i, 0] * rows[j, 0] + rows[i, 1] * rows[j, 1] + rows[i, 2] * rows[j, 2]
+        product[j, i] = product[i, j]
+    return np.moveaxis(product, (0, 1), (-2, -1))
 
 
 def _trace(tensors: Array) -> Array:
@@ -76,7 +89,7 @@ def von_mises(stress: Array) -> Array:
 class CellPoints:
     """The same reference points in all of some cells: their displacements' gradients.
 
-    inverse: of the cells' Jacobians (c, q, d, d); stretch: their determinants (c, q).
+    inverse: of the cells' Jacobians (d, d, c, q); stretch: their determinants (c, q).
     """
 
     def __init__(self, rubber: HyperelasticBody, cells: NDArray[np.int_], points: Array) -> None:
@@ -91,19 +104,22 @@ class CellPoints:
         dim = rubber.mesh.geometry.dim
         x = space.tabulate_dof_coordinates()[:, :dim][self.dofs[:, : linear.shape[-1]]]
         jacobian = np.einsum("sqk,cki->cqis", linear[1:], x)
-        self.inverse, self.stretch = np.linalg.inv(jacobian), np.abs(np.linalg.det(jacobian))
+        inverse = np.moveaxis(np.linalg.inv(jacobian), (2, 3), (0, 1))
+        self.inverse = np.ascontiguousarray(inverse)
+        self.stretch = np.abs(np.linalg.det(jacobian))
         self.vertex_shape = linear[0]
 
     def deformation(self, u: Array) -> Array:
         """F (c, q, 3, 3) of nodal displacements `u` (blocked dofs, d); plane strain in a slice."""
         dim, points, nodes = self._slopes.shape
         flat = self._slopes.reshape(dim * points, nodes) @ u[self.dofs]
-        reference = flat.reshape(len(flat), dim, points, dim).transpose(0, 2, 3, 1)
-        gradient = reference @ self.inverse
-        F = np.zeros((*gradient.shape[:2], 3, 3))
-        F[...] = np.eye(3)
-        F[..., :dim, :dim] += gradient
-        return F
+        by_point = np.moveaxis(flat.reshape(len(flat), dim, points, dim), (1, 3), (0, 1))
+        F = np.zeros((3, 3, len(flat), points))  # components together, as in `_squared`
+        for i, j in itertools.product(range(dim), repeat=2):
+            F[i, j] = sum(by_point[s, i] * self.inverse[s, j] for s in range(dim))
+        for i in range(3):
+            F[i, i] += 1.0
+        return np.moveaxis(F, (0, 1), (-2, -1))
 
     def stress_and_energy(self, u: Array) -> Array:
         """The six components of the Cauchy stress (Pa) and the energy density (J/m3), (c, q, 7)."""
