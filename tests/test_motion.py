@@ -9,7 +9,12 @@ from iceslide_fem.coupling.sliding import Sliding  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
-from iceslide_fem.rubber.time_discretisation import Dynamic, at_rest  # noqa: E402
+from iceslide_fem.rubber.time_discretisation import (  # noqa: E402
+    Dynamic,
+    QuasiStatic,
+    at_rest,
+    rested,
+)
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 
 pytestmark = pytest.mark.fe
@@ -120,3 +125,44 @@ def test_the_first_steps_do_not_ring() -> None:
     sliding, _, _ = slide(True, 1e-3, 1e-6)
     block = sliding.block
     assert block.normal_force(block.contact) == pytest.approx(block.force * block.scale, rel=1e-3)
+
+
+def follow(times, way):
+    """Motions of a quasi-static block of one unknown that is at `way(t)` at the `times`."""
+    law = QuasiStatic()
+    motions = [at_rest(np.array([way(times[0])]))]
+    for time in times[1:]:
+        motions.append(law.end(motions[-1], time, np.array([way(time)])))
+    return law, motions
+
+
+def test_the_speed_that_is_not_foreseen_is_none_on_a_parabola_and_falls_with_the_step() -> None:
+    law, motions = follow([0.0, 1.0, 1.5, 2.5], lambda t: 3.0 * t**2 - 2.0 * t)
+    assert law.unforeseen(motions[2], motions[3]) == pytest.approx(0.0, abs=1e-12)
+    assert motions[3].acceleration == pytest.approx(6.0)
+
+    def of_a_wave(dt):
+        law, motions = follow(dt * np.arange(4), lambda t: np.sin(t + 0.3))
+        foreseen = law.unforeseen(motions[2], motions[3])
+        _, rate = law.begin(motions[2], motions[3].time)
+        found = rate.slope * motions[3].displacements + rate.intercept
+        return foreseen[0], found[0] - np.cos(motions[3].time + 0.3)
+
+    rough, fine = of_a_wave(0.02), of_a_wave(0.01)
+    assert np.array(rough) / fine == pytest.approx([4.0, 4.0], rel=0.1)
+    assert rough[0] / rough[1] == pytest.approx(-4.5, rel=0.1)  # with equal steps
+
+
+def test_a_corner_of_the_motion_shows_in_the_speed_that_is_not_foreseen() -> None:
+    law, motions = follow([0.0, 1.0, 2.0, 3.0, 4.0], lambda t: max(t - 3.0, 0.0))
+    _, rate = law.begin(motions[3], 4.0)
+    error = rate.slope * motions[4].displacements + rate.intercept - 1.0
+    assert law.unforeseen(motions[3], motions[4])[0] > 2.0 * error[0] > 0.0
+
+
+def test_a_block_that_has_rested_is_expected_to_rest() -> None:
+    law, motions = follow([0.0, 1.0, 2.0], lambda t: 0.5 * t)
+    still = rested(motions[2])
+    following = law.end(still, 4.0, still.displacements + 1.0)
+    assert law.unforeseen(still, following) == pytest.approx(0.5)
+    assert following.acceleration == pytest.approx(0.0)

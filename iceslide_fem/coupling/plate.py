@@ -72,3 +72,9 @@ class Plate:
     def resting(self, loads: ContactLoads, time: float) -> ContactLoads:
         """The rubber's points at `time` (s) if they do not move relative to the plate."""
         return replace(loads, speed=np.full_like(loads.speed, self._speeds.at(time)))
+
+    def faster(self, loads: ContactLoads, by: Array) -> ContactLoads:
+        """The rubber's points if they slip faster by velocities of the rubber (dofs,), m/s."""
+        surface, dim = self._block.surface, self._block.rubber.mesh.geometry.dim
+        change = surface.displacements(by.reshape(-1, dim))[..., 0].ravel()
+        return replace(loads, speed=loads.speed + change)

@@ -286,6 +286,13 @@ class Sliding:
 
         state, shears = passage.state, self._shears(passage)
         shear, at_rest = shears[-1], self.shear(state, plate.resting(loads, time))
+        foreseen = plate.faster(loads, -self.motion_law.unforeseen(start, motion))
+        other = self.shear(state, foreseen)
+        swing = self._error.of_speed(block.total(shear, loads.area), block.total(other, loads.area))
+        if swing > 1.0 and self._error.is_snap(dt):  # its speed tells nothing of what follows
+            motion, swing = rested(motion), 0.0
+        if swing > 1.0 and self._adaptive:
+            raise Refused("the block's speed changes too fast", float(step_factor(swing, 2)))
         solved, area = self.current.solved_shear, self.current.loads.area
         steady = self._may_rest and self._error.is_quiet(at_rest, solved, area)
         mechanics = self._mechanics(shear, loads, motion)
@@ -293,7 +300,7 @@ class Sliding:
         after = CoupledState(
             time, motion, block.contact, loads, state, mechanics, shear, steady, grip
         )
-        factor = float(step_factor(max(mismatches[0], drift, bend), 2))
+        factor = float(step_factor(max(mismatches[0], drift, bend, swing), 2))
         if iterations > MANY_ITERATIONS:
             factor = min(factor, 0.8)
         return self._accepted(after, dt, passage, shears, iterations, True, factor, wall_heat)

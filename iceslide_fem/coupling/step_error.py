@@ -26,6 +26,10 @@ LOCAL_SHARE, LOCAL_POWER = 2.4, 1.6
 PASSING_EASE = 10.0
 # Share of the tolerance by which friction may leave the line from one step's end to the next.
 CURVE_SHARE = 0.5
+# By how many tolerances friction at a step's end may differ from that with the velocity foreseen
+# for the rubber. With that of the new parabola it is off by less: by a fifth of this in a smooth
+# motion, by up to a half where that has a corner, as when a point begins to melt or lifts off.
+SPEED_SHARE = 2.0
 # Share of the energy that a step turns over which may be missing or too much: that of a whole run
 # is then no larger. Steps of a smooth motion stay below half of it.
 ENERGY_SHARE = 0.01
@@ -111,6 +115,15 @@ class StepError:
         size = max(np.abs(forces).max(), self.least_friction)
         return off / (CURVE_SHARE * self._tolerance * size)
 
+    def of_speed(self, force: float, other: float) -> float:
+        """By what share of its bound friction (N) differs from that with the velocity foreseen."""
+        size = max(abs(force), self.least_friction)
+        return abs(force - other) / (SPEED_SHARE * self._tolerance * size)
+
+    def is_snap(self, dt: float) -> bool:
+        """Whether a step of `dt` (s) is so short that the block may jump in it."""
+        return dt <= SNAP_STEP * self._block.scene.load.duration
+
     def of_energy(self, energies: Energies, dt: float, friction: float) -> float:
         """What is missing in the energies of a step of `dt` (s), or too much.
 
@@ -123,9 +136,9 @@ class StepError:
         if load.changes:
             sliding = max(abs(friction), self.least_friction) * load.speeds.mean * dt
             turnover = max(turnover, abs(energies.load_work), sliding)
-        share, duration = ENERGY_SHARE, load.duration
-        if dt <= SNAP_STEP * duration:
-            share = max(share, SNAP_SHARE * duration / dt)
+        share = ENERGY_SHARE
+        if self.is_snap(dt):
+            share = max(share, SNAP_SHARE * load.duration / dt)
         return abs(energies.missing) / (share * turnover) if turnover else np.inf
 
     def is_quiet(self, shear: Array, solved: Array, area: Array) -> bool:
