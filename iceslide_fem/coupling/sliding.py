@@ -38,6 +38,7 @@ from iceslide_fem.rubber.time_discretisation import (
     QuasiStatic,
     at_rest,
     rested,
+    turned,
 )
 
 FIRST_STEP = 1e-5
@@ -289,8 +290,8 @@ class Sliding:
         foreseen = plate.faster(loads, -self.motion_law.unforeseen(start, motion))
         other = self.shear(state, foreseen)
         swing = self._error.of_speed(block.total(shear, loads.area), block.total(other, loads.area))
-        if swing > 1.0 and self._error.is_snap(dt):  # its speed tells nothing of what follows
-            motion, swing = rested(motion), 0.0
+        if swing > 1.0 and self._error.is_snap(dt):
+            motion, swing = turned(motion), 0.0
         if swing > 1.0 and self._adaptive:
             raise Refused("the block's speed changes too fast", float(step_factor(swing, 2)))
         solved, area = self.current.solved_shear, self.current.loads.area

@@ -23,7 +23,7 @@ class Motion(NamedTuple):
     """Displacements (m), velocities (m/s) and accelerations (m/s2) of all dofs of this rank.
 
     time (s): when they were found; span (s): how long the block took from the solution before,
-    infinite if it has rested.
+    infinite if it has rested or turned since.
     """
 
     time: float
@@ -78,13 +78,18 @@ def rested(motion: Motion) -> Motion:
     return motion._replace(span=np.inf, velocity=still, acceleration=still)
 
 
+def turned(motion: Motion) -> Motion:
+    """The same at a corner: what was before it tells nothing of how the velocity goes on."""
+    return motion._replace(span=np.inf, acceleration=np.zeros_like(motion.acceleration))
+
+
 class QuasiStatic:
     """No inertia: displacements follow the forces; predicted on the line through the last two.
 
     The velocity at the end of a step is that of the parabola through three solutions (BDF2), or of
-    the line through two after a rest: with v the mean velocities of this step and the one before,
-    dt and dt0 their lengths, v1 = v + dt / (dt + dt0) (v - v0). The parabola's acceleration is
-    a = 2 (v - v0) / (dt + dt0).
+    the line through two after a rest or a jump: with v the mean velocities of this step and of the
+    one before, dt and dt0 their lengths, v1 = v + dt / (dt + dt0) (v - v0). The parabola's
+    acceleration is a = 2 (v - v0) / (dt + dt0).
     """
 
     may_rest = True
