@@ -12,9 +12,9 @@ from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.fenics.start import start_petsc  # noqa: E402
 from iceslide_fem.mesh.profile import block_mesh  # noqa: E402
-from iceslide_fem.mesh.rubber import block_shape, divisions, nominal_area  # noqa: E402
+from iceslide_fem.mesh.rubber import block_shape, divisions, nominal_area, rounded  # noqa: E402
 from iceslide_fem.mesh.rubber import tagged_rubber as cached_rubber  # noqa: E402
-from iceslide_fem.mesh.shape import Wave  # noqa: E402
+from iceslide_fem.mesh.shape import Wave, leaned, straightened  # noqa: E402
 from iceslide_fem.mesh.soundness import Soundness, smallest_angle  # noqa: E402
 from iceslide_fem.mesh.user_mesh import mesh_size  # noqa: E402
 from iceslide_fem.planning.mesh_picture import draw_mesh  # noqa: E402
@@ -153,6 +153,31 @@ def test_a_block_with_round_edges_stands_on_what_is_flat():
     assert block.total(touching, contact.area) == pytest.approx(0.8e-3**2, rel=0.05)
     assert block.normal_force(contact) == pytest.approx(0.02e5 * 1e-3**2, rel=1e-3)
     assert block.posture().sides == 0.0
+
+
+@pytest.mark.parametrize("model", ["slice", "block"])
+def test_contact_is_on_the_arc_between_corners_of_cells(model):
+    """It was on the chords, 2 and 8 um inside, and their corners carried."""
+    changes = [f"model={model}", "numerics.refinement=0.5", "rubber.edge_radius=100um"]
+    block = build_block(scene(*changes), MPI.COMM_SELF)
+    at = 1e6 * block.surface.positions(np.zeros_like(block.rubber.displacements))
+    out = np.max(np.abs(at[..., :-1]) - 400.0, axis=-1)
+    arc = (out > 0.0) & (at[..., -1] < 100.0)
+    away = np.hypot(out[arc], 100.0 - at[..., -1][arc])
+    assert away.size > 20 and np.abs(away - 100.0).max() < 0.5
+
+
+def test_leaning_blocks_are_straightened_and_their_edges_stay_round():
+    more = [f"rubber.sipes=[{LEANING}, {WAVING}]", "rubber.draft_angle=3deg"]
+    more += ["rubber.edge_radius=0.2mm", "numerics.refinement=0.25"]
+    case = scene("model=block", *TREAD[:3], *more)
+    tagged, shape = cached_rubber(case), block_shape(case)
+    points = straightened(shape, tagged.points)
+    np.testing.assert_allclose(leaned(shape, points), tagged.points, rtol=0, atol=1e-15)
+    corners = tagged.points[tagged.facets["contact"]]
+    np.testing.assert_allclose(rounded(case, corners), corners, rtol=0, atol=1e-15)
+    middles = corners.mean(axis=1)
+    assert 1e-6 < np.abs(rounded(case, middles) - middles).max() < 25e-6
 
 
 def test_finer_meshes_have_rounder_edges():

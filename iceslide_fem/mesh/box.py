@@ -28,15 +28,17 @@ SHORTER_ALONG_X = {2: 1.0, 3: 1.75}
 FLAT, FEWEST_CELLS = 0.5, 2.0
 EDGE_CELL, EDGE_SLOPE = 0.42, 4.0
 LARGEST_CELL = 4.0
-# Where a cut edge asks for smaller cells than EDGE_CELL, they grow to it by this slope, on refined
-# meshes by less.
+# Where a cut edge asks for smaller cells than EDGE_CELL, they grow by this slope, on refined meshes
+# by less, until they are as large as any. Growing on as from a sharp edge, where they reach
+# EDGE_CELL, takes 1.4 times the unknowns in a slice and moves the mean of mu by 0.02 %; in a cube
+# 2.4 times, and moves it by 1 % away from a finer mesh's (100 um).
 STEEPEST = {2: 0.3, 3: 1.0}
 # A cut edge of radius r has its own cells within ZONE r of the corner that it replaces, of which
 # the lowest LAYER r are a layer along it.
 ZONE, LAYER = 2.0, 0.6
 LAYER_SHARE = 0.4  # cells across that layer, of those along half of it
-# Cells on half of an arc, on refined meshes more. With one, mu of a slice is 2 % off (50 um).
-FEWEST_OF_ARC = {2: 2, 3: 1}
+# Cells on half of an arc, on refined meshes more, and their largest size in cells of an edge.
+FEWEST_OF_ARC, CELL_OF_ARC = {2: 2, 3: 1}, {2: 0.75, 3: 1.0}
 CELLS_OF_A_WAVE, FEWEST_OF_A_WAVE = 8.0, 4.0
 
 
@@ -237,8 +239,10 @@ def box_lines(block: BlockShape, refinement: float) -> list[Lines]:
 def _edge_cells(block: BlockShape, cell: float, refinement: float) -> EdgeCells | None:
     if block.edge == 0.0:
         return None
-    fewest = math.ceil(FEWEST_OF_ARC[len(block.ranges) + 1] * max(refinement, 1.0))
-    arc = max(fewest, math.ceil(math.pi / 4 * block.edge / (EDGE_CELL * cell)))
+    dimension = len(block.ranges) + 1
+    fewest = math.ceil(FEWEST_OF_ARC[dimension] * max(refinement, 1.0))
+    largest = CELL_OF_ARC[dimension] * EDGE_CELL * cell
+    arc = max(fewest, math.ceil(math.pi / 4 * block.edge / largest))
     return EdgeCells(block.edge, arc, max(1, round(LAYER_SHARE * 2 * arc)))
 
 

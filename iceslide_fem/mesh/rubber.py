@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.mesh import gmsh_model
+from iceslide_fem.mesh.arcs import on_arcs
 from iceslide_fem.mesh.box import box_lines
 from iceslide_fem.mesh.cache import cached
 from iceslide_fem.mesh.gmsh_model import TaggedMesh
@@ -85,6 +87,11 @@ def nominal_area(scene: Scene) -> float | None:
     at the ice, cuts included. None for what the user has drawn: then it is the plate's.
     """
     return None if _drawn(scene) else built_in_shape(scene).area
+
+
+def rounded(scene: Scene, points: Array) -> Array:
+    """Points (..., d), m, on the surface of the rubber's cells where its round edges have them."""
+    return points if _drawn(scene) else on_arcs(built_in_shape(scene), points)
 
 
 def tagged_rubber(scene: Scene) -> TaggedMesh:

@@ -123,8 +123,29 @@ def leaned(block: BlockShape, points: Array) -> Array:
     from the ice to the slot's end, and goes back to nothing at the plate. Sides along x lean, too.
     """
     points = points.copy()
-    x, z = points[:, 0].copy(), points[:, -1]
-    y = points[:, 1] if points.shape[1] == 3 else np.zeros_like(x)
+    y = points[:, 1].copy() if points.shape[1] == 3 else np.zeros(len(points))
+    knots, by = _shifts(block, y, points[:, -1])
+    points[:, 0] = _between(points[:, 0], knots, knots + by)
+    if points.shape[1] == 3:
+        points[:, 1] = y * (1.0 + block.draft * points[:, -1] / block.ranges[1][1])
+    return points
+
+
+def straightened(block: BlockShape, points: Array) -> Array:
+    """Points (n, d), m, of the block where they are in the straight one: undoes `leaned`."""
+    points = points.copy()
+    if points.shape[1] == 3:
+        points[:, 1] /= 1.0 + block.draft * points[:, -1] / block.ranges[1][1]
+    y = points[:, 1] if points.shape[1] == 3 else np.zeros(len(points))
+    knots, by = _shifts(block, y, points[:, -1])
+    points[:, 0] = _between(points[:, 0], knots + by, knots)
+    return points
+
+
+def _shifts(block: BlockShape, y: Array, z: Array) -> tuple[Array, Array]:
+    """Places along x of the straight block's sides and slots (k, n), m, and what they are shifted
+    by at these y and z.
+    """
     low, high = block.ranges[0]
     at, shifts = [low], [-block.draft * z]
     for slot in block.slots:
@@ -137,11 +158,12 @@ def leaned(block: BlockShape, points: Array) -> Array:
         shifts += [shift, shift]
     at.append(high)
     shifts.append(block.draft * z)
-    knots, by = np.array(at), np.array(shifts)
-    piece = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, len(knots) - 2)
-    share = (x - knots[piece]) / (knots[piece + 1] - knots[piece])
+    return np.repeat(np.array(at)[:, None], len(z), axis=1), np.array(shifts)
+
+
+def _between(x: Array, one: Array, other: Array) -> Array:
+    """Where x (n,) among the knots `one` (k, n) is among the knots `other`, linearly."""
     number = np.arange(len(x))
-    points[:, 0] = x + (1.0 - share) * by[piece, number] + share * by[piece + 1, number]
-    if points.shape[1] == 3:
-        points[:, 1] = y * (1.0 + block.draft * z / block.ranges[1][1])
-    return points
+    piece = np.sum(x >= one[1:-1], axis=0)
+    (low, high), (first, last) = ((at[piece, number], at[piece + 1, number]) for at in (one, other))
+    return np.asarray(first + (x - low) / (high - low) * (last - first))

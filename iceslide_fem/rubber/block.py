@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,7 +17,7 @@ from iceslide_fem.film.friction import FilmFriction, Friction, Sheared
 from iceslide_fem.film.own_law import OwnFriction, law_of
 from iceslide_fem.mesh.ice import window_cell
 from iceslide_fem.mesh.profile import CONTACT_HEIGHT
-from iceslide_fem.mesh.rubber import nominal_area, rubber_mesh
+from iceslide_fem.mesh.rubber import nominal_area, rounded, rubber_mesh
 from iceslide_fem.mesh.size import check_memory
 from iceslide_fem.parallel import from_root
 from iceslide_fem.rubber.contact import (
@@ -255,6 +255,7 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     if scene.ice.motion == "sliding":
         longest = CELLS * window_cell(scene)
         surface = contact_surface(rubber.space, facets, FACET_DEGREE, FACET_PIECES, POINTS, longest)
+    surface = replace(surface, nodes=rounded(scene, surface.nodes))
     ds = ufl.Measure("ds", domain=mesh.mesh, subdomain_data=mesh.facet_tags)
     plate = fem.Constant(mesh.mesh, PETSc.ScalarType(1.0)) * ds(mesh.tags["plate"])
     area = nominal_area(scene) or compat.assemble_scalar(compat.form(plate), comm)
