@@ -47,9 +47,10 @@ def sole_compiler(folder: Path) -> Iterator[None]:
         lock = open(folder / "lock", "w")
     with lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        for source in folder.glob("*.c"):
-            if not source.with_suffix(".c.cached").exists():
-                source.unlink(missing_ok=True)
+        there = set(os.listdir(folder))
+        for source in there:
+            if source.endswith(".c") and f"{source}.cached" not in there:
+                (folder / source).unlink(missing_ok=True)
         _clear_cut_libraries(folder)
         yield
 

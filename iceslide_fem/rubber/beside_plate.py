@@ -21,8 +21,8 @@ BULGE = 0.5  # of a facet's rise: none lies that far above its highest node
 
 
 class Lying(NamedTuple):
-    """Facets (n,) near the plate's plane: of points above it the weights (m2; m in a slice) times
-    shape functions (n, q, a), and how far they are above it (n, q), m; else 0.
+    """Facets (n,) near the plate's plane, with n > 0: of points above it the weights (m2; m in a
+    slice) times shape functions (n, q, a), and how far they are above it (n, q), m; else 0.
     """
 
     facets: Index
@@ -46,16 +46,17 @@ class BesidePlate:
 
     def energy(self, u: Array) -> float:
         """Energy (J; J/m in a slice) at displacements `u` (blocked dofs, d). Collective."""
-        lying = self._lying(u)
-        weights = self._weights[lying.facets]
-        return self._sum(0.5 * self._penalty * float(np.sum(weights * lying.gap**2)))
+        lying, squares = self._lying(u), 0.0
+        if lying is not None:
+            squares = float(np.sum(self._weights[lying.facets] * lying.gap**2))
+        return self._sum(0.5 * self._penalty * squares)
 
     def add_forces(self, u: Array, vector: Array) -> float:
         """Add the derivative of the energy by the nodes to `vector` (blocked dofs, d), this rank's
         shares; returns the force (N) that presses on the plate from below. Collective.
         """
         lying, force = self._lying(u), 0.0
-        if lying.facets.size:
+        if lying is not None:
             by_point = self._penalty * lying.touching * lying.gap[..., None]
             dofs = self._surface.dofs[lying.facets]
             np.add.at(vector[:, -1], dofs, by_point.sum(axis=1))
@@ -65,29 +66,33 @@ class BesidePlate:
     def add_tangent(self, u: Array, matrix: PETSc.Mat) -> None:
         """Add the second derivative of the energy by the nodes to `matrix`. Collective."""
         lying = self._lying(u)
-        shape = self._surface.shape[lying.facets]
-        blocks = self._penalty * lying.touching.transpose(0, 2, 1) @ shape
-        rows = self._surface.dofs[lying.facets] * self._dim + self._dim - 1
-        for row, block in zip(rows.astype(np.int32), blocks, strict=True):
-            matrix.setValuesLocal(row, row, block, PETSc.InsertMode.ADD_VALUES)
+        if lying is not None:
+            shape = self._surface.shape[lying.facets]
+            blocks = self._penalty * lying.touching.transpose(0, 2, 1) @ shape
+            rows = self._surface.dofs[lying.facets] * self._dim + self._dim - 1
+            for row, block in zip(rows.astype(np.int32), blocks, strict=True):
+                matrix.setValuesLocal(row, row, block, PETSc.InsertMode.ADD_VALUES)
         matrix.assemble()
 
     def add_lift(self, u: Array, vector: Array) -> float:
         """Add the derivative of the nodes' forces by the plate's displacement upwards to `vector`
         (blocked dofs, d), this rank's shares; returns that of the plate's own force, N/m.
         """
-        lying = self._lying(u)
-        dofs = self._surface.dofs[lying.facets]
-        np.add.at(vector[:, -1], dofs, -self._penalty * lying.touching.sum(axis=1))
-        weights = self._weights[lying.facets] * (lying.gap > 0.0)
-        return self._sum(self._penalty * float(np.sum(weights)))
+        lying, covered = self._lying(u), 0.0
+        if lying is not None:
+            dofs = self._surface.dofs[lying.facets]
+            np.add.at(vector[:, -1], dofs, -self._penalty * lying.touching.sum(axis=1))
+            covered = float(np.sum(self._weights[lying.facets] * (lying.gap > 0.0)))
+        return self._sum(self._penalty * covered)
 
-    def _lying(self, u: Array) -> Lying:
-        """The points that have risen above the plate's plane. Collective."""
+    def _lying(self, u: Array) -> Lying | None:
+        """The points that have risen above the plate's plane; None of this rank. Collective."""
         level = self._height + lift_of(self._plate, u, self._comm)
         z = self._surface.nodes[..., -1] + u[self._surface.dofs, -1]
         highest, lowest = z.max(axis=1), z.min(axis=1)
         facets = np.flatnonzero(highest + BULGE * (highest - lowest) > level)
+        if not facets.size:
+            return None
         shape = self._surface.shape[facets]
         gap = np.maximum((shape @ z[facets][..., None])[..., 0] - level, 0.0)
         touching = shape * (self._weights[facets] * (gap > 0.0))[..., None]

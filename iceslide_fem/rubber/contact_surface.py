@@ -72,7 +72,7 @@ class ContactSurface:
 
     def heights(self, u: Array) -> Array:
         """Deformed positions' vertical component (f, q), m."""
-        z = self.nodes[..., -1] + u[self.dofs, -1]
+        z = self.nodes[..., -1] + u[:, -1][self.dofs]
         return np.asarray((self.shape @ z[..., None])[..., 0])
 
     def displacements(self, u: Array) -> Array:
@@ -85,6 +85,10 @@ class ContactSurface:
         The deformed area vector's component towards the ice, not below zero: a facet that is
         vertical or faces upwards covers nothing. n da = J F^-T N dA (Nanson), from the tangents.
         """
+        if self.nodes.shape[-1] == 2:  # along x alone
+            x = self.nodes[..., 0] + u[:, 0][self.dofs]
+            along = (self.slopes[:, :, 0] @ x[..., None])[..., 0]
+            return np.maximum(self.weights * along, 0.0)
         return np.maximum(self._signed_footprint(self.tangents(u)), 0.0)
 
     def footprint_slopes(self, u: Array) -> Array:

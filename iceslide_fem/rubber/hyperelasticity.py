@@ -84,6 +84,7 @@ class HyperelasticBody:
         self.mesh, self.material = block.mesh, material
         self.space = compat.vector_space(self.mesh, degree)
         self.u = fem.Function(self.space, name="displacement")
+        self._moved = np.asarray(self.u.x.array).reshape(-1, self.mesh.geometry.dim)
         self.block = block
         # As constants of the form, so that one compilation serves every material.
         constants = (
@@ -118,7 +119,7 @@ class HyperelasticBody:
     @property
     def displacements(self) -> Array:
         """Nodal displacements of this rank, ghosts included (blocked dofs, d): a view, m."""
-        return np.asarray(self.u.x.array).reshape(-1, self.mesh.geometry.dim)
+        return self._moved
 
     @property
     def n_dofs(self) -> int:
