@@ -17,7 +17,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.energy import Mechanics, mechanics_of, step_energies
-from iceslide_fem.coupling.films import Films, Refused
+from iceslide_fem.coupling.films import MOST_STEPS, Films, Refused
 from iceslide_fem.coupling.passage import Passage
 from iceslide_fem.coupling.plate import Plate
 from iceslide_fem.coupling.state import Accepted, CoupledState, Memory
@@ -45,6 +45,7 @@ FIRST_STEP = 1e-5
 LONGEST_STEP = 0.025  # of the duration, so that curves are smooth
 SMALLEST_STEP = 1e-10  # of the duration
 MANY_ITERATIONS = 10
+MORE_STEPS = 0.9  # of the sub-steps that a step may have, in the next one
 # What is told of a trial that is refused: its length (s), and why.
 Refusal = Callable[[float, Exception], None]
 
@@ -349,7 +350,9 @@ class Sliding:
         accepted = Accepted(
             shifted, dt, passage, energies, after.loads, iterations, solved, 0, squeezed, lost
         )
-        return accepted, dt * min(factor, shorter)
+        # a step twice as long would take film and heat twice as many of their own
+        most = MORE_STEPS * MOST_STEPS / len(passage.steps)
+        return accepted, dt * min(factor, shorter, most)
 
     def _shears(self, passage: Passage) -> list[Array]:
         """Friction stress at the points, Pa, after each step of `passage`. Collective."""
