@@ -38,7 +38,6 @@ from iceslide_fem.rubber.time_discretisation import (
     QuasiStatic,
     at_rest,
     rested,
-    turned,
 )
 
 FIRST_STEP = 1e-5
@@ -263,7 +262,8 @@ class Sliding:
         offset = before.offset + plate.way(self.current.time, dt)
         loads = plate.slipping(speed, offset)
         passage = self._films.passage(interface, before, loads, dt, self._film_step)
-        bend = self._error.of_curve(self._forces(passage, self._shears(passage)), passage.ends)
+        forces = self._forces(passage, self._shears(passage))
+        bend = self._error.of_curve(forces, passage.ends)
         if bend > 1.0 and self._adaptive:
             raise Refused("friction follows no straight line", float(step_factor(bend, 2)))
         iterations, mismatches = 0, []
@@ -288,16 +288,16 @@ class Sliding:
 
         state, shears = passage.state, self._shears(passage)
         shear, at_rest = shears[-1], self.shear(state, plate.resting(loads, time))
-        foreseen = plate.faster(loads, -self.motion_law.unforeseen(start, motion))
-        other = self.shear(state, foreseen)
-        swing = self._error.of_speed(block.total(shear, loads.area), block.total(other, loads.area))
-        if swing > 1.0 and self._error.is_snap(dt):
-            motion, swing = turned(motion), 0.0
-        if swing > 1.0 and self._adaptive:
-            raise Refused("the block's speed changes too fast", float(step_factor(swing, 2)))
         solved, area = self.current.solved_shear, self.current.loads.area
         steady = self._may_rest and self._error.is_quiet(at_rest, solved, area)
         mechanics = self._mechanics(shear, loads, motion)
+        curved = plate.faster(loads, -self.motion_law.unforeseen(start, motion))
+        foreseen = block.total(self.shear(state, curved), loads.area)
+        swing = self._error.of_speed(mechanics.friction_force, foreseen, forces[-1])
+        if swing > 1.0 and self._error.is_snap(dt):
+            motion, swing = self.motion_law.turned(motion), 0.0
+        if swing > 1.0 and self._adaptive:
+            raise Refused("the block's speed changes too fast", float(step_factor(swing, 2)))
         grip, wall_heat = block.grip_after()
         after = CoupledState(
             time, motion, block.contact, loads, state, mechanics, shear, steady, grip

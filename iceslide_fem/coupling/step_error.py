@@ -29,7 +29,10 @@ CURVE_SHARE = 0.5
 # By how many tolerances friction at a step's end may differ from that with the velocity foreseen
 # for the rubber. With that of the new parabola it is off by less: by a fifth of this in a smooth
 # motion, by up to a half where that has a corner, as when a point begins to melt or lifts off.
-SPEED_SHARE = 2.0
+CURVED_SHARE = 2.0
+# Two corners in a row may hide each other: by how many it may differ from that of a block which
+# goes on straight. That is no error, so large steps of a smooth motion are to pass.
+STRAIGHT_SHARE = 4.0
 # Share of the energy that a step turns over which may be missing or too much: that of a whole run
 # is then no larger. Steps of a smooth motion stay below half of it.
 ENERGY_SHARE = 0.01
@@ -115,10 +118,16 @@ class StepError:
         size = max(np.abs(forces).max(), self.least_friction)
         return off / (CURVE_SHARE * self._tolerance * size)
 
-    def of_speed(self, force: float, other: float) -> float:
-        """By what share of its bound friction (N) differs from that with the velocity foreseen."""
-        size = max(abs(force), self.least_friction)
-        return abs(force - other) / (SPEED_SHARE * self._tolerance * size)
+    def of_speed(self, found: float, curved: float, straight: float) -> float:
+        """How far the friction force (N) `found` at the end of a step is from what was foreseen.
+
+        `curved`: with the velocity that the block's last parabola foresees, `straight`: before the
+        block was solved for.
+        """
+        size = self._tolerance * max(abs(found), self.least_friction)
+        return (
+            max(abs(found - curved) / CURVED_SHARE, abs(found - straight) / STRAIGHT_SHARE) / size
+        )
 
     def is_snap(self, dt: float) -> bool:
         """Whether a step of `dt` (s) is so short that the block may jump in it."""

@@ -59,6 +59,9 @@ class MotionLaw(Protocol):
         its error.
         """
 
+    def turned(self, motion: Motion) -> Motion:
+        """The same at a corner, before which nothing tells how the velocity goes on."""
+
     def kinetic_energy(self, motion: Motion) -> float:
         """Kinetic energy relative to the plate, J (J/m in a slice). Collective."""
 
@@ -76,11 +79,6 @@ def rested(motion: Motion) -> Motion:
     """The same displacements, held since."""
     still = np.zeros_like(motion.velocity)
     return motion._replace(span=np.inf, velocity=still, acceleration=still)
-
-
-def turned(motion: Motion) -> Motion:
-    """The same at a corner: what was before it tells nothing of how the velocity goes on."""
-    return motion._replace(span=np.inf, acceleration=np.zeros_like(motion.acceleration))
 
 
 class QuasiStatic:
@@ -124,6 +122,10 @@ class QuasiStatic:
             return np.asarray(found - start.velocity)
         expected = start.velocity + (0.5 * start.span + end.span) * start.acceleration
         return np.asarray(found - expected)
+
+    def turned(self, motion: Motion) -> Motion:
+        """Without a parabola to go on with."""
+        return motion._replace(span=np.inf, acceleration=np.zeros_like(motion.acceleration))
 
     def kinetic_energy(self, motion: Motion) -> float:
         """None: its mass is neglected."""
@@ -199,6 +201,10 @@ class Dynamic:
     def unforeseen(self, start: Motion, end: Motion) -> Array:
         """None: the local error tells."""
         return np.zeros_like(end.displacements)
+
+    def turned(self, motion: Motion) -> Motion:
+        """As it is: mass knows no corners."""
+        return motion
 
     def kinetic_energy(self, motion: Motion) -> float:
         """Of the velocities relative to the plate, J (J/m in a slice). Collective."""
