@@ -8,21 +8,38 @@ import numpy as np
 
 from iceslide_fem.arrays import Array, Index, Mask
 
-# The second change of ln h by Halley's method: what is left is of the order of its cube.
-_CLOSE = 1e-4
+# The last change of ln h by Halley's method, unless a larger one will do: what is left is at most
+# its cube (the residual is a sum of exponentials of at most 2 ln h).
+CLOSE = 1e-4
+_CHANGES = 4
 # The last by Newton's method; what is left is of the order of its square.
 _TOLERANCE = 1e-8
 _ITERATIONS = 80
-# Changes of ln h from which on neither needs a safeguard: the residual is a sum of exponentials
-# of at most 2 ln h.
+# Changes of ln h from which on it needs a safeguard.
 _FAR = 0.1
 _UNSETTLED = 8
-# Changes of ln h up to which a root of a volume that is not full is the one that is meant.
-_ONE_ROOT = 1.0
+# Changes of ln h up to which a root is the one that is meant: of a volume that is full, where its
+# room is far below the height.
+_ONE_ROOT, _NARROW = 1.0, 0.18
+
+
+class Terms(NamedTuple):
+    """What the equation consists of at some height: 1/h (1/m), squeezing h^2 or room / h where the
+    free volume is full, heating / h (J/m3 over rho L), and where it is full and the ice melts."""
+
+    inverse: Array
+    squeezed: Array
+    gain: Array
+    full: Mask
+    melts: Mask
+
+    def take(self, index: Index) -> Terms:
+        """The terms at the points of `index`."""
+        return Terms(*(part[index] for part in self))
 
 
 class HeightEquation(NamedTuple):
-    """The equation of ln h in an implicit stage, at every point.
+    """The equation of ln h in an implicit stage, at every point; arrays (n,).
 
     y - start + min(squeezing h^3, room) / h - melted / h = 0 with y = ln h and melted =
     max(heating / h - cooling, 0); heating and cooling in J/m2 over rho L. The residual falls to
@@ -35,92 +52,94 @@ class HeightEquation(NamedTuple):
     heating: Array
     cooling: Array
 
-    def at(self, y: Array) -> tuple[Array, Array, Array, Mask, Mask]:
-        """Residual, two derivatives, and where the free volume is full and the ice melts."""
+    def take(self, index: Index) -> HeightEquation:
+        """The equation at the points of `index`."""
+        return HeightEquation(*(part[index] for part in self))
+
+    def terms(self, y: Array) -> Terms:
+        """The terms at ln h = y."""
         inverse = np.exp(-y)
         filling, gain = self.room * inverse, self.heating * inverse
-        thinning = self.squeezing / (inverse * inverse)
+        thinning = inverse * inverse
+        np.divide(self.squeezing, thinning, out=thinning)
         full = thinning >= filling
-        melts = gain > self.cooling
-        melted = gain - np.minimum(gain, self.cooling)
-        melted *= inverse
-        gain *= inverse
-        gain *= melts
+        return Terms(
+            inverse, np.minimum(thinning, filling, out=thinning), gain, full, gain > self.cooling
+        )
+
+    def derivatives(self, y: Array, terms: Terms) -> tuple[Array, Array, Array]:
+        """Residual and two derivatives, the first at least 0.1."""
+        inverse, squeezed, gain, full, melts = terms
         # Squeeze-out goes with the power -1 or 2 of h, melting with -2 and -1.
-        squeezed = np.minimum(thinning, filling, out=thinning)
-        power = 2.0 - 3.0 * full
+        power = np.where(full, -1.0, 2.0)
+        melted = np.minimum(gain, self.cooling)
+        np.subtract(gain, melted, out=melted)
+        melted *= inverse
         residual = y - self.start
         residual += squeezed
         residual -= melted
-        squeezed *= power
-        melted += gain
-        slope = squeezed + melted
+        more = np.where(melts, gain, 0.0)
+        more *= inverse
+        melted += more
+        slope = squeezed * power
+        curve = np.multiply(slope, power, out=power)
+        slope += melted
         slope += 1.0
         np.maximum(slope, 0.1, out=slope)
-        curve = np.multiply(squeezed, power, out=squeezed)
         curve -= melted
-        gain *= 2.0
-        curve -= gain
-        return residual, slope, curve, full, melts
+        more += more
+        curve -= more
+        return residual, slope, curve
 
-    def take(self, index: Index) -> HeightEquation:
-        """The equation at the points of `index`."""
-        return HeightEquation(*(np.broadcast_to(part, self.start.shape)[index] for part in self))
+    def change(self, y: Array, terms: Terms) -> Array:
+        """Change of ln h by Halley's method, two thirds to twice that of Newton's."""
+        newton, slope, curve = self.derivatives(y, terms)
+        newton /= slope
+        curve *= newton
+        curve /= slope
+        curve *= 0.5
+        np.maximum(curve, -0.5, out=curve)
+        np.minimum(curve, 0.5, out=curve)
+        curve -= 1.0
+        return np.divide(newton, curve, out=newton)
 
-    def switches(self, y: Array) -> tuple[Mask, Mask]:
-        """Where the free volume is full and the ice melts."""
-        inverse = np.exp(-y)
-        full = self.squeezing >= self.room * inverse * inverse * inverse
-        return full, self.heating * inverse > self.cooling
 
+def log_height_of(
+    equation: HeightEquation, near: Array | None = None, close: float = CLOSE
+) -> tuple[Array, Array]:
+    """Root of the equation and 1/h there, NaN where it has not settled at all.
 
-def log_height_of(equation: HeightEquation) -> Array:
-    """Root of the equation, NaN where it has not settled at all.
-
-    Halley's method where two changes do, or three, and the last is small and meets no switch; what
-    is left after it is of the order of its cube. Elsewhere `_bracketed`.
+    Halley's method from ln h = `near`, by default the start, where its changes become no larger
+    than `close` and the last meets no switch; what is left after it is at most of the order of its
+    cube. Elsewhere `_bracketed`.
     """
-    start, y = equation.start, np.array(equation.start)
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-        near = np.abs(_change(equation, y)[0]) <= _FAR
-        settled = near & _settles(equation, y)[0]
-        if settled.all():
-            return y
-        rest = np.flatnonzero(~settled)
-        part, again = equation.take(rest), y[rest]
-        settled, full = _settles(part, again)
-        # Where the free volume is full the root may be one of several.
-        settled &= ~full & (np.abs(again - start[rest]) <= _ONE_ROOT)
-    y[rest] = again
-    if not settled.all():
-        far = np.flatnonzero(~settled)
-        y[rest[far]] = _bracketed(part.take(far))
-    return y
-
-
-def _settles(equation: HeightEquation, y: Array) -> tuple[Mask, Mask]:
-    """Whether one more change of ln h, in place, is the last; where the free volume is full."""
-    change, full, melts = _change(equation, y)
-    full_now, melts_now = equation.switches(y)
-    return (np.abs(change) <= _CLOSE) & (full == full_now) & (melts == melts_now), full
-
-
-def _change(equation: HeightEquation, y: Array) -> tuple[Array, Mask, Mask]:
-    """Change of ln h, in place, by Halley's method, two thirds to twice that of Newton's; the
-    switches that it was made with."""
-    change, slope, curve, full, melts = equation.at(y)
-    curve *= change
-    curve *= 0.5
-    change *= slope
-    slope *= slope
-    curve -= slope
-    slope *= -0.5
-    np.minimum(curve, slope, out=curve)
-    slope *= 3.0
-    np.maximum(curve, slope, out=curve)
-    change /= curve
-    y += change
-    return change, full, melts
+        y = equation.start if near is None else near
+        terms = equation.terms(y)
+        if near is None:
+            y = y + equation.change(y, terms)
+            terms = equation.terms(y)
+        part, rest = equation, None
+        for _ in range(_CHANGES):
+            change = part.change(y, terms)
+            y, before = y + change, terms
+            terms = part.terms(y)
+            settled = np.abs(change) <= close
+            settled &= (terms.full == before.full) & (terms.melts == before.melts)
+            settled &= np.abs(y - part.start) <= _ONE_ROOT
+            settled &= ~(terms.full & (terms.squeezed > _NARROW))
+            if rest is None:
+                root, inverse = y, terms.inverse
+            else:
+                root[rest], inverse[rest] = y, terms.inverse
+            if settled.all():
+                return root, inverse
+            some = np.flatnonzero(~settled)
+            rest = some if rest is None else rest[some]
+            part, terms, y = part.take(some), terms.take(some), y[some]
+        root[rest] = y = _bracketed(part)
+        inverse[rest] = np.exp(-y)
+    return root, inverse
 
 
 def _bracketed(equation: HeightEquation) -> Array:
@@ -131,7 +150,7 @@ def _bracketed(equation: HeightEquation) -> Array:
     y = equation.start.copy()
     low, high = np.full_like(y, -np.inf), np.full_like(y, np.inf)
     for iteration in range(_ITERATIONS):
-        residual, slope, *_ = equation.at(y)
+        residual, slope, _ = equation.derivatives(y, equation.terms(y))
         change = -residual / slope
         largest = np.abs(change).max(initial=0.0)
         if largest > _FAR or iteration >= _UNSETTLED:

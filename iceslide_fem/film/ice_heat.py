@@ -24,6 +24,8 @@ from iceslide_fem.materials import HEATED_LAYERS, ICE, Solid
 # is then within 4e-5 from a hundredth of the run on, within 8e-5 from a thousandth on.
 FIRST_LAYER = 0.025
 LAYER_RATIO = 1.4
+# Of the slowest mode's time, for `Column.condensed`.
+EARLY = 0.02
 # A surface that is held at T_m has it to rounding; so far below (K) is held.
 ROUNDING = 1e-10
 
@@ -105,17 +107,21 @@ class Column:
     def condensed(self, error: float) -> Self:
         """The column in fewer modes, whose surface warms under a constant flux within `error`.
 
-        That is relative to the rise, from the time of the fastest mode to that of the slowest. The
+        That is relative to the rise, at times near that of the slowest mode. What warms otherwise
+        for a short time only counts by that time: at t the error may be 1 + t_1 / t times as large,
+        with t_1 = `EARLY` of the slowest mode's time. The
         modes are those of the same equations in the span of uniform warmth (so that heat is
         conserved) and of the column's answers to fluxes that grow as exp(s t), for rates s in even
         ratios: a Galerkin projection on a rational Krylov space, symmetric and stable as the
         column itself. A third of the modes answers as well as the mesh is fine.
         """
         rates, surface = self.rates, self.surface
-        times = 1.0 / np.geomspace(rates[1], rates[-1], 60)
+        slowest, fastest = rates[1], min(rates[-1], rates[1] / error) if error else rates[-1]
+        times = 1.0 / np.geomspace(slowest, fastest, 60)
         exact = _warming(rates, surface, times)
-        for count in range(8, rates.size):
-            shifts = np.geomspace(rates[1], rates[-1], count - 1)
+        allowed = error * (1.0 + EARLY / (slowest * times)) * exact
+        for count in range(6, rates.size):
+            shifts = np.geomspace(slowest, fastest, count - 1)
             answers = surface[:, None] / (rates[:, None] + shifts)
             answers = np.insert(answers / np.linalg.norm(answers, axis=0), 0, 0.0, axis=1)
             answers[0, 0] = 1.0
@@ -123,7 +129,8 @@ class Column:
             fewer, modes = eigh(basis.T * rates @ basis)
             fewer[0] = 0.0
             modes = basis @ modes
-            if np.abs(_warming(fewer, surface @ modes, times) / exact - 1.0).max() <= error:
+            warming = _warming(fewer, surface @ modes, times)
+            if (np.abs(warming - exact) <= allowed).all():
                 part = copy(self)
                 part._stage = None
                 part.rates, part.surface = fewer, surface @ modes
@@ -148,11 +155,12 @@ class Column:
         """What an implicit stage of `dt` leaves of each mode, (n_modes, 1 or n_points)."""
         factor = self.rates[:, None] * dt
         factor += 1.0
-        return np.reciprocal(factor, out=factor)
+        return np.divide(1.0, factor, out=factor)
 
     def response(self, start: Array, dt: Array | float) -> Surface:
         """The surface at the end of a stage under a flux that is still to be found."""
-        offset = self.temperature + self._per_heat(start * self._of_stage(dt).decay)
+        offset = self._per_heat(start * self._of_stage(dt).decay)
+        offset += self.temperature
         resistance = self.resistance(dt)
         if resistance.shape != offset.shape:
             resistance = np.broadcast_to(resistance, offset.shape)
@@ -182,6 +190,8 @@ class Column:
 
     def _per_heat(self, content: Array) -> Array:
         """What `content` adds to the temperature of the surface (K), shape (n_points,)."""
+        if not self._gain.ndim:
+            return np.asarray((self._gain * self.surface**2) @ content)
         return np.asarray(self._gain * (self.surface**2 @ content))
 
     def surface_temperature(self, content: Array) -> Array:

@@ -8,12 +8,13 @@ the complementarities of melting and saturation hold at the end of every step.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import reduce
+from functools import partial, reduce
 from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
 from iceslide_fem.arrays import Array, Index
+from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.law import (
     Film,
@@ -96,7 +97,7 @@ class InterfaceState(NamedTuple):
 
     def take(self, index: Index) -> InterfaceState:
         """The state at the points of `index`."""
-        return InterfaceState(*(part[..., index] for part in self))
+        return InterfaceState(*(part.take(index, axis=-1, mode="clip") for part in self))
 
 
 class Loads(Protocol):
@@ -194,16 +195,22 @@ def advance(
     ice: IceHeat,
     integrator: Integrator,
     rubber: RubberHeat = INSULATED,
+    rate: Array | None = None,
+    close: float = CLOSE,
 ) -> Step:
-    """One step of `dt` (s, scalar or one per point) under loads on a line from start to end."""
+    """One step of `dt` (s, scalar or one per point) under loads on a line from start to end.
+    """
     diagonal = integrator.diagonal
     stage_dt = diagonal * dt
+    guess = None if rate is None else stage_dt * rate
     changes: list[InterfaceState] = []
     stages: list[FilmStage] = []
     for row, node in zip(integrator.rows, integrator.nodes, strict=True):
         begin = _combine(state, changes, row, diagonal)
         acting = start.at(end, node)
-        film = acting.film(begin, state, stage_dt, integrator.stage)
+        near = None if guess is None else begin.log_height + guess
+        law = partial(integrator.stage, near=near, close=close)
+        film = acting.film(begin, state, stage_dt, law)
         new_ice, stage = ice.stage(begin.ice, stage_dt, rubber.over(film, begin.rubber))
         new = InterfaceState(
             stage.log_height,
@@ -214,6 +221,7 @@ def advance(
         )
         stages.append(stage)
         changes.append(InterfaceState(*(b - a for a, b in zip(begin, new, strict=True))))
+        guess = changes[-1].log_height
     return Step(new, dt, stages, changes, stage_dt, integrator)
 
 

@@ -29,7 +29,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 import numpy as np
 
 from iceslide_fem.arrays import Array, Index, Mask
-from iceslide_fem.film.height import HeightEquation, log_height_of
+from iceslide_fem.film.height import CLOSE, HeightEquation, log_height_of
 from iceslide_fem.film.viscosity import Thinning, settled
 from iceslide_fem.materials import ICE, WATER_VISCOSITY, Solid
 
@@ -79,7 +79,7 @@ class FilmLoads(NamedTuple):
     def take(self, index: Index) -> FilmLoads:
         """The loads at `index`."""
         thinning = self.thinning and self.thinning.take(index)
-        viscous, speed, squeeze, free = (part[index] for part in self[:4])
+        viscous, speed, squeeze, free = (part.take(index, mode="clip") for part in self[:4])
         return FilmLoads(viscous, speed, squeeze, free, thinning)
 
     def at(self, end: FilmLoads, fraction: float) -> FilmLoads:
@@ -245,37 +245,49 @@ class FilmOnIce(NamedTuple):
 
 
 def implicit_stage(
-    log_height: Array, squeezed: Array, dt: Array | float, loads: FilmLoads, ice: Surface
+    log_height: Array,
+    squeezed: Array,
+    dt: Array | float,
+    loads: FilmLoads,
+    ice: Surface,
+    near: Array | None = None,
+    close: float = CLOSE,
 ) -> FilmStage:
     """Solve (5.21), (5.23) and both complementarities implicitly over `dt` (s).
 
     `log_height` and `squeezed` (ln m, m) are the values that the stage starts from; the result
     fulfils value = start + dt * rate(value). The ice takes what the friction gives, and at most
     what holds its surface at T_m; squeeze-out takes what the pressure drives, and at most the
-    volume still free (below zero where earlier stages of the step overshot). All is NaN where no
-    height is found.
+    volume still free (below zero where earlier stages of the step overshot). `near` and `close`
+    are those of `log_height_of`. All is NaN where no height is found.
     """
     power = loads.viscous * loads.speed
     room = loads.free_height - squeezed
     squeezing = dt * loads.squeeze_rate
     height = dt / ice.solid.melting_enthalpy  # melted by the power 1
-    y = log_height_of(
-        HeightEquation(log_height, squeezing, room, height * power, height * ice.melted_flux)
+    equation = HeightEquation(
+        log_height, squeezing, room, height * power, height * ice.melted_flux
     )
-    h = np.exp(y)
-    q_f = power / h
+    y, inverse = log_height_of(equation, near, close)
+    q_f = power * inverse
     q_ice = np.minimum(q_f, ice.melted_flux)
     q_melt = q_f - q_ice
-    flow = squeezing * h * h * h
+    flow = squeezing / (inverse * inverse * inverse)
     overfill = flow - room
     melting = q_melt > 0.0
+    dry = height * q_melt
+    dry *= inverse
+    dry += 1.0
+    dry *= q_f
+    dry *= ice.resistance
+    dry += ice.offset
     return FilmStage(
         y,
         squeezed + np.minimum(flow, room),
         q_f,
         q_ice,
         q_melt,
-        ice.offset + ice.resistance * q_f * (1.0 + height * q_melt / h),
+        dry,
         melting,
         overfill > 0.0,
         overfill,
@@ -290,11 +302,13 @@ def explicit_stage(
     dt: Array | float,
     loads: FilmLoads,
     ice: Surface,
+    near: Array | None = None,
+    close: float = CLOSE,
     largest_change: float = 2.0,
 ) -> FilmStage:
     """One explicit Euler step of (5.21) and (5.23), the thesis's method, for comparison.
 
-    Rates are those of the starting height. The height is NaN where the step changes it by more
+    Rates are those of the starting height; nothing is iterated. The height is NaN where the step changes it by more
     than the factor `largest_change` or empties the film. The linear limit of stability,
     2 / |d rate / d h|, bounds neither errors nor breakdown (docs/stability.md).
     """

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.arrays import Array, Index
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.film.integrators import INTEGRATORS, Integrator, InterfaceState
@@ -109,6 +109,7 @@ def simulate(
     active, warm_before, ahead = np.arange(n), warm(state, loads), np.full(n, np.inf)
     tally = Tally(conditions, sample_times)
 
+    rate = np.zeros(n)
     while active.size:
         dt_try = np.minimum(np.minimum(dt, ahead), here.duration - time)
         np.minimum(dt_try, max_step, out=dt_try)
@@ -117,47 +118,50 @@ def simulate(
             dt_try = np.minimum(dt_try, loading.next_corner(time) - time)
             ends = loading.at(here, time + dt_try)
             last = ends.loads(water)
-        step, good, wanted = control.trial(state, loads, last, dt_try, heat, scale, rubber)
+        step, good, wanted = control.trial(state, loads, last, dt_try, heat, scale, rubber, rate)
         if loading is not None and fixed_step is None:
             bent = _bend(loads, loading.at(here, time + 0.5 * dt_try).loads(), last)
             good &= bent <= tolerance
             wanted = np.minimum(wanted, dt_try * step_factor(bent / tolerance, 2, GROW_ALONE))
         filled = state.squeezed_height / loads.free_height
         event = events(step, warm_before, filled, last, ends, slack)
-        crosses = event.fraction < 1.0
-        across = np.flatnonzero(crosses)
+        across, uncut = event.across, good
+        good = good.copy()
+        good[across] = False
+        bad = np.flatnonzero(~good)
         if fixed_step is None:
             # A step that was cut says nothing against a longer one. Across an event its error means
             # nothing; behind it the solution has a kink that an estimate can overlook unless the
             # steps grow from short ones again.
-            cut = np.flatnonzero(good & (dt_try < dt))
-            wanted[cut] = np.maximum(wanted[cut], dt[cut])
+            np.maximum(wanted, dt, out=wanted, where=uncut & (dt_try < dt))
             begun = np.flatnonzero(event.melting | event.full)
             wanted[begun] = RESTART * dt[begun]
             wanted[across] = dt[across]
             dt = wanted
-            hopeless = ~crosses & (dt < SHORTEST_STEP * here.duration)
+            stuck = bad[dt[bad] < SHORTEST_STEP * here.duration[bad]]
         else:
-            hopeless = ~crosses
-        _refuse(~good & hopeless, dt_try, here, time)
-        good &= ~crosses
+            stuck = np.setdiff1d(bad, across)
+        _refuse(stuck, dt_try, here, time)
         melting = event.melting | step.last.melting
         full = event.full | step.last.saturated
         record = Record(active, good, time, dt_try, last, step, melting, full, ends.pressure, heat)
         mu = tally.add(record, state, loads.viscous / here.pressure, here, loading)
         if observe is not None and good.any():
             observe(record)
-        bad = np.flatnonzero(~good)
         warm_after, reached = warm(step.state, last), time + dt_try
         if fixed_step is None:
             squeezed = state.squeezed_height
             expected = until(step, warm_before, warm_after, squeezed, last, slack)
         else:
             expected = np.full_like(ahead, np.inf)
-        expected[bad], warm_after[bad], reached[bad] = ahead[bad], warm_before[bad], time[bad]
-        expected[across] = event.fraction[across] * dt_try[across]
-        ahead, warm_before, time = expected, warm_after, reached
-        state = taken(state, step.state, good)
+        growth = step.change.log_height / step.stage_dt
+        for new, old in (
+            (expected, ahead), (warm_after, warm_before), (reached, time), (growth, rate)
+        ):
+            new[bad] = old[bad]
+        expected[across] = event.fraction * dt_try[across]
+        ahead, warm_before, time, rate = expected, warm_after, reached, growth
+        state = taken(state, step.state, bad)
         if loading is not None:
             here = loading.at(here, time)
             loads = here.loads(water)
@@ -165,29 +169,29 @@ def simulate(
         if not running.all():
             tally.finish(record, state, mu, running)
             keep = np.flatnonzero(running)
-            active, time, dt, scale = active[keep], time[keep], dt[keep], scale[keep]
-            ahead, warm_before = ahead[keep], warm_before[keep]
+            active, time, dt, scale, ahead, warm_before, rate = (
+                part.take(keep, mode="clip") for part in (active, time, dt, scale, ahead, warm_before, rate)
+            )
             here, loads, state = here.take(keep), loads.take(keep), state.take(keep)
             heat, rubber = heat.take(keep), rubber.take(keep)
     return tally.result
 
 
-def taken(old: InterfaceState, new: InterfaceState, good: Mask) -> InterfaceState:
-    """The `new` state where the step is good, the `old` one elsewhere; `new` is overwritten."""
-    bad = np.flatnonzero(~good)
+def taken(old: InterfaceState, new: InterfaceState, bad: Index) -> InterfaceState:
+    """The `new` state, but at the points `bad` the `old` one; `new` is overwritten."""
     if bad.size:
         for before, after in zip(old, new, strict=True):
             after[..., bad] = before[..., bad]
     return new
 
 
-def _refuse(stuck: Mask, dt: Array, here: Conditions, time: Array) -> None:
+def _refuse(stuck: Index, tried: Array, here: Conditions, time: Array) -> None:
     """Raise SimulationStopped if a step has failed that cannot be cut (any further)."""
-    if stuck.any():
-        i = int(np.argmax(stuck))
+    if stuck.size:
+        i = stuck[0]
         raise SimulationStopped(
             f"the film at {here.pressure[i]:.4g} Pa and {here.speed[i]:.4g} m/s cannot be advanced "
-            f"beyond t = {time[i]:.4g} s: a step of {dt[i]:.2g} s is too long for this integrator; "
+            f"beyond t = {time[i]:.4g} s: a step of {tried[i]:.2g} s is too long for this integrator; "
             "take a shorter one, or an implicit integrator"
         )
 

@@ -96,7 +96,7 @@ class Conditions(NamedTuple):
 
     def take(self, index: Index) -> Conditions:
         """The conditions at `index`."""
-        return Conditions(*(part[index] for part in self))
+        return Conditions(*(part.take(index, mode="clip") for part in self))
 
 
 class Loading(NamedTuple):

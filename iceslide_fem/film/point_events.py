@@ -11,16 +11,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.arrays import Array, Index, Mask
 from iceslide_fem.film.integrators import Step
 from iceslide_fem.film.law import FilmLoads
 from iceslide_fem.film.point_conditions import Conditions
 
 
-class Event(NamedTuple):
-    """Fraction of the step at which melting or saturation sets in, 1 where neither does, and
-    where the step ends on them."""
+class Events(NamedTuple):
+    """Steps that go past melt onset or saturation, the fraction of each at which it does, and where
+    steps end on melt onset and on saturation."""
 
+    across: Index
     fraction: Array
     melting: Mask
     full: Mask
@@ -36,17 +37,25 @@ def warmth(temperature: Array, here: Conditions) -> Array:
 
 def events(
     step: Step, start: Array, filled: Array, loads: FilmLoads, here: Conditions, share: float
-) -> Event:
+) -> Events:
     """What sets in during `step`, on straight lines of the progress.
 
     `start` is w |w| and `filled` H_s / H_V at its start, `loads` are those at its end: what is full
     and stays so under a pressure that falls, while H_V rises, does not become so anew. A step that
-    ends within `share` of an event (relative to T_m - T_0 and to H_V) ends on it.
+    ends within `share` of an event (relative to T_m - T_0 and to H_V) ends on it, one that goes
+    past it is to end half as far behind it.
     """
-    melts, melting = _crossing(start, warmth(step.last.dry_temperature, here), 2.0 * share)
-    overfilled = 1.0 + step.last.overfill / loads.free_height
-    fills, full = _crossing(filled, overfilled, share)
-    return Event(np.maximum(np.minimum(melts, fills), 0.01), melting, full)
+    warm = warmth(step.last.dry_temperature, here)
+    overfilled = step.last.overfill / loads.free_height
+    overfilled += 1.0
+    past_onset, melting = _switches(start, warm, 2.0 * share)
+    past_full, full = _switches(filled, overfilled, share)
+    across = np.flatnonzero(past_onset | past_full)
+    fraction = np.minimum(
+        _crossing(start[across], warm[across], 2.0 * share),
+        _crossing(filled[across], overfilled[across], share),
+    )
+    return Events(across, np.maximum(fraction, 0.01), melting, full)
 
 
 def until(
@@ -69,12 +78,19 @@ def until(
     return np.minimum(melts, fills)
 
 
-def _crossing(start: Array, end: Array, share: float) -> tuple[Array, Mask]:
-    """Fraction of the step that ends half a `share` beyond the event, and whether it did."""
-    ahead = start < 1.0 - share
-    crosses = ahead & (end > 1.0 + share)
+def _switches(start: Array, end: Array, share: float) -> tuple[Mask, Mask]:
+    """Which steps go past an event, and which end on it."""
+    begins = end >= 1.0 - share
+    begins &= start < 1.0 - share
+    past = end > 1.0 + share
+    past &= begins
+    begins ^= past
+    return past, begins
+
+
+def _crossing(start: Array, end: Array, share: float) -> Array:
+    """Fraction of steps that ends half a `share` behind an event, 1 where none is gone past."""
+    past = _switches(start, end, share)[0]
     fraction = np.ones_like(end)
-    if crosses.any():
-        i = np.flatnonzero(crosses)
-        fraction[i] = (1.0 + 0.5 * share - start[i]) / (end[i] - start[i])
-    return fraction, ahead & ~crosses & (end >= 1.0 - share)
+    np.divide(1.0 + 0.5 * share - start, end - start, out=fraction, where=past)
+    return fraction

@@ -101,7 +101,7 @@ class _Sums(NamedTuple):
     def take(self, index: Index) -> _Sums:
         """Of the conditions at `index`."""
         parts: tuple[Any, ...] = self
-        return _Sums(*(part[index] for part in parts))
+        return _Sums(*(part.take(index, mode="clip") for part in parts))
 
 
 class Tally:
@@ -110,7 +110,7 @@ class Tally:
     def __init__(self, conditions: Conditions, times: Array) -> None:
         """For mu at `times` (s, ascending)."""
         self.result = result = PointResult.at_start(conditions, times)
-        self._times, self._next = times, np.append(times, np.inf)
+        self._times = times
         self._duration = conditions.duration
         n, self._tried = result.mu_end.size, 0
         self._sums = _Sums(
@@ -141,10 +141,12 @@ class Tally:
         mu = factor * np.exp(log_shearing(step.state))
         mean = step.mean_shearing * record.dt
         mean *= 0.5 * (factor + shear)
-        sums.work[:] += np.where(good, mean, 0.0)
-        higher = good & (mu > sums.peak)
-        np.copyto(sums.peak, mu, where=higher)
-        np.copyto(sums.peak_time, end, where=higher)
+        higher = mu > sums.peak
+        refused = np.flatnonzero(~good)
+        mean[refused], higher[refused] = 0.0, False
+        sums.work[:] += mean
+        sums.peak[:] = np.where(higher, mu, sums.peak)
+        sums.peak_time[:] = np.where(higher, end, sums.peak_time)
         sums.steps[:] += good
         for times, switch, seen in (
             (self.result.melt_onset, record.melting, sums.molten),
@@ -185,27 +187,39 @@ class Tally:
     ) -> None:
         """Enter mu at the times that fall into accepted steps, of which `mu_end` is the last."""
         sampled, times, step = self._sums.sampled, self._times, record.step
-        due = np.flatnonzero(record.good & (self._next[sampled] <= end))
-        if not due.size:
+        count = np.searchsorted(times, end, side="right")
+        count -= sampled
+        count *= record.good
+        first = sampled - np.cumsum(count)
+        sampled += count
+        first += count
+        run = np.repeat(np.arange(count.size), count)
+        if not run.size:
             return
-        before = sampled[due]
-        sampled[due] = after = np.searchsorted(times, end[due], side="right")
-        count = after - before
-        run = np.repeat(np.arange(due.size), count)
-        which = np.arange(run.size) + (after - np.cumsum(count))[run]
+
+        def of_samples(of_steps: Array) -> Array:
+            """What is one of each step for its samples; no index is outside."""
+            return of_steps.take(run, mode="clip")
+
+        which = np.arange(run.size)
+        which += of_samples(first)
         # ln(eta / h) within a step: the parabola with its ends and its slope at the end.
-        rate, dt = step.shearing_rate[due], record.dt[due]
-        bend = (log_shearing(start)[due] - log_shearing(step.state)[due] + rate * dt) / dt**2
-        of_steps = np.stack([end[due], bend, rate, mu_end[due]], axis=1).take(run, axis=0)
-        left = of_steps[:, 0] - times[which]
-        mu = of_steps[:, 1] * left
-        mu -= of_steps[:, 2]
+        rate, dt = step.shearing_rate, record.dt
+        bend = rate * dt
+        bend += log_shearing(start)
+        bend -= log_shearing(step.state)
+        bend /= dt * dt
+        left = of_samples(end)
+        left -= times.take(which, mode="clip")
+        mu = of_samples(bend)
+        mu *= left
+        mu -= of_samples(rate)
         mu *= left
         np.exp(mu, out=mu)
-        mu *= of_steps[:, 3]
+        mu *= of_samples(mu_end)
         if loading is not None:
-            then = loading.at(here.take(due[run]), times[which])
+            then = loading.at(here.take(run), times[which])
             mu *= then.loads().viscous / then.pressure
-            mu /= (record.loads.viscous / record.pressure)[due][run]
-        which += (record.active[due] * times.size)[run]
+            mu /= (record.loads.viscous / record.pressure)[run]
+        which += of_samples(record.active * times.size)
         self.result.samples.T.reshape(-1)[which] = mu

@@ -7,12 +7,15 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import Integrator, InterfaceState, Step, advance, error_norms
 from iceslide_fem.film.law import FilmLoads
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 
 SAFETY = 0.9
+# Of the tolerance, left over in the equation of the film's height.
+HEIGHT_SHARE = 1e-3
 SHRINK, GROW = 0.1, 2.0
 # The same where a point is on its own.
 GROW_ALONE = 2.5
@@ -40,6 +43,14 @@ class StepControl(NamedTuple):
     integrator: Integrator
     tolerance: float | None
 
+    @property
+    def close(self) -> float:
+        """Change of ln h after which heights of films are found (`film.height`): what is left, of
+        the order of its cube, is a thousandth of the tolerance."""
+        if self.tolerance is None:
+            return CLOSE
+        return max(CLOSE, (HEIGHT_SHARE * self.tolerance) ** (1.0 / 3.0))
+
     def trial(
         self,
         state: InterfaceState,
@@ -49,13 +60,14 @@ class StepControl(NamedTuple):
         ice: IceHeat,
         temperature_scale: Array,
         rubber: RubberHeat = INSULATED,
+        rate: Array | None = None,
     ) -> Trial:
         """A step of `dt` (s, one per point) from `loads` to `end`.
 
         Its errors are those of `error_norms`, with the weights above.
         """
         method = self.integrator
-        step = advance(state, loads, end, dt, ice, method, rubber)
+        step = advance(state, loads, end, dt, ice, method, rubber, rate, self.close)
         if self.tolerance is None:
             return Trial(step, np.isfinite(step.state.log_height), dt)
         free = end.free_height / SQUEEZED

@@ -208,7 +208,7 @@ def _pass(
                 "the film below the footprint cannot be advanced: even steps of "
                 f"{dt.min():.1g} s miss the tolerance"
             )
-        state = taken(state, step.state, good)
+        state = taken(state, step.state, np.flatnonzero(~good))
         left = np.where(good, left - trial, left)
         sheared = trial * load.viscous * step.mean_shearing / passing
         added = sheared, step.friction_work, step.ice_heat, step.latent_heat
