@@ -184,7 +184,7 @@ class Step(NamedTuple):
     @property
     def mean_shearing(self) -> Array:
         """Mean of eta / (eta_0 h) over the step, of 1/h where the viscosity is constant, 1/m."""
-        return _sum(self.weights, [s.viscosity * np.exp(-s.log_height) for s in self.stages])
+        return _sum(self.weights, [stage.shearing for stage in self.stages])
 
 
 def advance(
@@ -246,9 +246,8 @@ def error_norms(
         np.abs(step.error(lambda change: change.squeezed_height)) / free_height,
         surface_errors(step, ice, temperature_scale, rubber),
     )
-    error = reduce(np.maximum, parts)
-    good = np.isfinite(error) & np.isfinite(step.state.log_height)
-    return np.where(good, error, np.inf)
+    # Changes of what is not finite are not numbers.
+    return np.fmin(reduce(np.maximum, parts), np.inf)
 
 
 def surface_errors(step: Step, ice: IceHeat, temperature_scale: Array, rubber: RubberHeat) -> Array:

@@ -169,7 +169,7 @@ class FilmStage(NamedTuple):
     overfill: how far H_s would be above H_V (m, negative below) with unlimited free volume;
     ice_slope: resistance times the fall of q_ice with the surface's offset (1), 1 where it melts
     and 0 elsewhere; rubber_flux: q_rubber (W/m2), a part of q_f, too, with heat in the rubber;
-    memory: as in `Remembered`, (m, n); viscosity: eta / eta_0, with which the film was sheared.
+    memory: as in `Remembered`, (m, n); shearing: eta / (eta_0 h) of a film (1/m).
     """
 
     log_height: Array
@@ -184,7 +184,7 @@ class FilmStage(NamedTuple):
     ice_slope: Array
     rubber_flux: Array
     memory: Array = np.zeros((0, 1))
-    viscosity: Array = np.ones(1)
+    shearing: Array = np.zeros(1)
 
 
 class Film(Protocol):
@@ -240,7 +240,7 @@ class FilmOnIce(NamedTuple):
         return found._replace(
             ice_slope=np.where(found.melting, found.ice_slope, less / (1.0 + less)),
             memory=log_viscosity[None],
-            viscosity=np.exp(log_viscosity),
+            shearing=np.exp(log_viscosity) * found.shearing,
         )
 
 
@@ -293,6 +293,7 @@ def implicit_stage(
         overfill,
         melting.astype(float),
         np.zeros_like(q_ice),
+        shearing=inverse,
     )
 
 
@@ -334,4 +335,5 @@ def explicit_stage(
         overfill,
         melting.astype(float),
         np.zeros_like(q_ice),
+        shearing=np.exp(-y),
     )

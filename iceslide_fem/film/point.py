@@ -17,7 +17,7 @@ from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.film.integrators import INTEGRATORS, Integrator, InterfaceState
 from iceslide_fem.film.law import FilmLoads, interpolate
 from iceslide_fem.film.point_conditions import Conditions, Loading
-from iceslide_fem.film.point_events import events, until, warmth
+from iceslide_fem.film.point_events import Warmth, events, until
 from iceslide_fem.film.point_result import PointResult, Record, Tally
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 from iceslide_fem.film.step_control import GROW_ALONE, StepControl, step_factor
@@ -92,88 +92,89 @@ def simulate(
         rubber.initial(n),
         np.zeros((0 if water is None else 1, n)),
     )
-    here, loads = conditions, conditions.loads(water)
-    scale = temperature_scale(SURFACE_EASE * (here.melting_temperature - here.temperature), water)
-    time = np.zeros(n)
+    loads, pressure, duration = conditions.loads(water), conditions.pressure, conditions.duration
+    here = conditions if loading is not None else None
+    undercooling = conditions.melting_temperature - conditions.temperature
+    scale = temperature_scale(SURFACE_EASE * undercooling, water)
+    warmth = Warmth(conditions.temperature, undercooling)
     first = min(FIRST_STEP * tolerance, 0.01)
-    dt = first * here.duration if fixed_step is None else np.full(n, fixed_step)
+    dt = first * duration if fixed_step is None else np.full(n, fixed_step)
     control = StepControl(method, tolerance if fixed_step is None else None)
     slack = EVENT_SHARE * tolerance
 
-    def warm(state: InterfaceState, acting: FilmLoads) -> Array:
+    def warm_now(state: InterfaceState, acting: FilmLoads) -> Array:
         on_ice = heat.surface_temperature(state.ice)
         heating = acting.viscous * acting.speed
-        return warmth(rubber.film_temperature(on_ice, state.rubber, heating, state), here)
+        return warmth(rubber.film_temperature(on_ice, state.rubber, heating, state))
 
-    # The conditions that still run, how warm they are, and how far the next event is (s).
-    active, warm_before, ahead = np.arange(n), warm(state, loads), np.full(n, np.inf)
+    # The conditions that still run, when, how warm they are, how far the next event is (s), and
+    # d ln h / dt.
+    active, time, warm = np.arange(n), np.zeros(n), warm_now(state, loads)
+    ahead, rate = np.full(n, np.inf), np.zeros(n)
     tally = Tally(conditions, sample_times)
 
-    rate = np.zeros(n)
     while active.size:
-        dt_try = np.minimum(np.minimum(dt, ahead), here.duration - time)
+        dt_try = np.minimum(np.minimum(dt, ahead), duration - time)
         np.minimum(dt_try, max_step, out=dt_try)
-        ends, last = here, loads
-        if loading is not None:
+        pressure_after, last = pressure, loads
+        if here is not None:
             dt_try = np.minimum(dt_try, loading.next_corner(time) - time)
             ends = loading.at(here, time + dt_try)
-            last = ends.loads(water)
+            pressure_after, last = ends.pressure, ends.loads(water)
         step, good, wanted = control.trial(state, loads, last, dt_try, heat, scale, rubber, rate)
-        if loading is not None and fixed_step is None:
+        if here is not None and fixed_step is None:
             bent = _bend(loads, loading.at(here, time + 0.5 * dt_try).loads(), last)
             good &= bent <= tolerance
             wanted = np.minimum(wanted, dt_try * step_factor(bent / tolerance, 2, GROW_ALONE))
         filled = state.squeezed_height / loads.free_height
-        event = events(step, warm_before, filled, last, ends, slack)
-        across, uncut = event.across, good
-        good = good.copy()
-        good[across] = False
-        bad = np.flatnonzero(~good)
+        event = events(step, warm, filled, last, warmth, slack)
+        across = event.across
         if fixed_step is None:
             # A step that was cut says nothing against a longer one. Across an event its error means
             # nothing; behind it the solution has a kink that an estimate can overlook unless the
             # steps grow from short ones again.
-            np.maximum(wanted, dt, out=wanted, where=uncut & (dt_try < dt))
+            np.maximum(wanted, dt, out=wanted, where=good & (dt_try < dt))
             begun = np.flatnonzero(event.melting | event.full)
             wanted[begun] = RESTART * dt[begun]
             wanted[across] = dt[across]
             dt = wanted
-            stuck = bad[dt[bad] < SHORTEST_STEP * here.duration[bad]]
-        else:
-            stuck = np.setdiff1d(bad, across)
-        _refuse(stuck, dt_try, here, time)
-        melting = event.melting | step.last.melting
-        full = event.full | step.last.saturated
-        record = Record(active, good, time, dt_try, last, step, melting, full, ends.pressure, heat)
-        mu = tally.add(record, state, loads.viscous / here.pressure, here, loading)
+        good[across] = False
+        bad = np.flatnonzero(~good)
+        stuck = np.setdiff1d(bad, across) if fixed_step else bad[dt[bad] < SHORTEST_STEP * duration[bad]]
+        _refuse(stuck, dt_try, pressure, loads, time)
+        record = Record(
+            active, good, time, dt_try, last, step, event.melting | step.last.melting,
+            event.full | step.last.saturated, pressure_after, heat,
+        )
+        mu = tally.add(record, state, loads.viscous / pressure, here, loading)
         if observe is not None and good.any():
             observe(record)
-        warm_after, reached = warm(step.state, last), time + dt_try
+        warm_after, reached = warm_now(step.state, last), time + dt_try
         if fixed_step is None:
-            squeezed = state.squeezed_height
-            expected = until(step, warm_before, warm_after, squeezed, last, slack)
+            expected = until(step, warm, warm_after, state.squeezed_height, last, slack)
         else:
             expected = np.full_like(ahead, np.inf)
         growth = step.change.log_height / step.stage_dt
         for new, old in (
-            (expected, ahead), (warm_after, warm_before), (reached, time), (growth, rate)
+            (expected, ahead), (warm_after, warm), (reached, time), (growth, rate)
         ):
             new[bad] = old[bad]
         expected[across] = event.fraction * dt_try[across]
-        ahead, warm_before, time, rate = expected, warm_after, reached, growth
+        ahead, warm, time, rate = expected, warm_after, reached, growth
         state = taken(state, step.state, bad)
-        if loading is not None:
+        if here is not None:
             here = loading.at(here, time)
-            loads = here.loads(water)
-        running = time < here.duration * (1.0 - 1e-12)
+            pressure, loads = here.pressure, here.loads(water)
+        running = time < duration * (1.0 - 1e-12)
         if not running.all():
             tally.finish(record, state, mu, running)
             keep = np.flatnonzero(running)
-            active, time, dt, scale, ahead, warm_before, rate = (
-                part.take(keep, mode="clip") for part in (active, time, dt, scale, ahead, warm_before, rate)
+            active, time, dt, ahead, warm, rate, duration, pressure, scale = (
+                part.take(keep, mode="clip") for part in (active, time, dt, ahead, warm, rate, duration, pressure, scale)
             )
-            here, loads, state = here.take(keep), loads.take(keep), state.take(keep)
+            loads, state, warmth = loads.take(keep), state.take(keep), warmth.take(keep)
             heat, rubber = heat.take(keep), rubber.take(keep)
+            here = here and here.take(keep)
     return tally.result
 
 
@@ -185,12 +186,14 @@ def taken(old: InterfaceState, new: InterfaceState, bad: Index) -> InterfaceStat
     return new
 
 
-def _refuse(stuck: Index, tried: Array, here: Conditions, time: Array) -> None:
+def _refuse(
+    stuck: Index, tried: Array, pressure: Array, loads: FilmLoads, time: Array
+) -> None:
     """Raise SimulationStopped if a step has failed that cannot be cut (any further)."""
     if stuck.size:
         i = stuck[0]
         raise SimulationStopped(
-            f"the film at {here.pressure[i]:.4g} Pa and {here.speed[i]:.4g} m/s cannot be advanced "
+            f"the film at {pressure[i]:.4g} Pa and {loads.speed[i]:.4g} m/s cannot be advanced "
             f"beyond t = {time[i]:.4g} s: a step of {tried[i]:.2g} s is too long for this integrator; "
             "take a shorter one, or an implicit integrator"
         )

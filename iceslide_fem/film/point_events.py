@@ -14,7 +14,6 @@ import numpy as np
 from iceslide_fem.arrays import Array, Index, Mask
 from iceslide_fem.film.integrators import Step
 from iceslide_fem.film.law import FilmLoads
-from iceslide_fem.film.point_conditions import Conditions
 
 
 class Events(NamedTuple):
@@ -27,16 +26,26 @@ class Events(NamedTuple):
     full: Mask
 
 
-def warmth(temperature: Array, here: Conditions) -> Array:
-    """w |w| of films of that temperature (K)."""
-    share = temperature - here.temperature
-    share /= here.melting_temperature - here.temperature
-    share *= np.abs(share)
-    return share
+class Warmth(NamedTuple):
+    """w |w| of films; cold: T_0 of the ice below them, span: T_m - T_0 (K)."""
+
+    cold: Array
+    span: Array
+
+    def __call__(self, temperature: Array) -> Array:
+        """Of films of that temperature (K)."""
+        share = temperature - self.cold
+        share /= self.span
+        share *= np.abs(share)
+        return share
+
+    def take(self, index: Index) -> Warmth:
+        """Of the films at `index`."""
+        return Warmth(self.cold.take(index), self.span.take(index))
 
 
 def events(
-    step: Step, start: Array, filled: Array, loads: FilmLoads, here: Conditions, share: float
+    step: Step, start: Array, filled: Array, loads: FilmLoads, warmth: Warmth, share: float
 ) -> Events:
     """What sets in during `step`, on straight lines of the progress.
 
@@ -45,7 +54,7 @@ def events(
     ends within `share` of an event (relative to T_m - T_0 and to H_V) ends on it, one that goes
     past it is to end half as far behind it.
     """
-    warm = warmth(step.last.dry_temperature, here)
+    warm = warmth(step.last.dry_temperature)
     overfilled = step.last.overfill / loads.free_height
     overfilled += 1.0
     past_onset, melting = _switches(start, warm, 2.0 * share)

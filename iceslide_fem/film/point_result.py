@@ -138,7 +138,7 @@ class Tally:
         sums, step, good = self._sums, record.step, record.good
         self._tried += 1
         end, factor = record.time + record.dt, record.loads.viscous / record.pressure
-        mu = factor * np.exp(log_shearing(step.state))
+        mu = factor * step.last.shearing
         mean = step.mean_shearing * record.dt
         mean *= 0.5 * (factor + shear)
         higher = mu > sums.peak
