@@ -113,8 +113,8 @@ def random_stages(seed: int = 0, n: int = 20_000) -> tuple[FilmStage, tuple]:
 
 def test_a_stage_of_any_length_is_finite_positive_and_conserves_energy_and_water():
     stage, (h, squeezed, dt, load, ice) = random_stages()
-    found = np.isfinite(stage.log_height)  # where two roots are about to merge there may be none
-    assert np.count_nonzero(~found) <= 1
+    found = np.flatnonzero(np.isfinite(stage.log_height))
+    assert h.size - found.size <= 1  # where two roots are about to merge there may be none
     stage, load = type(stage)(*(x[found] for x in stage[:11])), load.take(found)
     ice = Surface(*(x[found] for x in ice[:3]))
     h, squeezed, dt = h[found], squeezed[found], dt[found]
@@ -190,5 +190,6 @@ def test_a_height_is_no_root_where_its_change_is_short_for_its_curvature():
     start, h = np.log([1e-7]), 1e-7
     parts = (1e5 / h**2, 2.5e4 * h, 1.2e4 * h**2, 1e-2 * h)
     equation = height.HeightEquation(start, *(np.array([part]) for part in parts))
-    residual, slope, *_ = equation.at(height.log_height_of(equation))
+    y, _ = height.log_height_of(equation)
+    residual, slope, _ = equation.derivatives(y, equation.terms(y))
     assert np.abs(residual) <= 1e-3 * slope

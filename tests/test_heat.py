@@ -18,7 +18,7 @@ T_0 = np.array([MELTING_TEMPERATURE - 4.0])
 def given_flux(q: float):
     """A stage of a film that gives `q` (W/m2) and melts where the ice does not take it."""
 
-    def stage(y, squeezed, dt, loads, ice: Surface) -> FilmStage:
+    def stage(y, squeezed, dt, loads, ice: Surface, **guess) -> FilmStage:
         power = np.full_like(y, q)
         flux = np.minimum(power, ice.melted_flux)
         dry = ice.offset + ice.resistance * power

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,18 +24,23 @@ _ONE_ROOT, _NARROW = 1.0, 0.18
 
 
 class Terms(NamedTuple):
-    """What the equation consists of at some height: 1/h (1/m), squeezing h^2 or room / h where the
-    free volume is full, heating / h (J/m3 over rho L), and where it is full and the ice melts."""
+    """What the equation consists of at some height.
+
+    inverse: 1/h (1/m); thinning: squeezing h^2; filling: room / h; gain: heating / h (J/m3 over
+    rho L); full, melts: where the free volume is full and the ice melts.
+    """
 
     inverse: Array
-    squeezed: Array
+    thinning: Array
+    filling: Array
     gain: Array
     full: Mask
     melts: Mask
 
     def take(self, index: Index) -> Terms:
         """The terms at the points of `index`."""
-        return Terms(*(part[index] for part in self))
+        parts: tuple[Any, ...] = self
+        return Terms(*(part[index] for part in parts))
 
 
 class HeightEquation(NamedTuple):
@@ -62,42 +67,42 @@ class HeightEquation(NamedTuple):
         filling, gain = self.room * inverse, self.heating * inverse
         thinning = inverse * inverse
         np.divide(self.squeezing, thinning, out=thinning)
-        full = thinning >= filling
-        return Terms(
-            inverse, np.minimum(thinning, filling, out=thinning), gain, full, gain > self.cooling
-        )
+        return Terms(inverse, thinning, filling, gain, thinning >= filling, gain > self.cooling)
 
     def derivatives(self, y: Array, terms: Terms) -> tuple[Array, Array, Array]:
         """Residual and two derivatives, the first at least 0.1."""
-        inverse, squeezed, gain, full, melts = terms
-        # Squeeze-out goes with the power -1 or 2 of h, melting with -2 and -1.
-        power = np.where(full, -1.0, 2.0)
+        inverse, thinning, filling, gain, full, melts = terms
+        squeezed = np.minimum(thinning, filling)
         melted = np.minimum(gain, self.cooling)
         np.subtract(gain, melted, out=melted)
         melted *= inverse
         residual = y - self.start
         residual += squeezed
         residual -= melted
-        more = np.where(melts, gain, 0.0)
+        more = gain * melts
         more *= inverse
         melted += more
-        slope = squeezed * power
-        curve = np.multiply(slope, power, out=power)
-        slope += melted
-        slope += 1.0
-        np.maximum(slope, 0.1, out=slope)
+        # Squeeze-out goes with the power -1 or 2 of h, melting with -2 and -1.
+        power = full * -3.0
+        power += 2.0
+        squeezed *= power
+        curve = np.multiply(squeezed, power, out=power)
         curve -= melted
         more += more
         curve -= more
+        slope = np.add(squeezed, melted, out=squeezed)
+        slope += 1.0
+        np.maximum(slope, 0.1, out=slope)
         return residual, slope, curve
 
     def change(self, y: Array, terms: Terms) -> Array:
         """Change of ln h by Halley's method, two thirds to twice that of Newton's."""
         newton, slope, curve = self.derivatives(y, terms)
-        newton /= slope
+        np.divide(1.0, slope, out=slope)
+        newton *= slope
+        slope *= 0.5
+        curve *= slope
         curve *= newton
-        curve /= slope
-        curve *= 0.5
         np.maximum(curve, -0.5, out=curve)
         np.minimum(curve, 0.5, out=curve)
         curve -= 1.0
@@ -124,17 +129,20 @@ def log_height_of(
             change = part.change(y, terms)
             y, before = y + change, terms
             terms = part.terms(y)
-            settled = np.abs(change) <= close
-            settled &= (terms.full == before.full) & (terms.melts == before.melts)
-            settled &= np.abs(y - part.start) <= _ONE_ROOT
-            settled &= ~(terms.full & (terms.squeezed > _NARROW))
+            np.abs(change, out=change)
+            lost = ~(change <= close)
+            lost |= terms.full ^ before.full
+            lost |= terms.melts ^ before.melts
+            lost |= terms.full & (terms.filling > _NARROW)
+            np.subtract(y, part.start, out=change)
+            lost |= np.abs(change, out=change) > _ONE_ROOT
             if rest is None:
                 root, inverse = y, terms.inverse
             else:
                 root[rest], inverse[rest] = y, terms.inverse
-            if settled.all():
+            some = lost.nonzero()[0]
+            if not some.size:
                 return root, inverse
-            some = np.flatnonzero(~settled)
             rest = some if rest is None else rest[some]
             part, terms, y = part.take(some), terms.take(some), y[some]
         root[rest] = y = _bracketed(part)

@@ -107,10 +107,10 @@ class Column:
     def condensed(self, error: float) -> Self:
         """The column in fewer modes, whose surface warms under a constant flux within `error`.
 
-        That is relative to the rise, at times near that of the slowest mode. What warms otherwise
-        for a short time only counts by that time: at t the error may be 1 + t_1 / t times as large,
-        with t_1 = `EARLY` of the slowest mode's time. The
-        modes are those of the same equations in the span of uniform warmth (so that heat is
+        That is relative to the rise at times near that of the slowest mode. What is wrong for a
+        short time counts by that time: at t the error may be 1 + t_1 / t times as large, with
+        t_1 = `EARLY` of the slowest mode's time, and before `error` of that time nothing counts.
+        The modes are those of the same equations in the span of uniform warmth (so that heat is
         conserved) and of the column's answers to fluxes that grow as exp(s t), for rates s in even
         ratios: a Galerkin projection on a rational Krylov space, symmetric and stable as the
         column itself. A third of the modes answers as well as the mesh is fine.

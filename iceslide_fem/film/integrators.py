@@ -8,7 +8,7 @@ the complementarities of melting and saturation hold at the end of every step.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial, reduce
+from functools import partial
 from typing import NamedTuple, Protocol, Self
 
 import numpy as np
@@ -199,6 +199,10 @@ def advance(
     close: float = CLOSE,
 ) -> Step:
     """One step of `dt` (s, scalar or one per point) under loads on a line from start to end.
+
+    Heights of films are sought where `rate`, d ln h / dt (1/s) at the start if that is known, and
+    then the rate of the stage before lead, and found as soon as they change by no more than `close`
+    (`film.height.log_height_of`).
     """
     diagonal = integrator.diagonal
     stage_dt = diagonal * dt
@@ -240,14 +244,13 @@ def error_norms(
     """
     of_height = np.abs(step.error(lambda change: change.log_height))
     if dry != 1.0:
-        of_height *= dry + (1.0 - dry) * step.last.melting
-    parts = (
-        of_height,
-        np.abs(step.error(lambda change: change.squeezed_height)) / free_height,
-        surface_errors(step, ice, temperature_scale, rubber),
-    )
-    # Changes of what is not finite are not numbers.
-    return np.fmin(reduce(np.maximum, parts), np.inf)
+        of_height *= np.where(step.last.melting, 1.0, dry)
+    of_volume = np.abs(step.error(lambda change: change.squeezed_height))
+    of_volume /= free_height
+    of_surfaces = surface_errors(step, ice, temperature_scale, rubber)
+    error = np.maximum(np.maximum(of_height, of_volume, out=of_height), of_surfaces, out=of_height)
+    error[~np.isfinite(step.state.log_height)] = np.inf
+    return np.fmin(error, np.inf, out=error)
 
 
 def surface_errors(step: Step, ice: IceHeat, temperature_scale: Array, rubber: RubberHeat) -> Array:

@@ -265,9 +265,7 @@ def implicit_stage(
     room = loads.free_height - squeezed
     squeezing = dt * loads.squeeze_rate
     height = dt / ice.solid.melting_enthalpy  # melted by the power 1
-    equation = HeightEquation(
-        log_height, squeezing, room, height * power, height * ice.melted_flux
-    )
+    equation = HeightEquation(log_height, squeezing, room, height * power, height * ice.melted_flux)
     y, inverse = log_height_of(equation, near, close)
     q_f = power * inverse
     q_ice = np.minimum(q_f, ice.melted_flux)
@@ -309,9 +307,9 @@ def explicit_stage(
 ) -> FilmStage:
     """One explicit Euler step of (5.21) and (5.23), the thesis's method, for comparison.
 
-    Rates are those of the starting height; nothing is iterated. The height is NaN where the step changes it by more
-    than the factor `largest_change` or empties the film. The linear limit of stability,
-    2 / |d rate / d h|, bounds neither errors nor breakdown (docs/stability.md).
+    Rates are those of the starting height, and nothing is sought. The height is NaN where the step
+    changes it by more than the factor `largest_change` or empties the film. The linear limit of
+    stability, 2 / |d rate / d h|, bounds neither errors nor breakdown (docs/stability.md).
     """
     h = np.exp(log_height)
     q_f = loads.viscous * loads.speed / h

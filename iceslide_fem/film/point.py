@@ -7,20 +7,22 @@ that the integrator keeps its order through both.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from iceslide_fem.arrays import Array, Index
 from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.film.integrators import INTEGRATORS, Integrator, InterfaceState
 from iceslide_fem.film.law import FilmLoads, interpolate
 from iceslide_fem.film.point_conditions import Conditions, Loading
 from iceslide_fem.film.point_events import Warmth, events, until
 from iceslide_fem.film.point_result import PointResult, Record, Tally
-from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
-from iceslide_fem.film.step_control import GROW_ALONE, StepControl, step_factor
+from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberHeat
+from iceslide_fem.film.step_control import GROW_ALONE, StepControl, close_enough, step_factor
 from iceslide_fem.film.viscosity import temperature_scale
 from iceslide_fem.materials import ViscosityTable
 
@@ -93,13 +95,16 @@ def simulate(
         np.zeros((0 if water is None else 1, n)),
     )
     loads, pressure, duration = conditions.loads(water), conditions.pressure, conditions.duration
-    here = conditions if loading is not None else None
+    here = conditions  # kept up only where there is a `loading`
     undercooling = conditions.melting_temperature - conditions.temperature
     scale = temperature_scale(SURFACE_EASE * undercooling, water)
     warmth = Warmth(conditions.temperature, undercooling)
     first = min(FIRST_STEP * tolerance, 0.01)
     dt = first * duration if fixed_step is None else np.full(n, fixed_step)
-    control = StepControl(method, tolerance if fixed_step is None else None)
+    # What goes round over a film's height in turn with another unknown wants it exactly.
+    alone = fixed_step is None and water is None and isinstance(rubber, Insulated)
+    close = close_enough(tolerance) if alone else CLOSE
+    control = StepControl(method, tolerance if fixed_step is None else None, close)
     slack = EVENT_SHARE * tolerance
 
     def warm_now(state: InterfaceState, acting: FilmLoads) -> Array:
@@ -117,12 +122,12 @@ def simulate(
         dt_try = np.minimum(np.minimum(dt, ahead), duration - time)
         np.minimum(dt_try, max_step, out=dt_try)
         pressure_after, last = pressure, loads
-        if here is not None:
+        if loading is not None:
             dt_try = np.minimum(dt_try, loading.next_corner(time) - time)
             ends = loading.at(here, time + dt_try)
             pressure_after, last = ends.pressure, ends.loads(water)
         step, good, wanted = control.trial(state, loads, last, dt_try, heat, scale, rubber, rate)
-        if here is not None and fixed_step is None:
+        if loading is not None and fixed_step is None:
             bent = _bend(loads, loading.at(here, time + 0.5 * dt_try).loads(), last)
             good &= bent <= tolerance
             wanted = np.minimum(wanted, dt_try * step_factor(bent / tolerance, 2, GROW_ALONE))
@@ -140,12 +145,15 @@ def simulate(
             dt = wanted
         good[across] = False
         bad = np.flatnonzero(~good)
-        stuck = np.setdiff1d(bad, across) if fixed_step else bad[dt[bad] < SHORTEST_STEP * duration[bad]]
+        if fixed_step is None:
+            stuck = bad[dt[bad] < SHORTEST_STEP * duration[bad]]
+        else:
+            stuck = np.setdiff1d(bad, across)
         _refuse(stuck, dt_try, pressure, loads, time)
-        record = Record(
-            active, good, time, dt_try, last, step, event.melting | step.last.melting,
-            event.full | step.last.saturated, pressure_after, heat,
-        )
+        melting = event.melting | step.last.melting
+        full = event.full | step.last.saturated
+        acting = last, step, melting, full, pressure_after, heat
+        record = Record(active, good, time, dt_try, *acting)
         mu = tally.add(record, state, loads.viscous / pressure, here, loading)
         if observe is not None and good.any():
             observe(record)
@@ -155,26 +163,25 @@ def simulate(
         else:
             expected = np.full_like(ahead, np.inf)
         growth = step.change.log_height / step.stage_dt
-        for new, old in (
-            (expected, ahead), (warm_after, warm), (reached, time), (growth, rate)
-        ):
+        for new, old in ((expected, ahead), (warm_after, warm), (reached, time), (growth, rate)):
             new[bad] = old[bad]
         expected[across] = event.fraction * dt_try[across]
         ahead, warm, time, rate = expected, warm_after, reached, growth
         state = taken(state, step.state, bad)
-        if here is not None:
+        if loading is not None:
             here = loading.at(here, time)
             pressure, loads = here.pressure, here.loads(water)
         running = time < duration * (1.0 - 1e-12)
         if not running.all():
             tally.finish(record, state, mu, running)
             keep = np.flatnonzero(running)
-            active, time, dt, ahead, warm, rate, duration, pressure, scale = (
-                part.take(keep, mode="clip") for part in (active, time, dt, ahead, warm, rate, duration, pressure, scale)
+            active, time, dt, ahead, warm, rate, duration, pressure, scale = _at(
+                keep, active, time, dt, ahead, warm, rate, duration, pressure, scale
             )
             loads, state, warmth = loads.take(keep), state.take(keep), warmth.take(keep)
             heat, rubber = heat.take(keep), rubber.take(keep)
-            here = here and here.take(keep)
+            if loading is not None:
+                here = here.take(keep)
     return tally.result
 
 
@@ -186,16 +193,19 @@ def taken(old: InterfaceState, new: InterfaceState, bad: Index) -> InterfaceStat
     return new
 
 
-def _refuse(
-    stuck: Index, tried: Array, pressure: Array, loads: FilmLoads, time: Array
-) -> None:
+def _at(index: Index, *parts: Any) -> Any:
+    """The parts at `index`."""
+    return (part.take(index, mode="clip") for part in parts)
+
+
+def _refuse(stuck: Index, tried: Array, pressure: Array, loads: FilmLoads, time: Array) -> None:
     """Raise SimulationStopped if a step has failed that cannot be cut (any further)."""
     if stuck.size:
         i = stuck[0]
         raise SimulationStopped(
             f"the film at {pressure[i]:.4g} Pa and {loads.speed[i]:.4g} m/s cannot be advanced "
-            f"beyond t = {time[i]:.4g} s: a step of {tried[i]:.2g} s is too long for this integrator; "
-            "take a shorter one, or an implicit integrator"
+            f"beyond t = {time[i]:.4g} s: a step of {tried[i]:.2g} s is too long for this "
+            "integrator; take a shorter one, or an implicit integrator"
         )
 
 

@@ -75,16 +75,31 @@ def until(
     `start` and `end` are w |w| at its ends, `squeezed` H_s (m) at its start; the others as for
     `events`. H_s goes on with its last rate and the curvature of the step.
     """
+    now, free = step.state.squeezed_height, loads.free_height
     with np.errstate(divide="ignore", invalid="ignore"):
-        melts = (1.0 + share - end) * step.dt / (end - start)
-        melts = np.where((end < 1.0 - 2.0 * share) & (melts > 0.0), melts, np.inf)
-        now, free = step.state.squeezed_height, loads.free_height
+        melts = (1.0 + share - end) * step.dt
+        melts /= end - start
         rate = step.change.squeezed_height / step.stage_dt
-        bend = (rate - (now - squeezed) / step.dt) / step.dt
-        room = (1.0 + 0.5 * share) * free - now
-        fills = 2.0 * room / (rate + np.sqrt(rate * rate + 4.0 * bend * room))
-        fills = np.where((now < (1.0 - share) * free) & (fills > 0.0), fills, np.inf)
-    return np.minimum(melts, fills)
+        bend = squeezed - now
+        bend /= step.dt
+        bend += rate
+        bend /= step.dt
+        room = (1.0 + 0.5 * share) * free
+        room -= now
+        fills = 2.0 * room
+        bend *= fills
+        bend *= 2.0
+        bend += rate * rate
+        rate += np.sqrt(bend, out=bend)
+        fills /= rate
+    # What lies behind, or is not ahead at all, is not expected.
+    none = melts <= 0.0
+    none |= end >= 1.0 - 2.0 * share
+    melts[none] = np.inf
+    np.less_equal(fills, 0.0, out=none)
+    none |= room <= 1.5 * share * free
+    fills[none] = np.inf
+    return np.fmin(np.fmin(melts, fills, out=fills), np.inf, out=fills)
 
 
 def _switches(start: Array, end: Array, share: float) -> tuple[Mask, Mask]:

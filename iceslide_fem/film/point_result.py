@@ -197,7 +197,7 @@ class Tally:
         if not run.size:
             return
 
-        def of_samples(of_steps: Array) -> Array:
+        def of_samples(of_steps: Any) -> Any:
             """What is one of each step for its samples; no index is outside."""
             return of_steps.take(run, mode="clip")
 

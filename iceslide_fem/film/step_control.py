@@ -34,22 +34,24 @@ def step_factor(error: Array | float, order: int, grow: float = GROW) -> Array:
     return np.where(factor > SHRINK, np.minimum(factor, grow), SHRINK)
 
 
+def close_enough(tolerance: float) -> float:
+    """Change of ln h after which a height is found (`film.height`).
+
+    What is left, of the order of its cube, is then a thousandth of the `tolerance`.
+    """
+    return max(CLOSE, float(np.cbrt(HEIGHT_SHARE * tolerance)))
+
+
 class StepControl(NamedTuple):
     """How steps of many points are made and judged, each on its own.
 
-    tolerance: relative error of mu(t) aimed at, or None for steps that are taken as they are.
+    tolerance: relative error of mu(t) aimed at, or None for steps that are taken as they are;
+    close: how closely heights are found, see `close_enough`.
     """
 
     integrator: Integrator
     tolerance: float | None
-
-    @property
-    def close(self) -> float:
-        """Change of ln h after which heights of films are found (`film.height`): what is left, of
-        the order of its cube, is a thousandth of the tolerance."""
-        if self.tolerance is None:
-            return CLOSE
-        return max(CLOSE, (HEIGHT_SHARE * self.tolerance) ** (1.0 / 3.0))
+    close: float = CLOSE
 
     def trial(
         self,
@@ -64,7 +66,8 @@ class StepControl(NamedTuple):
     ) -> Trial:
         """A step of `dt` (s, one per point) from `loads` to `end`.
 
-        Its errors are those of `error_norms`, with the weights above.
+        `rate` is d ln h / dt (1/s) at its start as far as that is known. Its errors are those of
+        `error_norms`, with the weights above.
         """
         method = self.integrator
         step = advance(state, loads, end, dt, ice, method, rubber, rate, self.close)

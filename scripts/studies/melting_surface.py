@@ -9,6 +9,7 @@ fixed surface; both with the Stefan problem itself, where the surface recedes by
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -43,7 +44,12 @@ def constant_power(q: float) -> Callable[..., FilmStage]:
     """Stage of a film that gives `q` (W/m2) whatever its height."""
 
     def stage(
-        y: Array, squeezed: Array, dt: Array | float, loads: FilmLoads, ice: Surface
+        y: Array,
+        squeezed: Array,
+        dt: Array | float,
+        loads: FilmLoads,
+        ice: Surface,
+        **guess: Any,
     ) -> FilmStage:
         power = np.full_like(y, q)
         flux = np.minimum(power, ice.melted_flux)
