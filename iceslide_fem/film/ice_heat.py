@@ -236,7 +236,12 @@ class HalfSpace:
     is about half the true flux. t is the time in contact (the thesis's subroutine takes the run
     time). Content: that of `Column` and a last row, t (s). From the onset on the column is held at
     T_m and remembers so that melting has begun: a quantity that stages can be formed of.
+
+    At the onset the flux jumps. Where it comes within a step, the stage in which it does melts
+    from its start, an error of the order of the step; steps that end on it are dry (`late`).
     """
+
+    _late = 0.0
 
     def __init__(
         self, temperature: float | Array, duration: float | Array, solid: Solid = ICE
@@ -248,6 +253,16 @@ class HalfSpace:
         """The half-space whose column is `Column.condensed`."""
         part = copy(self)
         part._column = self._column.condensed(error)
+        return part
+
+    def late(self, share: float) -> HalfSpace:
+        """The half-space for steps that end on the onset.
+
+        They do so within `share` of T_m - T_0: so much warmer than T_m a surface may get before it
+        melts, and twice as much colder it may be when it does.
+        """
+        part = copy(self)
+        part._late = share
         return part
 
     def take(self, index: Index) -> HalfSpace:
@@ -265,22 +280,26 @@ class HalfSpace:
         amplitudes, time = start[:-1], start[-1] + dt
         solid = self._column.solid
         T_m = solid.melting_temperature
-        melting = self.surface_temperature(start) >= T_m - ROUNDING
-        resolved = self._column.response(amplitudes, dt)
         undercooling = T_m - self._column.temperature
+        late = self._late * undercooling
+        melting = self.surface_temperature(start) >= T_m - 2.0 * late - ROUNDING
+        resolved = self._column.response(amplitudes, dt)
+        dry = resolved._replace(melted_flux=resolved.melted_flux + late / resolved.resistance)
         flux = solid.conductivity * undercooling / np.sqrt(np.pi * solid.diffusivity * time)
         at_T_m = np.broadcast_to(T_m, flux.shape)
         closed_form = Surface(at_T_m, resolved.resistance, flux, solid)
-        result = film.solve(_chosen(melting, closed_form, resolved))
+        result = film.solve(_chosen(melting, closed_form, dry))
+        molten = melting
         begins = result.melting & ~melting
         if begins.any():
             melting = melting | begins
-            result = film.solve(_chosen(melting, closed_form, resolved))
+            result = film.solve(_chosen(melting, closed_form, dry))
         conducted = np.where(melting, resolved.melted_flux, result.ice_flux)
         amplitudes = self._column.heated(amplitudes, dt, dt * conducted)
         # Up to the onset it is the column that warms, and so it says when that was.
-        dry = resolved.offset + resolved.resistance * result.friction_power
-        return np.vstack([amplitudes, time]), result._replace(dry_temperature=dry)
+        unmolten = resolved.offset + resolved.resistance * result.friction_power
+        unmolten = np.where(molten, T_m, unmolten)
+        return np.vstack([amplitudes, time]), result._replace(dry_temperature=unmolten)
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature of the surface (K), shape (n_points,)."""

@@ -22,7 +22,7 @@ from iceslide_fem.film.point_conditions import Conditions, Loading
 from iceslide_fem.film.point_events import Warmth, events, until
 from iceslide_fem.film.point_result import PointResult, Record, Tally
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberHeat
-from iceslide_fem.film.step_control import GROW_ALONE, StepControl, close_enough, step_factor
+from iceslide_fem.film.step_control import DRY, GROW_ALONE, StepControl, close_enough, step_factor
 from iceslide_fem.film.viscosity import temperature_scale
 from iceslide_fem.materials import ViscosityTable
 
@@ -32,6 +32,9 @@ ICE_MODELS: dict[str, type[Column] | type[HalfSpace]] = {
 }
 # How closely a step ends on an event, relative to the tolerance.
 EVENT_SHARE = 0.005
+# That of the half-space, whose flux jumps at the onset: mu turns there within a hundredth of the
+# time that it took, and so errors of that time count more, and errors of a dry film with them.
+JUMP = 0.2
 # Relative to the duration and to the tolerance.
 FIRST_STEP = 0.03
 # Local errors of surface temperatures count so many times less than those of mu: conduction takes
@@ -86,7 +89,10 @@ def simulate(
     if isinstance(ice, str):
         ice = ICE_MODELS[ice](conditions.temperature, conditions.duration, solid=conditions.solid)
         ice = ice.condensed(CONDENSED * tolerance)
-    heat = ice
+    heat, slack, dry = ice, EVENT_SHARE * tolerance, DRY
+    if isinstance(ice, HalfSpace):
+        slack, dry = JUMP * slack, dry / JUMP
+        heat = ice.late(slack)
     state = InterfaceState(
         np.log(conditions.initial_height),
         np.zeros(n),
@@ -104,8 +110,7 @@ def simulate(
     # What goes round over a film's height in turn with another unknown wants it exactly.
     alone = fixed_step is None and water is None and isinstance(rubber, Insulated)
     close = close_enough(tolerance) if alone else CLOSE
-    control = StepControl(method, tolerance if fixed_step is None else None, close)
-    slack = EVENT_SHARE * tolerance
+    control = StepControl(method, tolerance if fixed_step is None else None, close, dry)
 
     def warm_now(state: InterfaceState, acting: FilmLoads) -> Array:
         on_ice = heat.surface_temperature(state.ice)

@@ -46,12 +46,14 @@ class StepControl(NamedTuple):
     """How steps of many points are made and judged, each on its own.
 
     tolerance: relative error of mu(t) aimed at, or None for steps that are taken as they are;
-    close: how closely heights are found, see `close_enough`.
+    close: how closely heights are found, see `close_enough`; dry: how many times errors of ln h
+    count where nothing melts.
     """
 
     integrator: Integrator
     tolerance: float | None
     close: float = CLOSE
+    dry: float = DRY
 
     def trial(
         self,
@@ -74,7 +76,7 @@ class StepControl(NamedTuple):
         if self.tolerance is None:
             return Trial(step, np.isfinite(step.state.log_height), dt)
         free = end.free_height / SQUEEZED
-        error = error_norms(step, ice, free, temperature_scale, rubber, dry=DRY)
+        error = error_norms(step, ice, free, temperature_scale, rubber, self.dry)
         error /= method.share * self.tolerance
         factor = step_factor(error, method.estimate_order, GROW_ALONE)
         return Trial(step, error <= 1.0, dt * factor)
