@@ -95,9 +95,10 @@ def test_steps_of_a_point_are_exact():
     assert estimate(scene)[:3] == (len(rows) - 1, 0, 0)
 
 
-def test_sliding_ice_passes_cell_by_cell():
-    sliding = thesis("model=slice", "ice.motion=sliding", "ice.heat=column", "ice.cell=20um")
-    assert expected_steps(sliding) == 1050
+def test_sliding_ice_passes_by_four_cells_in_a_step_and_one_by_one_under_water_that_lags():
+    sliding = ["model=slice", "ice.motion=sliding", "ice.heat=column", "ice.cell=5um"]
+    assert expected_steps(thesis(*sliding)) == 1050
+    assert expected_steps(thesis(*sliding, "film.water_speed=0.5")) == 4200
     continuum = thesis("model=slice", "ice.motion=sliding", "load.duration=0.7ms")
     window = window_lines(continuum, [(-0.5e-3, 0.5e-3)])
     ice = Continuum(ice_lines(continuum, window), MPI.COMM_SELF, continuum.ice.temperature)

@@ -273,7 +273,7 @@ def test_constants_of_the_cost_are_found_from_runs_that_have_them(capsys):
         expected = cost.estimate(scene)
         steps = expected.steps // 2
         of_steps = cost.step_seconds(2 if scene.model == "slice" else 3, *expected[1:3])
-        share = cost.time_steps(scene, steps) if scene.model != "point" else 0.0
+        share = steps + cost.START_STEPS if scene.model != "point" else 0.0
         seconds = 2.0 * (cost.START_SECONDS + share * of_steps)
         runs.append(study.Run(scene, expected, steps, seconds))
     study.fit(runs)

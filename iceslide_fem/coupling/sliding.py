@@ -29,7 +29,7 @@ from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.step_control import GROW, step_factor
 from iceslide_fem.interface.build import carrier_of
 from iceslide_fem.interface.carriers import ContactLoads
-from iceslide_fem.mesh.ice import MOST_CELLS, window_cell
+from iceslide_fem.mesh.ice import cells_in_a_step, window_cell
 from iceslide_fem.rubber.block import Block, SpeedLaw
 from iceslide_fem.rubber.time_discretisation import (
     Dynamic,
@@ -84,9 +84,7 @@ class Sliding:
         passing = np.inf
         if scene.ice.motion == "sliding":  # no ice passes from cell to cell unseen
             passing = window_cell(scene) / scene.load.speeds.largest
-            # water that lags behind the ice goes on between two steps
-            cells = MOST_CELLS if scene.film.water_speed == 1.0 else 1
-            self._longest = min(self._longest, cells * passing)
+            self._longest = min(self._longest, cells_in_a_step(scene) * passing)
         self._films = Films(self.carrier, self._error, integrator, passing)
         state = self.carrier.start(scene.initial_height, n)
         self._plate = Plate(block)

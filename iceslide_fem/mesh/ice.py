@@ -67,6 +67,11 @@ def window_cell(scene: Any) -> float:
     return scene.ice.cell or (high - low) / (WINDOW_CELLS * scene.numerics.refinement)
 
 
+def cells_in_a_step(scene: Any) -> int:
+    """How many cells of sliding ice the block may pass in a step: water that lags goes on after."""
+    return MOST_CELLS if scene.film.water_speed == 1.0 else 1
+
+
 def window_lines(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[Lines]:
     """Surface lines (x, and y in a block) of the window of sliding ice that follows the block.
 

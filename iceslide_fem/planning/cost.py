@@ -16,8 +16,7 @@ seconds, MB):
     block  continuum  1e-2         7803  1989     58  12.8     354
 
 The estimates are within a factor of two of these (tests/test_cost.py); other scenes may be farther
-off. Ice that slides makes more steps, at most a cell each, that take a third of the time each,
-because the block has hardly changed.
+off. Where ice slides a step is no longer than the passage of some of its cells.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ from iceslide_fem.scene import Scene
 
 FEWEST_STEPS = 40  # that a block's own motion asks for
 STEPS_PER_POINT_STEP = 0.5  # at a tolerance of 1e-2
-TIGHTER = 0.5  # a block's steps grow faster with 1 / tolerance than a point's, by this power
+TIGHTER = 0.55  # a block's steps grow faster with 1 / tolerance than a point's, by this power
 FIXED_STEPS = 40  # of a block whose integrator has no error estimate
 # Seconds of a start, and per step: fixed, and for every n^(3/2) of a plane's or n^(4/3) of a
 # block's n unknowns of rubber; fixed, and for every node of meshed ice. The direct solver's work
@@ -43,7 +42,6 @@ PLANE_SECONDS = 0.023, 1.2e-8
 SPACE_SECONDS = 0.065, 2.4e-7
 ICE_SECONDS = 0.0, 5.5e-6
 START_STEPS = 15  # press and speed ramp, in steps
-PASSING_SHARE = 1 / 3  # of a step's time, where steps follow the passage of ice cells
 POINT_MEMORY = 0.16e9  # bytes, of which nearly all is programs
 
 
@@ -67,7 +65,7 @@ def estimate(scene: Scene) -> Cost:
 
     size = unknowns(scene)
     seconds = step_seconds(size.dimensions, size.rubber, size.ice)
-    time = START_SECONDS + time_steps(scene, steps) * seconds
+    time = START_SECONDS + (steps + START_STEPS) * seconds
     return Cost(steps, size.rubber, size.ice, memory_needed(size), time)
 
 
@@ -81,12 +79,6 @@ def step_seconds(dimensions: int, rubber: int, ice: int) -> float:
 def work_power(dimensions: int) -> float:
     """Power of the unknowns with which the work of a step grows."""
     return 3 / 2 if dimensions == 2 else 4 / 3
-
-
-def time_steps(scene: Scene, steps: int) -> float:
-    """Steps of a slice or block by the time that they take: those of a run, press and ramp."""
-    share = PASSING_SHARE if scene.ice.motion == "sliding" else 1.0
-    return share * steps + START_STEPS
 
 
 @lru_cache(maxsize=1)
@@ -114,8 +106,9 @@ def expected_steps(scene: Scene) -> int:
     fewest = FEWEST_STEPS + STEPS_PER_POINT_STEP * steps * more
     if numerics.max_step:
         fewest = max(fewest, duration / numerics.max_step)
-    if scene.ice.motion == "sliding":  # a step is at most the passage of a cell
-        from iceslide_fem.mesh.ice import window_cell
+    if scene.ice.motion == "sliding":  # a step is at most the passage of some cells
+        from iceslide_fem.mesh.ice import cells_in_a_step, window_cell
 
-        fewest = max(fewest, duration * scene.load.speeds.largest / window_cell(scene))
+        way = cells_in_a_step(scene) * window_cell(scene)
+        fewest = max(fewest, duration * scene.load.speeds.largest / way)
     return ceil(fewest - 1e-6)  # not one more for rounding

@@ -110,7 +110,7 @@ def seconds_by_constant(run: Run) -> Array:
     parts[0] = 1.0
     if run.scene.model == "point":
         return parts
-    steps, (_, rubber, ice) = cost.time_steps(run.scene, run.steps), run.expected[:3]
+    steps, (_, rubber, ice) = run.steps + cost.START_STEPS, run.expected[:3]
     plane = run.scene.model == "slice"
     first = 1 if plane else 3
     parts[first : first + 2] = steps, steps * rubber ** cost.work_power(2 if plane else 3)
