@@ -43,11 +43,22 @@ def solve(ksp: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec) -> bool:
     return bool(ksp.getConvergedReason() >= 0)
 
 
+def takes_many(ksp: PETSc.KSP) -> bool:
+    """Whether the factors are MUMPS's: several loads at once take them hardly longer than one."""
+    pc = ksp.getPC()
+    return bool(pc.getType() == "lu" and pc.getFactorSolverType() == "mumps")
+
+
+def solve_many(ksp: PETSc.KSP, rights: PETSc.Mat, solutions: PETSc.Mat) -> None:
+    """Solve for all columns with the factors, which a first `solve` has made."""
+    ksp.getPC().getFactorMatrix().matSolve(rights, solutions)
+
+
 def _more_room(ksp: PETSc.KSP) -> bool:
     """Make more room for the next factors; whether that may help."""
-    pc = ksp.getPC()
-    if pc.getType() != "lu" or pc.getFactorSolverType() != "mumps":
+    if not takes_many(ksp):
         return False
+    pc = ksp.getPC()
     factors = pc.getFactorMatrix()
     room = max(2 * factors.getMumpsIcntl(14), MORE_ROOM)
     if factors.getMumpsInfog(1) not in _NO_ROOM or room > MOST_ROOM:

@@ -36,8 +36,9 @@ from iceslide_fem.rubber.wall_friction import Grip
 from iceslide_fem.scene import Scene
 
 # Newton stops at a residual of these shares of the plate's force and of the friction force, times
-# the scene's tolerance. The second is the smaller one where mu is below 0.1.
-EQUILIBRIUM_SHARE, FRICTION_SHARE = 1e-3, 1e-2
+# the scene's tolerance: mu(t) moves by a hundredth of that. The second is the smaller one where mu
+# is below 0.1. Where rubber has inertia what is left accelerates it: then a fifth of both.
+EQUILIBRIUM_SHARE, FRICTION_SHARE, INERTIA = 5e-3, 5e-2, 0.2
 # Shear is faded in up to this share of the nominal pressure, or more slowly where it would follow
 # the pressure more steeply than this friction coefficient: points that touch and lift under one of
 # hundreds have no single equilibrium, and the block snaps from one to the next.
@@ -87,12 +88,16 @@ class Block:
         """
         force = self.force * load
         scale = min(EQUILIBRIUM_SHARE * force, FRICTION_SHARE * friction)
-        return self.equilibrium.solve(force, law, self.scene.numerics.tolerance * scale)
+        return self.equilibrium.solve(force, law, self._tolerance * scale)
 
     def balance_under_held_plate(self, law: TractionLaw) -> Solution:
         """Find equilibrium with the plate where the displacements have it. Raises NotConverged."""
-        tolerance = self.scene.numerics.tolerance * EQUILIBRIUM_SHARE * self.force
+        tolerance = self._tolerance * EQUILIBRIUM_SHARE * self.force
         return self.equilibrium.solve(None, law, tolerance)
+
+    @property
+    def _tolerance(self) -> float:
+        return self.scene.numerics.tolerance * (INERTIA if self.scene.rubber.inertia else 1.0)
 
     def drag(self, law: TractionLaw) -> float:
         """Force against the sliding direction of the whole block, N, by `law`. Collective."""

@@ -7,7 +7,10 @@ loads w act on the nodes of the contact alone,
 
 M^-1 of a load is kept as long as the factors are. w is sought among the loads that have been met
 already, so that (1 + D M^-1) w is as near as can be; then a solve is made for what is left, and so
-on (GMRES with a recycled space: Parks et al., SIAM J. Sci. Comput. 28 (2006) 1651).
+on (GMRES with a recycled space: Parks et al., SIAM J. Sci. Comput. 28 (2006) 1651). Factors that
+answer several loads in little more time than one are given what is left in parts: points touch and
+lift along lines across the sliding direction, and what a line does alone serves for more than what
+all do at once.
 """
 
 from __future__ import annotations
@@ -30,8 +33,12 @@ MOST_SOLVES, MOST_KEPT = 20, 200
 DEPENDENT = 1e-6
 # What a solve leaves is the next load, unless it has left more than this share of what was there.
 ENOUGH = 0.8
+# Parts of a load that are answered at once, and what that costs in solves for one; what a part must
+# have of the whole.
+PARTS, PARTS_COST, WORTH = 6, 1.5, 0.02
 
-# The change of this rank's dofs, ghosts included, that answers a load on the contact. Collective.
+# The changes of this rank's dofs, ghosts included, (k, dofs), that answer loads (k, n) on the
+# contact. Collective.
 Answered = Callable[[Array], Array]
 
 
@@ -77,6 +84,7 @@ class ContactNodes:
         compat.update_ghosts(vector)
         with vector.localForm() as local:
             numbers = local.array.reshape(-1, dim)[dofs].round().astype(np.int64).ravel()
+        self._lines = _lines(surface.nodes[surface.firsts], numbers, total, comm)
         ones = np.ones(numbers.size)
         shape = (total, numbers.size)
         self._sum = csr_matrix((ones, (numbers, np.arange(numbers.size))), shape=shape)
@@ -113,6 +121,20 @@ class ContactNodes:
         places = rows[here], columns[here] - self._here.start
         return csr_matrix((entries.data[here], places), shape=shape)
 
+    def parts(self, load: Array) -> Array:
+        """Parts (k, n) of a load, each of the length 1: what the lines that have most of it have,
+        in x or z, and the rest. The same on all ranks to the last digit. Collective.
+        """
+        sizes = np.bincount(self._lines, load[:-1] ** 2)
+        place = np.full(sizes.size, PARTS - 1)
+        place[np.argsort(sizes)[::-1][: PARTS - 1]] = np.arange(min(PARTS - 1, sizes.size))
+        parts = np.zeros((PARTS, load.size))
+        parts[place[self._lines], np.arange(load.size - 1)] = load[:-1]
+        parts[-1, -1] = load[-1]
+        sizes = np.linalg.norm(parts, axis=1)
+        worth = sizes > WORTH * sizes.max()
+        return np.asarray(self._comm.bcast(parts[worth] / sizes[worth, None]))
+
     def norm(self, load: Array) -> float:
         """Of a load, the same on all ranks to the last digit. Collective."""
         return float(self._comm.bcast(float(np.linalg.norm(load)), root=0))
@@ -134,9 +156,9 @@ class Responses:
     the factors' own cost included: then new ones are worth their while.
     """
 
-    def __init__(self, nodes: ContactNodes, cost: float) -> None:
-        """`cost` of new factors, in solves with them."""
-        self._nodes, self._cost = nodes, cost
+    def __init__(self, nodes: ContactNodes, cost: float, many: bool = False) -> None:
+        """`cost` of new factors, in solves with them; whether they answer `many` loads at once."""
+        self._nodes, self._cost, self._many = nodes, cost, many
         # Loads (k, n), N, the changes of this rank's dofs that answer them (k, dofs), m, and those
         # at the facets (k, f, a d), m: there is room for more than the `_met`.
         self._loads: Array = np.zeros((0, nodes.n_loads))
@@ -165,36 +187,38 @@ class Responses:
 
         `answered` solves with the factors. Collective.
         """
-        before, moved = self._met, self._nodes.at_facets(answer)
+        moved = self._nodes.at_facets(answer)
         left = self._differing_loads(answer[None], moved[None])[:, 0]
         basis, parts = _orthonormal(self._images(0))  # parts: what of the kept loads each is
         shares = np.zeros(self._met)
-        for _ in range(2):  # once more against rounding
-            found = left @ basis
-            left, shares = left - basis @ found, shares + parts @ found
-        longest = np.inf
+        left, shares = _less(left, basis, shares, parts)
+        longest, solves = np.inf, 1.0
         for _ in range(MOST_SOLVES):
             length = self._nodes.norm(left)
             if not length > limit:
                 break
-            load = left / length if length < ENOUGH * longest else basis[:, -1]
-            longest = length
-            self._keep(load, answered(load))
-            image, part = self._images(self._met - 1)[:, 0], np.append(np.zeros(len(shares)), 1.0)
-            parts = np.pad(parts, ((0, 1), (0, 0)))
-            for _ in range(2):
-                found = image @ basis
-                image, part = image - basis @ found, part - parts @ found
-            size = self._nodes.norm(image)
-            if not 0.0 < size < np.inf:
-                self._met -= 1
+            if length >= ENOUGH * longest:
+                loads = basis[:, -1:].T
+            else:
+                loads = self._nodes.parts(left) if self._many else left[None] / length
+            longest, first = length, self._met
+            solves += 1.0 if len(loads) == 1 else PARTS_COST
+            for load, found in zip(loads, answered(loads), strict=True):
+                self._keep(load, found)
+            images = self._images(first)
+            if not np.isfinite(images).all():
+                self._met = first
                 break
-            shares = np.append(shares, 0.0)
-            basis = np.column_stack([basis, image / size])
-            parts = np.column_stack([parts, part / size])
-            share = float(left @ basis[:, -1])
-            left, shares = left - share * basis[:, -1], shares + share * parts[:, -1]
-        solves = 1 + self._met - before
+            new = np.eye(self._met)[:, first:]
+            parts = np.pad(parts, ((0, len(loads)), (0, 0)))
+            images, new = _less(images, basis, new, -parts)
+            more, of_new = _orthonormal(images)
+            if not more.shape[1]:
+                break
+            basis = np.column_stack([basis, more])
+            parts = np.column_stack([parts, new @ of_new])
+            shares = np.pad(shares, (0, len(loads)))
+            left, shares = _less(left, basis, shares, parts)
         self._spent, self._changes = self._spent + solves, self._changes + 1
         self.worn = solves * self._changes > self._spent or self._met > MOST_KEPT
         return np.asarray(shares @ self._answers[: self._met]) if self._met else 0.0 * answer
@@ -239,6 +263,33 @@ def _with_room(kept: Array, one: Array, count: int) -> Array:
     if count:
         more[:count] = kept[:count]
     return more
+
+
+def _less(columns: Array, basis: Array, shares: Array, parts: Array) -> tuple[Array, Array]:
+    """`columns` (n, ...) less what of them is in the orthonormal `basis` (n, r), and their `shares`
+    (k, ...) with that added in `parts` (k, r). Done once more against rounding.
+    """
+    for _ in range(2):
+        found = basis.T @ columns
+        columns, shares = columns - basis @ found, shares + parts @ found
+    return columns, shares
+
+
+def _lines(
+    nodes: Array, numbers: NDArray[np.int64], total: int, comm: MPI.Comm
+) -> NDArray[np.intp]:
+    """Number of the line across x and of the direction, vertical or not, that each of `total` loads
+    belongs to: on the facets' `nodes` (f, a, d), m, those of the `numbers` (f a d). Collective.
+    """
+    dim = nodes.shape[-1]
+    place = np.full((total, 2), -np.inf)
+    place[numbers, 0] = np.repeat(nodes[..., 0], dim)
+    place[numbers, 1] = np.tile(np.arange(dim) == dim - 1, nodes.size // dim)
+    comm.Allreduce(MPI.IN_PLACE, place, op=MPI.MAX)
+    x = place[:, 0]
+    size = np.ptp(x[np.isfinite(x)]) if np.isfinite(x).any() else 0.0
+    place[:, 0] = np.round(x / (size or 1.0), 6)
+    return np.unique(place, axis=0, return_inverse=True)[1].reshape(-1)
 
 
 def _orthonormal(columns: Array) -> tuple[Array, Array]:

@@ -14,7 +14,13 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc
-from iceslide_fem.fenics.direct_solver import factorise, solve, takes_blocks
+from iceslide_fem.fenics.direct_solver import (
+    factorise,
+    solve,
+    solve_many,
+    takes_blocks,
+    takes_many,
+)
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.responses import ContactNodes, Responses
@@ -71,7 +77,9 @@ class Tangent:
         direct = self.ksp.getPC().getType() in DIRECT
         if not direct:
             self._matrix.setNearNullSpace(rigid_modes(rubber))
-        self._responses = Responses(self._nodes, FACTORS if direct else PRECONDITIONER)
+        cost = FACTORS if direct else PRECONDITIONER
+        self._responses = Responses(self._nodes, cost, takes_many(self.ksp))
+        self._many: dict[int, tuple[PETSc.Mat, PETSc.Mat]] = {}  # loads and answers, by their number
 
     def imbalance(self, residual: PETSc.Vec) -> float:
         """Take what holds the plate out of the `residual`: its vertical resultant (N). Collective.
@@ -120,11 +128,11 @@ class Tangent:
         self._responses.differ(difference, walls)
         self._differs = True
 
-    def change(self, residual: PETSc.Vec, plate: float | None) -> Array:
+    def change(self, residual: PETSc.Vec, plate: float | None, enough: float = 0.0) -> Array:
         """Newton's change where `residual` (N) and the plate's imbalance (N) are left. Collective.
 
-        With None the plate stays where it is, whatever it carries. Raises NotConverged where the
-        linear solver fails or the plate meets no resistance.
+        With None the plate stays where it is, whatever it carries. The contact may leave `enough`
+        (N). Raises NotConverged where the linear solver fails or the plate meets no resistance.
         """
         if self._held != (plate is None):
             self._responses.clear()
@@ -132,7 +140,8 @@ class Tangent:
         self._load.array[:] = -residual.array
         answer, size = self._solved(-imbalance), float(np.hypot(residual.norm(), imbalance))
         if self._differs and 0.0 < size < np.inf:
-            answer -= self._responses.correction(answer, FORCING * size, self._response)
+            limit = max(FORCING * size, enough)
+            answer -= self._responses.correction(answer, limit, self._response)
         return answer
 
     @property
@@ -145,16 +154,48 @@ class Tangent:
         own = change[: self._answer.getLocalSize()]
         return float(np.sqrt(self._comm.allreduce(float(own @ own), op=MPI.SUM)))
 
-    def _response(self, load: Array) -> Array:
-        """The change that the factors give to a load on the contact's nodes."""
+    def products(self, change: Array, other: Array) -> tuple[float, float]:
+        """Of a change with itself and with another, over all ranks' dofs, m2. Collective."""
+        size = self._answer.getLocalSize()
+        both = np.array([change[:size] @ change[:size], change[:size] @ other[:size]])
+        self._comm.Allreduce(MPI.IN_PLACE, both, op=MPI.SUM)
+        return float(both[0]), float(both[1])
+
+    def _response(self, loads: Array) -> Array:
+        """The changes (k, dofs) that the factors give to loads (k, n) on the contact's nodes."""
+        if len(loads) > 1:
+            return self._responses_at_once(loads)
         with self._load.localForm() as local:
             local.set(0.0)
-        self._load.array[self._nodes.own] = self._nodes.on_own(load)
-        return self._solved(load[-1])
+        self._load.array[self._nodes.own] = self._nodes.on_own(loads[0])
+        return self._solved(loads[0, -1])[None]
+
+    def _responses_at_once(self, loads: Array) -> Array:
+        count, sizes = len(loads), self._load.getSizes()
+        if count not in self._many:
+            rights = PETSc.Mat().createDense((sizes, (PETSc.DECIDE, count)), comm=self._comm)
+            rights.setUp()
+            self._many[count] = rights, rights.duplicate()
+        rights, answers = self._many[count]
+        entries = rights.getDenseArray()
+        entries[:] = 0.0
+        for column, load in enumerate(loads):
+            entries[self._nodes.own, column] = self._nodes.on_own(load)
+        rights.assemble()
+        solve_many(self.ksp, rights, answers)
+        found, changes = answers.getDenseArray(), []
+        for column, load in enumerate(loads):
+            self._answer.array[:] = found[:, column]
+            changes.append(self._lifted(load[-1]))
+        return np.array(changes)
 
     def _solved(self, plate: float) -> Array:
         """The change that the factors give to the load and the plate's, by block elimination."""
         self._solve(self._load, self._answer)
+        return self._lifted(plate)
+
+    def _lifted(self, plate: float) -> Array:
+        """The answer under a held plate with what the load on it adds, of all this rank's dofs."""
         if not self._held:
             schur = self._stiffness - self._row.dot(self._border)
             if schur == 0.0:
