@@ -150,6 +150,39 @@ def test_kept_factors_give_the_change_of_the_present_contact(cells, monkeypatch)
     assert fresh._tangent.length(without - exact) > 1e-2 * size
 
 
+@pytest.mark.three
+def test_loads_are_answered_line_by_line_at_once():
+    system = equilibrium_of("hexahedron")
+    system.rubber.displacements[:, -1] -= 0.1 * BAR / PENALTY
+    system._imbalance(1.0, sliding)
+    system._linearise()
+    bordered = system._tangent
+    load = np.random.default_rng(1).random(bordered._nodes.n_loads)
+    load[:-1][bordered._nodes._fixed] = 0.0
+    parts = bordered._nodes.parts(load)
+    assert len(parts) == responses.PARTS
+    np.testing.assert_allclose(parts @ parts.T, np.eye(len(parts)), atol=1e-12)
+    np.testing.assert_allclose((parts @ load) @ parts, load, atol=1e-12)
+    answers, alone = bordered._response(parts), [bordered._response(one[None])[0] for one in parts]
+    np.testing.assert_allclose(answers, alone, atol=1e-9 * np.abs(answers).max())
+
+
+def test_changes_by_old_factors_follow_the_secant(monkeypatch):
+    """From 0.4 to 1 bar with factors of 0.4 bar alone."""
+    iterations = []
+    for accelerated in (True, False):
+        if not accelerated:
+            monkeypatch.setattr(Equilibrium, "_along_secant", lambda self, moved, old, new: new)
+        system = equilibrium_of("quadrilateral")
+        force = press(system, sliding, 0.4 * BAR)
+        system._linearise()
+        system._patience = 60
+        found = system.solve(2.5 * force, sliding, 1e-9 * force)
+        assert found.tangents == 0
+        iterations.append(found.iterations)
+    assert iterations[0] < iterations[1]
+
+
 @pytest.mark.parametrize(("cost", "worn"), [(-1.0, True), (40.0, False)])
 def test_factors_that_cost_less_than_a_change_takes_are_made_anew(cost, worn, monkeypatch):
     monkeypatch.setattr(tangent, "FACTORS", cost)
