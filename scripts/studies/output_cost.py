@@ -64,7 +64,7 @@ def cost(scene: Scene, folder: Path) -> list[list[str]]:
         place = folder / name if name in files else folder / "history.csv"
         parts = list(place.iterdir()) if place.is_dir() else [place]
         size = sum(part.stat().st_size for part in parts if part.is_file())
-        if times:  # else there is none in this scene
+        if size:  # else there is none in this scene
             sizes = [f"{size / MB:.2f}", f"{size / times / 1e3:.0f}"]
             rows.append([scene.model, f"`{name}`", f"{spent / whole:.2%}", *sizes])
     total = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
