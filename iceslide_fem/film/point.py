@@ -36,7 +36,7 @@ EVENT_SHARE = 0.005
 # time that it took, and so errors of that time count more, and errors of a dry film with them.
 JUMP = 0.2
 # Relative to the duration and to the tolerance.
-FIRST_STEP = 0.03
+FIRST_STEP = 0.2
 # Local errors of surface temperatures count so many times less than those of mu: conduction takes
 # them away, and the heat that has come in has no part in them.
 SURFACE_EASE = 8.0
@@ -194,7 +194,7 @@ def taken(old: InterfaceState, new: InterfaceState, bad: Index) -> InterfaceStat
     """The `new` state, but at the points `bad` the `old` one; `new` is overwritten."""
     if bad.size:
         for before, after in zip(old, new, strict=True):
-            after[..., bad] = before[..., bad]
+            after[..., bad] = before.take(bad, axis=-1, mode="clip")
     return new
 
 
