@@ -296,6 +296,15 @@ def test_a_step_that_no_shortening_mends_ends_the_run(monkeypatch, error):
         simulate(conditions())
 
 
+def test_unknown_names_are_refused():
+    with pytest.raises(ValueError, match='ice = "continuum" is unknown; allowed: column, half-sp'):
+        simulate(conditions(), "continuum")
+    with pytest.raises(
+        ValueError, match='integrator = "euler" is unknown; allowed: sdirk2, sdirk3'
+    ):
+        simulate(conditions(), integrator="euler")
+
+
 def test_an_integrator_without_estimate_wants_a_fixed_step():
     with pytest.raises(ValueError, match="give fixed_step"):
         simulate(conditions(), integrator="implicit-euler")

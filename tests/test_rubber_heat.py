@@ -213,6 +213,30 @@ def test_a_film_far_below_the_ice_s_temperature_does_not_melt():
     assert np.isnan(result.melt_onset[0])
 
 
+def test_cuts_back_to_an_event_are_few():
+    """Barely cold ice below rubber 3 K colder: straight lines alone took 292 cuts."""
+    here = Conditions.of(
+        pressure=8e4,
+        speed=16.2,
+        temperature=MELTING_TEMPERATURE - 0.13,
+        k=0.0576,
+        D=26.7e-6,
+        H_V=0.723e-6,
+        initial_height=12.9e-9,
+        duration=4.264e-3,
+    )
+    rubber = RubberColumns(here.temperature - 3.0, here.duration, rubber_solid(1100.0))
+    result = simulate(here, integrator="sdirk3", rubber=rubber)
+    assert np.isfinite(result.melt_onset[0])
+    assert result.rejected[0] <= 60
+
+
+def test_the_closed_form_knows_no_rubber():
+    """Its flux was taken for that of conduction in both bodies."""
+    with pytest.raises(ValueError, match="half-space.*allowed with heat in the rubber: column"):
+        simulate(thesis_conditions(), "half-space", rubber=RubberColumns(T_0, DURATION, RUBBER))
+
+
 def test_conditions_of_several_durations_are_independent():
     rubber = RubberColumns(T_0, DURATION, RUBBER)
     conditions = thesis_conditions(np.array([2e-3, 5e-3, 7e-3]))

@@ -18,6 +18,8 @@ _ITERATIONS = 80
 # Changes of ln h from which on it needs a safeguard.
 _FAR = 0.1
 _UNSETTLED = 8
+# Where that does not settle: ever longer ways to a bracket, and halves of it.
+_DOUBLINGS, _HALVINGS = 6, 60
 # Changes of ln h up to which a root is the one that is meant: of a volume that is full, where its
 # room is far below the height.
 _ONE_ROOT, _NARROW = 1.0, 0.18
@@ -153,7 +155,8 @@ def log_height_of(
 def _bracketed(equation: HeightEquation) -> Array:
     """The root by Newton's method, kept in the bracket that the residual's signs give.
 
-    That is where it is far from the root or not settled after a few iterations.
+    That is where it is far from the root or not settled after a few iterations; where it creeps
+    past two roots that are about to merge, `_bisected`.
     """
     y = equation.start.copy()
     low, high = np.full_like(y, -np.inf), np.full_like(y, np.inf)
@@ -175,4 +178,24 @@ def _bracketed(equation: HeightEquation) -> Array:
             y += change
         if largest <= _TOLERANCE:
             return y
-    return np.where(np.abs(change) <= _TOLERANCE, y, np.nan)
+    creeps = np.flatnonzero(~(np.abs(change) <= _TOLERANCE))
+    y[creeps] = _bisected(equation.take(creeps), low[creeps], high[creeps])
+    return y
+
+
+def _bisected(equation: HeightEquation, low: Array, high: Array) -> Array:
+    """A root between `low` and `high`, from where they are infinite sought further and further."""
+
+    def above(y: Array) -> Mask:
+        return equation.derivatives(y, equation.terms(y))[0] >= 0.0
+
+    step = 1.0
+    low, high = (np.where(np.isfinite(end), end, equation.start) for end in (low, high))
+    for _ in range(_DOUBLINGS):
+        low, high = np.where(above(low), low - step, low), np.where(above(high), high, high + step)
+        step *= 2.0
+    found = ~above(low) & above(high)
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = np.where(above(middle), low, middle), np.where(above(middle), middle, high)
+    return np.where(found, high, np.nan)

@@ -19,7 +19,7 @@ from iceslide_fem.film.ice_heat import Column, HalfSpace
 from iceslide_fem.film.integrators import INTEGRATORS, Integrator, InterfaceState
 from iceslide_fem.film.law import FilmLoads, interpolate
 from iceslide_fem.film.point_conditions import Conditions, Loading
-from iceslide_fem.film.point_events import Warmth, events, until
+from iceslide_fem.film.point_events import Warmth, events, onset_below, until
 from iceslide_fem.film.point_result import PointResult, Record, Tally
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberHeat
 from iceslide_fem.film.step_control import DRY, GROW_ALONE, StepControl, close_enough, step_factor
@@ -35,8 +35,10 @@ EVENT_SHARE = 0.005
 # That of the half-space, whose flux jumps at the onset: mu turns there within a hundredth of the
 # time that it took, and so errors of that time count more, and errors of a dry film with them.
 JUMP = 0.2
+# So often a step is cut to where a straight line meets the event; then to a half at most.
+LINES = 2
 # Relative to the duration and to the tolerance.
-FIRST_STEP = 0.2
+FIRST_STEP = 0.05
 # Local errors of surface temperatures count so many times less than those of mu: conduction takes
 # them away, and the heat that has come in has no part in them.
 SURFACE_EASE = 8.0
@@ -71,6 +73,9 @@ def simulate(
     the conditions is replaced. Raises SimulationStopped where a step cannot be made, ValueError
     where an argument is not possible.
     """
+    for name, given, known in (("ice", ice, ICE_MODELS), ("integrator", integrator, INTEGRATORS)):
+        if isinstance(given, str) and given not in known:
+            raise ValueError(f'{name} = "{given}" is unknown; allowed: {", ".join(known)}')
     method = INTEGRATORS[integrator] if isinstance(integrator, str) else integrator
     if fixed_step is None and not method.estimate:
         raise ValueError("the integrator has no error estimate: give fixed_step")
@@ -89,6 +94,12 @@ def simulate(
     if isinstance(ice, str):
         ice = ICE_MODELS[ice](conditions.temperature, conditions.duration, solid=conditions.solid)
         ice = ice.condensed(CONDENSED * tolerance)
+    if isinstance(ice, HalfSpace) and not isinstance(rubber, Insulated):
+        raise ValueError(
+            "half-space ice and heat in the rubber contradict each other: the closed form gives "
+            "the ice a flux that does not depend on the rubber; allowed with heat in the rubber: "
+            "column"
+        )
     heat, slack, dry = ice, EVENT_SHARE * tolerance, DRY
     if isinstance(ice, HalfSpace):
         slack, dry = JUMP * slack, dry / JUMP
@@ -121,6 +132,12 @@ def simulate(
     # d ln h / dt.
     active, time, warm = np.arange(n), np.zeros(n), warm_now(state, loads)
     ahead, rate = np.full(n, np.inf), np.zeros(n)
+    if fixed_step is None:
+        power = loads.viscous * loads.speed / conditions.initial_height
+        # The error of the surface's temperature is about half its first rise, however short that.
+        onset = onset_below(power, undercooling, conditions.solid)
+        np.minimum(dt, (SURFACE_EASE * tolerance) ** 2 * onset, out=dt)
+    cuts = np.zeros(n, dtype=int)  # in a row
     tally = Tally(conditions, sample_times)
 
     while active.size:
@@ -170,7 +187,11 @@ def simulate(
         growth = step.change.log_height / step.stage_dt
         for new, old in ((expected, ahead), (warm_after, warm), (reached, time), (growth, rate)):
             new[bad] = old[bad]
-        expected[across] = event.fraction * dt_try[across]
+        again = cuts[across] + 1
+        cuts[:] = 0
+        cuts[across] = again
+        share = np.where(again > LINES, np.minimum(event.fraction, 0.5), event.fraction)
+        expected[across] = share * dt_try[across]
         ahead, warm, time, rate = expected, warm_after, reached, growth
         state = taken(state, step.state, bad)
         if loading is not None:
@@ -180,8 +201,8 @@ def simulate(
         if not running.all():
             tally.finish(record, state, mu, running)
             keep = np.flatnonzero(running)
-            active, time, dt, ahead, warm, rate, duration, pressure, scale = _at(
-                keep, active, time, dt, ahead, warm, rate, duration, pressure, scale
+            active, time, dt, ahead, warm, rate, cuts, duration, pressure, scale = _at(
+                keep, active, time, dt, ahead, warm, rate, cuts, duration, pressure, scale
             )
             loads, state, warmth = loads.take(keep), state.take(keep), warmth.take(keep)
             heat, rubber = heat.take(keep), rubber.take(keep)

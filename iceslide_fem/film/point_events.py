@@ -14,6 +14,7 @@ import numpy as np
 from iceslide_fem.arrays import Array, Index, Mask
 from iceslide_fem.film.integrators import Step
 from iceslide_fem.film.law import FilmLoads
+from iceslide_fem.materials import Solid
 
 
 class Events(NamedTuple):
@@ -65,6 +66,15 @@ def events(
         _crossing(filled[across], overfilled[across], share),
     )
     return Events(across, np.maximum(fraction, 0.01), melting, full)
+
+
+def onset_below(flux: Array, undercooling: Array, solid: Solid) -> Array:
+    """When ice whose surface takes a constant flux (W/m2) from t = 0 on melts (s).
+
+    T_m - T_0 = 2 q sqrt(t / pi) / e, with the `undercooling` T_m - T_0 (K) and the effusivity e.
+    """
+    with np.errstate(divide="ignore"):
+        return np.asarray(0.25 * np.pi * (solid.effusivity * undercooling / flux) ** 2)
 
 
 def until(

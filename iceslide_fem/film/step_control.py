@@ -21,7 +21,7 @@ SHRINK, GROW = 0.1, 2.0
 GROW_ALONE = 2.5
 # Errors of a dry film move the onset of melting, those of H_s saturation, and mu turns sharply at
 # both: they count so many times.
-DRY, SQUEEZED = 3.5, 3.0
+DRY, SQUEEZED = 3.25, 3.0
 
 
 def step_factor(error: Array | float, order: int, grow: float = GROW) -> Array:
