@@ -107,6 +107,14 @@ def test_tolerance_bounds_mu_at_every_moment_though_points_melt_and_lift_off():
     assert len(run["time_s"]) < 140
 
 
+def test_friction_that_dies_away_as_foreseen_is_no_corner():
+    """Behind a plate that has stopped each step took away 0.3 % of it, at a tolerance of 1e-3."""
+    changes = ["numerics.refinement=0.25", "numerics.tolerance=1e-3", "load.duration=0.04ms"]
+    stop = "load.speed=[['0 ms', '3 m/s'], ['0.03 ms', '0 m/s']]"
+    mu = slide(thesis(*changes, stop))["mu"]
+    assert mu[-1] < 0.3 * mu[0] and len(mu) < 200
+
+
 @pytest.mark.parametrize("heat", ["column", "continuum"])
 def test_energy_ledger_closes(heat):
     rows = slide(thesis(f"ice.heat={heat}"))
