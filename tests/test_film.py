@@ -5,7 +5,7 @@ import pytest
 
 from iceslide_fem import reference
 from iceslide_fem.film import height
-from iceslide_fem.film.ice_heat import HalfSpace
+from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
 from iceslide_fem.film.law import (
     FilmLoads,

@@ -5,7 +5,8 @@ import pytest
 from scipy.optimize import brentq
 
 from iceslide_fem import reference
-from iceslide_fem.film.ice_heat import Column, HalfSpace
+from iceslide_fem.film.half_space import HalfSpace
+from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance, error_norms
 from iceslide_fem.film.law import FilmLoads, FilmStage, Surface
 from iceslide_fem.film.point import Conditions, Record, simulate

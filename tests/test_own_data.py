@@ -9,7 +9,8 @@ from scipy.optimize import brentq
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.film import conditions, law
-from iceslide_fem.film.ice_heat import Column, HalfSpace
+from iceslide_fem.film.half_space import HalfSpace
+from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.footprint.blocks import TreadBlock, TreadRubber, scene_text

@@ -1,4 +1,4 @@
-"""Heat conduction below each contact point on its own: `column` and `half-space` ice.
+"""Heat conduction below each contact point on its own: `column` ice.
 
 Every ice model offers the same three calls to the time integrator (see `IceHeat`): the content
 of heat at the start, one implicit stage in which the film is solved together with conduction, and
@@ -15,7 +15,7 @@ from typing import NamedTuple, Protocol, Self
 import numpy as np
 from scipy.linalg import eigh
 
-from iceslide_fem.arrays import Array, Index, Mask
+from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.materials import HEATED_LAYERS, ICE, Solid
 
@@ -26,8 +26,6 @@ FIRST_LAYER = 0.025
 LAYER_RATIO = 1.4
 # Of the slowest mode's time, for `Column.condensed`.
 EARLY = 0.02
-# A surface that is held at T_m has it to rounding; so far below (K) is held.
-ROUNDING = 1e-10
 
 
 class IceHeat(Protocol):
@@ -226,100 +224,6 @@ def _warming(rates: Array, surface: Array, times: Array) -> Array:
     """Rise of a column's surface under the flux 1 at the `times` (s), but for its gain."""
     passed = -np.expm1(-rates[1:] * times[:, None]) / rates[1:]
     return np.asarray(surface[0] ** 2 * times + passed @ surface[1:] ** 2)
-
-
-class HalfSpace:
-    """The thesis's closed-form flux after melting: lambda (T_m - T_0) / sqrt(pi alpha t), (5.6).
-
-    Up to melting the surface temperature is that of resolved conduction; from then on it is
-    T_m for good. (5.6) assumes that the surface jumped to T_m at t = 0; right after the onset it
-    is about half the true flux. t is the time in contact (the thesis's subroutine takes the run
-    time). Content: that of `Column` and a last row, t (s). From the onset on the column is held at
-    T_m and remembers so that melting has begun: a quantity that stages can be formed of.
-
-    At the onset the flux jumps. Where it comes within a step, the stage in which it does melts
-    from its start, an error of the order of the step; steps that end on it are dry (`late`).
-    """
-
-    _late = 0.0
-
-    def __init__(
-        self, temperature: float | Array, duration: float | Array, solid: Solid = ICE
-    ) -> None:
-        """Half-space at `temperature` (K) for runs of `duration` (s); both scalar or per point."""
-        self._column = Column(temperature, duration, solid=solid)
-
-    def condensed(self, error: float) -> HalfSpace:
-        """The half-space whose column is `Column.condensed`."""
-        part = copy(self)
-        part._column = self._column.condensed(error)
-        return part
-
-    def late(self, share: float) -> HalfSpace:
-        """The half-space for steps that end on the onset.
-
-        They do so within `share` of T_m - T_0: so much warmer than T_m a surface may get before it
-        melts, and twice as much colder it may be when it does.
-        """
-        part = copy(self)
-        part._late = share
-        return part
-
-    def take(self, index: Index) -> HalfSpace:
-        """The half-space below the points at `index` only."""
-        part = copy(self)
-        part._column = self._column.take(index)
-        return part
-
-    def initial(self, n_points: int) -> Array:
-        """Ice at its initial temperature, contact time zero."""
-        return np.vstack([self._column.initial(n_points), np.zeros((1, n_points))])
-
-    def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
-        """One implicit stage: conduction decides when melting begins, (5.6) what it loses."""
-        amplitudes, time = start[:-1], start[-1] + dt
-        solid = self._column.solid
-        T_m = solid.melting_temperature
-        undercooling = T_m - self._column.temperature
-        late = self._late * undercooling
-        melting = self.surface_temperature(start) >= T_m - 2.0 * late - ROUNDING
-        resolved = self._column.response(amplitudes, dt)
-        dry = resolved._replace(melted_flux=resolved.melted_flux + late / resolved.resistance)
-        flux = solid.conductivity * undercooling / np.sqrt(np.pi * solid.diffusivity * time)
-        at_T_m = np.broadcast_to(T_m, flux.shape)
-        closed_form = Surface(at_T_m, resolved.resistance, flux, solid)
-        result = film.solve(_chosen(melting, closed_form, dry))
-        molten = melting
-        begins = result.melting & ~melting
-        if begins.any():
-            melting = melting | begins
-            result = film.solve(_chosen(melting, closed_form, dry))
-        conducted = np.where(melting, resolved.melted_flux, result.ice_flux)
-        amplitudes = self._column.heated(amplitudes, dt, dt * conducted)
-        # Up to the onset it is the column that warms, and so it says when that was.
-        unmolten = resolved.offset + resolved.resistance * result.friction_power
-        unmolten = np.where(molten, T_m, unmolten)
-        return np.vstack([amplitudes, time]), result._replace(dry_temperature=unmolten)
-
-    def surface_temperature(self, content: Array) -> Array:
-        """Temperature of the surface (K), shape (n_points,)."""
-        return self._column.surface_temperature(content[:-1])
-
-    def saved(self, content: Array) -> dict[str, Array]:
-        """What checkpoints keep of a content: that of `Column`, and the time in contact."""
-        return self._column.saved(content[:-1]) | {"time": content[-1:]}
-
-    def restored(self, saved: Mapping[str, Array]) -> Array:
-        """Content of what was `saved`, also by one for shorter runs."""
-        return np.vstack([self._column.restored(saved), saved["time"]])
-
-
-def _chosen(first: Mask, one: Surface, other: Surface) -> Surface:
-    """`one` at the points where `first` is true, `other` elsewhere."""
-    offset, resistance, flux = (
-        np.where(first, a, b) for a, b in zip(one[:3], other[:3], strict=True)
-    )
-    return Surface(offset, resistance, flux, one.solid)
 
 
 def _quadratic_elements(thickness: Array, solid: Solid) -> tuple[Array, Array]:

@@ -14,8 +14,9 @@ from numpy.typing import ArrayLike
 
 from iceslide_fem.arrays import Array, Index
 from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.height import CLOSE
-from iceslide_fem.film.ice_heat import Column, HalfSpace
+from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, Integrator, InterfaceState
 from iceslide_fem.film.law import FilmLoads, interpolate
 from iceslide_fem.film.point_conditions import Conditions, Loading

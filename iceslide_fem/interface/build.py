@@ -8,7 +8,8 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.conditions import half_film, rubber_columns
 from iceslide_fem.film.friction import FilmFriction
-from iceslide_fem.film.ice_heat import Column, HalfSpace
+from iceslide_fem.film.half_space import HalfSpace
+from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.own_law import OwnFriction
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints, OwnColumns
 from iceslide_fem.interface.ice_continuum import Continuum

@@ -14,7 +14,8 @@ from scipy.linalg import solveh_banded
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
-from iceslide_fem.film.ice_heat import Column, HalfSpace, IceHeat
+from iceslide_fem.film.half_space import HalfSpace
+from iceslide_fem.film.ice_heat import Column, IceHeat
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.interface.line_search import search
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile, SurfaceGrid
