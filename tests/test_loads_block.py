@@ -136,3 +136,14 @@ def test_several_ranks_give_the_same():
     together, alone = slide(made, MPI.COMM_WORLD), slide(made)
     assert together["mu"][-1] == pytest.approx(alone["mu"][-1], rel=1e-6)
     assert together["friction_work_J"][-1] == pytest.approx(alone["friction_work_J"][-1], rel=1e-6)
+
+
+def test_a_plate_that_starts_at_once_is_followed_in_steps_that_grow():
+    sliding = started(
+        a_slice(speed=[["0 ms", "0 m/s"], ["0.3 ms", "0 m/s"], ["0.3001 ms", "3 m/s"]])
+    )
+    steps = 0
+    while sliding.current.time < 0.32e-3:
+        sliding.advance()
+        steps += 1
+    assert steps < 150

@@ -293,7 +293,9 @@ class Sliding:
         foreseen = block.total(self.shear(state, curved), loads.area)
         swing = self._error.of_speed(mechanics.friction_force, foreseen, forces[-1])
         if swing > 1.0 and self._error.is_snap(dt):
-            motion, swing = self.motion_law.turned(motion), 0.0
+            swing = 0.0
+            if self._error.is_jump(mechanics.friction_force, foreseen):
+                motion = self.motion_law.turned(start, motion)
         if swing > 1.0 and self._adaptive:
             raise Refused("the block's speed changes too fast", float(step_factor(swing, 2)))
         grip, wall_heat = block.grip_after()

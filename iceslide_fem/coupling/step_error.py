@@ -34,6 +34,8 @@ CURVED_SHARE = 2.0
 # goes on straight, or, as that is no error, with the velocity foreseen. A smooth motion is foreseen
 # that well: friction that dies away as the plate stops takes a third as many steps with it.
 STRAIGHT_SHARE, FORESEEN_SHARE = 4.0, 0.4
+# Friction that differs by more of itself has jumped, and with it the block's velocity.
+JUMP_SHARE = 0.5
 # Share of the energy that a step turns over which may be missing or too much: that of a whole run
 # is then no larger. Steps of a smooth motion stay below half of it.
 ENERGY_SHARE = 0.01
@@ -128,6 +130,10 @@ class StepError:
         size = self._tolerance * max(abs(found), self.least_friction)
         off, change = abs(found - curved) / size, abs(found - straight) / size
         return max(off / CURVED_SHARE, min(off / FORESEEN_SHARE, change / STRAIGHT_SHARE))
+
+    def is_jump(self, found: float, curved: float) -> bool:
+        """Whether friction (N) is so far from what was foreseen that the velocity has jumped."""
+        return abs(found - curved) > JUMP_SHARE * max(abs(found), self.least_friction)
 
     def is_snap(self, dt: float) -> bool:
         """Whether a step of `dt` (s) is so short that the block may jump in it."""

@@ -23,11 +23,12 @@ class Motion(NamedTuple):
     """Displacements (m), velocities (m/s) and accelerations (m/s2) of all dofs of this rank.
 
     time (s): when they were found; span (s): how long the block took from the solution before,
-    infinite if it has rested or turned since.
+    infinite if it has rested since; turned: whether the velocity had a corner or a jump there.
     """
 
     time: float
     span: float
+    turned: bool
     displacements: Array
     velocity: Array
     acceleration: Array
@@ -59,8 +60,8 @@ class MotionLaw(Protocol):
         its error.
         """
 
-    def turned(self, motion: Motion) -> Motion:
-        """The same at a corner, before which nothing tells how the velocity goes on."""
+    def turned(self, start: Motion, end: Motion) -> Motion:
+        """`end` behind a corner, before which nothing tells how the velocity goes on."""
 
     def kinetic_energy(self, motion: Motion) -> float:
         """Kinetic energy relative to the plate, J (J/m in a slice). Collective."""
@@ -72,13 +73,13 @@ class MotionLaw(Protocol):
 def at_rest(displacements: Array) -> Motion:
     """A block that does not move at t = 0."""
     still = np.zeros_like(displacements)
-    return Motion(0.0, np.inf, displacements.copy(), still, still)
+    return Motion(0.0, np.inf, False, displacements.copy(), still, still)
 
 
 def rested(motion: Motion) -> Motion:
     """The same displacements, held since."""
     still = np.zeros_like(motion.velocity)
-    return motion._replace(span=np.inf, velocity=still, acceleration=still)
+    return motion._replace(span=np.inf, turned=False, velocity=still, acceleration=still)
 
 
 class QuasiStatic:
@@ -95,7 +96,7 @@ class QuasiStatic:
     def begin(self, start: Motion, time: float) -> tuple[Array, Rate]:
         """The line through the last two solutions; the parabola's slope."""
         dt = time - start.time
-        bend = dt / (dt + start.span)
+        bend = 0.0 if start.turned else dt / (dt + start.span)
         slope = (1.0 + bend) / dt
         rate = Rate(slope, -slope * start.displacements - bend * start.velocity)
         return start.displacements + dt * start.velocity, rate
@@ -105,7 +106,7 @@ class QuasiStatic:
         span = time - start.time
         velocity = (displacements - start.displacements) / span
         acceleration = 2.0 * (velocity - start.velocity) / (span + start.span)
-        return Motion(time, span, displacements, velocity, acceleration)
+        return Motion(time, span, False, displacements, velocity, acceleration)
 
     def local_error(self, start: Motion, end: Motion) -> Array:
         """None: there is nothing to integrate."""
@@ -123,9 +124,11 @@ class QuasiStatic:
         expected = start.velocity + (0.5 * start.span + end.span) * start.acceleration
         return np.asarray(found - expected)
 
-    def turned(self, motion: Motion) -> Motion:
-        """Without a parabola to go on with."""
-        return motion._replace(span=np.inf, acceleration=np.zeros_like(motion.acceleration))
+    def turned(self, start: Motion, end: Motion) -> Motion:
+        """Without a parabola to go on with; but the first one behind a corner is good."""
+        if start.turned:
+            return end
+        return end._replace(turned=True, acceleration=np.zeros_like(end.acceleration))
 
     def kinetic_energy(self, motion: Motion) -> float:
         """None: its mass is neglected."""
@@ -190,7 +193,7 @@ class Dynamic:
         coasted = u + dt * v + (0.5 - beta) * dt**2 * a
         following = (displacements - coasted) / (beta * dt**2)
         velocity = v + dt * ((1.0 - gamma) * a + gamma * following)
-        return Motion(time, dt, displacements, velocity, following)
+        return Motion(time, dt, False, displacements, velocity, following)
 
     def local_error(self, start: Motion, end: Motion) -> Array:
         """(beta - 1/6) dt^2 (a1 - a0): Zienkiewicz and Xie, Earthq. Eng. Struct. Dyn. 20 (1991)."""
@@ -202,9 +205,9 @@ class Dynamic:
         """None: the local error tells."""
         return np.zeros_like(end.displacements)
 
-    def turned(self, motion: Motion) -> Motion:
+    def turned(self, start: Motion, end: Motion) -> Motion:
         """As it is: mass knows no corners."""
-        return motion
+        return end
 
     def kinetic_energy(self, motion: Motion) -> float:
         """Of the velocities relative to the plate, J (J/m in a slice). Collective."""
