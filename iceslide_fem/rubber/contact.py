@@ -126,8 +126,7 @@ def contact_tangent(
 def _loaded(state: ContactState, traction: Traction) -> NDArray[np.intp]:
     """Facets under a load, or a change of one: most of the walls are not."""
     parts = (state.pressure, traction.value, traction.by_displacement)  # by pressure: where it is
-    facets = len(state.pressure)
-    return np.flatnonzero(sum(part.reshape(facets, -1).any(axis=1) for part in parts))
+    return np.flatnonzero(sum(part.any(axis=tuple(range(1, part.ndim))) for part in parts))
 
 
 def default_penalty(material: MooneyRivlin, height: float, tolerance: float) -> float:
