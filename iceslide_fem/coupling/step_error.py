@@ -43,9 +43,9 @@ ENERGY_SHARE = 0.01
 # inertia delays it. Steps of up to this share of the duration may jump so, if what is missing then
 # is at most this share of the energy that the whole run turns over at the present friction.
 SNAP_STEP, SNAP_SHARE = 1e-5, 1e-3
-# Where loads go in time, energies count against this friction coefficient at the mean speed at
-# least: those of a plate that starts or rests are nothing but the solver's tolerance. From 0 to 0.1
-# it changes some refused steps of a plate that stops, and no energy (docs/loads.md).
+# Where loads go in time, energies and the block's speed count against this friction coefficient at
+# the mean speed at least: those of a plate that starts or rests are nothing but the solver's
+# tolerance. With a tenth of it there are ten times the steps, and no other energy (docs/loads.md).
 LEAST_FRICTION = 1e-2
 
 
