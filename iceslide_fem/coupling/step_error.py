@@ -45,7 +45,7 @@ ENERGY_SHARE = 0.01
 SNAP_STEP, SNAP_SHARE = 1e-5, 1e-3
 # Where loads go in time, energies and the block's speed count against this friction coefficient at
 # the mean speed at least: those of a plate that starts or rests are nothing but the solver's
-# tolerance. With a tenth of it there are ten times the steps, and no other energy (docs/loads.md).
+# tolerance. A tenth of it takes five to twenty times the steps, to the same work (docs/loads.md).
 LEAST_FRICTION = 1e-2
 
 
