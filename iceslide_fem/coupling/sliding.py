@@ -285,12 +285,13 @@ class Sliding:
             raise Refused("the block moves too fast", float(step_factor(drift, 2)))
 
         state, shears = passage.state, self._shears(passage)
-        shear, at_rest = shears[-1], self.shear(state, plate.resting(loads, time))
+        sheared, shear = self.carrier.sheared(state, loads), shears[-1]
+        at_rest = sheared(loads.pressure, plate.resting(loads, time).speed)[0]
         solved, area = self.current.solved_shear, self.current.loads.area
         steady = self._may_rest and self._error.is_quiet(at_rest, solved, area)
         mechanics = self._mechanics(shear, loads, motion)
         curved = plate.faster(loads, -self.motion_law.unforeseen(start, motion))
-        foreseen = block.total(self.shear(state, curved), loads.area)
+        foreseen = block.total(sheared(loads.pressure, curved.speed)[0], loads.area)
         swing = self._error.of_speed(mechanics.friction_force, foreseen, forces[-1])
         if swing > 1.0 and self._error.is_snap(dt):
             swing = 0.0

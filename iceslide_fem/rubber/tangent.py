@@ -79,9 +79,8 @@ class Tangent:
             self._matrix.setNearNullSpace(rigid_modes(rubber))
         cost = FACTORS if direct else PRECONDITIONER
         self._responses = Responses(self._nodes, cost, takes_many(self.ksp))
-        self._many: dict[
-            int, tuple[PETSc.Mat, PETSc.Mat]
-        ] = {}  # loads and answers, by their number
+        # Loads and answers of several at once, by their number.
+        self._many: dict[int, tuple[PETSc.Mat, PETSc.Mat]] = {}
 
     def imbalance(self, residual: PETSc.Vec) -> float:
         """Take what holds the plate out of the `residual`: its vertical resultant (N). Collective.
