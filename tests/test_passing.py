@@ -197,7 +197,7 @@ def test_a_trial_step_leaves_no_trace_in_a_model(motion, carrier, heat):
     sliding = started(scene)
     sliding.advance()
     before = contents(sliding.carrier)
-    sliding._solved(sliding._dt)
+    sliding._trials._solved(sliding.current, sliding._dt, sliding._film_step)
     np.testing.assert_equal(contents(sliding.carrier), before)
     assert before["ice"]
 

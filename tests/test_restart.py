@@ -17,9 +17,10 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")
 
-from iceslide_fem.coupling import sliding  # noqa: E402
+from iceslide_fem.coupling import trial  # noqa: E402
 from iceslide_fem.coupling.restart import GridLayout, PointLayout  # noqa: E402
-from iceslide_fem.coupling.sliding import Refused, Sliding  # noqa: E402
+from iceslide_fem.coupling.step_error import Refused  # noqa: E402
+from iceslide_fem.coupling.trial import Trials  # noqa: E402
 from iceslide_fem.errors import Interrupted, OutputError, SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.files import replace_file  # noqa: E402
@@ -121,7 +122,7 @@ CLOSED_SIPE = ["rubber.length=4mm", "rubber.height=3mm", SIPE, "rubber.wall_fric
 def test_a_run_that_goes_on_gives_the_same_curve(changes, shared, monkeypatch):
     scene = small_scene(*changes)
     # a run that goes on starts with new factors and so takes other iterations, not other steps
-    monkeypatch.setattr(sliding, "MANY_ITERATIONS", 10**6)
+    monkeypatch.setattr(trial, "MANY_ITERATIONS", 10**6)
     whole = run(scene, shared / "whole")
     with monkeypatch.context() as stopping, pytest.raises(Interrupted):
         stop_after(stopping, 22)
@@ -501,17 +502,17 @@ def test_a_signal_that_comes_while_ranks_agree_is_not_lost():
 
 def test_a_signal_is_heard_between_trials(tmp_path, monkeypatch):
     """A run whose every trial is refused stops at the last accepted step, with a checkpoint."""
-    trial, trials = Sliding._try, []
+    step, trials = Trials.step, []
 
-    def refused(self, dt):
+    def refused(self, start, dt, film_step):
         trials.append(dt)
         if len(trials) > 4:
             if len(trials) == 6:
                 os.kill(os.getpid(), signal.SIGTERM)
             raise Refused("never good enough", 0.99)
-        return trial(self, dt)
+        return step(self, start, dt, film_step)
 
-    monkeypatch.setattr(Sliding, "_try", refused)
+    monkeypatch.setattr(Trials, "step", refused)
     with pytest.raises(Interrupted, match="stopped by SIGTERM at t = "):
         run(small_scene("load.duration=1ms"), tmp_path)
     assert len(trials) == 6

@@ -1,7 +1,7 @@
 """Energies of a step: what the plate gives against what film, ice and rubber take.
 
 They are found before the step is accepted: one whose energy does not close is refused
-(`coupling.sliding`). The ledger adds up those of the others.
+(`coupling.acceptance`). The ledger adds up those of the others.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.passage import Passage
 from iceslide_fem.rubber.block import Block
+from iceslide_fem.rubber.time_discretisation import Motion, MotionLaw
 
 
 class Mechanics(NamedTuple):
@@ -60,12 +61,10 @@ class Energies(NamedTuple):
 
 
 def mechanics_of(
-    block: Block, shear: Array, area: Array, kinetic_energy: float, mass_moment: float
+    block: Block, shear: Array, area: Array, motion_law: MotionLaw, motion: Motion
 ) -> Mechanics:
-    """What `block` stores at its present displacements under `shear` (Pa) on `area` (m2), (n,).
-
-    `kinetic_energy` and `mass_moment` are those of the mesh, J and kg m (J/m and kg in a slice).
-    Collective.
+    """What `block` does and stores at its present displacements, those of `motion`, under `shear`
+    (Pa) on `area` (m2), (n,). Collective.
     """
     contact, scale = block.contact, block.scale
     penalty = 0.5 * contact.pressure**2 / block.equilibrium.penalty
@@ -74,8 +73,8 @@ def mechanics_of(
         block.total(shear, area),
         block.equilibrium.plate_displacement(),
         scale * (block.rubber.elastic_energy() + sunk),
-        scale * kinetic_energy,
-        scale * mass_moment,
+        scale * motion_law.kinetic_energy(motion),
+        scale * motion_law.mass_moment(motion),
     )
 
 

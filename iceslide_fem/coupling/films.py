@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from iceslide_fem.coupling.passage import Passage
-from iceslide_fem.coupling.step_error import StepError
+from iceslide_fem.coupling.step_error import Refused, StepError
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.film.integrators import Integrator, InterfaceState
 from iceslide_fem.film.step_control import step_factor
@@ -20,14 +20,6 @@ from iceslide_fem.interface.carriers import Carrier, ContactLoads, InterfaceStep
 # So many sub-steps at most: then the coupled step is shortened.
 MOST_STEPS = 24
 SMALLEST_SHARE = 1e-6  # of the coupled step
-
-
-class Refused(ArithmeticError):
-    """A trial step is not good enough: `factor` says how much shorter the next should be."""
-
-    def __init__(self, reason: str, factor: float) -> None:
-        super().__init__(reason)
-        self.factor = factor
 
 
 class Films:

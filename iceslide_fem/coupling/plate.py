@@ -8,18 +8,24 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.interface.carriers import ContactLoads
+from iceslide_fem.mesh.ice import window_cell
 from iceslide_fem.rubber.block import Block, SpeedLaw
 from iceslide_fem.rubber.time_discretisation import Rate
 
 
 class Plate:
-    """The plate of `block`: its force and speed over time, and the points that it moves."""
+    """The plate of `block`: its force and speed over time, and the points that it moves.
+
+    passing (s): in which a cell of passing ice passes at the largest speed, infinite without.
+    """
 
     def __init__(self, block: Block) -> None:
         """Force and speed as the block's scene has them."""
         self._block, load = block, block.scene.load
         self._pressures, self._speeds = load.pressures, load.speeds
-        self._passing = block.scene.ice.motion == "sliding"
+        self.passing = np.inf
+        if block.scene.ice.motion == "sliding":
+            self.passing = window_cell(block.scene) / self._speeds.largest
 
     def force(self, time: float) -> float:
         """The plate's force at `time` (s), relative to that at t = 0."""
@@ -35,7 +41,7 @@ class Plate:
 
     def way(self, now: float, dt: float) -> float:
         """How far ice passes in a step of `dt` from `now` (s), m."""
-        return self._speeds.mean_between(now, now + dt) * dt if self._passing else 0.0
+        return self._speeds.mean_between(now, now + dt) * dt if self.passing < np.inf else 0.0
 
     def slip(self, rate: Rate, time: float) -> SpeedLaw:
         """Slip speed at `time` (s): the plate's and that of the rubber relative to it.

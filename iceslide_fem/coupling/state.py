@@ -63,19 +63,21 @@ class Memory(NamedTuple):
 class Accepted(NamedTuple):
     """An accepted step: the state it leads to, and what happened on the way.
 
-    passage: of film and heat; energies: its entries in the ledger; loads: the rubber's points
-    at its end, before the window moved; iterations: Newton's; solved: whether the block was solved;
-    rejected: steps refused before; squeezed_water: what contact has squeezed out in it, lost_water:
-    what was scraped off or has left the window of ice, m3.
+    dt: its length, and following: that of the next one by its errors, s; passage: of film and heat;
+    energies: its entries in the ledger; loads: the rubber's points at its end, before the window
+    moved; iterations: Newton's; solved: whether the block was solved; squeezed_water: what contact
+    has squeezed out in it, lost_water: what was scraped off or has left the window of ice, m3;
+    rejected: steps refused before.
     """
 
     state: CoupledState
     dt: float
+    following: float
     passage: Passage
     energies: Energies
     loads: ContactLoads
     iterations: int
     solved: bool
-    rejected: int
     squeezed_water: float
     lost_water: float
+    rejected: int = 0

@@ -49,6 +49,14 @@ SNAP_STEP, SNAP_SHARE = 1e-5, 1e-3
 LEAST_FRICTION = 1e-2
 
 
+class Refused(ArithmeticError):
+    """A trial step is not good enough: `factor` says how much shorter the next should be."""
+
+    def __init__(self, reason: str, factor: float) -> None:
+        super().__init__(reason)
+        self.factor = factor
+
+
 class CouplingControl(NamedTuple):
     """How closely block and film are solved together.
 

@@ -1,0 +1,185 @@
+"""A trial step: film and ice heat under a changing pressure, the block under a changing shear.
+
+It predicts the block's motion, advances film and ice heat under the predicted pressure (in
+sub-steps of their own: `films`), finds the block's equilibrium under the new shear, and advances
+film and heat once more from the old state under the pressure found. If that changes the film by
+more than a share of the tolerance, block and film are solved again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.coupling.acceptance import Acceptance, Found
+from iceslide_fem.coupling.energy import mechanics_of
+from iceslide_fem.coupling.films import Films
+from iceslide_fem.coupling.passage import Passage
+from iceslide_fem.coupling.plate import Plate
+from iceslide_fem.coupling.state import Accepted, CoupledState
+from iceslide_fem.coupling.step_error import Refused, StepError
+from iceslide_fem.errors import NotConverged
+from iceslide_fem.film.friction import Sheared
+from iceslide_fem.film.integrators import INTEGRATORS
+from iceslide_fem.film.step_control import GROW, step_factor
+from iceslide_fem.interface.carriers import Carrier, present_shear
+from iceslide_fem.rubber.block import Block, SpeedLaw
+from iceslide_fem.rubber.time_discretisation import MotionLaw, rested
+
+MANY_ITERATIONS = 10
+
+
+class Trials:
+    """Trial steps of `block` on its interface, from any state: they change nothing of it."""
+
+    def __init__(
+        self,
+        block: Block,
+        carrier: Carrier,
+        plate: Plate,
+        motion_law: MotionLaw,
+        error: StepError,
+        passes: int,
+    ) -> None:
+        """`passes` over block and film at most."""
+        self._block, self._carrier, self._plate = block, carrier, plate
+        self._motion_law, self._error, self._passes = motion_law, error, passes
+        integrator = INTEGRATORS[block.scene.numerics.film_integrator]
+        self._films = Films(carrier, error, integrator, plate.passing)
+        self._adaptive = bool(integrator.estimate)
+        # Under a law of the scene's own the shear may fall for long: what springs back makes heat,
+        # which a block that rests and is solved now and then would not give.
+        self._may_rest = motion_law.may_rest and not block.friction.may_fail
+        self._acceptance = Acceptance(block, carrier, error, self._adaptive)
+
+    def step(self, start: CoupledState, dt: float, film_step: float) -> Accepted:
+        """A step of `dt` (s) from `start`, film and heat beginning with one of `film_step` (s).
+
+        It leaves the block's displacements at its end. Raises Refused or NotConverged, with the
+        displacements anywhere.
+        """
+        rests = start.steady and self._plate.force_holds(start.motion.time, start.time + dt)
+        found = self._rested(start, dt, film_step) if rests else None
+        return self._acceptance.of(start, found or self._solved(start, dt, film_step), dt)
+
+    def _rested(self, start: CoupledState, dt: float, film_step: float) -> Found | None:
+        """With the block at rest on the plate; None if its shear changes too much."""
+        plate = self._plate
+        before = plate.resting(start.loads, start.time)
+        loads = plate.resting(before, start.time + dt)
+        loads = replace(loads, offset=before.offset + plate.way(start.time, dt))
+        passage = self._films.passage(start.interface, before, loads, dt, film_step)
+        shears = self._shears(passage)
+        if not self._error.is_quiet(shears[-1], start.solved_shear, start.loads.area):
+            return None
+        forces = self._forces(start, passage, shears)
+        after = start._replace(
+            time=start.time + dt,
+            motion=rested(start.motion),
+            loads=loads,
+            interface=passage.state,
+            mechanics=start.mechanics._replace(friction_force=forces[-1]),
+        )
+        return Found(after, passage, forces, GROW)
+
+    def _solved(self, start: CoupledState, dt: float, film_step: float) -> Found:
+        """With the block in equilibrium under the shear at the step's end."""
+        block, plate, time = self._block, self._plate, start.time + dt
+        values, law = block.rubber.u.x.array, self._motion_law
+        values[:], rate = law.begin(start.motion, time)
+        speed, load = plate.slip(rate, time), plate.force(time)
+        interface, before = start.interface, start.loads
+        offset = before.offset + plate.way(start.time, dt)
+        loads = plate.slipping(speed, offset)
+        passage = self._films.passage(interface, before, loads, dt, film_step)
+        forces = self._forces(start, passage, self._shears(passage))
+        bend = self._error.of_curve(forces, passage.ends)
+        if bend > 1.0 and self._adaptive:
+            raise Refused("friction follows no straight line", float(step_factor(bend, 2)))
+        straight = forces[-1]
+        iterations, mismatches = 0, []
+        for _ in range(self._passes):
+            sheared = self._carrier.sheared(passage.state, loads)
+            iterations += self._balance(sheared, speed, load)
+            loads = plate.slipping(speed, offset)
+            corrected = self._films.again(interface, before, loads, dt, passage)
+            mismatches.append(self._error.of_coupling(passage.steps[-1], corrected.steps[-1]))
+            passage = corrected
+            if mismatches[-1] <= 1.0:
+                break
+        else:
+            raise Refused("block and film do not agree", 0.4)
+
+        motion = law.end(start.motion, time, values.copy())
+        drift = self._error.of_motion(law.local_error(start.motion, motion), dt, before.area)
+        if drift > 1.0:
+            raise Refused("the block moves too fast", float(step_factor(drift, 2)))
+
+        shears = self._shears(passage)
+        forces = self._forces(start, passage, shears)
+        sheared = self._carrier.sheared(passage.state, loads)
+        at_rest = sheared(loads.pressure, plate.resting(loads, time).speed)[0]
+        steady = self._may_rest and self._error.is_quiet(at_rest, start.solved_shear, before.area)
+        curved = plate.faster(loads, -law.unforeseen(start.motion, motion))
+        foreseen = block.total(sheared(loads.pressure, curved.speed)[0], loads.area)
+        swing = self._error.of_speed(forces[-1], foreseen, straight)
+        if swing > 1.0 and self._error.is_snap(dt):
+            swing = 0.0
+            if self._error.is_jump(forces[-1], foreseen):
+                motion = law.turned(start.motion, motion)
+        if swing > 1.0 and self._adaptive:
+            raise Refused("the block's speed changes too fast", float(step_factor(swing, 2)))
+        grip, wall_heat = block.grip_after()
+        after = CoupledState(
+            time,
+            motion,
+            block.contact,
+            loads,
+            passage.state,
+            mechanics_of(block, shears[-1], loads.area, law, motion),
+            shears[-1],
+            steady,
+            grip,
+        )
+        factor = float(step_factor(max(mismatches[0], drift, bend, swing), 2))
+        if iterations > MANY_ITERATIONS:
+            factor = min(factor, 0.8)
+        return Found(after, passage, forces, factor, iterations, True, wall_heat)
+
+    def _shears(self, passage: Passage) -> list[Array]:
+        """Friction stress at the points, Pa, after each step of `passage`. Collective."""
+        steps = zip(passage.steps, passage.loads, strict=True)
+        return [present_shear(self._carrier, one.step.state, loads) for one, loads in steps]
+
+    def _forces(self, start: CoupledState, passage: Passage, shears: list[Array]) -> list[float]:
+        """Friction force of the block, N, at `start` and under each of the `shears` (Pa) after the
+        steps of `passage`. Collective.
+        """
+        steps = zip(shears, passage.loads, strict=True)
+        forces = [self._block.total(shear, loads.area) for shear, loads in steps]
+        return [start.mechanics.friction_force, *forces]
+
+    def _balance(self, sheared: Sheared, speed: SpeedLaw, load: float) -> int:
+        """Equilibrium under the law's shear and `load` of the plate's force; its iterations.
+
+        Where shear is faded in, it follows the pressure like a friction coefficient of several
+        times mu, with which an equilibrium may end at a point that enters or leaves that range.
+        Then the fading is held as it is, and may be so if that hardly changes the shear.
+        """
+        block, values = self._block, self._block.rubber.u.x.array
+        before, held = values.copy(), block.contact.pressure
+        friction = block.friction_force(sheared)
+        try:
+            return block.balance(block.sliding(sheared, speed), load, friction).iterations
+        except NotConverged:
+            values[:] = before
+            block.equilibrium.forget()
+            law = block.held(sheared, speed, held)
+            iterations = block.balance(law, load, friction).iterations
+            ones, now = np.ones_like(held), block.contact
+            taken, due = (sheared(p, ones)[0] for p in (held, now.pressure))
+            if not self._error.is_quiet(taken.ravel(), due.ravel(), now.area.ravel()):
+                raise
+            return iterations
