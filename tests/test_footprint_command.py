@@ -12,6 +12,7 @@ import pyvista as pv
 from PIL import Image
 
 from iceslide_fem.cli import main
+from iceslide_fem.footprint.map_file import Maps, write_maps
 from iceslide_fem.footprint.outlines import patch_outline
 from iceslide_fem.footprint.synthetic import Tread, coloured_picture, grey_picture, save
 from iceslide_fem.scene import load_scene
@@ -60,6 +61,12 @@ def test_pyvista_opens_the_maps(surveyed):
     assert (grid.cell_data["mu"][contact] > 0.0).all()
     assert (grid.cell_data["surface temperature (degC)"] <= 0.0).all()
     assert set(np.unique(grid.cell_data["state (0 none, 1 dry, 2 mixed, 3 wet)"])) <= {0, 1, 2, 3}
+
+
+def test_maps_that_do_not_fit_on_the_disk_are_no_success(capfd):
+    with pytest.raises(OSError, match="No space left"):
+        write_maps(Path("/dev/full"), Maps({"pressure (Pa)": np.ones((2, 3))}, (1e-3, 1e-3)))
+    assert "ERR" in capfd.readouterr().err  # VTK's own words
 
 
 def test_summary_has_the_load_its_factor_and_the_means(surveyed):

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from iceslide_fem.commands.report import NoReport, leave_report
+from iceslide_fem.launch import imports_that_stay
 from iceslide_fem.options import Force, Text, folder_option, option
 
 
@@ -103,10 +104,11 @@ def footprint(
     source = image or pressure_map or line or ("gaussian" if gaussian else "footprint")
     directory = values.pop("out", Path("results") / Path(source).stem)
 
-    from rich.console import Console
-    from rich.table import Table
+    with imports_that_stay():
+        from rich.console import Console
+        from rich.table import Table
 
-    from iceslide_fem.footprint.command import lines, run
+        from iceslide_fem.footprint.command import lines, run
 
     figures = run(values, directory, force)
     table = Table(show_header=False)

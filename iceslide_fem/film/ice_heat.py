@@ -13,6 +13,7 @@ from copy import copy
 from typing import NamedTuple, Protocol, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg import eigh
 
 from iceslide_fem.arrays import Array, Index
@@ -173,6 +174,10 @@ class Column:
         content = start + heat
         content *= self._of_stage(dt).decay
         return content
+
+    def cooled(self, start: Array, time: ArrayLike) -> Array:
+        """Content after a `time` (s), one for each point, without flux: exactly."""
+        return np.asarray(start * np.exp(np.multiply.outer(-self.rates, time)))
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """One implicit stage of all amplitudes with the film at the surface."""

@@ -12,8 +12,8 @@ from scipy.ndimage import find_objects, label
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
-from iceslide_fem.footprint.film_map import Ride
 from iceslide_fem.footprint.outlines import patch_outline
+from iceslide_fem.footprint.passing import Ride
 from iceslide_fem.footprint.pressure_map import PressureMap
 from iceslide_fem.materials import (
     BAR,

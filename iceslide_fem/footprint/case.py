@@ -16,10 +16,10 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from iceslide_fem.footprint.film_map import Ride
 from iceslide_fem.footprint.image import Box
 from iceslide_fem.footprint.jaeger import TABLE_1_ICE, TABLE_1_RUBBER
 from iceslide_fem.footprint.macroscopic import Macroscopic
+from iceslide_fem.footprint.passing import Ride
 from iceslide_fem.materials import (
     BAR,
     CONTACT_TABLES,

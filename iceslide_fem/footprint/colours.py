@@ -113,11 +113,11 @@ def read_colours(picture: Picture, bar: Array, background: tuple[int, int, int] 
     clear = contact & ~edge & ~far
     if not clear.any():
         return Reading(np.where(contact, value, 0.0), distance, np.zeros_like(contact))
-    reach, source = distance_transform_edt(~clear, return_indices=True)
+    reach, (row, column) = distance_transform_edt(~clear, return_indices=True)
     unclear = (edge | far) & (reach <= MAX_REACH)
-    value = np.where(unclear, value[tuple(source)], value)
+    value[unclear] = value[row[unclear], column[unclear]]
     mixed = unclear & edge
-    own, full = colours[index[mixed]], colours[index[tuple(source)][mixed]]
+    own, full = colours[index[mixed]], colours[index[row[mixed], column[mixed]]]
     contact[mixed] = (own * full).sum(axis=1) >= 0.5 * (full * full).sum(axis=1)
     return Reading(np.where(contact, value, 0.0), distance, unclear & contact)
 

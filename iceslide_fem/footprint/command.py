@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyvista as pv
 from numpy.typing import NDArray
 
 from iceslide_fem.files import replace_file, writing
@@ -19,6 +18,7 @@ from iceslide_fem.footprint.blocks import TreadRubber, representative, scene_tex
 from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.figures import draw_comparison, draw_maps
 from iceslide_fem.footprint.line_output import draw_line, line_columns, line_text
+from iceslide_fem.footprint.map_file import Maps, write_maps
 from iceslide_fem.footprint.outlines import outline_text
 from iceslide_fem.footprint.survey import (
     MODELS,
@@ -72,8 +72,7 @@ def _run(case: FootprintCase, out: Path, begun: float) -> dict[str, Any]:
 def _write_maps(result: Survey, out: Path, scenes: bool) -> None:
     with writing(out):
         clear_results(out)
-        # a tenth of the time of the default, and no larger
-        image_data(result).save(out / "footprint.vti", compression="lz4")
+        write_maps(out / "footprint.vti", all_maps(result))
         draw_maps(result, out)
         draw_comparison(result, out)
         if scenes:
@@ -94,13 +93,9 @@ def _write_line(result: Survey, out: Path) -> None:
     replace_file(out / "line.csv", line_text(columns))
 
 
-def image_data(result: Survey) -> pv.ImageData:
-    """All maps as cell data of a grid of pixels in the plane z = 0, sizes in m."""
+def all_maps(result: Survey) -> Maps:
+    """All maps of a survey."""
     footprint, film = result.read.pressure_map, result.film
-    rows, columns = footprint.pressure.shape
-    grid = pv.ImageData(
-        dimensions=(columns + 1, rows + 1, 1), spacing=(footprint.dx, footprint.dy, 1.0)
-    )
     maps: dict[str, NDArray[Any]] = {
         "pressure (Pa)": footprint.pressure,
         "contact": footprint.contact.astype(np.uint8),
@@ -122,9 +117,7 @@ def image_data(result: Survey) -> pv.ImageData:
     if result.given is not None:
         maps["rise as given (K)"] = result.given.rise
         maps["mu by (4.7) to (4.9), as given"] = result.given.mu
-    for name, values in maps.items():
-        grid.cell_data[name] = values.ravel()
-    return grid
+    return Maps(maps, (footprint.dx, footprint.dy))
 
 
 def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import oaconvolve
+from scipy.fft import irfft, next_fast_len, rfft
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.materials import ICE_EFFUSIVITY, Solid, rubber_solid
@@ -76,6 +76,6 @@ def moving_source_rise(
     n = flux.shape[-1]
     steps = np.sqrt(np.arange(n + 1.0))
     kernel = 2.0 / effusivity * np.sqrt(dx / (np.pi * V)) * np.diff(steps)
-    kernel = kernel.reshape((1,) * (flux.ndim - 1) + (n,))
-    rise = oaconvolve(flux[..., ::-1], kernel, axes=-1)[..., :n]
+    size = next_fast_len(2 * n - 1, real=True)
+    rise = irfft(rfft(flux[..., ::-1], size) * rfft(kernel, size), size)[..., :n]
     return np.maximum(rise[..., ::-1], 0.0)  # transforms leave rounding below zero

@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
 from iceslide_fem.footprint.balance import HeatBalance, State
-from iceslide_fem.footprint.film_map import FilmMap, Ride, film_map
+from iceslide_fem.footprint.film_map import FilmMap, film_map
 from iceslide_fem.footprint.macroscopic import Edges, Macroscopic, heat_model
+from iceslide_fem.footprint.passing import Ride
 from iceslide_fem.footprint.pressure_map import GaussianLine, PressureMap
 from iceslide_fem.materials import ConstantContact, ContactTable
 

@@ -70,9 +70,10 @@ UNITS = (
     ("_m", "mm", 1e3),
     ("share", "%", 100.0),
 )
+CONTACT, PRESSURE, SHEAR = "contact", "pressure (Pa)", "shear stress (Pa)"
 # Cell data of footprint.vti: title, unit, factor, colours.
 MAPS = {
-    "pressure (Pa)": ("Contact pressure", "bar", 1.0 / BAR, "viridis"),
+    PRESSURE: ("Contact pressure", "bar", 1.0 / BAR, "viridis"),
     "mu": ("Friction coefficient, film law", "", 1.0, "magma"),
     "surface temperature (degC)": ("Temperature of the ice, film law", "°C", 1.0, "inferno"),
     "film height (m)": ("Height of the water film", "nm", 1e9, "YlGnBu"),
@@ -180,22 +181,22 @@ def _text(key: str, value: float) -> str:
 
 
 def _maps(folder: Path) -> list[HeatMap | Chart]:
-    import pyvista as pv
+    from iceslide_fem.footprint.map_file import read_maps
 
     path = folder / "footprint.vti"
     if not path.is_file():
         raise SceneError(f"{folder} holds no whole footprint (no footprint.vti)")
-    grid: Any = pv.read(path)
-    columns, rows = (count - 1 for count in grid.dimensions[:2])
+    maps, pixel = read_maps(path, {*MAPS, CONTACT, PRESSURE, SHEAR})
+    contact = maps[CONTACT] > 0
+    rows, columns = contact.shape
     stride = -(-columns // PIXELS)
     x, y = (
         (np.arange(count) + 0.5) * MM * size
-        for count, size in ((columns, grid.spacing[0]), (rows, grid.spacing[1]))
+        for count, size in ((columns, pixel[0]), (rows, pixel[1]))
     )
-    contact = grid.cell_data["contact"].reshape(rows, columns) > 0
     drawn: list[HeatMap | Chart] = []
     for name, (title, unit, factor, tint) in MAPS.items():
-        values = np.where(contact, factor * grid.cell_data[name].reshape(rows, columns), np.nan)
+        values = np.where(contact, factor * maps[name], np.nan)
         says = (
             f"Between {np.nanmin(values):.4g} and {np.nanmax(values):.4g} {unit}, mean of the "
             f"pixels {np.nanmean(values):.4g} {unit}".replace(" ,", ",").strip()
@@ -216,11 +217,9 @@ def _maps(folder: Path) -> list[HeatMap | Chart]:
                 equal=True,
             )
         )
-    pressure = grid.cell_data["pressure (Pa)"].reshape(rows, columns)
-    shear = grid.cell_data["shear stress (Pa)"].reshape(rows, columns)
     along = [
-        Curve("pressure (bar), mean of all rows", x, pressure.mean(axis=0) / BAR),
-        Curve("friction stress (bar)", x, shear.mean(axis=0) / BAR, 1),
+        Curve("pressure (bar), mean of all rows", x, maps[PRESSURE].mean(axis=0) / BAR),
+        Curve("friction stress (bar)", x, maps[SHEAR].mean(axis=0) / BAR, 1),
     ]
     says = "Means over y, gaps between blocks included"
     drawn.append(Chart("along", "From trailing to leading edge", says, "x (mm)", "bar", along))

@@ -14,7 +14,7 @@ from iceslide_fem.footprint import empirical
 from iceslide_fem.footprint.balance import STATES, SlidingLine, classify, heat_balance
 from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.colours import FAR
-from iceslide_fem.footprint.film_map import Ride, film_map
+from iceslide_fem.footprint.film_map import film_map
 from iceslide_fem.footprint.jaeger import (
     TABLE_1_ICE,
     friction_flux,
@@ -23,6 +23,7 @@ from iceslide_fem.footprint.jaeger import (
 )
 from iceslide_fem.footprint.line import gaussian_profile, macroscopic_line
 from iceslide_fem.footprint.macroscopic import HeatModel, Macroscopic
+from iceslide_fem.footprint.passing import Ride
 from iceslide_fem.footprint.pressure_map import PressureMap
 from iceslide_fem.footprint.survey import ReadFootprint, read_footprint, survey
 from iceslide_fem.footprint.synthetic import Tread, coloured_picture, grey_picture, save
