@@ -34,7 +34,11 @@ def imports_that_stay() -> Iterator[None]:
     """For what a command imports: all of it lives as long as the process.
 
     The garbage collector would look through it again and again, for a tenth of a short command.
+    Once in a process, as what is rubbish then stays, too.
     """
+    if gc.get_freeze_count() or not gc.isenabled():
+        yield
+        return
     gc.disable()
     try:
         yield

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import writing
 from iceslide_fem.folder import claimed, clear_results, results_in
-from iceslide_fem.launch import started_by_mpirun
+from iceslide_fem.launch import imports_that_stay, started_by_mpirun
 from iceslide_fem.output.summary import write_summary
 from iceslide_fem.output.table import Table
 from iceslide_fem.parallel import from_root
@@ -118,9 +118,10 @@ def _run_block(
     from iceslide_fem.fenics.start import options_without_effect, start_petsc
 
     start_petsc(petsc_options)
-    from iceslide_fem.fenics.compat import MPI
-    from iceslide_fem.run.block import run_block
-    from iceslide_fem.run.schedule import Schedule
+    with imports_that_stay():
+        from iceslide_fem.fenics.compat import MPI
+        from iceslide_fem.run.block import run_block
+        from iceslide_fem.run.schedule import Schedule
 
     comm = MPI.COMM_WORLD
     with _alone_in(out, scene, force, resumed, comm):

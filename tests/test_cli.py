@@ -66,6 +66,26 @@ def test_help_loads_nothing_heavy():
     assert done.stdout.splitlines()[-1] == "[]"
 
 
+def test_the_collector_looks_past_imports_that_stay_and_goes_on():
+    code = """
+import gc
+from iceslide_fem.launch import imports_that_stay
+try:
+    with imports_that_stay():
+        import json, no_such_module
+except ImportError:
+    assert gc.isenabled() and not gc.get_freeze_count()
+with imports_that_stay():
+    assert not gc.isenabled()
+kept = gc.get_freeze_count()
+assert gc.isenabled() and kept > 1000
+with imports_that_stay():  # once is enough
+    assert gc.isenabled()
+assert gc.get_freeze_count() == kept
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 def test_run_passes_scene_directory_and_petsc_options(simulated, capsys):
     assert exit_code("run", CASE, "--set", "load.pressure=3bar", "--", "-log_view", "-x", "1") == 0
     ((scene, out, petsc_options),) = simulated
