@@ -59,6 +59,8 @@ def test_a_course_has_its_rows_an_exact_integral_and_holds_beyond(smooth):
     )
     assert course.slope(5.0) == 0.0
     assert course.corners == (1.0, 2.0, 4.0)
+    bends = [course.bend(time) for time in (0.5, *course.corners, 5.0)]
+    assert bends == ([0.0] * 5 if smooth else [0.0, 2.0, -2.5, 0.5, 0.0])
     np.testing.assert_array_equal(course.next_corner([0.0, 1.0, 3.9, 4.0]), [1, 2, 4, np.inf])
     if not smooth:
         assert course.integral(6.0) == pytest.approx(1.0 + 2.0 + 5.0 + 4.0, rel=1e-14)

@@ -109,6 +109,14 @@ def test_a_plate_that_comes_to_rest_has_no_friction():
     assert rows["film_height_m"][-1] < rows["film_height_m"][rows["time_s"] > 0.6e-3][0]
 
 
+def test_behind_a_corner_of_the_plate_steps_are_as_short_as_they_have_to_be():
+    sliding = started(a_slice(duration="0.8 ms", speed=SLOWS))
+    rejected = {step.state.time - step.dt: step.rejected for step in sliding.steps()}
+    for corner in (0.2e-3, 0.6e-3):
+        behind = min(rejected, key=lambda time: abs(time - corner))
+        assert behind == pytest.approx(corner, rel=1e-9) and rejected[behind] <= 1
+
+
 @pytest.mark.parametrize("factor", [0.5, 3.0])
 def test_rubber_pushes_with_no_more_than_it_was_sheared_by(monkeypatch, factor):
     """What springs back has been stored: friction may turn round, but not grow so."""

@@ -140,6 +140,9 @@ def test_the_speed_that_is_not_foreseen_is_none_on_a_parabola_and_falls_with_the
     law, motions = follow([0.0, 1.0, 1.5, 2.5], lambda t: 3.0 * t**2 - 2.0 * t)
     assert law.unforeseen(motions[2], motions[3]) == pytest.approx(0.0, abs=1e-12)
     assert motions[3].acceleration == pytest.approx(6.0)
+    _, rate = law.begin(motions[3], 3.5)
+    predicted = rate.slope * (motions[3].displacements + motions[3].velocity) + rate.intercept
+    assert predicted + law.gained(motions[3], 3.5) == pytest.approx(6.0 * 3.5 - 2.0)
 
     def of_a_wave(dt):
         law, motions = follow(dt * np.arange(4), lambda t: np.sin(t + 0.3))
@@ -163,6 +166,7 @@ def test_a_corner_of_the_motion_shows_in_the_speed_that_is_not_foreseen() -> Non
 def test_a_block_that_has_rested_is_expected_to_rest() -> None:
     law, motions = follow([0.0, 1.0, 2.0], lambda t: 0.5 * t)
     still = rested(motions[2])
+    assert law.gained(still, 4.0) == 0.0
     following = law.end(still, 4.0, still.displacements + 1.0)
     assert law.unforeseen(still, following) == pytest.approx(0.5)
     assert following.acceleration == pytest.approx(0.0)

@@ -39,6 +39,12 @@ class Plate:
         """The next time (s) at which the plate's force or speed has a corner."""
         return float(min(self._pressures.next_corner(now), self._speeds.next_corner(now)))
 
+    def bends(self, time: float) -> tuple[float, float]:
+        """By how much the rates of change of its force, as a share of it, and of its speed jump at
+        `time` (s): 1/s and m/s2.
+        """
+        return self._pressures.bend(time) / self._pressures.at(time), self._speeds.bend(time)
+
     def way(self, now: float, dt: float) -> float:
         """How far ice passes in a step of `dt` from `now` (s), m."""
         return self._speeds.mean_between(now, now + dt) * dt if self.passing < np.inf else 0.0

@@ -155,7 +155,7 @@ def gathered(sliding: Sliding) -> dict[str, Any]:
         "time": memory.time,
         "step": memory.step,
         "film_step": memory.film_step,
-        "solved": memory.motion[:3],
+        "solved": memory.motion[:4],
         "offset": memory.offset,
         "steady": memory.steady,
         "way": memory.way,
@@ -185,14 +185,13 @@ def resumed(block: Block, state: Mapping[str, Any]) -> Sliding:
     points, films = layouts.points.own(state["points"]), layouts.films.own(state["films"])
     memory = layouts.memory.own(state.get("memory", {}))  # of a grid nothing is kept of nothing
     walls = layouts.walls.own(state["walls"]) if block.grip is not None else {}
-    time, span, turned = state["solved"]
     sliding.recall(
         Memory(
             time=state["time"],
             step=state["step"],
             film_step=state["film_step"],
             start=nodes["start"],
-            motion=Motion(time, span, turned, **{name: nodes[name] for name in MOVES}),
+            motion=Motion(*state["solved"], *(nodes[name] for name in MOVES)),
             speed=points["speed"],
             shear=points["shear"],
             offset=state["offset"],

@@ -189,6 +189,8 @@ class Sliding:
                     following = min(following, trial.dt)
                 if cut and not rejected:  # a short step to a corner says nothing of the next
                     following = max(following, self._dt)
+                if dt == corner:
+                    following = min(following, self._trials.first_behind_corner(self.current))
                 self._dt = min(following, self._longest)
                 self._film_step = trial.passage.following
             return trial._replace(rejected=rejected)

@@ -139,6 +139,13 @@ class StepError:
         off, change = abs(found - curved) / size, abs(found - straight) / size
         return max(off / CURVED_SHARE, min(off / FORESEEN_SHARE, change / STRAIGHT_SHARE))
 
+    def first_behind_corner(self, force: float, rate: float) -> float:
+        """The step (s) in which friction goes as far from the `force` (N) that was foreseen as it
+        may, where its rate of change jumps by `rate` (N/s).
+        """
+        off = CURVED_SHARE * self._tolerance * max(abs(force), self.least_friction)
+        return off / abs(rate) if rate else np.inf
+
     def is_jump(self, found: float, curved: float) -> bool:
         """Whether friction (N) is so far from what was foreseen that the velocity has jumped."""
         return abs(found - curved) > JUMP_SHARE * max(abs(found), self.least_friction)

@@ -23,12 +23,14 @@ class Motion(NamedTuple):
     """Displacements (m), velocities (m/s) and accelerations (m/s2) of all dofs of this rank.
 
     time (s): when they were found; span (s): how long the block took from the solution before,
-    infinite if it has rested since; turned: whether the velocity had a corner or a jump there.
+    infinite if it has rested since; turned: whether the velocity had a corner or a jump there;
+    smooth: whether the acceleration before has told more of the velocity then than that alone.
     """
 
     time: float
     span: float
     turned: bool
+    smooth: bool
     displacements: Array
     velocity: Array
     acceleration: Array
@@ -55,6 +57,9 @@ class MotionLaw(Protocol):
     def local_error(self, start: Motion, end: Motion) -> Array:
         """Estimated error of the displacements (dofs,) that the step made, m."""
 
+    def gained(self, start: Motion, time: float) -> Array:
+        """What the acceleration adds to the velocity (dofs,) that `begin` has at `time`, m/s."""
+
     def unforeseen(self, start: Motion, end: Motion) -> Array:
         """Velocity (dofs,) at the end less that expected at the start, m/s, if nothing else tells
         its error.
@@ -73,13 +78,15 @@ class MotionLaw(Protocol):
 def at_rest(displacements: Array) -> Motion:
     """A block that does not move at t = 0."""
     still = np.zeros_like(displacements)
-    return Motion(0.0, np.inf, False, displacements.copy(), still, still)
+    return Motion(0.0, np.inf, False, False, displacements.copy(), still, still)
 
 
 def rested(motion: Motion) -> Motion:
     """The same displacements, held since."""
     still = np.zeros_like(motion.velocity)
-    return motion._replace(span=np.inf, turned=False, velocity=still, acceleration=still)
+    return motion._replace(
+        span=np.inf, turned=False, smooth=False, velocity=still, acceleration=still
+    )
 
 
 class QuasiStatic:
@@ -106,29 +113,32 @@ class QuasiStatic:
         span = time - start.time
         velocity = (displacements - start.displacements) / span
         acceleration = 2.0 * (velocity - start.velocity) / (span + start.span)
-        return Motion(time, span, False, displacements, velocity, acceleration)
+        return Motion(time, span, False, False, displacements, velocity, acceleration)
 
     def local_error(self, start: Motion, end: Motion) -> Array:
         """None: there is nothing to integrate."""
         return np.zeros_like(end.displacements)
 
+    def gained(self, start: Motion, time: float) -> Array:
+        """a0 t, of the last parabola, with t the time since the middle of the step before."""
+        if not np.isfinite(start.span):
+            return np.zeros_like(start.velocity)
+        return np.asarray((0.5 * start.span + time - start.time) * start.acceleration)
+
     def unforeseen(self, start: Motion, end: Motion) -> Array:
         """How far the last parabola's velocity is from this one's, at the end: v1 - (v0 + a0 t).
 
-        t is the time since the middle of the step before. Of second order in dt and 4.5 times the
-        error of v1 where the motion is smooth (in equal steps); at a corner at least twice it.
+        Of second order in dt and 4.5 times the error of v1 where the motion is smooth (in equal
+        steps); at a corner at least twice it.
         """
         found = end.velocity + 0.5 * end.span * end.acceleration
-        if not np.isfinite(start.span):
-            return np.asarray(found - start.velocity)
-        expected = start.velocity + (0.5 * start.span + end.span) * start.acceleration
-        return np.asarray(found - expected)
+        return np.asarray(found - start.velocity - self.gained(start, end.time))
 
     def turned(self, start: Motion, end: Motion) -> Motion:
         """Without a parabola to go on with; but the first one behind a corner is good."""
         if start.turned:
             return end
-        return end._replace(turned=True, acceleration=np.zeros_like(end.acceleration))
+        return end._replace(turned=True, smooth=False, acceleration=np.zeros_like(end.acceleration))
 
     def kinetic_energy(self, motion: Motion) -> float:
         """None: its mass is neglected."""
@@ -193,13 +203,17 @@ class Dynamic:
         coasted = u + dt * v + (0.5 - beta) * dt**2 * a
         following = (displacements - coasted) / (beta * dt**2)
         velocity = v + dt * ((1.0 - gamma) * a + gamma * following)
-        return Motion(time, dt, False, displacements, velocity, following)
+        return Motion(time, dt, False, False, displacements, velocity, following)
 
     def local_error(self, start: Motion, end: Motion) -> Array:
         """(beta - 1/6) dt^2 (a1 - a0): Zienkiewicz and Xie, Earthq. Eng. Struct. Dyn. 20 (1991)."""
         dt = end.time - start.time
         change = end.acceleration - start.acceleration
         return np.asarray((self._beta - 1.0 / 6.0) * dt**2 * change)
+
+    def gained(self, start: Motion, time: float) -> Array:
+        """None: `begin` predicts with it."""
+        return np.zeros_like(start.velocity)
 
     def unforeseen(self, start: Motion, end: Motion) -> Array:
         """None: the local error tells."""

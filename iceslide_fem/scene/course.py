@@ -60,6 +60,14 @@ class Course:
         t, (c3, c2, c1, _) = time - self.times[before], self._cubic[:, before]
         return float((3.0 * c3 * t + 2.0 * c2) * t + c1)
 
+    def bend(self, time: float) -> float:
+        """By how much its rate of change jumps at `time` (s), 1/s of its unit."""
+        if self.is_constant or self.smooth:
+            return 0.0
+        slopes = np.concatenate([[0.0], np.diff(self.values) / np.diff(self.times), [0.0]])
+        here = np.abs(np.array(self.times) - time) <= _SAME * self.duration
+        return float(np.diff(slopes) @ here)
+
     def integral(self, time: float) -> float:
         """Integral from 0 to `time` (s), exact."""
         if self.is_constant:

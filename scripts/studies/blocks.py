@@ -68,7 +68,7 @@ def slid(
         rejected += accepted.rejected
         iterations += accepted.iterations
         observe(run)
-    mean = work / (scene.load.speed * run.current.time * block.force)
+    mean = work / (scene.load.speeds.mean * run.current.time * block.force)
     return Slide(
         np.array(time), np.array(mu), mean, len(time) - 1, rejected, iterations,
         process_time() - started, run,
