@@ -18,9 +18,6 @@ from iceslide_fem.arrays import Array, Index, Mask
 BAR = 1.0e5
 ZERO_CELSIUS = 273.15  # K
 
-# Heat reaches so many thermal layers sqrt(alpha t) deep: erfc(2) = 0.5 % of the rise is left there.
-HEATED_LAYERS = 4.0
-
 ICE_DENSITY = 916.0  # kg/m3
 LATENT_HEAT = 330.0e3  # J/kg
 ICE_CONDUCTIVITY = 2.25  # W/(m K)

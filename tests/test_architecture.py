@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).parent.parent / "iceslide_fem"
 # From the ground up; a module or folder imports only what stands below its floor.
 FLOORS = [
     {"arrays", "errors", "launch"},
-    {"files", "materials", "options", "parallel", "progress", "screen"},
+    {"files", "materials", "options", "parallel", "progress", "screen", "thermal_layers"},
     {"laws"},
     {"folder", "scene", "fenics"},
     {"film", "results", "mesh"},

@@ -18,13 +18,15 @@ from scipy.linalg import eigh
 
 from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.law import Film, FilmStage, Surface
-from iceslide_fem.materials import HEATED_LAYERS, ICE, Solid
+from iceslide_fem.materials import ICE, Solid
+from iceslide_fem.thermal_layers import (
+    FIRST_LAYER,
+    HEATED_LAYERS,
+    LAYER_RATIO,
+    layers,
+    node_depths,
+)
 
-# First layer relative to the thermal layer sqrt(alpha t) of the whole run, growth of the layers
-# below (the column is HEATED_LAYERS deep): the surface temperature under constant flux
-# is then within 4e-5 from a hundredth of the run on, within 8e-5 from a thousandth on.
-FIRST_LAYER = 0.025
-LAYER_RATIO = 1.4
 # Of the slowest mode's time, for `Column.condensed`.
 EARLY = 0.02
 
@@ -90,35 +92,33 @@ class Column:
         self.temperature = np.asarray(temperature, dtype=float)
         self.solid, solid = solid, Solid(*(np.ravel(part)[0] for part in solid))
         self._gain = np.asarray(solid.effusivity / self.solid.effusivity)
-        first = first_layer * np.sqrt(solid.diffusivity * np.min(duration))
-        total = depth * np.sqrt(solid.diffusivity * np.max(duration))
-        count = int(np.ceil(np.log1p(total / first * (ratio - 1.0)) / np.log(ratio)))
-        thickness = first * ratio ** np.arange(count)
+        thickness = layers(solid.diffusivity, duration, first_layer, ratio, depth)
         capacity, conduction = _quadratic_elements(thickness, solid)
         rates, modes = eigh(conduction, capacity)
         rates[0] = 0.0  # uniform warmth does not decay: exactly, so that heat is conserved
         self.rates = rates
         self.surface, self._modes, self._capacity = modes[0], modes, capacity
-        edges = np.append(0.0, np.cumsum(thickness))
-        self.depths = np.sort(np.concatenate([edges, edges[:-1] + 0.5 * thickness]))
+        self.depths = node_depths(thickness)
         self._storage = capacity.sum(axis=0) @ modes
 
-    def condensed(self, error: float) -> Self:
+    def condensed(self, error: float, shortest: float = 1.0) -> Self:
         """The column in fewer modes, whose surface warms under a constant flux within `error`.
 
         That is relative to the rise at times near that of the slowest mode. What is wrong for a
         short time counts by that time: at t the error may be 1 + t_1 / t times as large, with
-        t_1 = `EARLY` of the slowest mode's time, and before `error` of that time nothing counts.
+        t_1 = `EARLY` of the slowest mode's time, and before `error` of that time nothing counts;
+        both times are shorter by the share `shortest` where ice is heated no longer than that.
         The modes are those of the same equations in the span of uniform warmth (so that heat is
         conserved) and of the column's answers to fluxes that grow as exp(s t), for rates s in even
         ratios: a Galerkin projection on a rational Krylov space, symmetric and stable as the
         column itself. A third of the modes answers as well as the mesh is fine.
         """
         rates, surface = self.rates, self.surface
-        slowest, fastest = rates[1], min(rates[-1], rates[1] / error) if error else rates[-1]
+        counts = error * shortest
+        slowest, fastest = rates[1], min(rates[-1], rates[1] / counts) if counts else rates[-1]
         times = 1.0 / np.geomspace(slowest, fastest, 60)
         exact = _warming(rates, surface, times)
-        allowed = error * (1.0 + EARLY / (slowest * times)) * exact
+        allowed = error * (1.0 + EARLY * shortest / (slowest * times)) * exact
         for count in range(6, rates.size):
             shifts = np.geomspace(slowest, fastest, count - 1)
             answers = surface[:, None] / (rates[:, None] + shifts)

@@ -19,9 +19,11 @@ from iceslide_fem.interface.remembering_ice import RememberingIce
 from iceslide_fem.interface.rubber_columns import RubberOverGrid
 from iceslide_fem.interface.surface_grid import SurfaceGrid, own_points
 from iceslide_fem.mesh.grid import Lines
-from iceslide_fem.mesh.ice import ice_lines, passing_time, patch_lines, window_lines
-from iceslide_fem.parallel import from_root
+from iceslide_fem.mesh.ice import heating_times, passing_time, patch_lines, window_lines
 from iceslide_fem.rubber.block import Block
+
+# Error of continuum ice in fewer modes than its mesh has, as a share of the tolerance.
+CONDENSED = 0.005
 
 
 def carrier_of(block: Block, layers_for: float | None = None) -> Attached | OnRubber | OnIce:
@@ -46,8 +48,7 @@ def _attached(block: Block, duration: Array) -> Attached:
         half_spaces = OwnColumns(HalfSpace(temperature, duration, solid))
         return Attached(block.friction, half_spaces, own_points(block.surface.n_points))
     points, footprint = _footprint(block)
-    surface = patch_lines(scene, footprint)
-    ice = _continuum(block, surface, float(duration[0]))
+    ice = _continuum(block, patch_lines(scene, footprint), duration)
     # The ice stays under the point of the rubber that it lies under at t = 0.
     return Attached(block.friction, ice, ice.grid.place(points), rubber)
 
@@ -59,18 +60,17 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     lines = window_lines(scene, footprint)
     friction, said = block.friction, scene.film.carrier
     carrier = friction.law.carried_by(said) if isinstance(friction, OwnFriction) else said
-    # no ice is there longer
-    passing = np.minimum(duration, passing_time(scene, float(np.ptp(lines[0])), longest=True))
+    heated = heating_times(scene, float(np.ptp(lines[0])), duration)
     ice: Continuum | GridColumns
     if scene.ice.heat == "continuum":
-        ice = _continuum(block, lines, float(duration[0]))
+        ice = _continuum(block, lines, heated)
     else:
         count = int(np.prod([line.size for line in lines]))
         own = np.array_split(np.arange(count), comm.size)[comm.rank]
         grid = SurfaceGrid(lines, own, comm)
         on_nodes = carrier == "ice" and isinstance(friction, FilmFriction)
         columns = GridColumns if on_nodes else GridColumnsUnderPoints
-        ice = columns(grid, temperature, passing, solid)
+        ice = columns(grid, temperature, heated, solid)
     if isinstance(friction, OwnFriction) and carrier == "ice":
         return RememberingIce(friction, ice, rubber_columns(scene, duration))
     if not isinstance(friction, FilmFriction) or carrier == "rubber":
@@ -89,11 +89,17 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     return OnIce(friction, ice, scene.initial_height, rubber, film.water_speed)
 
 
-def _continuum(block: Block, surface: list[Lines], layers_for: float) -> Continuum:
-    """Meshed ice with those lines of its surface, and the layers of a run of that duration (s)."""
+def _continuum(block: Block, surface: list[Lines], heated: Array) -> Continuum:
+    """Ice that is `heated` (s) below those lines of its surface."""
     scene, comm = block.scene, block.surface.comm
-    lines = from_root(lambda: ice_lines(scene, surface, layers_for=layers_for), comm)
-    return Continuum(lines, comm, scene.ice.temperature, scene.ice.solid)
+    column = Column(scene.ice.temperature, heated, solid=scene.ice.solid)
+    shortest = 1.0
+    if scene.ice.motion == "sliding":
+        passed = passing_time(scene, scene.rubber.length, scene.load.speeds.largest)
+        shortest = passed / float(np.max(heated))
+    return Continuum(
+        surface, comm, column.condensed(CONDENSED * scene.numerics.tolerance, shortest)
+    )
 
 
 def _footprint(block: Block) -> tuple[Array, list[tuple[float, float]]]:

@@ -4,11 +4,11 @@ The contact points lie anywhere on the ice's surface. Every rank knows the surfa
 read their temperature from it by (bi)linear interpolation and give their heat to the same nodes
 with the same weights, so that the heat that leaves the interface is the heat that enters the ice.
 
-The mesh is a tensor grid, so that its modes are products of those of lines (`ice_modes`). The
-content is the modes' amplitudes, which all ranks have: between two steps nothing but their decay
-has to be found. Within an implicit stage the surface's temperatures are an offset and a known,
-symmetric response to the heat that they are given; what has to be iterated is the film on the
-surface alone.
+The ice is a `Column` below every node of that grid, with conduction along the surface between
+them: its modes are products of the column's and of those of lines (`ice_modes`). The content is
+the modes' amplitudes, which all ranks have: between two steps nothing but their decay has to be
+found. Within an implicit stage the surface's temperatures are an offset and a known, symmetric
+response to the heat that they are given; what has to be iterated is the film on the surface alone.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.law import Film, FilmStage, Surface
-from iceslide_fem.interface.ice_modes import GridModes, line_matrices
+from iceslide_fem.interface.ice_modes import SurfaceModes
 from iceslide_fem.interface.ice_surface import UNSETTLED, Balance, Fluxes, StageSurface
 from iceslide_fem.interface.surface_grid import Contacts, Profile, SurfaceGrid
-from iceslide_fem.materials import ICE, Solid
 from iceslide_fem.mesh.grid import Lines
 
 # Where it melts, the surface is held at T_m through a resistance of this share of the first
@@ -37,36 +37,34 @@ FULL_ITERATIONS, MAX_ITERATIONS = 12, 60
 
 
 class Continuum:
-    """Heat equation on the ice mesh, linear elements; content: amplitudes of T - T_0, on all ranks.
+    """Heat equation in the ice below a grid on its surface.
 
-    grid: that of the surface, whose `nodes` the ranks share evenly. T_0 in K.
+    grid: that of the surface, whose `nodes` the ranks share evenly. Content: lateral amplitudes of
+    what the column's modes hold (J/m2, as `Column` has them), (n_modes, *shape of the grid), on all
+    ranks. No heat passes the sides.
     """
 
-    def __init__(
-        self, lines: Sequence[Lines], comm: MPI.Comm, temperature: float, solid: Solid = ICE
-    ) -> None:
-        """Ice at `temperature` (K) on the grid `lines` of x, (y,) z, m, without points yet."""
-        self._initial, self._solid = temperature, solid
-        self._shape = tuple(line.size for line in lines)
-        self._modes = GridModes(lines)
-        self._volumes = [line_matrices(line)[0].sum(axis=1) for line in lines]
-        surface = np.arange(int(np.prod(self._shape[:-1])))
-        own = np.array_split(surface, comm.size)[comm.rank]
-        self.grid = SurfaceGrid(lines[:-1], own, comm)
+    def __init__(self, surface: Sequence[Lines], comm: MPI.Comm, column: Column) -> None:
+        """Ice of which a `column` is below each node of the lines of x (and y) on its `surface`, m;
+        without points yet.
+        """
+        self._column, self._solid = column, column.solid
+        self._modes = SurfaceModes(surface)
+        self._rates = np.add.outer(column.rates, self._solid.diffusivity * self._modes.rates)
+        own = np.array_split(np.arange(self._modes.rates.size), comm.size)[comm.rank]
+        self.grid = SurfaceGrid(surface, own, comm)
         self.nodes = self.grid.nodes
-        z = lines[-1]
-        self._depths = -z[::-1]  # of the nodes, from 0 downwards, m
-        self._link = RESISTANCE_SHARE * float(z[-1] - z[-2]) / solid.conductivity
+        self._link = RESISTANCE_SHARE * float(column.depths[2]) / self._solid.conductivity
         self._contacts = Contacts(self.grid.own_nodes(), np.zeros(own.size))
 
     @property
     def n_dofs(self) -> int:
-        """Temperature unknowns on all ranks."""
-        return int(np.prod(self._shape))
+        """Temperature unknowns on all ranks: nodes of the mesh, which has fewer modes."""
+        return self.grid.n_nodes * self._column.depths.size
 
     def initial(self, n_points: int) -> Array:
         """Content of ice at its initial temperature (whatever the number of points)."""
-        return np.zeros(self._shape)
+        return np.zeros(self._rates.shape)
 
     def under(self, contacts: Contacts) -> Continuum:
         """The same ice as it answers below `contacts`."""
@@ -74,24 +72,16 @@ class Continuum:
         below._contacts = contacts
         return below
 
-    def content(self, rise: Array) -> Array:
-        """Content of T - T_0 (K) at the nodes, of the grid's shape, z upwards."""
-        return self._modes.amplitudes(rise)
-
-    def rise(self, content: Array) -> Array:
-        """T - T_0 (K) at the nodes, of the grid's shape, z upwards."""
-        return self._modes.nodal(content)
-
     def surface_temperature(self, content: Array) -> Array:
         """Temperature at the points (K), shape (n,)."""
         return self.grid.interpolate(self._at_surface(content).ravel(), self._contacts.at)
 
     def shifted(self, content: Array, cells: int) -> Array:
         """Content after the window has moved `cells` cells in +x: fresh ice enters."""
-        rise = self.rise(content)
-        moved = np.zeros_like(rise)
-        moved[: rise.shape[0] - cells] = rise[cells:]
-        return self.content(moved)
+        columns = self._modes.values(content)
+        moved = np.zeros_like(columns)
+        moved[:, : columns.shape[1] - cells] = columns[:, cells:]
+        return self._modes.amplitudes(moved)
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """Solve capacity (T - T_start) / dt + conduction T = heat from the film. Collective.
@@ -101,15 +91,13 @@ class Continuum:
         found. Raises NotConverged.
         """
         modes, (at, area) = self._modes, self._contacts
-        per_heat = float(dt) / (self._solid.density * self._solid.heat_capacity)
-        decay = np.reciprocal(1.0 + float(dt) * self._solid.diffusivity * modes.rates)
+        decay = np.reciprocal(1.0 + dt * self._rates)
         cooled = start * decay
-        resistance = per_heat * (decay @ modes.surface**2)
+        resistance = dt * self._per_heat(decay)
         surface = StageSurface(self.grid, modes, at, self._at_surface(cooled), resistance)
 
         def warmed(balance: Balance) -> Array:
-            heat = per_heat * modes.load_amplitudes(balance.given)
-            return cooled + heat[..., None] * (modes.surface * decay)
+            return cooled + dt * modes.load_amplitudes(balance.given) * decay
 
         temperature = self._at_surface(start)
         below = self.grid.interpolate(temperature.ravel(), at)
@@ -133,33 +121,31 @@ class Continuum:
 
     def heat(self, content: Array) -> float:
         """Heat above the initial temperature, J (J/m in a slice)."""
-        total = self.rise(content)
-        for volumes in self._volumes:
-            total = np.tensordot(volumes, total, axes=(0, 0))
-        return float(self._solid.density * self._solid.heat_capacity * total)
+        return float(self._column.heat(self._columns(content)) @ self.grid.cell_area)
 
     def profile(self, content: Array) -> Profile:
         """Temperature and heat below the nodes of the grid."""
-        rise = self._below(content)
-        capacity = self._solid.density * self._solid.heat_capacity
-        heat = capacity * self._volumes[-1][::-1] @ rise
-        return Profile(self._depths, self._initial + rise, heat, self.grid)
+        column, columns = self._column, self._columns(content)
+        kelvin, heat = column.at_depths(columns), column.heat(columns)
+        return Profile(column.depths, kelvin, heat, self.grid)
 
     def saved(self, content: Array) -> dict[str, Array]:
-        """What checkpoints keep: T - T_0 below this rank's nodes of the surface."""
-        return {"rise": self._below(content)[:, self.grid.own]}
+        """What checkpoints keep, the column's: T - T_0 below this rank's nodes of the surface."""
+        return self._column.saved(self._columns(content)[:, self.grid.own])
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
         """Content of what was `saved`, also by ice that ended higher: below is cold. Collective."""
-        rise = np.zeros((self._shape[-1], self.grid.n_nodes))
-        rise[: len(saved["rise"])] = self.grid.allgather(saved["rise"])
-        return self.content(rise[::-1].T.reshape(self._shape))
+        columns = self.grid.allgather(self._column.restored(saved))
+        return self._modes.amplitudes(columns.reshape(self._rates.shape))
+
+    def _columns(self, content: Array) -> Array:
+        """Content of the column below each node of the surface, (n_modes, nodes)."""
+        return self._modes.values(content).reshape(len(content), -1)
+
+    def _per_heat(self, content: Array) -> Array:
+        """What `content` (n_modes, ...) adds to the temperature of the surface, K, (...)."""
+        return np.tensordot(self._column.surface**2, content, axes=1)
 
     def _at_surface(self, content: Array) -> Array:
         """Temperature (K) at the surface's nodes, of its shape."""
-        modes = self._modes
-        return self._initial + modes.surface_values(content @ modes.surface)
-
-    def _below(self, content: Array) -> Array:
-        """T - T_0 (K) at the depths below all nodes of the surface, (depths, nodes)."""
-        return self.rise(content).reshape(-1, self._shape[-1]).T[::-1]
+        return self._column.temperature + self._modes.values(self._per_heat(content))

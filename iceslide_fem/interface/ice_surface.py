@@ -16,7 +16,7 @@ from scipy.linalg.lapack import dpbtrf, dpbtrs
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.film.law import FilmStage
-from iceslide_fem.interface.ice_modes import GridModes
+from iceslide_fem.interface.ice_modes import SurfaceModes
 from iceslide_fem.interface.line_search import search
 from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid
 
@@ -76,7 +76,7 @@ class StageSurface(NamedTuple):
     """
 
     grid: SurfaceGrid
-    modes: GridModes
+    modes: SurfaceModes
     at: Placement
     offset: Array
     resistance: Array
@@ -84,13 +84,13 @@ class StageSurface(NamedTuple):
     def residual(self, balance: Balance) -> Array:
         """Temperature less that of ice that takes what is given, K."""
         amplitudes = self.resistance * self.modes.load_amplitudes(balance.imbalance)
-        return self.modes.surface_values(amplitudes)
+        return self.modes.values(amplitudes)
 
     def balance(self, temperature: Array, below: Array, heat: Array) -> Balance:
         """What is given and taken where points of the temperature `below` give `heat` (W)."""
         given = self.grid.scatter(heat, self.at).reshape(self.grid.shape)
-        taken = self.modes.surface_amplitudes(temperature - self.offset) / self.resistance
-        return Balance(temperature, below, given, self.modes.surface_loads(taken) - given)
+        taken = self.modes.amplitudes(temperature - self.offset) / self.resistance
+        return Balance(temperature, below, given, self.modes.loads(taken) - given)
 
     def balanced(self, balance: Balance, fluxes: Fluxes) -> tuple[Balance, bool]:
         """The balance with these `fluxes`, from the one where they were asked; whether any of them
@@ -146,9 +146,9 @@ class StageSurface(NamedTuple):
             return np.asarray(dpbtrs(factor, load, lower=1)[0]).ravel()
 
         def load(x: Array) -> Array:
-            amplitudes = modes.surface_amplitudes(x.reshape(grid.shape)) / resistance
+            amplitudes = modes.amplitudes(x.reshape(grid.shape)) / resistance
             points = dsbmv(width, 1.0, bands, x, lower=1)
-            return np.asarray(modes.surface_loads(amplitudes).ravel() + points)
+            return np.asarray(modes.loads(amplitudes).ravel() + points)
 
         x, left = np.zeros(grid.n_nodes), imbalance.ravel().copy()
         direction = answer = answered(left)

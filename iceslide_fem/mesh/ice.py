@@ -10,28 +10,21 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from iceslide_fem.materials import ICE
+from iceslide_fem.arrays import Array
 from iceslide_fem.mesh.box import box_lines, from_edge, reference_cells
 from iceslide_fem.mesh.gmsh_model import TaggedMesh
-from iceslide_fem.mesh.grid import Lines, graded, tensor_grid
+from iceslide_fem.mesh.grid import Lines, tensor_grid
 from iceslide_fem.mesh.rubber import block_shape
 from iceslide_fem.scene import Scene
+from iceslide_fem.thermal_layers import layers, node_depths
 
-# The first layer is this share of the thermal layer sqrt(alpha t) of the time that ice is rubbed,
-# though no longer than LATEST: melting begins within that, however long the run is. It and the
-# growth of the layers hold at the tolerance REFERENCE, and follow the root of another one: the
-# error of linear elements is of second order (docs/accuracy.md).
-FIRST_LAYER, LAYER_RATIO = 0.045, 1.12
-LATEST = 7e-3  # s
-REFERENCE = 1e-3
-COARSEST, FINEST = 2.0, 0.3  # of layers, relative to those at REFERENCE
 WINDOW_CELLS = 100  # along the block, where the ice slides
 MOST_CELLS = 4  # that the block may pass in a step, film and heat in one sub-step each
 WINDOW_GUARD = 3  # cells before and behind what the block may touch, and
 WINDOW_SHEAR = 0.15  # of its height, by which a change of friction may move it
 WINDOW_BULGE = 0.05  # the same sideways: 0.002 where a soft cube's friction rises (3 bar, -5 degC)
-DEPTH = 5.0  # in thermal lengths sqrt(alpha t): 4e-4 of the surface's temperature rise is left
 
 
 def patch_lines(
@@ -100,73 +93,35 @@ def ice_shape(scene: Scene) -> tuple[int, ...]:
     return tuple(len(line) for line in ice_lines(scene, surface))
 
 
-def ice_lines(
-    scene: Any,
-    surface: Sequence[Lines] | None = None,
-    depth: float | None = None,
-    layers_for: float | None = None,
-) -> list[Lines]:
+def ice_lines(scene: Any, surface: Sequence[Lines] | None = None) -> list[Lines]:
     """Grid lines in x, (y,) z of the ice that a run of the scene warms, on this rank alone.
 
-    surface: grid lines of x (and y) on it, m, by default `patch_lines` of the undeformed block;
-    no heat passes the sides. depth (m) is 5 thermal lengths sqrt(alpha t) by default. layers_for
-    (s): it has the layers of a run of that duration, and more below them; by default the scene's.
-    Raises SceneError if the user's mesh can't be used.
+    surface: grid lines of x (and y) on it, m, by default `patch_lines` of the undeformed block.
+    Downwards they are the nodes of `thermal_layers`. Raises SceneError if the user's mesh can't be
+    used.
     """
-    lines, duration = list(surface or patch_lines(scene)), layers_for or scene.load.duration
-    below, (low, high) = float(np.ptp(lines[0])), block_shape(scene).ranges[0]
-    thermal = thermal_layer(scene, high - low, duration)
-    first, ratio = surface_layers(thermal, scene.numerics, scene.ice.solid.diffusivity)
-    slope = math.log(ratio)
-    meshed = depth or DEPTH * thermal_layer(scene, below, duration, longest=True)
-    # so that graded starts with the surface's layer
-    layers = graded(meshed, first * slope / math.expm1(slope), slope)
-    if depth is None:
-        layers = deeper(layers, DEPTH * thermal_layer(scene, below, longest=True), ratio)
-    return [*lines, -layers[::-1]]
+    lines = list(surface or patch_lines(scene))
+    heated = heating_times(scene, float(np.ptp(lines[0])), scene.load.duration)
+    depths = node_depths(layers(scene.ice.solid.diffusivity, heated))
+    return [*lines, -depths[::-1]]
 
 
-def deeper(layers: Lines, depth: float, ratio: float) -> Lines:
-    """`layers` (m, from 0 downwards) and below them more, each by `ratio` thicker, to `depth`."""
-    thickness = layers[-1] - layers[-2]
-    missing = math.log1p((depth - layers[-1]) / thickness * (ratio - 1.0) / ratio)
-    count = math.ceil(round(missing / math.log(ratio), 6))
-    return np.append(layers, layers[-1] + np.cumsum(thickness * ratio ** np.arange(1, count + 1)))
+def heating_times(scene: Any, length: float, durations: ArrayLike) -> Array:
+    """How long (s) runs of the `durations` (s) warm any of the ice, at most.
 
-
-def passing_time(scene: Any, length: float, longest: bool = False) -> float:
-    """Time (s) in which ice that slides passes `length` (m), no more than the run's.
-
-    At the mean speed, or the `longest` that it may take.
+    length: of the window of ice that slides, m.
     """
-    speeds, duration = scene.load.speeds, float(scene.load.duration)
-    speed = speeds.smallest if longest else speeds.mean
-    return min(duration, length / speed) if speed * duration > length else duration
+    durations = np.asarray(durations, dtype=float)
+    if scene.ice.motion == "attached":
+        return durations
+    # no ice is there longer
+    return np.minimum(durations, passing_time(scene, length, scene.load.speeds.smallest))
 
 
-def thermal_layer(
-    scene: Any, length: float, duration: float | None = None, longest: bool = False
-) -> float:
-    """sqrt(alpha t) of the run or of the time in which ice that slides passes `length` (m), m.
-
-    duration (s): of the run, by default the scene's; longest: as for `passing_time`.
-    """
-    time = duration or scene.load.duration
-    if scene.ice.motion == "sliding":
-        time = min(time, passing_time(scene, length, longest))
-    return math.sqrt(scene.ice.solid.diffusivity * time)
-
-
-def surface_layers(
-    thermal: float, numerics: Any, diffusivity: float = ICE.diffusivity
-) -> tuple[float, float]:
-    """First layer (m) and ratio of neighbouring layers below ice with that `thermal` layer (m).
-
-    `diffusivity` is that of the ice, m2/s.
-    """
-    size = min(max((numerics.tolerance / REFERENCE) ** 0.5, FINEST), COARSEST) / numerics.refinement
-    first = FIRST_LAYER * min(thermal, math.sqrt(diffusivity * LATEST))
-    return size * first, LAYER_RATIO**size
+def passing_time(scene: Any, length: float, speed: float) -> float:
+    """Time (s) in which ice that slides at `speed` passes `length` (m), no more than the run's."""
+    duration = float(scene.load.duration)
+    return length / speed if speed * duration > length else duration
 
 
 def tagged_ice(lines: list[Lines]) -> TaggedMesh:

@@ -22,7 +22,6 @@ from iceslide_fem.materials import (
     BAR,
     COMPOUNDS,
     CONTACT_TABLES,
-    HEATED_LAYERS,
     ConstantContact,
     ContactTable,
     MooneyRivlin,
@@ -37,6 +36,7 @@ from iceslide_fem.scene.rubber import Rubber
 from iceslide_fem.scene.shape import check_room_across
 from iceslide_fem.scene.table import Table
 from iceslide_fem.scene.units import Quantity
+from iceslide_fem.thermal_layers import HEATED_LAYERS
 
 Place = Annotated[float, Quantity("m", "-1 m", "1 m")]
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$", strict=True)]

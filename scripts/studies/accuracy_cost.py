@@ -24,16 +24,17 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.step_error import COUPLING
 from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.film.ice_heat import FIRST_LAYER, LAYER_RATIO, Column
+from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.point import Conditions, simulate
-from iceslide_fem.materials import BAR, COMPOUNDS, HEATED_LAYERS
+from iceslide_fem.materials import BAR, COMPOUNDS
 from iceslide_fem.rubber.block import build_block
 from iceslide_fem.rubber.contact import default_penalty
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.equilibrium import Equilibrium
 from iceslide_fem.rubber.press import press
 from iceslide_fem.scene import Scene, scene_from_dict
+from iceslide_fem.thermal_layers import FIRST_LAYER, HEATED_LAYERS, LAYER_RATIO
 from scripts.studies import common, press_elements
 from scripts.studies.blocks import Slide, slid
 from scripts.studies.common import largest, timed
