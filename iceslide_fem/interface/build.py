@@ -22,8 +22,9 @@ from iceslide_fem.mesh.grid import Lines
 from iceslide_fem.mesh.ice import heating_times, passing_time, patch_lines, window_lines
 from iceslide_fem.rubber.block import Block
 
-# Error of continuum ice in fewer modes than its mesh has, as a share of the tolerance.
-CONDENSED = 0.005
+# Of continuum ice, relative to the tolerance: the error of fewer modes than its mesh has; what is
+# between its points and it, of the resistance of all its layers (mu(t) changes by a tenth of it).
+CONDENSED, LINK = 0.005, 0.0075
 
 
 def carrier_of(block: Block, layers_for: float | None = None) -> Attached | OnRubber | OnIce:
@@ -97,9 +98,9 @@ def _continuum(block: Block, surface: list[Lines], heated: Array) -> Continuum:
     if scene.ice.motion == "sliding":
         passed = passing_time(scene, scene.rubber.length, scene.load.speeds.largest)
         shortest = passed / float(np.max(heated))
-    return Continuum(
-        surface, comm, column.condensed(CONDENSED * scene.numerics.tolerance, shortest)
-    )
+    tolerance = scene.numerics.tolerance
+    column = column.condensed(CONDENSED * tolerance, shortest)
+    return Continuum(surface, comm, column, LINK * tolerance)
 
 
 def _footprint(block: Block) -> tuple[Array, list[tuple[float, float]]]:

@@ -25,12 +25,9 @@ from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.interface.ice_modes import SurfaceModes
 from iceslide_fem.interface.ice_surface import UNSETTLED, Balance, Fluxes, StageSurface
-from iceslide_fem.interface.surface_grid import Contacts, Profile, SurfaceGrid
+from iceslide_fem.interface.surface_grid import Contacts, Profile, SurfaceGrid, part_of
 from iceslide_fem.mesh.grid import Lines
 
-# Where it melts, the surface is held at T_m through a resistance of this share of the first
-# layer's: the flux is then a function of the point's temperature, and unique.
-RESISTANCE_SHARE = 1e-3
 AGREEMENT = 1e-6  # K, with which the film is content when it is asked again
 # Full changes find what films give in a few iterations; where they cycle, half of each does.
 FULL_ITERATIONS, MAX_ITERATIONS = 12, 60
@@ -44,17 +41,23 @@ class Continuum:
     ranks. No heat passes the sides.
     """
 
-    def __init__(self, surface: Sequence[Lines], comm: MPI.Comm, column: Column) -> None:
+    def __init__(
+        self, surface: Sequence[Lines], comm: MPI.Comm, column: Column, link: float = 1e-5
+    ) -> None:
         """Ice of which a `column` is below each node of the lines of x (and y) on its `surface`, m;
         without points yet.
+
+        link: points are joined to it through this share of the column's resistance, so that the
+        flux of a point that melts is a function of its temperature, and unique. It is the same in
+        all stages: what is held at T_m in one has its temperature in the next.
         """
         self._column, self._solid = column, column.solid
+        self._link = link * float(column.depths[-1]) / self._solid.conductivity
         self._modes = SurfaceModes(surface)
         self._rates = np.add.outer(column.rates, self._solid.diffusivity * self._modes.rates)
         own = np.array_split(np.arange(self._modes.rates.size), comm.size)[comm.rank]
         self.grid = SurfaceGrid(surface, own, comm)
         self.nodes = self.grid.nodes
-        self._link = RESISTANCE_SHARE * float(column.depths[2]) / self._solid.conductivity
         self._contacts = Contacts(self.grid.own_nodes(), np.zeros(own.size))
 
     @property
@@ -94,29 +97,31 @@ class Continuum:
         decay = np.reciprocal(1.0 + dt * self._rates)
         cooled = start * decay
         resistance = dt * self._per_heat(decay)
-        surface = StageSurface(self.grid, modes, at, self._at_surface(cooled), resistance)
+        touching = np.flatnonzero(area > 0.0)
+        place = part_of(at, touching.tobytes())
+        surface = StageSurface(self.grid, modes, place, self._at_surface(cooled), resistance)
 
         def warmed(balance: Balance) -> Array:
             return cooled + dt * modes.load_amplitudes(balance.given) * decay
 
-        temperature = self._at_surface(start)
+        T_m, links = self._solid.melting_temperature, np.full(area.shape, self._link)
+        temperature, near = self._at_surface(start), None
         below = self.grid.interpolate(temperature.ravel(), at)
-        link, T_m = np.full(area.shape, self._link), self._solid.melting_temperature
-        near = None
         for iteration in range(MAX_ITERATIONS):
-            result = film.solve(Surface.of(below, link, self._solid), near)
+            result = film.solve(Surface.of(below, links, self._solid), near)
             near = result.log_height
-            balance = surface.balance(temperature, below, area * result.ice_flux)
+            fluxes = Fluxes.of(result, below, area, self._link, T_m).take(touching)
+            heat = (area * result.ice_flux)[touching]
+            balance = surface.balance(temperature, below[touching], heat)
             if np.abs(surface.residual(balance)).max() <= AGREEMENT:
                 return warmed(balance), result
-            fluxes = Fluxes.of(result, below, area, self._link, T_m)
             balance, depends = surface.balanced(balance, fluxes)
-            if not depends:  # the film would say the same again, but for this
-                dry = result.dry_temperature + (balance.below - below)
-                return warmed(balance), result._replace(dry_temperature=dry)
-            share = 1.0 if iteration < FULL_ITERATIONS else 0.5
+            share = 1.0 if iteration < FULL_ITERATIONS or not depends else 0.5
             temperature = temperature + share * (balance.temperature - temperature)
-            below = below + share * (balance.below - below)
+            asked, below = below, self.grid.interpolate(temperature.ravel(), at)
+            if not depends:  # the film would say the same again, but for this
+                dry = result.dry_temperature + (below - asked)
+                return warmed(balance), result._replace(dry_temperature=dry)
         raise NotConverged(UNSETTLED)
 
     def heat(self, content: Array) -> float:

@@ -13,8 +13,9 @@ import numpy as np
 from scipy.linalg.blas import dsbmv
 from scipy.linalg.lapack import dpbtrf, dpbtrs
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.arrays import Array, Index
 from iceslide_fem.errors import NotConverged
+from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.law import FilmStage
 from iceslide_fem.interface.ice_modes import SurfaceModes
 from iceslide_fem.interface.line_search import search
@@ -50,11 +51,21 @@ class Fluxes(NamedTuple):
         level = area * film.ice_flux + fall * asked
         return cls(level, fall, conductance * most, conductance * ~film.melting)
 
-    def at(self, temperature: Array) -> tuple[Array, Array]:
-        """The heat (W) at the temperatures (K), and how it falls with them (W/K)."""
+    def take(self, index: Index) -> Fluxes:
+        """Those of the points at `index`."""
+        return Fluxes(*(line[index] for line in self))
+
+    def heat(self, temperature: Array) -> Array:
+        """The heat (W) at the temperatures (K)."""
+        return np.minimum(
+            self.level - self.fall * temperature, self.other_level - self.other_fall * temperature
+        )
+
+    def falls(self, temperature: Array) -> Array:
+        """How the heat falls with the temperatures (K) there, W/K."""
         one = self.level - self.fall * temperature
         other = self.other_level - self.other_fall * temperature
-        return np.minimum(one, other), np.where(other < one, self.other_fall, self.fall)
+        return np.where(other < one, self.other_fall, self.fall)
 
 
 class Balance(NamedTuple):
@@ -89,8 +100,11 @@ class StageSurface(NamedTuple):
     def balance(self, temperature: Array, below: Array, heat: Array) -> Balance:
         """What is given and taken where points of the temperature `below` give `heat` (W)."""
         given = self.grid.scatter(heat, self.at).reshape(self.grid.shape)
-        taken = self.modes.amplitudes(temperature - self.offset) / self.resistance
-        return Balance(temperature, below, given, self.modes.loads(taken) - given)
+        return Balance(temperature, below, given, self._taken(temperature - self.offset) - given)
+
+    def _taken(self, rise: Array) -> Array:
+        """What the ice takes (W) where its surface is by `rise` (K) above the offset."""
+        return self.modes.loads(self.modes.amplitudes(rise) / self.resistance)
 
     def balanced(self, balance: Balance, fluxes: Fluxes) -> tuple[Balance, bool]:
         """The balance with these `fluxes`, from the one where they were asked; whether any of them
@@ -107,22 +121,28 @@ class StageSurface(NamedTuple):
             if not np.isfinite(off):
                 break
             bands = self.grid.coupling(slopes, self.at)
-            before, change = balance, -residual
+            change = -residual
             if bands.any():
                 depends, change = True, -self._correction(balance.imbalance, bands)
-            moved = self.grid.interpolate(change.ravel(), self.at)
-
-            def slope_at(
-                share: float, before: Balance = before, change: Array = change, moved: Array = moved
-            ) -> float:
-                nonlocal balance, slopes
-                below = before.below + share * moved
-                heat, slopes = fluxes.at(below)
-                balance = self.balance(before.temperature + share * change, below, heat)
-                return float(np.vdot(change, balance.imbalance))
-
-            search(slope_at, float(np.vdot(change, balance.imbalance)))
+            balance = self._moved(balance, change, fluxes)
+            slopes = fluxes.falls(balance.below)
         raise NotConverged(UNSETTLED)
+
+    def _moved(self, balance: Balance, change: Array, fluxes: Fluxes) -> Balance:
+        """The balance after as much of a `change` (K) of the nodes as balances best."""
+        moved = self.grid.interpolate(change.ravel(), self.at)
+        more, taken = self._taken(change), balance.imbalance + balance.given
+        first, rise = float(np.vdot(change, taken)), float(np.vdot(change, more))
+
+        def slope_at(share: float) -> float:
+            heat = float(moved @ fluxes.heat(balance.below + share * moved))
+            return first + share * rise - self.grid.comm.allreduce(heat, op=MPI.SUM)
+
+        share = search(slope_at, float(np.vdot(change, balance.imbalance)))
+        below = balance.below + share * moved
+        given = self.grid.scatter(fluxes.heat(below), self.at).reshape(self.grid.shape)
+        temperature = balance.temperature + share * change
+        return Balance(temperature, below, given, taken + share * more - given)
 
     def _correction(self, imbalance: Array, conductance: Array) -> Array:
         """Solve (conduction + conductance) x = imbalance (W) for temperatures x, K.
@@ -132,8 +152,7 @@ class StageSurface(NamedTuple):
         gradients, preconditioned by the bands with the conduction of a mode in the middle: in short
         stages, in which heat does not get far along the surface, all modes have nearly the same.
         """
-        grid, modes, width = self.grid, self.modes, self.grid.diagonals[-1]
-        resistance = self.resistance
+        grid, resistance, width = self.grid, self.resistance, self.grid.diagonals[-1]
         bands = np.zeros((width + 1, grid.n_nodes), order="F")
         bands[grid.diagonals] = conductance
         factor = bands.copy(order="F")
@@ -146,9 +165,8 @@ class StageSurface(NamedTuple):
             return np.asarray(dpbtrs(factor, load, lower=1)[0]).ravel()
 
         def load(x: Array) -> Array:
-            amplitudes = modes.amplitudes(x.reshape(grid.shape)) / resistance
             points = dsbmv(width, 1.0, bands, x, lower=1)
-            return np.asarray(modes.loads(amplitudes).ravel() + points)
+            return np.asarray(self._taken(x.reshape(grid.shape)).ravel() + points)
 
         x, left = np.zeros(grid.n_nodes), imbalance.ravel().copy()
         direction = answer = answered(left)
