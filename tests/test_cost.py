@@ -3,13 +3,15 @@
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")
 from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
+from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
-from iceslide_fem.mesh.ice import ice_lines, ice_shape, window_lines
+from iceslide_fem.mesh.ice import heating_times, ice_shape, patch_lines, window_lines
 from iceslide_fem.mesh.rubber import (  # noqa: E402
     block_size,
     divisions,
@@ -72,10 +74,15 @@ def test_there_are_enough_measured_runs():
     assert len(MEASURED) == 6 and {row[0] for row in MEASURED} == {"slice", "block"}
 
 
+def a_continuum(scene, surface):
+    heated = heating_times(scene, float(np.ptp(surface[0])), scene.load.duration)
+    return Continuum(surface, MPI.COMM_SELF, Column(scene.ice.temperature, heated))
+
+
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_unknowns_are_those_of_the_meshes(model):
     scene = thesis(f"model={model}", "ice.margin=0.2mm")
-    ice = Continuum(ice_lines(scene), MPI.COMM_SELF, scene.ice.temperature)
+    ice = a_continuum(scene, patch_lines(scene))
     assert math.prod(ice_shape(scene)) == ice.n_dofs
     rubber = rubber_mesh(scene, MPI.COMM_SELF).mesh
     dim = 2 if model == "slice" else 3
@@ -101,7 +108,7 @@ def test_sliding_ice_passes_by_four_cells_in_a_step_and_one_by_one_under_water_t
     assert expected_steps(thesis(*sliding, "film.water_speed=0.5")) == 4200
     continuum = thesis("model=slice", "ice.motion=sliding", "load.duration=0.7ms")
     window = window_lines(continuum, [(-0.5e-3, 0.5e-3)])
-    ice = Continuum(ice_lines(continuum, window), MPI.COMM_SELF, continuum.ice.temperature)
+    ice = a_continuum(continuum, window)
     assert estimate(continuum).ice_unknowns == ice.n_dofs
 
 

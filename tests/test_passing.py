@@ -13,6 +13,7 @@ from test_sliding import CASES, slide, started  # noqa: E402
 from iceslide_fem.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.friction import FilmFriction  # noqa: E402
+from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.interface.carriers import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints  # noqa: E402
@@ -21,7 +22,7 @@ from iceslide_fem.interface.on_ice import OnIce, on_nodes  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
 from iceslide_fem.interface.window import reaches  # noqa: E402
 from iceslide_fem.materials import CONTACT_TABLES  # noqa: E402
-from iceslide_fem.mesh.ice import WINDOW_BULGE, ice_lines, window_lines  # noqa: E402
+from iceslide_fem.mesh.ice import WINDOW_BULGE, window_lines  # noqa: E402
 from iceslide_fem.reference import band_source_rise  # noqa: E402
 from iceslide_fem.run.point import point_history  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
@@ -57,7 +58,7 @@ def a_window(kind, length, speed, comm=MPI.COMM_SELF):
     scene = passing(rubber__length=length, load__duration=1.5 * length / speed)
     lines = window_lines(scene, [(-length / 2, length / 2)])
     if kind == "continuum":
-        return Continuum(ice_lines(scene, lines), comm, T_0)
+        return Continuum(lines, comm, Column(T_0, 1.5 * length / speed))
     own = np.array_split(np.arange(lines[0].size), comm.size)[comm.rank]
     return GridColumns(SurfaceGrid(lines, own, comm), T_0, 1.5 * length / speed)
 

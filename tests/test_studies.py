@@ -14,6 +14,7 @@ import pytest
 pytest.importorskip("iceslide_fem.fenics.compat")
 
 import scripts.studies
+from iceslide_fem.film.ice_heat import Column
 from scripts.studies import (
     footprint_findings,
     ice_layers,
@@ -288,9 +289,12 @@ def test_constants_of_the_cost_are_found_from_runs_that_have_them(capsys):
 
 def test_layers_of_ice_are_compared_with_a_finer_column():
     here, _ = ice_layers.melting(1e-3)
-    thick, thin = (ice_layers.errors(here, first, 1.12) for first in (16e-6, 2e-6))
-    assert thick[0] < thin[0]
-    assert thin[1] < 1e-3 < thick[1] < 0.05
+    layers = (0.4, 2.0), (0.05, 1.4)  # the first of them, and how they grow
+    thick, thin = (
+        ice_layers.errors(here, Column(here.temperature, 1e-3, *one), 1e-4) for one in layers
+    )
+    assert thin[0] < 1e-4 < 1e-3 < thick[0] < 0.1
+    assert thin[1] < thick[1]
 
 
 def test_footprint_findings_know_both_models(monkeypatch, capsys):
