@@ -289,7 +289,7 @@ def test_constants_of_the_cost_are_found_from_runs_that_have_them(capsys):
 
 def test_layers_of_ice_are_compared_with_a_finer_column():
     here, _ = ice_layers.melting(1e-3)
-    layers = (0.4, 2.0), (0.05, 1.4)  # the first of them, and how they grow
+    layers = (0.8, 3.0), (0.05, 1.4)  # the first of them, and how they grow
     thick, thin = (
         ice_layers.errors(here, Column(here.temperature, 1e-3, *one), 1e-4) for one in layers
     )
