@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.results import read_run
 from iceslide_fem.simulate import run
 from scripts.studies.common import case, options, table
@@ -26,6 +27,7 @@ def main() -> None:
     parser.add_argument("--pressures", default="2bar,5bar", help="nominal pressures")
     parser.add_argument("--cases", default="tread_block,siped_block", help="names of cases")
     parser.add_argument("--shares", default="1,0.5,0", help="of film.water_speed")
+    parser.add_argument("--set", action="append", default=[], help="another change of the scenes")
     arguments = parser.parse_args()
 
     def rows() -> Iterator[list[str]]:
@@ -35,9 +37,13 @@ def main() -> None:
                     for share in arguments.shares.split(","):
                         scene = case(
                             name, f"load.pressure={pressure}", f"film.water_speed={share}",
-                            "load.duration=50ms", "output.times=0",
+                            "load.duration=50ms", "output.times=0", *arguments.set,
                         )  # fmt: skip
-                        run(scene, Path(folder), force=True)
+                        try:
+                            run(scene, Path(folder), force=True, pictures=False)
+                        except SimulationStopped as reason:
+                            yield [name, pressure, share, str(reason)]
+                            continue
                         found = read_run(Path(folder)).history
                         water = [1e9 * found[f"water_{where}_m3"] for where in COLUMNS]
                         passed = [
