@@ -14,7 +14,8 @@ from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.formulas import FORMULAS, evaluate
 from iceslide_fem.footprint.line import gaussian_profile
 from iceslide_fem.footprint.macroscopic import heat_model
-from iceslide_fem.footprint.survey import read_footprint, summary, survey
+from iceslide_fem.footprint.reading import read_footprint
+from iceslide_fem.footprint.survey import summary, survey
 
 LENGTH, POINTS, ROWS = 0.18, 40, 4
 X, PRESSURE = gaussian_profile(LENGTH, 2e5, POINTS)

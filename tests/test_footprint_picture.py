@@ -13,7 +13,7 @@ from iceslide_fem.footprint.pressure_map import (
     gaussian_centre_line,
     pressure_from_values,
 )
-from iceslide_fem.footprint.survey import read_footprint
+from iceslide_fem.footprint.reading import read_footprint
 from iceslide_fem.footprint.synthetic import Tread, coloured_picture, grey_picture, save
 
 SHAPE, HIGH = (420, 540), 4e5

@@ -23,7 +23,7 @@ from iceslide_fem.footprint.line import (
     state_names,
 )
 from iceslide_fem.footprint.macroscopic import Macroscopic, Source
-from iceslide_fem.footprint.survey import read_footprint
+from iceslide_fem.footprint.reading import read_footprint
 from iceslide_fem.footprint.tables import read_profile
 from iceslide_fem.materials import BAR, CONTACT_TABLES, ZERO_CELSIUS, Solid
 from iceslide_fem.scene.command_options import Number
@@ -362,7 +362,7 @@ def _lines(case: LineCase) -> str:
     if case.profile == "file":
         imports += "\nfrom iceslide_fem.footprint.tables import read_profile"
     if case.profile == "picture":
-        imports += "\nfrom iceslide_fem.footprint.survey import read_footprint"
+        imports += "\nfrom iceslide_fem.footprint.reading import read_footprint"
     return f"""\
 {imports}
 from iceslide_fem.materials import Solid

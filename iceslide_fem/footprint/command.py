@@ -20,14 +20,8 @@ from iceslide_fem.footprint.figures import draw_comparison, draw_maps
 from iceslide_fem.footprint.line_output import draw_line, line_columns, line_text
 from iceslide_fem.footprint.map_file import Maps, write_maps
 from iceslide_fem.footprint.outlines import outline_text
-from iceslide_fem.footprint.survey import (
-    MODELS,
-    ReadFootprint,
-    Survey,
-    read_footprint,
-    summary,
-    survey,
-)
+from iceslide_fem.footprint.reading import ReadFootprint, read_footprint
+from iceslide_fem.footprint.survey import MODELS, Survey, summary, survey
 from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.progress import LongTask
 from iceslide_fem.scene.fingerprint import versions

@@ -1,46 +1,25 @@
-"""All of a footprint: pressure from its picture, both heat models, the film, the thesis's mu."""
+"""All of a footprint: both heat models, the film, the thesis's mu, and the figures of them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.arrays import Array, Mask
-from iceslide_fem.errors import SceneError
+from iceslide_fem.arrays import Mask
 from iceslide_fem.film.doubts import doubts
 from iceslide_fem.footprint.balance import STATES, classify
 from iceslide_fem.footprint.balance import doubts as doubts_of_balance
 from iceslide_fem.footprint.case import FootprintCase
-from iceslide_fem.footprint.colours import (
-    FAR,
-    Reading,
-    legend_bar,
-    lowest_colour,
-    named_bar,
-    read_colours,
-    read_grey,
-)
+from iceslide_fem.footprint.colours import FAR
 from iceslide_fem.footprint.comparison import Curves, OtherIce, friction_curves
 from iceslide_fem.footprint.film_map import FilmMap, film_map
-from iceslide_fem.footprint.image import colour, cut, read_picture, rotate
-from iceslide_fem.footprint.line import as_map, gaussian_profile
 from iceslide_fem.footprint.macroscopic import Edges, HeatModel, edge_temperatures, heat_model
-from iceslide_fem.footprint.pressure_map import (
-    PressureMap,
-    gaussian_centre_line,
-    pressure_from_values,
-)
-from iceslide_fem.footprint.tables import (
-    read_pressures,
-    read_profile,
-    read_states,
-    read_temperatures,
-)
+from iceslide_fem.footprint.pressure_map import gaussian_centre_line
+from iceslide_fem.footprint.reading import ReadFootprint
 from iceslide_fem.materials import ZERO_CELSIUS
 
 MODELS = {
@@ -48,23 +27,6 @@ MODELS = {
     "moving_source": "moving source",
     "given": "temperatures as given",
 }
-
-
-class ReadFootprint(NamedTuple):
-    """A pressure map and how well it was read.
-
-    distance: of every pixel's colour to the bar, (ny, nx), relative to the range of a channel;
-    unclear: pixels whose value is that of a neighbour; both None of pressures that were given as
-    numbers. load_factor: by which a given load changed all pressures. temperature (K) and state
-    (ny, nx): those that were given, or None.
-    """
-
-    pressure_map: PressureMap
-    distance: Array | None = None
-    unclear: Mask | None = None
-    load_factor: float = 1.0
-    temperature: Array | None = None
-    state: NDArray[np.uint8] | None = None
 
 
 class Survey(NamedTuple):
@@ -93,119 +55,6 @@ class Survey(NamedTuple):
         """Dry, mixed, wet by the surface temperature of the film model, from that of melting."""
         footprint = self.read.pressure_map
         return classify(self.film.temperature - self.case.melting_temperature, footprint.contact)
-
-
-def read_footprint(case: FootprintCase) -> ReadFootprint:
-    """Module 1. Raises SceneError for everything that is wrong with what is read."""
-    if case.gaussian is not None:
-        length, peak, sigma = case.gaussian
-        x, pressure = gaussian_profile(length, peak, sigma=sigma)
-        read = ReadFootprint(as_map(pressure, float(x[1] - x[0])))
-    elif case.line is not None:
-        read = _read_line(case.line)
-    else:
-        read = _read_picture(case) if case.image is not None else _read_map(case)
-        read = _with_own_maps(read, case)
-    if case.load is not None:
-        footprint, factor = read.pressure_map.carrying(case.load)
-        read = read._replace(pressure_map=footprint, load_factor=factor)
-    return read if case.row is None else _one_row(read, case.row)
-
-
-def _read_picture(case: FootprintCase) -> ReadFootprint:
-    assert case.image is not None and case.max_pressure is not None
-    assert case.length is not None and case.width is not None
-    background = None if case.background == "none" else colour(case.background)
-    in_grey = case.legend is None and case.colormap is None
-    around = (0, 0, 0) if in_grey else background or (255, 255, 255)
-    picture = read_picture(case.image, around)
-    bar = None
-    if case.legend is not None:
-        bar = legend_bar(cut(picture, case.legend, "legend"))
-    elif case.colormap is not None:
-        bar = named_bar(case.colormap)
-    if bar is not None and background is None:  # what a rotation adds is no contact
-        around = lowest_colour(bar)
-    picture = rotate(picture, case.rotation, around)
-    if case.crop is not None:
-        picture = cut(picture, case.crop, "crop")
-    reading: Reading = read_grey(picture) if bar is None else read_colours(picture, bar, background)
-    footprint = pressure_from_values(
-        reading.value,
-        case.min_pressure,
-        case.max_pressure,
-        case.lowest_pressure,
-        (case.length, case.width),
-    )
-    return ReadFootprint(footprint, reading.distance[::-1], reading.unclear[::-1])
-
-
-def _read_map(case: FootprintCase) -> ReadFootprint:
-    assert case.pressure_map is not None and case.length is not None and case.width is not None
-    pressure = read_pressures(case.pressure_map)[::-1]
-    pressure = np.where(pressure > case.lowest_pressure, pressure, 0.0)
-    if not pressure.any():
-        raise SceneError(
-            f"no pixel is in contact: no pressure is above the threshold of "
-            f"{case.lowest_pressure:.4g} Pa"
-        )
-    rows, columns = pressure.shape
-    return ReadFootprint(PressureMap(pressure, case.length / columns, case.width / rows))
-
-
-def _read_line(path: Path) -> ReadFootprint:
-    """A profile as a map of one row, 1 m wide."""
-    profile = read_profile(path)
-    return ReadFootprint(
-        as_map(profile.pressure, profile.dx),
-        temperature=None if profile.temperature is None else profile.temperature[None],
-        state=None if profile.state is None else profile.state[None],
-    )
-
-
-def _with_own_maps(read: ReadFootprint, case: FootprintCase) -> ReadFootprint:
-    """With the temperatures and states that were given, which must have the same pixels."""
-    shape, contact = read.pressure_map.pressure.shape, read.pressure_map.contact
-    temperature = None if case.temperature_map is None else read_temperatures(case.temperature_map)
-    state = None if case.state_map is None else read_states(case.state_map)
-    for option, values in (("--temperature-map", temperature), ("--state-map", state)):
-        if values is not None and values.shape != shape:
-            raise SceneError(
-                f"{option} has {values.shape[1]} x {values.shape[0]} pixels, the pressure "
-                f"{shape[1]} x {shape[0]}: they must be the same"
-            )
-    if temperature is not None:
-        temperature = temperature[::-1]
-        if np.isnan(temperature[contact]).any():
-            raise SceneError("--temperature-map has no number where the pressure is above 0")
-    if state is not None:
-        state = state[::-1]
-        if (state[contact] == 0).any():
-            raise SceneError("--state-map has no contact (0) where the pressure is above 0")
-    return read._replace(temperature=temperature, state=state)
-
-
-def _one_row(read: ReadFootprint, row: int) -> ReadFootprint:
-    """One line of pixels, `row` from the top."""
-    footprint = read.pressure_map
-    rows = len(footprint.pressure)
-    if row >= rows:
-        raise SceneError(f"--row {row} is not in the footprint, which has rows 0 to {rows - 1}")
-    if not footprint.contact[rows - 1 - row].any():
-        touching = rows - 1 - np.flatnonzero(footprint.contact.any(axis=1))
-        raise SceneError(
-            f"--row {row} touches nowhere; the nearest that does is "
-            f"{touching[np.abs(touching - row).argmin()]}"
-        )
-    here = slice(rows - 1 - row, rows - row)
-    return ReadFootprint(
-        replace(footprint, pressure=footprint.pressure[here]),
-        None if read.distance is None else read.distance[here],
-        None if read.unclear is None else read.unclear[here],
-        read.load_factor,
-        None if read.temperature is None else read.temperature[here],
-        None if read.state is None else read.state[here],
-    )
 
 
 def survey(

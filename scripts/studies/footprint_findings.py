@@ -25,7 +25,8 @@ from iceslide_fem.footprint.line import gaussian_profile, macroscopic_line
 from iceslide_fem.footprint.macroscopic import HeatModel, Macroscopic
 from iceslide_fem.footprint.passing import Ride
 from iceslide_fem.footprint.pressure_map import PressureMap
-from iceslide_fem.footprint.survey import ReadFootprint, read_footprint, survey
+from iceslide_fem.footprint.reading import ReadFootprint, read_footprint
+from iceslide_fem.footprint.survey import survey
 from iceslide_fem.footprint.synthetic import Tread, coloured_picture, grey_picture, save
 from iceslide_fem.materials import BAR, CONTACT_TABLES
 from iceslide_fem.reference import band_source_rise
