@@ -52,6 +52,7 @@ class Continuum:
         all stages: what is held at T_m in one has its temperature in the next.
         """
         self._column, self._solid = column, column.solid
+        self._weights = column.surface**2
         self._link = link * float(column.depths[-1]) / self._solid.conductivity
         self._modes = SurfaceModes(surface)
         self._rates = np.add.outer(column.rates, self._solid.diffusivity * self._modes.rates)
@@ -149,7 +150,8 @@ class Continuum:
 
     def _per_heat(self, content: Array) -> Array:
         """What `content` (n_modes, ...) adds to the temperature of the surface, K, (...)."""
-        return np.tensordot(self._column.surface**2, content, axes=1)
+        shape = content.shape[1:]
+        return np.asarray(self._weights @ content.reshape(self._weights.size, -1)).reshape(shape)
 
     def _at_surface(self, content: Array) -> Array:
         """Temperature (K) at the surface's nodes, of its shape."""
