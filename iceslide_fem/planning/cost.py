@@ -8,12 +8,12 @@ compiled before, by scripts.studies.cost_estimates. Of thesis_1bar, all 7 ms (un
 seconds, MB):
 
     model  ice        tolerance  rubber   ice  steps  time  memory
-    slice  column     1e-3         3362     0    211   6.4     244
-    slice  continuum  1e-3         3362   984    196   7.3     245
-    slice  continuum  1e-2         3362   533     65   5.1     243
-    block  column     1e-2         1215     0     59   6.2     250
-    block  column     1e-2         7803     0     57  11.3     395
-    block  continuum  1e-2         7803  1989     58  12.8     354
+    slice  column     1e-3         3362     0    288   5.8     246
+    slice  continuum  1e-3         3362  1107    274   8.9     246
+    slice  continuum  1e-2         3362  1107     62   3.9     246
+    block  column     1e-2         1755     0     59   4.2     265
+    block  column     1e-2        13311     0     58  10.9     510
+    block  continuum  1e-2        13311  7047     59  15.2     482
 
 The estimates are within a factor of two of these (tests/test_cost.py); other scenes may be farther
 off. Where ice slides a step is no longer than the passage of some of its cells.
@@ -38,9 +38,9 @@ FIXED_STEPS = 40  # of a block whose integrator has no error estimate
 # block's n unknowns of rubber; fixed, and for every node of meshed ice. The direct solver's work
 # grows so. Fitted by scripts.studies.cost_estimates, which prints them.
 START_SECONDS = 2.2
-PLANE_SECONDS = 0.023, 1.2e-8
-SPACE_SECONDS = 0.065, 2.4e-7
-ICE_SECONDS = 0.0, 5.5e-6
+PLANE_SECONDS = 0.014, 1.1e-8
+SPACE_SECONDS = 0.036, 2.2e-7
+ICE_SECONDS = 0.0, 5.7e-6
 START_STEPS = 15  # press and speed ramp, in steps
 POINT_MEMORY = 0.16e9  # bytes, of which nearly all is programs
 

@@ -40,9 +40,11 @@ SCENES = [
     ("tread_block", "model=slice load.duration=2ms"),
     ("user_mesh", "numerics.tolerance=1e-2"),
     ("thesis_1bar", "numerics.refinement=0.5 ice.heat=column numerics.tolerance=1e-2"),
-    ("thesis_1bar", "numerics.tolerance=1e-2 ice.heat=column load.duration=1ms"),
+    ("thesis_1bar", "numerics.tolerance=1e-2 ice.heat=column"),
     ("thesis_1bar", "numerics.refinement=2 ice.heat=column load.duration=20us"),
     ("thesis_sliding_1bar", "model=block numerics.refinement=0.5 numerics.tolerance=1e-2"),
+    ("thesis_1bar", "model=slice numerics.tolerance=1e-2"),
+    ("thesis_1bar", "numerics.tolerance=1e-2"),
 ]  # fmt: skip
 QUICK = [0, 3, 10]
 
