@@ -18,7 +18,6 @@ from mpi4py import MPI  # noqa: E402
 from petsc4py import PETSc  # noqa: E402
 
 from iceslide_fem.fenics import compat  # noqa: E402
-from iceslide_fem.fenics.start import openblas_kernels  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.mpi]
 
@@ -209,30 +208,3 @@ def test_a_library_that_was_cut_is_compiled_again(tmp_path):
         path.write_bytes(path.read_bytes()[:keep])
     subprocess.run([sys.executable, "-c", code], env=environment, check=True)
     assert all(path.stat().st_size > 5000 for path in libraries)
-
-
-AVX512 = "avx2 avx512f avx512dq avx512cd avx512bw avx512vl"
-
-
-@pytest.mark.parametrize(
-    ("vendor", "family", "flags", "kernels"),
-    [
-        ("AuthenticAMD", 26, AVX512, "SkylakeX"),
-        ("AuthenticAMD", 26, "avx2 avx512f", None),
-        ("AuthenticAMD", 25, AVX512, None),
-        ("GenuineIntel", 26, AVX512, None),
-    ],
-)
-def test_openblas_is_told_only_of_processors_it_may_not_know(
-    tmp_path, vendor, family, flags, kernels
-):
-    cpuinfo = tmp_path / "cpuinfo"
-    one = f"vendor_id\t: {vendor}\ncpu family\t: {family}\nflags\t\t: {flags}\n"
-    cpuinfo.write_text(f"processor\t: 0\n{one}\nprocessor\t: 1\n{one}")
-    assert openblas_kernels(cpuinfo) == kernels
-
-
-def test_openblas_finds_its_kernels_where_nothing_tells_the_processor(tmp_path):
-    assert openblas_kernels(tmp_path / "nothing") is None
-    (tmp_path / "cpuinfo").write_text("model name: something else\n")
-    assert openblas_kernels(tmp_path / "cpuinfo") is None

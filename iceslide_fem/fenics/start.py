@@ -8,16 +8,12 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import importlib
-import os
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from iceslide_fem.errors import SceneError
 
 _PARTS = ("mpi4py", "petsc4py", "dolfinx")
-_AVX512 = {"avx512f", "avx512cd", "avx512dq", "avx512bw", "avx512vl"}  # for OpenBLAS's kernels
-_ZEN_5 = 26  # AMD's family of processors
 
 
 def start_petsc(options: Sequence[str] = ()) -> None:
@@ -26,8 +22,6 @@ def start_petsc(options: Sequence[str] = ()) -> None:
     Where PETSc runs already (a second run from Python), it takes them from now on. Raises
     SceneError if DOLFINx is not installed.
     """
-    if kernels := openblas_kernels():
-        os.environ.setdefault("OPENBLAS_CORETYPE", kernels)
     try:
         with contextlib.suppress(ModuleNotFoundError):
             # the PyPI wheel has to load its own MPI before anything else does
@@ -48,23 +42,6 @@ def start_petsc(options: Sequence[str] = ()) -> None:
             "Debian's python3-dolfinx (scripts/setup), or pip install 'iceslide_fem[wheel]' on "
             'Python 3.12 or newer; model = "point" needs neither'
         ) from None
-
-
-def openblas_kernels(cpuinfo: Path = Path("/proc/cpuinfo")) -> str | None:
-    """OPENBLAS_CORETYPE for this processor; None where OpenBLAS is left to find it.
-
-    Before 0.3.29 it takes AMD's Zen 5 for a processor without AVX-512, with which MUMPS takes two
-    thirds to nine tenths of the time.
-    """
-    try:
-        first = cpuinfo.read_text(encoding="utf-8").split("\n\n")[0]
-    except OSError:  # not Linux
-        return None
-    rows = (row.partition(":") for row in first.splitlines())
-    found = {name.strip(): value.strip() for name, _, value in rows}
-    if found.get("vendor_id") != "AuthenticAMD" or int(found.get("cpu family", 0)) < _ZEN_5:
-        return None
-    return "SkylakeX" if _AVX512 <= set(found.get("flags", "").split()) else None
 
 
 def options_without_effect(options: Sequence[str]) -> list[str]:
