@@ -76,6 +76,6 @@ def _give_room(pc: PETSc.PC, room: int) -> None:
     factors.setMumpsIcntl(14, room)
     factors.setMumpsIcntl(13, 1)  # the last front on one rank: shared out, solves wait for it
     # Stiffnesses of one kind of element need neither a permutation of columns nor scaling, which
-    # take a tenth to a seventh of the factors' time.
+    # take 3 to 20 % of the factors' time.
     factors.setMumpsIcntl(6, 0)
     factors.setMumpsIcntl(8, 0)
