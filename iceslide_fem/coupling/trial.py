@@ -24,7 +24,7 @@ from iceslide_fem.errors import NotConverged
 from iceslide_fem.film.friction import Sheared
 from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.step_control import GROW, step_factor
-from iceslide_fem.interface.carriers import Carrier, ContactLoads, present_shear
+from iceslide_fem.interface.carriers import Carrier, ContactLoads
 from iceslide_fem.rubber.block import Block, SpeedLaw
 from iceslide_fem.rubber.time_discretisation import Motion, MotionLaw, rested
 
@@ -86,7 +86,7 @@ class Trials:
         loads = plate.resting(before, start.time + dt)
         loads = replace(loads, offset=before.offset + plate.way(start.time, dt))
         passage = self._films.passage(start.interface, before, loads, dt, film_step)
-        shears = self._shears(passage)
+        shears = self._shears(passage, self._laws(passage))
         if not self._error.is_quiet(shears[-1], start.solved_shear, start.loads.area):
             return None
         forces = self._forces(start, passage, shears)
@@ -111,19 +111,19 @@ class Trials:
         if start.motion.smooth:
             loads = plate.faster(loads, law.gained(start.motion, time))
         passage = self._films.passage(interface, before, loads, dt, film_step)
-        forces = self._forces(start, passage, self._shears(passage))
+        laws = self._laws(passage)
+        forces = self._forces(start, passage, self._shears(passage, laws))
         bend = self._error.of_curve(forces, passage.ends)
         if bend > 1.0 and self._adaptive:
             raise Refused("friction follows no straight line", float(step_factor(bend, 2)))
         straight = forces[-1]
         iterations, mismatches = 0, []
         for _ in range(self._passes):
-            sheared = self._carrier.sheared(passage.state, loads)
-            iterations += self._balance(sheared, speed, load)
+            iterations += self._balance(laws[-1], speed, load)
             loads = plate.slipping(speed, offset)
             corrected = self._films.again(interface, before, loads, dt, passage)
             mismatches.append(self._error.of_coupling(passage.steps[-1], corrected.steps[-1]))
-            passage = corrected
+            passage, laws = corrected, self._laws(corrected)
             if mismatches[-1] <= 1.0:
                 break
         else:
@@ -134,9 +134,8 @@ class Trials:
         if drift > 1.0:
             raise Refused("the block moves too fast", float(step_factor(drift, 2)))
 
-        shears = self._shears(passage)
+        shears, sheared = self._shears(passage, laws), laws[-1]
         forces = self._forces(start, passage, shears)
-        sheared = self._carrier.sheared(passage.state, loads)
         at_rest = sheared(loads.pressure, plate.resting(loads, time).speed)[0]
         steady = self._may_rest and self._error.is_quiet(at_rest, start.solved_shear, before.area)
         motion, swing = self._swung(start, motion, sheared, loads, forces[-1], straight)
@@ -187,10 +186,15 @@ class Trials:
                 end = law.turned(start.motion, end)
         return end, swing
 
-    def _shears(self, passage: Passage) -> list[Array]:
-        """Friction stress at the points, Pa, after each step of `passage`. Collective."""
+    def _laws(self, passage: Passage) -> list[Sheared]:
+        """Shear on the interface as it is after each step of `passage`. Collective."""
         steps = zip(passage.steps, passage.loads, strict=True)
-        return [present_shear(self._carrier, one.step.state, loads) for one, loads in steps]
+        return [self._carrier.sheared(one.step.state, loads) for one, loads in steps]
+
+    def _shears(self, passage: Passage, laws: list[Sheared]) -> list[Array]:
+        """Friction stress at the points, Pa, after each step of `passage`, by the `laws` then."""
+        ends = zip(laws, passage.loads, strict=True)
+        return [law(loads.pressure, loads.speed)[0] for law, loads in ends]
 
     def _forces(self, start: CoupledState, passage: Passage, shears: list[Array]) -> list[float]:
         """Friction force of the block, N, at `start` and under each of the `shears` (Pa) after the
