@@ -129,14 +129,15 @@ class StepError:
         size = max(np.abs(forces).max(), self.least_friction)
         return off / (CURVE_SHARE * self._tolerance * size)
 
-    def of_speed(self, found: float, curved: float, straight: float) -> float:
+    def of_speed(self, found: float, curved: float, straight: Sequence[float]) -> float:
         """How far the friction force (N) `found` at the end of a step is from what was foreseen.
 
-        `curved`: with the velocity that the block's last parabola foresees, `straight`: before the
-        block was solved for. Far from the latter it has to be the nearer to the former.
+        `curved`: with the velocity that the block's last parabola foresees; `straight`: with the
+        velocity held, and before the block was solved for. Far from one of these it has to be the
+        nearer to the former.
         """
         size = self._tolerance * max(abs(found), self.least_friction)
-        off, change = abs(found - curved) / size, abs(found - straight) / size
+        off, change = abs(found - curved) / size, max(abs(found - one) for one in straight) / size
         return max(off / CURVED_SHARE, min(off / FORESEEN_SHARE, change / STRAIGHT_SHARE))
 
     def first_behind_corner(self, force: float, rate: float) -> float:

@@ -179,7 +179,7 @@ class Trials:
         )
         smooth = abs(force - foreseen) < SMOOTH_SHARE * abs(force - held)
         end = end._replace(smooth=smooth)
-        swing = self._error.of_speed(force, foreseen, held if start.motion.smooth else straight)
+        swing = self._error.of_speed(force, foreseen, (held, straight))
         if swing > 1.0 and self._error.is_snap(end.time - start.time):
             swing = 0.0
             if self._error.is_jump(force, foreseen):
