@@ -23,8 +23,8 @@ from iceslide_fem.mesh.ice import heating_times, passing_time, patch_lines, wind
 from iceslide_fem.rubber.block import Block
 
 # Of continuum ice, relative to the tolerance: the error of fewer modes than its mesh has; what is
-# between its points and it, of the resistance of all its layers. Ten times that moves mu(t) by
-# up to nine times the tolerance where points saturate (docs/accuracy.md).
+# between its points and it, of the resistance of all its layers. 25 times that moves mu(t) by up
+# to eight times the tolerance where points saturate (docs/accuracy.md).
 CONDENSED, LINK = 0.005, 3e-4
 
 
