@@ -228,6 +228,16 @@ def test_layers_are_those_of_the_time_that_ice_is_heated(duration, motion, heate
     np.testing.assert_allclose(-z[::-1], Column(269.15, heated).depths, rtol=1e-9)
 
 
+def test_a_run_that_goes_on_slower_has_the_layers_of_the_one_before():
+    scene = a_scene("slice", margin=0.0)
+    scene.ice.motion = "sliding"
+    scene.load.speeds = Course((0.0, 10e-3), (4.0, 0.2), 10e-3)  # m/s
+    first, longer = ice_meshing.heating_times(scene, 1e-3, [5e-3, 10e-3])
+    scene.load.speeds = Course((0.0, 10e-3), (4.0, 0.2), 5e-3)
+    assert first == ice_meshing.heating_times(scene, 1e-3, 5e-3) == pytest.approx(1e-3 / 2.1)
+    assert longer == pytest.approx(1e-3 / 0.2)
+
+
 def test_ice_footprint_can_be_given():
     lines = ice_meshing.patch_lines(a_scene("block", margin=0.0), [(-1e-3, 0.5e-3), (0, 0.7e-3)])
     ends = [(line[0], line[-1]) for line in lines]

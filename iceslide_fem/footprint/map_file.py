@@ -27,7 +27,7 @@ def write_maps(path: Path, given: Maps) -> None:
     """Write the maps to `path` (.vti), a grid of pixels in the plane z = 0.
 
     Values are kept as they are and compressed: as text (base64), which VTK's default is, they would
-    take three times as long to write and ten times as long to read. Raises OutputError.
+    take three times as long to write and ten times as long to read. Raises OSError.
     """
     grid = vtkImageData()
     rows, columns = next(iter(given.maps.values())).shape

@@ -20,10 +20,12 @@ from iceslide_fem.interface.rubber_columns import RubberOverGrid
 from iceslide_fem.interface.surface_grid import SurfaceGrid, own_points
 from iceslide_fem.mesh.grid import Lines
 from iceslide_fem.mesh.ice import heating_times, passing_time, patch_lines, window_lines
+from iceslide_fem.mesh.rubber import block_shape
 from iceslide_fem.rubber.block import Block
 
 # Of continuum ice, relative to the tolerance: the error of fewer modes than its mesh has; what is
-# between its points and it, of the resistance of all its layers. 25 times that moves mu(t) by up
+# between its points and it, of the resistance of the layers that the shortest heating
+# reaches. 25 times that moves mu(t) by up
 # to eight times the tolerance where points saturate (docs/accuracy.md).
 CONDENSED, LINK = 0.005, 3e-4
 
@@ -95,13 +97,13 @@ def _continuum(block: Block, surface: list[Lines], heated: Array) -> Continuum:
     """Ice that is `heated` (s) below those lines of its surface."""
     scene, comm = block.scene, block.surface.comm
     column = Column(scene.ice.temperature, heated, solid=scene.ice.solid)
-    shortest = 1.0
+    shortest, longest = float(np.min(heated)), float(np.max(heated))
     if scene.ice.motion == "sliding":
-        passed = passing_time(scene, scene.rubber.length, scene.load.speeds.largest)
-        shortest = passed / float(np.max(heated))
-    tolerance = scene.numerics.tolerance
-    column = column.condensed(CONDENSED * tolerance, shortest)
-    return Continuum(surface, comm, column, LINK * tolerance)
+        (low, high), *_ = block_shape(scene).ranges
+        shortest = min(shortest, passing_time(high - low, scene.load.speeds.largest, longest))
+    share, tolerance = shortest / longest, scene.numerics.tolerance
+    column = column.condensed(CONDENSED * tolerance, share)
+    return Continuum(surface, comm, column, LINK * tolerance * share**0.5)
 
 
 def _footprint(block: Block) -> tuple[Array, list[tuple[float, float]]]:

@@ -67,9 +67,9 @@ class Placement:
         return csc_matrix((weights.ravel(), rows.ravel(), first), shape=shape).tocsr()
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=2)
 def part_of(at: Placement, index: bytes) -> Placement:
-    """Placement of the points with the numbers (int64) in `index`. Recent ones are known."""
+    """Placement of the points with the numbers (int64) in `index`. The last two are known."""
     some = np.frombuffer(index, dtype=np.int64)
     return Placement(at.node[some], at.share[some], at.shape)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -109,18 +110,21 @@ def ice_lines(scene: Any, surface: Sequence[Lines] | None = None) -> list[Lines]
 def heating_times(scene: Any, length: float, durations: ArrayLike) -> Array:
     """How long (s) runs of the `durations` (s) warm any of the ice, at most.
 
-    length: of the window of ice that slides, m.
+    length: of the window of ice that slides, m; no ice is below it longer. Each run has its own
+    slowest speed: a run that goes on must not change the layers of the one before.
     """
-    durations = np.asarray(durations, dtype=float)
     if scene.ice.motion == "attached":
-        return durations
-    # no ice is there longer
-    return np.minimum(durations, passing_time(scene, length, scene.load.speeds.smallest))
+        return np.asarray(durations, dtype=float)
+    speeds = scene.load.speeds
+    times = (
+        passing_time(length, replace(speeds, duration=duration).smallest, duration)
+        for duration in np.ravel(durations).tolist()
+    )
+    return np.array(list(times)).reshape(np.shape(durations))
 
 
-def passing_time(scene: Any, length: float, speed: float) -> float:
-    """Time (s) in which ice that slides at `speed` passes `length` (m), no more than the run's."""
-    duration = float(scene.load.duration)
+def passing_time(length: float, speed: float, duration: float) -> float:
+    """Time (s) in which ice that slides at `speed` passes `length` (m), at most `duration` (s)."""
     return length / speed if speed * duration > length else duration
 
 
