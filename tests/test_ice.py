@@ -30,6 +30,7 @@ from iceslide_fem.reference import constant_flux_rise, flux_after_onset  # noqa:
 pytestmark = [pytest.mark.fe, pytest.mark.mpi]
 
 DURATION, T_0 = 1e-3, 269.15
+LINK = 1e-5  # of points and ice
 EVERYWHERE = MPI.COMM_WORLD
 
 
@@ -73,7 +74,7 @@ def some_ice(model, refinement=1.0):
         area = np.outer(width, area).ravel()
     mine = slice(EVERYWHERE.rank, None, EVERYWHERE.size)
     points, area = points[mine], area[mine]
-    ice = Continuum(lines, EVERYWHERE, Column(T_0, DURATION))
+    ice = Continuum(lines, EVERYWHERE, Column(T_0, DURATION), LINK)
     return ice.under(Contacts(ice.grid.place(points), area)), points, area
 
 
@@ -195,7 +196,7 @@ def test_modes_diagonalise_the_matrices_that_dolfinx_assembles(model):
     """
     surface, comm = patch_lines(a_scene(model, 0.4)), MPI.COMM_SELF
     column = Column(T_0, DURATION, first_layer=0.3, ratio=2.5)
-    ice = Continuum(surface, comm, column)
+    ice = Continuum(surface, comm, column, LINK)
     z = -column.depths[::-1]
     mesh = gmsh_model.distribute(tagged_ice([*surface, z[::2]]), comm).mesh
     space = compat.scalar_space(mesh, 2)
@@ -309,7 +310,7 @@ def test_points_that_melt_and_freeze_in_turn_settle():
 def test_ice_for_a_longer_run_goes_on_below(model):
     lines = patch_lines(a_scene(model, 0.5))
     short, long = (
-        Continuum(lines, EVERYWHERE, Column(T_0, np.array([DURATION, duration])))
+        Continuum(lines, EVERYWHERE, Column(T_0, np.array([DURATION, duration])), LINK)
         for duration in (DURATION, 4.0 * DURATION)
     )
     depths = [ice.profile(ice.initial(0)).depths for ice in (short, long)]

@@ -58,9 +58,8 @@ def a_window(kind, length, speed, comm=MPI.COMM_SELF):
     scene = passing(rubber__length=length, load__duration=1.5 * length / speed)
     lines = window_lines(scene, [(-length / 2, length / 2)])
     if kind == "continuum":
-        return Continuum(lines, comm, Column(T_0, 1.5 * length / speed))
-    own = np.array_split(np.arange(lines[0].size), comm.size)[comm.rank]
-    return GridColumns(SurfaceGrid(lines, own, comm), T_0, 1.5 * length / speed)
+        return Continuum(lines, comm, Column(T_0, 1.5 * length / speed), link=1e-5)
+    return GridColumns(SurfaceGrid.shared(lines, comm), T_0, 1.5 * length / speed)
 
 
 @pytest.mark.parametrize("kind", ["column", "continuum"])

@@ -16,9 +16,9 @@ from iceslide_fem.coupling.state import Accepted, CoupledState, Memory
 from iceslide_fem.coupling.step_error import COUPLING, CouplingControl, Refused, StepError
 from iceslide_fem.coupling.trial import Trials
 from iceslide_fem.errors import NotConverged, SimulationStopped
-from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
+from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.build import carrier_of
-from iceslide_fem.interface.carriers import ContactLoads, present_shear
+from iceslide_fem.interface.carriers import ContactLoads
 from iceslide_fem.mesh.ice import cells_in_a_step
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.time_discretisation import Dynamic, MotionLaw, QuasiStatic, at_rest
@@ -65,8 +65,8 @@ class Sliding:
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
         if plate.passing < np.inf:  # no ice passes from cell to cell unseen
             self._longest = min(self._longest, cells_in_a_step(scene) * plate.passing)
-        self._adaptive = bool(INTEGRATORS[scene.numerics.film_integrator].estimate)
-        self._dt = min(FIRST_STEP * self._duration if self._adaptive else np.inf, self._longest)
+        first = FIRST_STEP * self._duration if self._trials.adaptive else np.inf
+        self._dt = min(first, self._longest)
         self._film_step = self._dt
         interface = self.carrier.start(scene.initial_height, block.surface.n_points)
         loads, motion = plate.first_loads(), at_rest(block.rubber.u.x.array)
@@ -130,7 +130,7 @@ class Sliding:
 
     def shear(self, interface: InterfaceState, loads: ContactLoads) -> Array:
         """Friction stress on the ice at the points, (n,), Pa. Collective."""
-        return present_shear(self.carrier, interface, loads)
+        return self.carrier.sheared(interface, loads)(loads.pressure, loads.speed)[0]
 
     @property
     def moment(self) -> str:
@@ -175,7 +175,7 @@ class Sliding:
                 # what a first cut has not mended is a corner in the step: it falls slowly
                 self._dt = dt * (min(factor, 0.5) if rejected else factor)
                 rejected += 1
-                if not self._dt >= SMALLEST_STEP * self._duration or not self._adaptive:
+                if not self._dt >= SMALLEST_STEP * self._duration or not self._trials.adaptive:
                     raise SimulationStopped(self._farewell(reason)) from reason
                 between_trials(dt, reason)
                 continue
@@ -184,7 +184,7 @@ class Sliding:
             if last:
                 self.current = self.current._replace(time=self._duration)
             following = trial.following
-            if self._adaptive:
+            if self._trials.adaptive:
                 if rejected:  # what was too long is so in the next step, too
                     following = min(following, trial.dt)
                 if cut and not rejected:  # a short step to a corner says nothing of the next
@@ -196,7 +196,7 @@ class Sliding:
             return trial._replace(rejected=rejected)
 
     def _farewell(self, reason: Exception) -> str:
-        if not self._adaptive:
+        if not self._trials.adaptive:
             name = self.block.scene.numerics.film_integrator
             hint = (
                 f'numerics.film_integrator = "{name}" takes fixed steps of {self._longest:.3g} s: '

@@ -36,7 +36,10 @@ SMOOTH_SHARE = 0.8
 
 
 class Trials:
-    """Trial steps of `block` on its interface, from any state: they change nothing of it."""
+    """Trial steps of `block` on its interface, from any state: they change nothing of it.
+
+    adaptive: whether somebody could choose a better step; under fixed steps nobody can.
+    """
 
     def __init__(
         self,
@@ -52,11 +55,11 @@ class Trials:
         self._motion_law, self._error, self._passes = motion_law, error, passes
         integrator = INTEGRATORS[block.scene.numerics.film_integrator]
         self._films = Films(carrier, error, integrator, plate.passing)
-        self._adaptive = bool(integrator.estimate)
+        self.adaptive = bool(integrator.estimate)
         # Under a law of the scene's own the shear may fall for long: what springs back makes heat,
         # which a block that rests and is solved now and then would not give.
         self._may_rest = motion_law.may_rest and not block.friction.may_fail
-        self._acceptance = Acceptance(block, carrier, error, self._adaptive)
+        self._acceptance = Acceptance(block, carrier, error, self.adaptive)
 
     def step(self, start: CoupledState, dt: float, film_step: float) -> Accepted:
         """A step of `dt` (s) from `start`, film and heat beginning with one of `film_step` (s).
@@ -114,7 +117,7 @@ class Trials:
         laws = self._laws(passage)
         forces = self._forces(start, passage, self._shears(passage, laws))
         bend = self._error.of_curve(forces, passage.ends)
-        if bend > 1.0 and self._adaptive:
+        if bend > 1.0 and self.adaptive:
             raise Refused("friction follows no straight line", float(step_factor(bend, 2)))
         straight = forces[-1]
         iterations, mismatches = 0, []
@@ -139,7 +142,7 @@ class Trials:
         at_rest = sheared(loads.pressure, plate.resting(loads, time).speed)[0]
         steady = self._may_rest and self._error.is_quiet(at_rest, start.solved_shear, before.area)
         motion, swing = self._swung(start, motion, sheared, loads, forces[-1], straight)
-        if swing > 1.0 and self._adaptive:  # at a corner of the velocity it is of first order
+        if swing > 1.0 and self.adaptive:  # at a corner of the velocity it is of first order
             raise Refused("the block's speed changes too fast", float(step_factor(swing, 1)))
         grip, wall_heat = block.grip_after()
         after = CoupledState(

@@ -24,9 +24,8 @@ from iceslide_fem.mesh.rubber import block_shape
 from iceslide_fem.rubber.block import Block
 
 # Of continuum ice, relative to the tolerance: the error of fewer modes than its mesh has; what is
-# between its points and it, of the resistance of the layers that the shortest heating
-# reaches. 25 times that moves mu(t) by up
-# to eight times the tolerance where points saturate (docs/accuracy.md).
+# between its points and it, of the resistance of the layers that the shortest heating reaches. 25
+# times that moves mu(t) by eight times the tolerance where points saturate (docs/accuracy.md).
 CONDENSED, LINK = 0.005, 3e-4
 
 
@@ -69,12 +68,9 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     if scene.ice.heat == "continuum":
         ice = _continuum(block, lines, heated)
     else:
-        count = int(np.prod([line.size for line in lines]))
-        own = np.array_split(np.arange(count), comm.size)[comm.rank]
-        grid = SurfaceGrid(lines, own, comm)
         on_nodes = carrier == "ice" and isinstance(friction, FilmFriction)
         columns = GridColumns if on_nodes else GridColumnsUnderPoints
-        ice = columns(grid, temperature, heated, solid)
+        ice = columns(SurfaceGrid.shared(lines, comm), temperature, heated, solid)
     if isinstance(friction, OwnFriction) and carrier == "ice":
         return RememberingIce(friction, ice, rubber_columns(scene, duration))
     if not isinstance(friction, FilmFriction) or carrier == "rubber":

@@ -213,11 +213,6 @@ class Carrier(Protocol):
         """State and offset after the window has caught up with the block by whole cells."""
 
 
-def present_shear(carrier: Carrier, state: InterfaceState, contact: ContactLoads) -> Array:
-    """Friction stress on the ice at the rubber's points, (n,), Pa. Collective."""
-    return carrier.sheared(state, contact)(contact.pressure, contact.speed)[0]
-
-
 def fresh(
     friction: Friction, film_height: float, n: int, ice: Array, rubber: Array
 ) -> InterfaceState:

@@ -42,7 +42,7 @@ class Continuum:
     """
 
     def __init__(
-        self, surface: Sequence[Lines], comm: MPI.Comm, column: Column, link: float = 1e-5
+        self, surface: Sequence[Lines], comm: MPI.Comm, column: Column, link: float
     ) -> None:
         """Ice of which a `column` is below each node of the lines of x (and y) on its `surface`, m;
         without points yet.
@@ -56,10 +56,9 @@ class Continuum:
         self._link = link * float(column.depths[-1]) / self._solid.conductivity
         self._modes = SurfaceModes(surface)
         self._rates = np.add.outer(column.rates, self._solid.diffusivity * self._modes.rates)
-        own = np.array_split(np.arange(self._modes.rates.size), comm.size)[comm.rank]
-        self.grid = SurfaceGrid(surface, own, comm)
+        self.grid = SurfaceGrid.shared(surface, comm)
         self.nodes = self.grid.nodes
-        self._contacts = Contacts(self.grid.own_nodes(), np.zeros(own.size))
+        self._contacts = Contacts(self.grid.own_nodes(), np.zeros(self.grid.own.size))
 
     @property
     def n_dofs(self) -> int:
@@ -111,11 +110,11 @@ class Continuum:
         for iteration in range(MAX_ITERATIONS):
             result = film.solve(Surface.of(below, links, self._solid), near)
             near = result.log_height
-            fluxes = Fluxes.of(result, below, area, self._link, T_m).take(touching)
             heat = (area * result.ice_flux)[touching]
             balance = surface.balance(temperature, below[touching], heat)
             if np.abs(surface.residual(balance)).max() <= AGREEMENT:
                 return warmed(balance), result
+            fluxes = Fluxes.of(result, below, area, self._link, T_m).take(touching)
             balance, depends = surface.balanced(balance, fluxes)
             share = 1.0 if iteration < FULL_ITERATIONS or not depends else 0.5
             temperature = temperature + share * (balance.temperature - temperature)

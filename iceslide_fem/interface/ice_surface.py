@@ -83,7 +83,7 @@ class StageSurface(NamedTuple):
     """The surface of `grid` with its `modes` in a stage, and points that lie `at` it.
 
     offset: temperatures of the nodes without heat, K; resistance: of the lateral modes, K/W; both
-    of the grid's shape. All methods but the first are collective.
+    of the grid's shape. `residual` alone is not collective.
     """
 
     grid: SurfaceGrid

@@ -130,6 +130,12 @@ class SurfaceGrid:
             area = np.multiply.outer(area, around).ravel()
         self.cell_area = area
 
+    @classmethod
+    def shared(cls, lines: Sequence[Array], comm: MPI.Comm) -> SurfaceGrid:
+        """The grid of which the ranks have equal parts, one after the other."""
+        nodes = np.arange(math.prod(line.size for line in lines))
+        return cls(lines, np.array_split(nodes, comm.size)[comm.rank], comm)
+
     @property
     def nodes(self) -> OwnNodes:
         """This rank's nodes."""

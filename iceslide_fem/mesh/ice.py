@@ -116,11 +116,11 @@ def heating_times(scene: Any, length: float, durations: ArrayLike) -> Array:
     if scene.ice.motion == "attached":
         return np.asarray(durations, dtype=float)
     speeds = scene.load.speeds
-    times = (
+    times = [
         passing_time(length, replace(speeds, duration=duration).smallest, duration)
         for duration in np.ravel(durations).tolist()
-    )
-    return np.array(list(times)).reshape(np.shape(durations))
+    ]
+    return np.reshape(times, np.shape(durations))
 
 
 def passing_time(length: float, speed: float, duration: float) -> float:
