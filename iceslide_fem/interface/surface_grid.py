@@ -39,11 +39,9 @@ class Placement:
         return csr_matrix(self._entries, shape=(len(self.node), math.prod(self.shape)))
 
     @cached_property
-    def giving(self) -> csr_matrix:
-        """From amounts of the points to those of the nodes: its transpose, by rows, which is used
-        faster than it is made by columns.
-        """
-        return csc_matrix(self._entries, shape=(math.prod(self.shape), len(self.node))).tocsr()
+    def giving(self) -> csc_matrix:
+        """From amounts of the points to those of the nodes: its transpose."""
+        return csc_matrix(self._entries, shape=(math.prod(self.shape), len(self.node)))
 
     @property
     def _entries(self) -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
