@@ -3,6 +3,7 @@
 import errno
 import json
 import math
+import os
 import re
 import subprocess
 import sys
@@ -28,11 +29,12 @@ from iceslide_fem.errors import OutputError, SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.output.block_fields import BlockFields  # noqa: E402
 from iceslide_fem.output.fields import Fields  # noqa: E402
-from iceslide_fem.output.grids import FacetGrid, RubberGrid, tensor_grid  # noqa: E402
+from iceslide_fem.output.grids import FacetGrid, Grid, RubberGrid, tensor_grid  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
 from iceslide_fem.output.probes import Probes  # noqa: E402
 from iceslide_fem.output.summary import write_summary  # noqa: E402
 from iceslide_fem.output.table import Table  # noqa: E402
+from iceslide_fem.output.vtu import vtu  # noqa: E402
 from iceslide_fem.results import field_files  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
@@ -331,6 +333,24 @@ def test_fields_are_read_back_whole(tmp_path, cells):
     assert read["ice"] == pytest.approx(SIZE**2)
 
 
+@pytest.mark.parametrize(("kind", "nodes"), [("line", 2), ("wedge", 6), ("hexahedron27", 27)])
+def test_a_grid_is_read_as_it_was_written(tmp_path, kind, nodes):
+    numbers = np.random.default_rng(1)
+    points = numbers.random((3000, 3))  # more bytes than are packed together
+    cells = numbers.integers(0, 3000, (400, nodes))
+    name, vectors, shares = 'p < "1" & more (Pa)', numbers.random((3000, 3)), numbers.random(400)
+    grid = Grid(points, kind, cells, {name: points[:, 0], "u": vectors}, {"share (1)": shares})
+    path = tmp_path / "grid.vtu"
+    for _ in range(2):  # the second time with what is packed already
+        path.write_text(vtu(grid))
+        read = meshio.read(path)
+        assert (read.points == points).all()
+        assert (read.cells_dict[kind] == cells).all()
+        assert (read.point_data[name] == points[:, 0].astype(np.float32)).all()
+        assert (read.point_data["u"] == vectors.astype(np.float32)).all()
+        assert (read.cell_data["share (1)"][0] == shares.astype(np.float32)).all()
+
+
 @pytest.mark.fe
 @pytest.mark.skipif(WORLD.size > 1, reason="one rank raises alone")
 def test_fields_that_a_full_disk_cuts_are_not_listed(tmp_path, monkeypatch):
@@ -341,11 +361,10 @@ def test_fields_that_a_full_disk_cuts_are_not_listed(tmp_path, monkeypatch):
     fields.write(0.0, {"interface": grid})
     listed = (tmp_path / "interface.pvd").read_text()
 
-    def half(path, *_):
-        Path(path).write_text("<VTKFile")
+    def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(meshio, "write_points_cells", half)
+    monkeypatch.setattr(os, "replace", full)
     with pytest.raises(OutputError, match="interface_000001.vtu: No space left"):
         fields.write(1.0, {"interface": grid})
     assert (tmp_path / "interface.pvd").read_text() == listed

@@ -113,7 +113,8 @@ class Acceptance:
         moved, lost = carrier.water_moved(after.interface, start.loads, loads, start.way)
         way = start.way + (loads.offset - start.loads.offset)
         interface, offset, left = carrier.window_shifted(moved, loads.offset)
-        loads = replace(loads, offset=offset)
+        if offset != loads.offset:  # else they are the next step's own, with what is known of them
+            loads = replace(loads, offset=offset)
         return after._replace(interface=interface, loads=loads, way=way), self._block.scale * (
             lost + left
         )

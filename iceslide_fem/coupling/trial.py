@@ -215,12 +215,12 @@ class Trials:
         Then the fading is held as it is, and may be so if that hardly changes the shear.
         """
         block, values = self._block, self._block.rubber.u.x.array
-        before, held = values.copy(), block.contact.pressure
-        friction = block.friction_force(sheared)
+        before, friction = values.copy(), block.friction_force(sheared)
         try:
             return block.balance(block.sliding(sheared, speed), load, friction).iterations
         except NotConverged:
             values[:] = before
+            held = block.contact.pressure
             block.equilibrium.forget()
             law = block.held(sheared, speed, held)
             iterations = block.balance(law, load, friction).iterations

@@ -2,28 +2,13 @@
 
 from __future__ import annotations
 
-import functools
-import os
-import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
-from unittest import mock
-
-import meshio
-import numpy as np
-from meshio.vtu import _vtu
 
 from iceslide_fem.files import replace_file, writing
 from iceslide_fem.output.grids import Grid
-
-# meshio has no choice of level: its own, zlib's default, takes five times as long as the first one
-# for files of the same size. A mesh is the same in every file: its last 2 MB are packed once.
-_RECENT = 64
-_ZLIB = SimpleNamespace(
-    compress=functools.lru_cache(_RECENT)(functools.partial(zlib.compress, level=1))
-)
+from iceslide_fem.output.vtu import vtu
 
 
 class Fields:
@@ -52,7 +37,7 @@ class Fields:
             self._folder.mkdir(parents=True, exist_ok=True)
         for name, grid in grids.items():
             assert grid is not None
-            _write_grid(self._folder / files[name], grid)
+            replace_file(self._folder / files[name], vtu(grid), durable=False)
         for name in grids:
             self._list(name)
 
@@ -67,19 +52,3 @@ class Fields:
             f"  <Collection>\n{entries}  </Collection>\n</VTKFile>\n"
         )
         replace_file(self._folder / f"{name}.pvd", text, durable=False)
-
-
-def _write_grid(path: Path, grid: Grid) -> None:
-    """Write the file beside its place, and rename it when it is whole."""
-    point_data = {name: value.astype(np.float32) for name, value in grid.point_data.items()}
-    cell_data = {name: [value.astype(np.float32)] for name, value in grid.cell_data.items()}
-    temporary = path.with_name(path.stem + ".part.vtu")
-    with writing(path), mock.patch.object(_vtu, "zlib", _ZLIB):
-        try:
-            meshio.write_points_cells(
-                temporary, grid.points, [(grid.kind, grid.cells)], point_data, cell_data
-            )
-            os.replace(temporary, path)
-        except OSError:
-            temporary.unlink(missing_ok=True)
-            raise
