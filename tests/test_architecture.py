@@ -11,7 +11,7 @@ PACKAGE = Path(__file__).parent.parent / "iceslide_fem"
 
 # From the ground up; a module or folder imports only what stands below its floor.
 FLOORS = [
-    {"arrays", "errors", "launch"},
+    {"arrays", "blas", "errors", "launch"},
     {"files", "materials", "options", "parallel", "progress", "screen", "thermal_layers"},
     {"laws"},
     {"folder", "scene", "fenics"},
@@ -30,8 +30,9 @@ FLOORS = [
 ]
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 # What needs no finite elements is usable without them, and starts fast.
-WITHOUT_FENICS = {"arrays", "errors", "launch", "files", "materials", "scene", "reference", "film"}
-WITHOUT_FENICS |= {"laws", "results", "footprint", "roughness", "report", "app", "commands", "cli"}
+WITHOUT_FENICS = {"arrays", "blas", "errors", "launch", "files", "materials", "scene", "film"}
+WITHOUT_FENICS |= {"reference", "laws", "results", "footprint", "roughness", "report", "app"}
+WITHOUT_FENICS |= {"commands", "cli"}
 FINITE_ELEMENTS = {
     "basix",
     "dolfinx",
