@@ -76,7 +76,9 @@ def test_there_are_enough_measured_runs():
 
 def a_continuum(scene, surface):
     heated = heating_times(scene, float(np.ptp(surface[0])), scene.load.duration)
-    return Continuum(surface, MPI.COMM_SELF, Column(scene.ice.temperature, heated), link=1e-5)
+    return Continuum(
+        surface, MPI.COMM_SELF, Column(scene.ice.temperature, heated), link=1e-5, agreement=1e-6
+    )
 
 
 @pytest.mark.parametrize("model", ["slice", "block"])

@@ -11,10 +11,17 @@ from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, ufl  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance  # noqa: E402
-from iceslide_fem.film.law import FilmLoads, FilmStage, Surface  # noqa: E402
+from iceslide_fem.film.law import (  # noqa: E402
+    FilmLoads,
+    FilmOnIce,
+    FilmStage,
+    Surface,
+    implicit_stage,
+)
 from iceslide_fem.interface import ice_continuum  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumnsUnderPoints  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
+from iceslide_fem.interface.ice_surface import StageSurface  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
 from iceslide_fem.materials import (  # noqa: E402
     ICE,
@@ -30,7 +37,7 @@ from iceslide_fem.reference import constant_flux_rise, flux_after_onset  # noqa:
 pytestmark = [pytest.mark.fe, pytest.mark.mpi]
 
 DURATION, T_0 = 1e-3, 269.15
-LINK = 1e-5  # of points and ice
+LINK, AGREEMENT = 1e-5, 1e-6  # of points and ice, and of both (K)
 EVERYWHERE = MPI.COMM_WORLD
 
 
@@ -74,7 +81,7 @@ def some_ice(model, refinement=1.0):
         area = np.outer(width, area).ravel()
     mine = slice(EVERYWHERE.rank, None, EVERYWHERE.size)
     points, area = points[mine], area[mine]
-    ice = Continuum(lines, EVERYWHERE, Column(T_0, DURATION), LINK)
+    ice = Continuum(lines, EVERYWHERE, Column(T_0, DURATION), LINK, AGREEMENT)
     return ice.under(Contacts(ice.grid.place(points), area)), points, area
 
 
@@ -196,7 +203,7 @@ def test_modes_diagonalise_the_matrices_that_dolfinx_assembles(model):
     """
     surface, comm = patch_lines(a_scene(model, 0.4)), MPI.COMM_SELF
     column = Column(T_0, DURATION, first_layer=0.3, ratio=2.5)
-    ice = Continuum(surface, comm, column, LINK)
+    ice = Continuum(surface, comm, column, LINK, AGREEMENT)
     z = -column.depths[::-1]
     mesh = gmsh_model.distribute(tagged_ice([*surface, z[::2]]), comm).mesh
     space = compat.scalar_space(mesh, 2)
@@ -274,6 +281,51 @@ def test_melting_points_are_found_where_full_changes_cycle(monkeypatch):
     np.testing.assert_allclose(content, expected, atol=1e-6)
 
 
+def uneven_film(points, dt):
+    """Films whose friction is uneven, on ice some of which they melt."""
+    n = len(points)
+    viscous = 0.02 * (1.0 + 0.8 * np.sin(3e3 * points[:, 0]))
+    loads = FilmLoads(viscous, np.full(n, 3.0), np.full(n, 1e16), np.full(n, 1e-6))
+    return FilmOnIce(implicit_stage, np.full(n, np.log(1e-7)), np.zeros(n), dt, loads)
+
+
+@pytest.mark.three
+@pytest.mark.parametrize("model", ["slice", "block"])
+def test_first_guess_saves_changes_and_moves_nothing(model, monkeypatch):
+    """No node of the guess is above T_m, and none takes more than friction makes around it; from
+    there the stage is found in fewer changes of the temperature, and is the same.
+    """
+    ice, points, _ = some_ice(model, 0.5)
+    film, guesses, changes = uneven_film(points, 1e-4), [], []
+    guess, correction = ice_continuum.melting_guess, StageSurface._correction
+
+    def guessed(surface, before, power, *rest):
+        found = guess(surface, before, power, *rest)
+        around = surface.grid.scatter(power[0], surface.at).reshape(found.shape)
+        guesses.append((found, surface.taken(found - surface.offset) / around))
+        return found
+
+    def counted(*arguments):
+        changes.append(1)
+        return correction(*arguments)
+
+    monkeypatch.setattr(StageSurface, "_correction", counted)
+    monkeypatch.setattr(ice_continuum, "melting_guess", guessed)
+    content, stage = ice.stage(ice.initial(0), 1e-4, film)
+    melting = total(stage.melting) / total(np.ones(len(points)))
+    assert 0.1 < melting < 0.9
+    (temperature, share), with_it = guesses[0], len(changes)
+    melts = temperature > MELTING_TEMPERATURE - 0.1
+    assert melts.any() and not melts.all()
+    assert temperature.max() <= MELTING_TEMPERATURE + 1e-3 and share.max() < 1.01
+    np.testing.assert_allclose(share[~melts], 1.0, atol=0.01)
+    monkeypatch.setattr(ice_continuum, "melting_guess", lambda surface, before, *rest: before)
+    expected, other = ice.stage(ice.initial(0), 1e-4, film)
+    assert with_it < len(changes) - with_it
+    np.testing.assert_allclose(content, expected, atol=1e-4 * np.abs(expected).max())
+    np.testing.assert_allclose(stage.log_height, other.log_height, atol=1e-5)
+
+
 class Given:
     """A film that gives its ice `power` (W/m2), unless that melts it."""
 
@@ -310,7 +362,7 @@ def test_points_that_melt_and_freeze_in_turn_settle():
 def test_ice_for_a_longer_run_goes_on_below(model):
     lines = patch_lines(a_scene(model, 0.5))
     short, long = (
-        Continuum(lines, EVERYWHERE, Column(T_0, np.array([DURATION, duration])), LINK)
+        Continuum(lines, EVERYWHERE, Column(T_0, np.array([DURATION, duration])), LINK, AGREEMENT)
         for duration in (DURATION, 4.0 * DURATION)
     )
     depths = [ice.profile(ice.initial(0)).depths for ice in (short, long)]

@@ -58,7 +58,7 @@ def a_window(kind, length, speed, comm=MPI.COMM_SELF):
     scene = passing(rubber__length=length, load__duration=1.5 * length / speed)
     lines = window_lines(scene, [(-length / 2, length / 2)])
     if kind == "continuum":
-        return Continuum(lines, comm, Column(T_0, 1.5 * length / speed), link=1e-5)
+        return Continuum(lines, comm, Column(T_0, 1.5 * length / speed), link=1e-5, agreement=1e-6)
     return GridColumns(SurfaceGrid.shared(lines, comm), T_0, 1.5 * length / speed)
 
 

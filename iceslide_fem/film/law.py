@@ -218,6 +218,11 @@ class FilmOnIce(NamedTuple):
     loads: FilmLoads
     memory: Array = np.zeros((0, 1))
 
+    @property
+    def power(self) -> Array:
+        """q_f (W/m2) of the film that the stage starts from."""
+        return np.asarray(self.loads.viscous * self.loads.speed * np.exp(log_shearing(self)))
+
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
         """The law's stage above `ice`, with the viscosity of its end; it needs no first guess."""
         loads, thinning = self.loads, self.loads.thinning

@@ -25,8 +25,9 @@ from iceslide_fem.rubber.block import Block
 
 # Of continuum ice, relative to the tolerance: the error of fewer modes than its mesh has; what is
 # between its points and it, of the resistance of the layers that the shortest heating reaches. 25
-# times that moves mu(t) by eight times the tolerance where points saturate (docs/accuracy.md).
-CONDENSED, LINK = 0.005, 3e-4
+# times that moves mu(t) by eight times the tolerance where points saturate (docs/accuracy.md). And
+# how far (K) ice and film may disagree: at 1e-2 by a ten-thousandth of a degree.
+CONDENSED, LINK, AGREEMENT = 0.005, 3e-4, 1e-2
 
 
 def carrier_of(block: Block, layers_for: float | None = None) -> Attached | OnRubber | OnIce:
@@ -99,7 +100,8 @@ def _continuum(block: Block, surface: list[Lines], heated: Array) -> Continuum:
         shortest = min(shortest, passing_time(high - low, scene.load.speeds.largest, longest))
     share, tolerance = shortest / longest, scene.numerics.tolerance
     column = column.condensed(CONDENSED * tolerance, share)
-    return Continuum(surface, comm, column, LINK * tolerance * share**0.5)
+    link = LINK * tolerance * share**0.5
+    return Continuum(surface, comm, column, link, AGREEMENT * tolerance)
 
 
 def _footprint(block: Block) -> tuple[Array, list[tuple[float, float]]]:

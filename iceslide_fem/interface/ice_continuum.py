@@ -22,13 +22,15 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.law import Film, FilmStage, Surface
+from iceslide_fem.film.law import Film, FilmOnIce, FilmStage, Surface
+from iceslide_fem.interface.ice_melting import melting_guess
 from iceslide_fem.interface.ice_modes import SurfaceModes
 from iceslide_fem.interface.ice_surface import UNSETTLED, Balance, Fluxes, StageSurface
 from iceslide_fem.interface.surface_grid import Contacts, Profile, SurfaceGrid, part_of
 from iceslide_fem.mesh.grid import Lines
 
-AGREEMENT = 1e-6  # K, with which the film is content when it is asked again
+# Of the agreement of ice and film: how closely what the film gives is balanced in between.
+BALANCED = 0.1
 # Full changes find what films give in a few iterations; where they cycle, half of each does.
 FULL_ITERATIONS, MAX_ITERATIONS = 12, 60
 
@@ -42,18 +44,25 @@ class Continuum:
     """
 
     def __init__(
-        self, surface: Sequence[Lines], comm: MPI.Comm, column: Column, link: float
+        self,
+        surface: Sequence[Lines],
+        comm: MPI.Comm,
+        column: Column,
+        link: float,
+        agreement: float,
     ) -> None:
         """Ice of which a `column` is below each node of the lines of x (and y) on its `surface`, m;
         without points yet.
 
         link: points are joined to it through this share of the column's resistance, so that the
         flux of a point that melts is a function of its temperature, and unique. It is the same in
-        all stages: what is held at T_m in one has its temperature in the next.
+        all stages: what is held at T_m in one has its temperature in the next. agreement: how far
+        (K) the nodes may be from what ice has that takes what the points give; no heat is lost.
         """
         self._column, self._solid = column, column.solid
         self._weights = column.surface**2
         self._link = link * float(column.depths[-1]) / self._solid.conductivity
+        self._agreement = agreement
         self._modes = SurfaceModes(surface)
         self._rates = np.add.outer(column.rates, self._solid.diffusivity * self._modes.rates)
         self.grid = SurfaceGrid.shared(surface, comm)
@@ -91,7 +100,8 @@ class Continuum:
 
         Where a point melts (or the rubber takes heat, too), its flux depends on the temperature:
         ice and the film's `Fluxes` are balanced, and the film is asked again at the temperatures
-        found. Raises NotConverged.
+        found. The first time it is asked at those of a guess, where the friction before the stage
+        says what the ice will get. Raises NotConverged.
         """
         modes, (at, area) = self._modes, self._contacts
         decay = np.reciprocal(1.0 + dt * self._rates)
@@ -106,16 +116,19 @@ class Continuum:
 
         T_m, links = self._solid.melting_temperature, np.full(area.shape, self._link)
         temperature, near = self._at_surface(start), None
+        if isinstance(film, FilmOnIce):
+            power = np.stack([area * film.power, area])[:, touching]
+            temperature = melting_guess(surface, temperature, power, self._link, T_m)
         below = self.grid.interpolate(temperature.ravel(), at)
         for iteration in range(MAX_ITERATIONS):
             result = film.solve(Surface.of(below, links, self._solid), near)
             near = result.log_height
             heat = (area * result.ice_flux)[touching]
             balance = surface.balance(temperature, below[touching], heat)
-            if np.abs(surface.residual(balance)).max() <= AGREEMENT:
+            if np.abs(surface.residual(balance)).max() <= self._agreement:
                 return warmed(balance), result
             fluxes = Fluxes.of(result, below, area, self._link, T_m).take(touching)
-            balance, depends = surface.balanced(balance, fluxes)
+            balance, depends = surface.balanced(balance, fluxes, BALANCED * self._agreement)
             share = 1.0 if iteration < FULL_ITERATIONS or not depends else 0.5
             temperature = temperature + share * (balance.temperature - temperature)
             asked, below = below, self.grid.interpolate(temperature.ravel(), at)

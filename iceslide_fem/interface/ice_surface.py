@@ -21,11 +21,9 @@ from iceslide_fem.interface.ice_modes import SurfaceModes
 from iceslide_fem.interface.line_search import search
 from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid
 
-# How far (K) ice and fluxes are balanced.
-TEMPERATURE_TOLERANCE = 1e-7
 MAX_ITERATIONS = 60
 # Conjugate gradients for a change of the temperatures.
-LINEAR_TOLERANCE, LINEAR_ITERATIONS = 1e-3, 500
+LINEAR_TOLERANCE, LINEAR_ITERATIONS = 1e-2, 500
 UNSETTLED = "the melting part of the ice's surface does not settle"
 
 
@@ -100,15 +98,15 @@ class StageSurface(NamedTuple):
     def balance(self, temperature: Array, below: Array, heat: Array) -> Balance:
         """What is given and taken where points of the temperature `below` give `heat` (W)."""
         given = self.grid.scatter(heat, self.at).reshape(self.grid.shape)
-        return Balance(temperature, below, given, self._taken(temperature - self.offset) - given)
+        return Balance(temperature, below, given, self.taken(temperature - self.offset) - given)
 
-    def _taken(self, rise: Array) -> Array:
+    def taken(self, rise: Array) -> Array:
         """What the ice takes (W) where its surface is by `rise` (K) above the offset."""
         return self.modes.loads(self.modes.amplitudes(rise) / self.resistance)
 
-    def balanced(self, balance: Balance, fluxes: Fluxes) -> tuple[Balance, bool]:
-        """The balance with these `fluxes`, from the one where they were asked; whether any of them
-        depended on the temperature.
+    def balanced(self, balance: Balance, fluxes: Fluxes, within: float) -> tuple[Balance, bool]:
+        """The balance `within` so much (K) with these `fluxes`, from the one where they were asked;
+        whether any of them depended on the temperature.
 
         Newton's method with a line search. Raises NotConverged.
         """
@@ -116,7 +114,7 @@ class StageSurface(NamedTuple):
         for _ in range(MAX_ITERATIONS):
             residual = self.residual(balance)
             off = np.abs(residual).max()
-            if off <= TEMPERATURE_TOLERANCE:
+            if off <= within:
                 return balance, depends
             if not np.isfinite(off):
                 break
@@ -131,7 +129,7 @@ class StageSurface(NamedTuple):
     def _moved(self, balance: Balance, change: Array, fluxes: Fluxes) -> Balance:
         """The balance after as much of a `change` (K) of the nodes as balances best."""
         moved = self.grid.interpolate(change.ravel(), self.at)
-        more, taken = self._taken(change), balance.imbalance + balance.given
+        more, taken = self.taken(change), balance.imbalance + balance.given
         first, rise = float(np.vdot(change, taken)), float(np.vdot(change, more))
 
         def slope_at(share: float) -> float:
@@ -166,7 +164,7 @@ class StageSurface(NamedTuple):
 
         def load(x: Array) -> Array:
             points = dsbmv(width, 1.0, bands, x, lower=1)
-            return np.asarray(self._taken(x.reshape(grid.shape)).ravel() + points)
+            return np.asarray(self.taken(x.reshape(grid.shape)).ravel() + points)
 
         x, left = np.zeros(grid.n_nodes), imbalance.ravel().copy()
         direction = answer = answered(left)
