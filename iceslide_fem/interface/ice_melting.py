@@ -20,6 +20,9 @@ from iceslide_fem.interface.ice_surface import StageSurface
 # How closely (K) a guess is found, and in how many iterations: it may be left as it is.
 CLOSE = 1e-4
 MAX_ITERATIONS, LINEAR_ITERATIONS = 12, 30
+# How often points share out what a node takes, the share of weights between nodes that melt (1, but
+# for rounding), and of the area around a node that melts at least.
+FILLINGS, BETWEEN, LEAST_MELTING = 3, 0.999, 0.1
 
 
 def melting_guess(
@@ -31,8 +34,10 @@ def melting_guess(
     """
     around, area = surface.grid.scatter(power, surface.at).reshape(2, *before.shape)
     rise, heat, held = _limited(surface, before, around, melting_temperature)
-    flux = np.divide(heat, area, out=np.zeros_like(heat), where=held)
-    return np.where(held, melting_temperature - link * flux, surface.offset + rise)
+    if not held.any():
+        return surface.offset + rise
+    below_points = link * _flux(surface, np.where(held, heat, 0.0), held, power, area)
+    return np.where(held, melting_temperature - below_points, surface.offset + rise)
 
 
 def _limited(
@@ -53,6 +58,26 @@ def _limited(
             break
         held = held ^ change
     return rise, heat, held
+
+
+def _flux(surface: StageSurface, heat: Array, held: Mask, power: Array, area: Array) -> Array:
+    """Flux (W/m2) that melting points give around nodes that are `held` and take the `heat` (W).
+
+    Points between such nodes melt, but for those whose friction makes less than the flux: they give
+    all of it, as the others do, and what then is missing those that melt give. `area`: of all
+    points around the nodes, m2.
+    """
+    grid, at, (most, own_area) = surface.grid, surface.at, power
+    between = grid.interpolate(held.ravel().astype(float), at) > BETWEEN
+    flux, least = np.zeros_like(heat), LEAST_MELTING * area
+    for _ in range(FILLINGS):
+        molten = own_area * grid.interpolate(flux.ravel(), at)
+        melts = between & (molten < most)
+        amounts = np.stack([np.where(melts, molten, most), own_area * melts])
+        given, melting = grid.scatter(amounts, at).reshape(2, *heat.shape)
+        room = np.maximum(melting, least)
+        flux += np.divide(heat - given, room, out=np.zeros_like(heat), where=held & (room > 0.0))
+    return flux
 
 
 def _beside(surface: StageSurface, held: Mask, rise: Array, power: Array) -> tuple[Array, Array]:
