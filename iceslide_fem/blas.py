@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import platform
 from pathlib import Path
 
 # What kernels of OpenBLAS need, the fastest first.
@@ -13,13 +14,16 @@ _KERNELS = {
 
 
 def choose_kernels(cpuinfo: Path = Path("/proc/cpuinfo")) -> None:
-    """Set OPENBLAS_CORETYPE for this process and its children, unless it is set already.
+    """Set OPENBLAS_CORETYPE for this process and its children on x86, unless it is set already.
 
-    OpenBLAS reads it when it is loaded. By itself it goes by a processor's name, and on one that is
-    newer than itself takes kernels of 2004, without AVX: MUMPS's factors take twice the time.
+    OpenBLAS reads it when it is loaded: NumPy, if it is loaded before, keeps its own choice. By
+    itself OpenBLAS goes by a processor's name, and on one that is newer than itself takes kernels
+    of 2004, without AVX: MUMPS's factors take twice the time.
     """
+    if platform.machine() not in ("x86_64", "AMD64"):
+        return
     try:
-        with cpuinfo.open(encoding="utf-8") as rows:
+        with cpuinfo.open(encoding="utf-8", errors="replace") as rows:
             flags = next((row for row in rows if row.startswith("flags")), "")
     except OSError:  # not Linux, where OpenBLAS is left to find them
         return

@@ -1,6 +1,7 @@
 """OpenBLAS's kernels follow what the processor can do."""
 
 import os
+import platform
 import subprocess
 import sys
 
@@ -43,7 +44,22 @@ def test_where_nothing_tells_the_processor_openblas_finds_its_kernels(tmp_path, 
     assert "OPENBLAS_CORETYPE" not in os.environ
 
 
-def test_a_command_chooses_before_numpy_is_loaded():
-    code = "import sys, iceslide_fem.cli; print('numpy' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "False"
+def test_a_command_chooses_before_numpy_is_loaded(monkeypatch):
+    code = "import os, sys, iceslide_fem.cli as _\n"
+    code += "print('numpy' in sys.modules, os.environ.get('OPENBLAS_CORETYPE'))"
+    unset = {key: value for key, value in os.environ.items() if key != "OPENBLAS_CORETYPE"}
+    words = [sys.executable, "-c", code]
+    done = subprocess.run(words, env=unset, capture_output=True, text=True, check=True)
+    monkeypatch.setattr(os, "environ", {})
+    choose_kernels()
+    assert done.stdout.split() == ["False", str(os.environ.get("OPENBLAS_CORETYPE"))]
+
+
+def test_other_processors_and_odd_names_are_left_alone(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "environ", {})
+    (tmp_path / "cpuinfo").write_bytes(b"model name: \xe9\nflags: sse3\n")
+    choose_kernels(tmp_path / "cpuinfo")
+    (tmp_path / "cpuinfo").write_text(f"flags: {AVX512}\n")
+    monkeypatch.setattr(platform, "machine", lambda: "aarch64")
+    choose_kernels(tmp_path / "cpuinfo")
+    assert "OPENBLAS_CORETYPE" not in os.environ

@@ -18,7 +18,7 @@ from iceslide_fem.film.law import (  # noqa: E402
     Surface,
     implicit_stage,
 )
-from iceslide_fem.interface import ice_continuum  # noqa: E402
+from iceslide_fem.interface import build, ice_continuum, ice_surface  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumnsUnderPoints  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
 from iceslide_fem.interface.ice_surface import StageSurface  # noqa: E402
@@ -70,7 +70,7 @@ def gauss_points(line):
     return points.ravel(), np.repeat(half, 2)
 
 
-def some_ice(model, refinement=1.0):
+def some_ice(model, refinement=1.0, link=LINK, agreement=AGREEMENT):
     """Ice below Gauss points of its own surface cells, shared out among the ranks."""
     lines = patch_lines(a_scene(model, refinement))
     points, area = gauss_points(lines[0])
@@ -81,7 +81,7 @@ def some_ice(model, refinement=1.0):
         area = np.outer(width, area).ravel()
     mine = slice(EVERYWHERE.rank, None, EVERYWHERE.size)
     points, area = points[mine], area[mine]
-    ice = Continuum(lines, EVERYWHERE, Column(T_0, DURATION), LINK, AGREEMENT)
+    ice = Continuum(lines, EVERYWHERE, Column(T_0, DURATION), link, agreement)
     return ice.under(Contacts(ice.grid.place(points), area)), points, area
 
 
@@ -324,6 +324,17 @@ def test_first_guess_saves_changes_and_moves_nothing(model, monkeypatch):
     assert with_it < len(changes) - with_it
     np.testing.assert_allclose(content, expected, atol=1e-4 * np.abs(expected).max())
     np.testing.assert_allclose(stage.log_height, other.log_height, atol=1e-5)
+
+
+@pytest.mark.parametrize("tolerance", [1e-1, 1e-3, 1e-5])
+def test_stages_settle_with_the_link_and_agreement_of_a_tolerance(tolerance, monkeypatch):
+    """Also where a stiff link lets rounding grow: the agreement does not ask for more."""
+    monkeypatch.setattr(ice_surface, "MAX_ITERATIONS", 30)  # a stalled balance takes all of them
+    ice, points, _ = some_ice("slice", 0.5, build.LINK * tolerance, build.agreement(tolerance))
+    content = ice.initial(0)
+    for _ in range(3):
+        content, stage = ice.stage(content, 1e-4, uneven_film(points, 1e-4))
+    assert stage.melting.any() and not stage.melting.all()
 
 
 class Given:

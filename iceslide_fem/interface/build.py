@@ -25,9 +25,11 @@ from iceslide_fem.rubber.block import Block
 
 # Of continuum ice, relative to the tolerance: the error of fewer modes than its mesh has; what is
 # between its points and it, of the resistance of the layers that the shortest heating reaches. 25
-# times that moves mu(t) by eight times the tolerance where points saturate (docs/accuracy.md). And
-# how far (K) ice and film may disagree: at 1e-2 by a ten-thousandth of a degree.
-CONDENSED, LINK, AGREEMENT = 0.005, 3e-4, 1e-2
+# times that moves mu(t) by eight times the tolerance where points saturate (docs/accuracy.md).
+CONDENSED, LINK = 0.005, 3e-4
+# How far (K) its points and it may disagree, relative to the tolerance, and at least: the stiffer
+# the link, the more of a temperature is rounding.
+AGREEMENT, LEAST_AGREEMENT = 1e-2, 1e-5
 
 
 def carrier_of(block: Block, layers_for: float | None = None) -> Attached | OnRubber | OnIce:
@@ -101,7 +103,12 @@ def _continuum(block: Block, surface: list[Lines], heated: Array) -> Continuum:
     share, tolerance = shortest / longest, scene.numerics.tolerance
     column = column.condensed(CONDENSED * tolerance, share)
     link = LINK * tolerance * share**0.5
-    return Continuum(surface, comm, column, link, AGREEMENT * tolerance)
+    return Continuum(surface, comm, column, link, agreement(tolerance))
+
+
+def agreement(tolerance: float) -> float:
+    """How far (K) points and continuum ice may disagree at a tolerance."""
+    return max(AGREEMENT * tolerance, LEAST_AGREEMENT)
 
 
 def _footprint(block: Block) -> tuple[Array, list[tuple[float, float]]]:

@@ -46,7 +46,7 @@ def _limited(
     """Rise (K) of the nodes, what they take (W), and which of them are held at T_m.
 
     A primal-dual active set (Hintermueller, Ito, Kunisch, SIAM J. Optim. 13 (2002) 865), from the
-    nodes that melted `before`.
+    nodes that were within CLOSE of it `before`.
     """
     most, touched = melting_temperature - surface.offset, power > 0.0
     held: Mask = touched & (before >= melting_temperature - CLOSE)

@@ -6,7 +6,7 @@ import functools
 import sys
 import zlib
 from base64 import b64encode
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
@@ -33,8 +33,9 @@ _WEDGE = [0, 2, 1, 3, 5, 4]  # of meshio's nodes those of VTK's wedge
 _TYPES = {"f4": "Float32", "f8": "Float64", "i4": "Int32", "i8": "Int64"}
 _BLOCK = 32768  # bytes that are packed together
 # zlib's default level takes five times as long for files of the same size as the first one. A mesh
-# is the same in every file: the last 2 MB are packed once.
-_packed = functools.lru_cache(64)(functools.partial(zlib.compress, level=1))
+# is the same in every file: of points and cells the last 2 MB are packed once.
+_packed = functools.partial(zlib.compress, level=1)
+_packed_once = functools.lru_cache(64)(_packed)
 
 
 def vtu(grid: Grid) -> str:
@@ -51,8 +52,8 @@ def vtu(grid: Grid) -> str:
             '<VTKFile type="UnstructuredGrid" version="0.1" compressor="vtkZLibDataCompressor"',
             f' byte_order="{sys.byteorder.capitalize()}Endian">\n<UnstructuredGrid>\n',
             f'<Piece NumberOfPoints="{len(grid.points)}" NumberOfCells="{len(cells)}">\n',
-            _arrays("Points", {"Points": grid.points}),
-            _arrays("Cells", of_cells),
+            _arrays("Points", {"Points": grid.points}, _packed_once),
+            _arrays("Cells", of_cells, _packed_once),
             _arrays("PointData", _single(grid.point_data)),
             _arrays("CellData", _single(grid.cell_data)),
             "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n",
@@ -64,18 +65,18 @@ def _single(data: Mapping[str, Array]) -> dict[str, Any]:
     return {name: values.astype(np.float32) for name, values in data.items()}
 
 
-def _arrays(part: str, data: Mapping[str, Any]) -> str:
+def _arrays(part: str, data: Mapping[str, Any], pack: Callable[[bytes], bytes] = _packed) -> str:
     """A `part` of the file with its arrays, (n,) or (n, k), by their names; nothing without any."""
-    inner = "".join(_array(name, values) for name, values in data.items())
+    inner = "".join(_array(name, values, pack) for name, values in data.items())
     return f"<{part}>\n{inner}</{part}>\n" if inner else ""
 
 
-def _array(name: str, values: Any) -> str:
+def _array(name: str, values: Any, pack: Callable[[bytes], bytes]) -> str:
     components = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
     kind = _TYPES[values.dtype.str[1:]]
     content = values.tobytes()
     blocks = [content[at : at + _BLOCK] for at in range(0, len(content), _BLOCK)]
-    packed = [_packed(block) for block in blocks]
+    packed = [pack(block) for block in blocks]
     last = len(blocks[-1]) if blocks else 0
     header = np.array([len(blocks), _BLOCK, last, *map(len, packed)], dtype=np.uint32)
     words = b64encode(header.tobytes()).decode() + b64encode(b"".join(packed)).decode()
