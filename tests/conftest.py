@@ -1,5 +1,11 @@
 """NumPy is loaded with the kernels of OpenBLAS that commands choose: what tests and commands
-compute is the same to the last digit.
+compute is the same to the last digit. The PyPI wheel has to load its own MPI before anything else
+does, also where one file of tests is run alone.
 """
 
+from contextlib import suppress
+
 import iceslide_fem  # noqa: F401
+
+with suppress(ImportError):
+    import dolfinx_solver  # noqa: F401

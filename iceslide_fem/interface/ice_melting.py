@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.interface.conjugate_gradients import conjugate_gradients
 from iceslide_fem.interface.ice_surface import StageSurface
 
 # How closely (K) a guess is found, and in how many iterations: it may be left as it is.
@@ -86,22 +87,16 @@ def _beside(surface: StageSurface, held: Mask, rise: Array, power: Array) -> tup
     Conjugate gradients. In short stages, in which heat does not get far along the surface, all
     modes conduct nearly the same, and the cells' areas precondition them.
     """
+    if not held.any():
+        return surface.warmed(power), power
     free = np.where(held, 0.0, 1.0)
     per_heat = free / surface.grid.cell_area.reshape(rise.shape)
     small = CLOSE / surface.resistance.max()
-    heat = surface.taken(rise)
-    left = free * (power - heat)
-    direction = answer = per_heat * left
-    size = float(np.vdot(left, answer))
-    for _ in range(LINEAR_ITERATIONS):
-        if not np.abs(answer).max() > small:
-            break
-        against = surface.taken(direction)
-        length = size / float(np.vdot(direction, against))
-        rise = rise + length * direction
-        heat = heat + length * against
-        left = free * (power - heat)
-        answer = per_heat * left
-        size, before = float(np.vdot(left, answer)), size
-        direction = answer + size / before * direction
-    return rise, heat
+    more, left, _ = conjugate_gradients(
+        surface.taken,
+        lambda load: per_heat * load,
+        power - surface.taken(rise),
+        lambda answer, _: not np.abs(answer).max() > small,
+        LINEAR_ITERATIONS,
+    )
+    return rise + more, power - left

@@ -17,6 +17,7 @@ from iceslide_fem.arrays import Array, Index
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.law import FilmStage
+from iceslide_fem.interface.conjugate_gradients import conjugate_gradients
 from iceslide_fem.interface.ice_modes import SurfaceModes
 from iceslide_fem.interface.line_search import search
 from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid
@@ -80,8 +81,8 @@ class Balance(NamedTuple):
 class StageSurface(NamedTuple):
     """The surface of `grid` with its `modes` in a stage, and points that lie `at` it.
 
-    offset: temperatures of the nodes without heat, K; resistance: of the lateral modes, K/W; both
-    of the grid's shape. `residual` alone is not collective.
+    offset: temperatures of the nodes without heat, K; resistance: of the lateral modes, K m2/W;
+    both of the grid's shape. `residual`, `warmed` and `taken` are not collective.
     """
 
     grid: SurfaceGrid
@@ -92,13 +93,16 @@ class StageSurface(NamedTuple):
 
     def residual(self, balance: Balance) -> Array:
         """Temperature less that of ice that takes what is given, K."""
-        amplitudes = self.resistance * self.modes.load_amplitudes(balance.imbalance)
-        return self.modes.values(amplitudes)
+        return self.warmed(balance.imbalance)
 
     def balance(self, temperature: Array, below: Array, heat: Array) -> Balance:
         """What is given and taken where points of the temperature `below` give `heat` (W)."""
         given = self.grid.scatter(heat, self.at).reshape(self.grid.shape)
         return Balance(temperature, below, given, self.taken(temperature - self.offset) - given)
+
+    def warmed(self, heat: Array) -> Array:
+        """How far (K) the surface is above the offset where the ice takes the `heat` (W)."""
+        return self.modes.values(self.resistance * self.modes.load_amplitudes(heat))
 
     def taken(self, rise: Array) -> Array:
         """What the ice takes (W) where its surface is by `rise` (K) above the offset."""
@@ -166,17 +170,11 @@ class StageSurface(NamedTuple):
             points = dsbmv(width, 1.0, bands, x, lower=1)
             return np.asarray(self.taken(x.reshape(grid.shape)).ravel() + points)
 
-        x, left = np.zeros(grid.n_nodes), imbalance.ravel().copy()
-        direction = answer = answered(left)
-        size = first = float(left @ answer)
-        for _ in range(LINEAR_ITERATIONS):
-            if not size > LINEAR_TOLERANCE**2 * first:
-                return x.reshape(grid.shape)
-            against = load(direction)
-            length = size / float(direction @ against)
-            x = x + length * direction
-            left = left - length * against
-            answer = answered(left)
-            size, before = float(left @ answer), size
-            direction = answer + size / before * direction
-        raise NotConverged("the linear solver of the ice's temperature fails")
+        def close(_: Array, share: float) -> bool:
+            return not share > LINEAR_TOLERANCE**2
+
+        wanted = imbalance.ravel()
+        x, _, found = conjugate_gradients(load, answered, wanted, close, LINEAR_ITERATIONS)
+        if not found:
+            raise NotConverged("the linear solver of the ice's temperature fails")
+        return x.reshape(grid.shape)
