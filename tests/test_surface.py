@@ -52,6 +52,20 @@ def test_polynomials_are_integrated_exactly(rubber):
     assert surface.total(x**4, area) == pytest.approx(face / 5)
 
 
+def test_fewer_points_across_than_along_the_sliding_direction(rubber):
+    facets, dim = rubber.facets("contact"), rubber.mesh.geometry.dim
+    few = contact_surface(rubber.space, facets, DEGREE, across=1)
+    at_rest = np.zeros_like(rubber.displacements)
+    x, y = np.moveaxis(few.positions(at_rest)[..., :2] / SIZE, -1, 0)
+    area, face = few.footprint(at_rest), SIZE ** (dim - 1)
+    assert few.total(x**4, area) == pytest.approx(face / 5)
+    if compat.cell_name(rubber.mesh) == "hexahedron":
+        even = contact_surface(rubber.space, facets, DEGREE)
+        assert WORLD.allreduce(3 * few.n_points) == WORLD.allreduce(even.n_points)
+        assert few.total(y, area) == pytest.approx(face / 2)
+        assert few.total(y**2, area) < 0.999 * face / 3  # the middle of each facet's side alone
+
+
 def test_rotated_block_covers_the_shadows_of_bottom_and_side(rubber):
     surface = contact_surface(rubber.space, rubber.facets("contact"), DEGREE)
     angle, dim = 0.4, rubber.mesh.geometry.dim

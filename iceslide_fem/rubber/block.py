@@ -48,8 +48,9 @@ STICK_SHARE = 1e-3
 # Penalty of walls that meet, of the contact's: lugs are soft, and walls as hard as that would snap
 # open and shut from one iterate to the next.
 WALLS = 0.1
-# Points of the contact: Gauss points in the halves of each facet, where the ice's cells end.
-FACET_DEGREE, FACET_PIECES = 7, 2
+# Points of the contact: Gauss points in the halves of each facet, where the ice's cells end. In a
+# block fewer lie across the sliding direction: the contact changes along it (docs/accuracy.md).
+FACET_DEGREE, ACROSS_DEGREE, FACET_PIECES = 7, 3, 2
 # Where the ice slides, so many points of the rubber lie on so many of its cells, along x.
 POINTS, CELLS = 6, 2.0
 
@@ -256,10 +257,11 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     rubber.let_walls_meet(WALLS * penalty, scene.rubber.wall_friction)
     rubber.let_sides_meet_plate(height, penalty)
     facets = _facets_near_ice(rubber, height)
-    surface = contact_surface(rubber.space, facets, FACET_DEGREE, FACET_PIECES)
-    if scene.ice.motion == "sliding":
-        longest = CELLS * window_cell(scene)
-        surface = contact_surface(rubber.space, facets, FACET_DEGREE, FACET_PIECES, POINTS, longest)
+    passes = scene.ice.motion == "sliding"
+    along, longest = (POINTS, CELLS * window_cell(scene)) if passes else (0, np.inf)
+    surface = contact_surface(
+        rubber.space, facets, FACET_DEGREE, FACET_PIECES, along, longest, ACROSS_DEGREE
+    )
     surface = replace(surface, nodes=rounded(scene, surface.nodes))
     ds = ufl.Measure("ds", domain=mesh.mesh, subdomain_data=mesh.facet_tags)
     plate = fem.Constant(mesh.mesh, PETSc.ScalarType(1.0)) * ds(mesh.tags["plate"])

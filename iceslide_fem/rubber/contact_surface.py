@@ -135,13 +135,15 @@ def contact_surface(
     pieces: int = 1,
     along: int = 0,
     longest: float = np.inf,
+    across: int | None = None,
 ) -> ContactSurface:
     """Quadrature of polynomial `degree` on the exterior `facets` (local numbers) of `space`.
 
     Edges and quadrilaterals are cut into `pieces` each way with a rule of their own, so that
-    functions with kinks on the cuts are integrated exactly; triangles are not. With `along`, the
-    sides that run most along x have so many Gauss points instead (triangles both ways), and again
-    on every equal part of them that is no longer than `longest` (m).
+    functions with kinks on the cuts are integrated exactly; triangles are not. The sides that run
+    least along x have a rule of the degree `across`, if that is given. With `along`, those that run
+    most along x have so many Gauss points instead (triangles both ways), and again on every equal
+    part of them that is no longer than `longest` (m).
 
     `space` is a vector Lagrange space of degree 1 or 2 on a mesh of linear geometry.
     """
@@ -151,13 +153,13 @@ def contact_surface(
     element = compat.basix_lagrange(name, space_degree(space))
     cells, local = compat.facet_cell_pairs(mesh, facets)
 
-    across = _line(degree, pieces)
-    line = _line(2 * along - 1, 1) if along else across
+    line = _line(2 * along - 1, 1) if along else _line(degree, pieces)
     if FACET_OF[name] == "triangle":
         points, facet_weights = compat.quadrature("triangle", max(degree, 2 * along - 1))
         longest = np.inf
     else:
-        points, facet_weights = _product([line, across][: dim - 1])
+        beside = _line(degree if across is None else across, pieces)
+        points, facet_weights = _product([line, beside][: dim - 1])
     closures = np.array(element.entity_closure_dofs[dim - 1], dtype=np.intp)
     coordinates = space.tabulate_dof_coordinates()[:, :dim]
     dofs_of_cells = compat.cell_dofs(space)[cells]
