@@ -143,6 +143,17 @@ def test_round_edges_leave_the_bottom_flat_between_them():
     assert len(arc) and distance == pytest.approx(50e-6)
 
 
+def test_across_a_flat_bottom_lie_fewer_points_of_the_contact():
+    """Below round edges the contact may end anywhere on a facet."""
+    start_petsc()
+    changes = ["model=block", "numerics.refinement=0.5"]
+    sharp, round_ = (
+        build_block(scene(*changes, f"rubber.edge_radius={radius}"), MPI.COMM_SELF).surface
+        for radius in ("0um", "100um")
+    )
+    assert sharp.shape.shape[1] == 8 * 4 and round_.shape.shape[1] == 8 * 8
+
+
 def test_a_block_with_round_edges_stands_on_what_is_flat():
     start_petsc()
     changes = ["model=block", "numerics.refinement=0.5", "rubber.edge_radius=100um"]

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError, SimulationStopped
@@ -15,9 +14,7 @@ from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.film.friction import FilmFriction, Friction, Sheared
 from iceslide_fem.film.own_law import OwnFriction, law_of
-from iceslide_fem.mesh.ice import window_cell
-from iceslide_fem.mesh.profile import CONTACT_HEIGHT
-from iceslide_fem.mesh.rubber import nominal_area, rounded, rubber_mesh
+from iceslide_fem.mesh.rubber import nominal_area, rubber_mesh
 from iceslide_fem.mesh.size import check_memory
 from iceslide_fem.parallel import from_root
 from iceslide_fem.rubber.contact import (
@@ -28,7 +25,8 @@ from iceslide_fem.rubber.contact import (
     sliding_friction,
     static_friction,
 )
-from iceslide_fem.rubber.contact_surface import ContactSurface, contact_surface
+from iceslide_fem.rubber.contact_points import contact_points
+from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.equilibrium import Equilibrium, Solution, TractionLaw
 from iceslide_fem.rubber.failure import Posture, Slenderness, limit_met, posture
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
@@ -48,11 +46,6 @@ STICK_SHARE = 1e-3
 # Penalty of walls that meet, of the contact's: lugs are soft, and walls as hard as that would snap
 # open and shut from one iterate to the next.
 WALLS = 0.1
-# Points of the contact: Gauss points in the halves of each facet, where the ice's cells end. In a
-# block fewer lie across the sliding direction: the contact changes along it (docs/accuracy.md).
-FACET_DEGREE, ACROSS_DEGREE, FACET_PIECES = 7, 3, 2
-# Where the ice slides, so many points of the rubber lie on so many of its cells, along x.
-POINTS, CELLS = 6, 2.0
 
 # Slip speed (m/s) of the displacement along x (f, q), and its derivative (1/s).
 SpeedLaw = Callable[[Array], tuple[Array, float]]
@@ -256,13 +249,7 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     penalty = numerics.penalty or default_penalty(material, height, numerics.tolerance)
     rubber.let_walls_meet(WALLS * penalty, scene.rubber.wall_friction)
     rubber.let_sides_meet_plate(height, penalty)
-    facets = _facets_near_ice(rubber, height)
-    passes = scene.ice.motion == "sliding"
-    along, longest = (POINTS, CELLS * window_cell(scene)) if passes else (0, np.inf)
-    surface = contact_surface(
-        rubber.space, facets, FACET_DEGREE, FACET_PIECES, along, longest, ACROSS_DEGREE
-    )
-    surface = replace(surface, nodes=rounded(scene, surface.nodes))
+    surface = contact_points(scene, rubber, height)
     ds = ufl.Measure("ds", domain=mesh.mesh, subdomain_data=mesh.facet_tags)
     plate = fem.Constant(mesh.mesh, PETSc.ScalarType(1.0)) * ds(mesh.tags["plate"])
     area = nominal_area(scene) or compat.assemble_scalar(compat.form(plate), comm)
@@ -282,18 +269,6 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
         scale,
         height,
     )
-
-
-def _facets_near_ice(rubber: HyperelasticBody, height: float) -> NDArray[np.int32]:
-    """Local numbers of the facets that may touch the ice: `contact`, and the lower ones of `walls`,
-    which roll onto it.
-    """
-    walls = rubber.facets("walls")
-    if not len(walls):
-        return rubber.facets("contact")
-    middles = compat.midpoints(rubber.mesh, walls)
-    low = walls[middles[:, rubber.mesh.geometry.dim - 1] < CONTACT_HEIGHT * height]
-    return np.sort(np.concatenate([rubber.facets("contact"), low]))
 
 
 def _slipping(

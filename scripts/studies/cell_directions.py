@@ -61,11 +61,11 @@ def of_cells(scene: Scene, factors: tuple[float, ...], fine: Run) -> Iterator[ob
 
 def of_points(scene: Scene, rule: tuple[int, int], fine: Run) -> Iterator[object]:
     """Points on a facet by a `rule`, degrees along x and across; what it took, and its errors."""
-    from iceslide_fem.rubber import block  # starts MPI, too
+    from iceslide_fem.rubber import contact_points  # starts MPI, too
 
     along, across = rule
-    with patch.multiple(block, FACET_DEGREE=along, ACROSS_DEGREE=across):
-        yield " x ".join(f"{block.FACET_PIECES * ((degree + 1) // 2)}" for degree in rule)
+    with patch.multiple(contact_points, FACET_DEGREE=along, ACROSS_DEGREE=across):
+        yield " x ".join(f"{contact_points.FACET_PIECES * ((degree + 1) // 2)}" for degree in rule)
         yield from taken(scene, fine)
 
 

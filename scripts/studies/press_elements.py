@@ -29,8 +29,9 @@ from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.gmsh_model import TaggedMesh
 from iceslide_fem.mesh.grid import tensor_grid
 from iceslide_fem.mesh.rubber import CONTACT_HEIGHT, RubberMesh
-from iceslide_fem.rubber.block import ACROSS_DEGREE, FACET_DEGREE, FACET_PIECES, Block
+from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import default_penalty
+from iceslide_fem.rubber.contact_points import ACROSS_DEGREE, FACET_DEGREE, FACET_PIECES
 from iceslide_fem.rubber.contact_surface import contact_surface
 from iceslide_fem.rubber.equilibrium import Equilibrium
 from iceslide_fem.rubber.hyperelasticity import (
