@@ -4,23 +4,27 @@ The error is that of mu(t) over all 7 ms against a run with a mesh twice as fine
 least four times as fine; references are kept in a folder and computed once. Each timed run is a
 process of its own, started after its forms were compiled. A reference once made serves for any
 `--refinement`: its own is printed. With `--against TREE` the same runs are made by the package in
-that folder, too, one after the other, and the ratio of their times is printed. The ice's share is
-that of its stages without the film's, by Python's profiler.
+that folder, too, one after the other, and the ratio of their times is printed. The ice's share of
+the steps is that of its stages without the film's, by a clock around each.
 """
 
 from __future__ import annotations
 
 import os
-import pstats
-import sys
 import tempfile
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from time import perf_counter
 from typing import NamedTuple
+from unittest.mock import patch
 
 import numpy as np
 
 from iceslide_fem.results import Run, differences, read_run
-from scripts.studies.common import ROOT, options, processor_seconds, run_words, silently, table
+from iceslide_fem.scene import Scene
+from scripts.studies.common import ROOT, case, options, processor_seconds, run_words, table
 
 LIMITS = {"slice": 1.5, "block": 14.0}  # s at a tolerance of 1e-2
 SCENE = ROOT / "cases" / "thesis_1bar.toml"
@@ -43,20 +47,34 @@ def make(tree: Path, out: Path, ranks: int, changes: list[str]) -> Timed:
     return Timed(read_run(out), spent)
 
 
-def ice_share(folder: Path, changes: list[str]) -> float:
-    """The ice's share of a run on one rank: its stages less what the film takes of them."""
-    profile = folder / "profile"
-    words = run_words(SCENE, folder / "profiled", *changes)
-    silently([sys.executable, "-m", "cProfile", "-o", str(profile), *words[1:]])
-    found = pstats.Stats(str(profile)).stats  # type: ignore[attr-defined]
+def ice_share(scene: Scene) -> float:
+    """The ice's share of the steps on one rank: its stages less what the film takes of them."""
+    from iceslide_fem.coupling.sliding import Sliding
+    from iceslide_fem.fenics.start import start_petsc
+    from iceslide_fem.film.law import FilmOnIce
+    from iceslide_fem.interface.ice_continuum import Continuum
+    from scripts.studies.blocks import slid  # starts MPI, after which nothing runs under mpirun
 
-    def seconds(module: str, function: str) -> float:
-        return sum(
-            row[3] for key, row in found.items() if key[0].endswith(module) and key[2] == function
-        )
+    start_petsc()
+    spent: dict[str, float] = defaultdict(float)
 
-    ice = seconds("ice_continuum.py", "stage") - seconds("film/law.py", "solve")
-    return ice / seconds("coupling/sliding.py", "advance")
+    @contextmanager
+    def clocked(owner: type, name: str) -> Iterator[None]:
+        method = getattr(owner, name)
+
+        def timed(*arguments: object) -> object:
+            start = perf_counter()
+            try:
+                return method(*arguments)
+            finally:
+                spent[name] += perf_counter() - start
+
+        with patch.object(owner, name, timed):
+            yield
+
+    with clocked(Sliding, "advance"), clocked(Continuum, "stage"), clocked(FilmOnIce, "solve"):
+        slid(scene)
+    return (spent["stage"] - spent["solve"]) / spent["advance"]
 
 
 def reference(folder: Path, loose: float, steps: int, changes: list[str], refinement: float) -> Run:
@@ -133,7 +151,8 @@ def main() -> None:
             if len(walls) > 1:
                 print(f"{tolerance}: {arguments.ranks[-1]} ranks {walls[0] / walls[-1]:.2f} times "
                       f"as fast as {arguments.ranks[0]}")  # fmt: skip
-        share = ice_share(folder, [*scene, f"numerics.tolerance={arguments.tolerances[0]}"])
+        first = case("thesis_1bar", *scene, f"numerics.tolerance={arguments.tolerances[0]}")
+        share = ice_share(first)
         print(f"share of the ice in the steps at {arguments.tolerances[0]}: {share:.1%}")
         print(f"limit: {LIMITS[model]:g} s on one rank at 1e-2")
 
