@@ -19,7 +19,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
+from scipy.sparse import csc_matrix, csr_matrix
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
@@ -85,9 +85,7 @@ class ContactNodes:
         with vector.localForm() as local:
             numbers = local.array.reshape(-1, dim)[dofs].round().astype(np.int64).ravel()
         self._lines = _lines(surface.nodes[surface.firsts], numbers, total, comm)
-        ones = np.ones(numbers.size)
-        shape = (total, numbers.size)
-        self._sum = csr_matrix((ones, (numbers, np.arange(numbers.size))), shape=shape)
+        self._numbers = numbers.reshape(len(dofs), -1)
         kinds = np.zeros((2, n_owned))
         kinds[0, fixed], kinds[1, lifted] = 1.0, 1.0
         everywhere = np.zeros((2, total))
@@ -97,12 +95,17 @@ class ContactNodes:
         self._comm, self._dofs, self._dim = comm, dofs, dim
         self.n_loads = total + 1
 
-    def loads(self, forces: Array, on_walls: Array | float = 0.0) -> Array:
-        """Loads (n, k) of all ranks' `forces` on the facets (f a d, k), and of those `on_walls`
-        (n - 1, k) that this rank's own nodes' way makes. Collective.
-        """
-        loads = np.zeros((self._fixed.size + 1, forces.shape[1]))
-        loads[:-1] = self._sum @ forces + on_walls
+    def summing(self, facets: NDArray[np.intp]) -> csc_matrix:
+        """From forces on some of this rank's `facets` (f a d) to loads (n - 1)."""
+        numbers = self._numbers[facets].ravel()
+        first = np.arange(numbers.size + 1)
+        shape = (self._fixed.size, numbers.size)
+        return csc_matrix((np.ones(numbers.size), numbers, first), shape=shape)
+
+    def loads(self, own: Array) -> Array:
+        """Loads (n, k) of all ranks, each of which has its `own` (n - 1, k). Collective."""
+        loads = np.zeros((self._fixed.size + 1, own.shape[1]))
+        loads[:-1] = own
         self._comm.Allreduce(MPI.IN_PLACE, loads, op=MPI.SUM)
         loads[-1] = loads[:-1][self._lifted].sum(axis=0)
         loads[:-1][self._fixed] = 0.0
@@ -166,6 +169,7 @@ class Responses:
         self._moved: Array = np.zeros((0, 0, 0))
         self.clear()
         self._differing: NDArray[np.intp] = np.zeros(0, dtype=np.intp)  # facets
+        self._sum = nodes.summing(self._differing)  # of the forces on them
         self._difference: Array = np.zeros(0)
         self._between: csr_matrix | None = None
 
@@ -181,6 +185,7 @@ class Responses:
         self._between = None if walls is None else self._nodes.between_walls(walls)
         self._differing = np.flatnonzero(difference.any(axis=(1, 2)))
         self._difference = difference[self._differing]
+        self._sum = self._nodes.summing(self._differing)
 
     def correction(self, answer: Array, limit: float, answered: Answered) -> Array:
         """What to subtract of the factors' `answer` to some load, leaving at most `limit` (N).
@@ -189,39 +194,38 @@ class Responses:
         """
         moved = self._nodes.at_facets(answer)
         left = self._differing_loads(answer[None], moved[None])[:, 0]
-        basis, parts = _orthonormal(self._images(0))  # parts: what of the kept loads each is
-        shares = np.zeros(self._met)
-        left, shares = _less(left, basis, shares, parts)
+        images = self._images(0)
+        parts = _orthonormal(images)
+        left, shares = _less(left, images, parts)
         longest, solves = np.inf, 1.0
         for _ in range(MOST_SOLVES):
             length = self._nodes.norm(left)
             if not length > limit:
                 break
             if length >= ENOUGH * longest:
-                loads = basis[:, -1:].T
+                loads = (images @ parts[:, -1:]).T
             else:
                 loads = self._nodes.parts(left) if self._many else left[None] / length
             longest, first = length, self._met
             solves += 1.0 if len(loads) == 1 else PARTS_COST
             for load, found in zip(loads, answered(loads), strict=True):
                 self._keep(load, found)
-            images = self._images(first)
-            if not np.isfinite(images).all():
+            more = self._images(first)
+            if not np.isfinite(more).all():
                 self._met = first
                 break
-            new = np.eye(self._met)[:, first:]
-            parts = np.pad(parts, ((0, len(loads)), (0, 0)))
-            images, new = _less(images, basis, new, -parts)
-            more, of_new = _orthonormal(images)
-            if not more.shape[1]:
+            rest, shared = _less(more, images, parts)
+            of_rest = _orthonormal(rest)
+            if not of_rest.shape[1]:
                 break
-            basis = np.column_stack([basis, more])
-            parts = np.column_stack([parts, new @ of_new])
-            shares = np.pad(shares, (0, len(loads)))
-            left, shares = _less(left, basis, shares, parts)
+            images = np.column_stack([images, more])
+            of_new = np.concatenate([-shared @ of_rest, of_rest])
+            parts = np.column_stack([np.pad(parts, ((0, len(loads)), (0, 0))), of_new])
+            left, found = _less(left, images, parts)
+            shares = np.pad(shares, (0, len(loads))) + found
         self._spent, self._changes = self._spent + solves, self._changes + 1
         self.worn = solves * self._changes > self._spent or self._met > MOST_KEPT
-        return np.asarray(shares @ self._answers[: self._met]) if self._met else 0.0 * answer
+        return np.asarray(shares @ self._answers[: shares.size]) if shares.size else 0.0 * answer
 
     def _keep(self, load: Array, answer: Array) -> None:
         """Keep a load and the change that answers it."""
@@ -248,13 +252,11 @@ class Responses:
 
     def _differing_loads(self, answers: Array, moved: Array) -> Array:
         """Loads D x (n, k), N, of changes x (k, dofs), at the facets (k, f, a d). Collective."""
-        here, (count, facets, size) = self._differing, moved.shape
-        forces = np.zeros((facets, size, count))
-        forces[here] = self._difference @ moved[:, here].transpose(1, 2, 0)
-        flat = forces.reshape(-1, count)
-        if self._between is None:
-            return self._nodes.loads(flat)
-        return self._nodes.loads(flat, self._between @ answers[:, self._nodes.own].T)
+        forces = self._difference @ moved[:, self._differing].transpose(1, 2, 0)
+        own = self._sum @ forces.reshape(-1, len(moved))
+        if self._between is not None:
+            own += self._between @ answers[:, self._nodes.own].T
+        return self._nodes.loads(own)
 
 
 def _with_room(kept: Array, one: Array, count: int) -> Array:
@@ -265,13 +267,14 @@ def _with_room(kept: Array, one: Array, count: int) -> Array:
     return more
 
 
-def _less(columns: Array, basis: Array, shares: Array, parts: Array) -> tuple[Array, Array]:
-    """`columns` (n, ...) less what of them is in the orthonormal `basis` (n, r), and their `shares`
-    (k, ...) with that added in `parts` (k, r). Done once more against rounding.
+def _less(columns: Array, images: Array, parts: Array) -> tuple[Array, Array]:
+    """`columns` (n, ...) less what of them `images` (n, k) can be, whose `parts` (k, r) make them
+    orthonormal, and the shares (k, ...) of the images in that. Done once more against rounding.
     """
+    shares = np.zeros((images.shape[1], *columns.shape[1:]))
     for _ in range(2):
-        found = basis.T @ columns
-        columns, shares = columns - basis @ found, shares + parts @ found
+        found = parts @ (parts.T @ (images.T @ columns))
+        columns, shares = columns - images @ found, shares + found
     return columns, shares
 
 
@@ -292,9 +295,8 @@ def _lines(
     return np.unique(place, axis=0, return_inverse=True)[1].reshape(-1)
 
 
-def _orthonormal(columns: Array) -> tuple[Array, Array]:
-    """Orthonormal combinations of `columns` (n, k), and their parts of each: (n, r), (k, r)."""
+def _orthonormal(columns: Array) -> Array:
+    """Parts (k, r) of the `columns` (n, k) with which their combinations are orthonormal."""
     squares, vectors = np.linalg.eigh(columns.T @ columns)
     good = squares > DEPENDENT**2 * squares.max(initial=0.0)
-    parts = vectors[:, good] / np.sqrt(squares[good])
-    return columns @ parts, parts
+    return np.asarray(vectors[:, good] / np.sqrt(squares[good]))
