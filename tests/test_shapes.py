@@ -151,7 +151,7 @@ def test_across_a_flat_bottom_lie_fewer_points_of_the_contact():
         build_block(scene(*changes, f"rubber.edge_radius={radius}"), MPI.COMM_SELF).surface
         for radius in ("0um", "100um")
     )
-    assert sharp.shape.shape[1] == 8 * 4 and round_.shape.shape[1] == 8 * 8
+    assert sharp.shape.shape[1] == 8 * 6 and round_.shape.shape[1] == 8 * 8
 
 
 def test_a_block_with_round_edges_stands_on_what_is_flat():

@@ -4,7 +4,8 @@ Slides thesis_1bar as a block with cells made shorter or longer along one direct
 prints unknowns, steps, processor seconds, the error of mu(t) against a run with cells half as long
 in all directions and a sixth of the tolerance, and that of the plate's displacement at the end. The
 reference is that of the study `speed`, kept in a folder and computed once. With `--points` the
-cells stay and the contact's points on each facet change, along x and across.
+cells stay and the contact's points on each facet change, along x and across; then also in
+thesis_5bar, where the sides roll onto the ice, against the same mesh with 14 points across.
 """
 
 from __future__ import annotations
@@ -12,11 +13,14 @@ from __future__ import annotations
 import math
 import tempfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 from unittest.mock import patch
 
 import numpy as np
 
+from iceslide_fem.arrays import Array
 from iceslide_fem.mesh import box
 from iceslide_fem.mesh.rubber import divisions
 from iceslide_fem.mesh.shape import BlockShape
@@ -24,6 +28,9 @@ from iceslide_fem.results import Run
 from iceslide_fem.scene import Scene
 from scripts.studies.common import ROOT, case, options, table
 from scripts.studies.speed import reference
+
+if TYPE_CHECKING:
+    from scripts.studies.blocks import Slide
 
 # How many times shorter cells are along x, y, z than by default, where those of a cube are shorter
 # along x: the second row is a cube with cells alike.
@@ -37,14 +44,31 @@ FACTORS: tuple[tuple[float, float, float], ...] = (
     (1.0, 1.0, 0.75),
 )
 # Degrees of the Gauss rules on each half of a facet, along x and across: by default, as many points
-# across as along, fewer.
-RULES: tuple[tuple[int, int], ...] = ((7, 3), (7, 7), (5, 3), (3, 3), (7, 1))
-CASE = "thesis_1bar"
+# across as along, fewer; and the most.
+RULES: tuple[tuple[int, int], ...] = ((7, 5), (7, 7), (7, 3), (5, 5), (5, 3), (7, 1))
+MOST = (7, 13)
+CASE, BULGING = "thesis_1bar", "thesis_5bar"
 LOOSE, STEPS = 1e-2, 60  # tolerance of the runs, and how many steps they take
 TIMES = 500
 
 
-def of_cells(scene: Scene, factors: tuple[float, ...], fine: Run) -> Iterator[object]:
+class Known(NamedTuple):
+    """mu(t) of a finer run, s and 1, its mean and the plate's displacement at the end, m."""
+
+    time: Array
+    mu: Array
+    mean: float
+    plate: float
+
+    @classmethod
+    def of(cls, run: Run) -> Known:
+        """From the outputs of a run."""
+        history = run.history
+        plate = float(history["plate_displacement_m"][-1])
+        return cls(history["time_s"], history["mu"], run.summary["mu_mean"], plate)
+
+
+def of_cells(scene: Scene, factors: tuple[float, ...], fine: Known) -> Iterator[object]:
     """Cells of a run with cells shorter by `factors`, what it took, and its errors."""
     usual = box.reference_cells
 
@@ -59,34 +83,56 @@ def of_cells(scene: Scene, factors: tuple[float, ...], fine: Run) -> Iterator[ob
         yield from taken(scene, fine)
 
 
-def of_points(scene: Scene, rule: tuple[int, int], fine: Run) -> Iterator[object]:
+def of_points(scene: Scene, rule: tuple[int, int], fine: Known) -> Iterator[object]:
     """Points on a facet by a `rule`, degrees along x and across; what it took, and its errors."""
-    from iceslide_fem.rubber import contact_points  # starts MPI, too
-
-    along, across = rule
-    with patch.multiple(contact_points, FACET_DEGREE=along, ACROSS_DEGREE=across):
-        yield " x ".join(f"{contact_points.FACET_PIECES * ((degree + 1) // 2)}" for degree in rule)
+    with points(rule) as pieces:
+        yield " x ".join(f"{pieces * ((degree + 1) // 2)}" for degree in rule)
         yield from taken(scene, fine)
 
 
-def taken(scene: Scene, fine: Run) -> Iterator[object]:
-    """Steps and processor seconds of a run, and its errors against a `fine` one."""
+@contextmanager
+def points(rule: tuple[int, int]) -> Iterator[int]:
+    """Points by the degrees of a `rule` on so many pieces of a facet."""
+    from iceslide_fem.rubber import contact_points  # starts MPI, after which no mpirun runs
+
+    along, across = rule
+    with patch.multiple(contact_points, FACET_DEGREE=along, ACROSS_DEGREE=across):
+        yield contact_points.FACET_PIECES
+
+
+def known_of(scene: Scene, rule: tuple[int, int]) -> Known:
+    """A run of the `scene` with points by that `rule`."""
+    with points(rule):
+        found = run_of(scene)
+    return Known(found.time, found.mu, found.mean, plate_of(found))
+
+
+def run_of(scene: Scene) -> Slide:
+    """A slide on this process."""
     from iceslide_fem.fenics.start import start_petsc
-    from scripts.studies.blocks import slid  # starts MPI, after which nothing runs under mpirun
+    from scripts.studies.blocks import slid  # starts MPI, too
 
     start_petsc()
-    found = slid(scene)
+    return slid(scene)
+
+
+def plate_of(found: Slide) -> float:
+    """Displacement of the plate at the end, m."""
+    return found.last.current.mechanics.plate_displacement
+
+
+def taken(scene: Scene, fine: Known) -> Iterator[object]:
+    """Steps and processor seconds of a run, and its errors against a `fine` one."""
+    found = run_of(scene)
     times = np.linspace(0.0, scene.load.duration, TIMES)
-    known = fine.history
-    error = np.interp(times, found.time, found.mu) / np.interp(times, known["time_s"], known["mu"])
+    error = np.interp(times, found.time, found.mu) / np.interp(times, fine.time, fine.mu)
     error = np.abs(error - 1.0)
-    plate = found.last.current.mechanics.plate_displacement
     yield found.steps
     yield f"{found.seconds:.1f}"
     for value in (error.max(), math.sqrt(np.mean(error**2)), error.mean()):
         yield f"{value:.2%}"
-    yield f"{found.mean / fine.summary['mu_mean'] - 1.0:+.2%}"
-    yield f"{plate / known['plate_displacement_m'][-1] - 1.0:+.2%}"
+    yield f"{found.mean / fine.mean - 1.0:+.2%}"
+    yield f"{plate_of(found) / fine.plate - 1.0:+.2%}"
 
 
 def main() -> None:
@@ -102,12 +148,18 @@ def main() -> None:
             refinement, cells, rules, folder = 0.25, FACTORS[:2], RULES[:2], Path(name)
             changes.append("load.duration=0.2ms")
             steps *= 35  # in the 7 ms that a reference's steps are told by
-        fine = reference(folder / f"{CASE}_block", LOOSE, steps, changes, refinement)
+        fine = Known.of(reference(folder / f"{CASE}_block", LOOSE, steps, changes, refinement))
     coarse = [f"numerics.tolerance={LOOSE}", f"numerics.refinement={refinement}"]
     scene = case(CASE, *changes, *coarse)
+    head: tuple[str, ...]
     errors = ("steps", "processor s", "largest", "rms", "mean", "of mean mu", "plate")
     if arguments.points:
-        table(("points", *errors), (tuple(of_points(scene, rule, fine)) for rule in rules))
+        head = ("points", *errors)
+        table(head, (tuple(of_points(scene, rule, fine)) for rule in rules))
+        bulging = case(BULGING, *changes, *coarse)
+        most = known_of(bulging, MOST)
+        print(f"{BULGING}:")
+        table(head, (tuple(of_points(bulging, rule, most)) for rule in rules))
     else:
         head = ("cells", "unknowns", *errors)
         table(head, (tuple(of_cells(scene, each, fine)) for each in cells))
