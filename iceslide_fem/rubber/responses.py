@@ -85,7 +85,7 @@ class ContactNodes:
         with vector.localForm() as local:
             numbers = local.array.reshape(-1, dim)[dofs].round().astype(np.int64).ravel()
         self._lines = _lines(surface.nodes[surface.firsts], numbers, total, comm)
-        self._numbers = numbers.reshape(len(dofs), -1)
+        self._numbers = numbers.reshape(len(dofs), dofs.shape[1] * dim)
         kinds = np.zeros((2, n_owned))
         kinds[0, fixed], kinds[1, lifted] = 1.0, 1.0
         everywhere = np.zeros((2, total))
