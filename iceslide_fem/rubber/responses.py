@@ -221,8 +221,8 @@ class Responses:
             images = np.column_stack([images, more])
             of_new = np.concatenate([-shared @ of_rest, of_rest])
             parts = np.column_stack([np.pad(parts, ((0, len(loads)), (0, 0))), of_new])
-            left, found = _less(left, images, parts)
-            shares = np.pad(shares, (0, len(loads))) + found
+            left, more_shares = _less(left, images, parts)
+            shares = np.pad(shares, (0, len(loads))) + more_shares
         self._spent, self._changes = self._spent + solves, self._changes + 1
         self.worn = solves * self._changes > self._spent or self._met > MOST_KEPT
         return np.asarray(shares @ self._answers[: shares.size]) if shares.size else 0.0 * answer

@@ -31,8 +31,7 @@ from iceslide_fem.mesh.grid import tensor_grid
 from iceslide_fem.mesh.rubber import CONTACT_HEIGHT, RubberMesh
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import default_penalty
-from iceslide_fem.rubber.contact_points import ACROSS_DEGREE, FACET_DEGREE, FACET_PIECES
-from iceslide_fem.rubber.contact_surface import contact_surface
+from iceslide_fem.rubber.contact_points import contact_points
 from iceslide_fem.rubber.equilibrium import Equilibrium
 from iceslide_fem.rubber.hyperelasticity import (
     HyperelasticBody,
@@ -238,13 +237,7 @@ def pressed(
     tagged = in_tetrahedra(grid) if element.in_tetrahedra else grid
     rubber = element.forms(RubberMesh(*gmsh_model.distribute(tagged, MPI.COMM_SELF)), material)
     start = process_time()
-    surface = contact_surface(
-        rubber.space,
-        rubber.facets("contact"),
-        FACET_DEGREE,
-        FACET_PIECES,
-        across=ACROSS_DEGREE,
-    )
+    surface = contact_points(scene, rubber, SIZE)
     equilibrium = Equilibrium(rubber, surface, default_penalty(material, SIZE, tolerance))
     area = SIZE**2 / 2
     friction = FilmFriction(scene.contact_parameters, None, 0.05 * pressure)
