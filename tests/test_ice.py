@@ -9,6 +9,7 @@ from scipy.sparse import csr_matrix
 pytest.importorskip("dolfinx")
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, ufl  # noqa: E402
+from iceslide_fem.film.friction import FilmFriction  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance  # noqa: E402
 from iceslide_fem.film.law import (  # noqa: E402
@@ -19,9 +20,11 @@ from iceslide_fem.film.law import (  # noqa: E402
     implicit_stage,
 )
 from iceslide_fem.interface import build, ice_continuum, ice_surface  # noqa: E402
+from iceslide_fem.interface.carriers import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumnsUnderPoints  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
 from iceslide_fem.interface.ice_surface import StageSurface  # noqa: E402
+from iceslide_fem.interface.on_rubber import Attached, Rubbing  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
 from iceslide_fem.materials import (  # noqa: E402
     ICE,
@@ -29,6 +32,7 @@ from iceslide_fem.materials import (  # noqa: E402
     ICE_DIFFUSIVITY,
     ICE_HEAT_CAPACITY,
     MELTING_TEMPERATURE,
+    ConstantContact,
 )
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.ice import patch_lines, tagged_ice  # noqa: E402
@@ -39,6 +43,7 @@ pytestmark = [pytest.mark.fe, pytest.mark.mpi]
 DURATION, T_0 = 1e-3, 269.15
 LINK, AGREEMENT = 1e-5, 1e-6  # of points and ice, and of both (K)
 EVERYWHERE = MPI.COMM_WORLD
+SDIRK2 = INTEGRATORS["sdirk2"]
 
 
 def a_scene(model, refinement=1.0):
@@ -279,6 +284,39 @@ def test_melting_points_are_found_where_full_changes_cycle(monkeypatch):
     monkeypatch.setattr(ice_continuum, "FULL_ITERATIONS", 0)
     content, _ = ice.stage(ice.initial(0), 1e-4, given_flux(flux))
     np.testing.assert_allclose(content, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("model", ["slice", "block"])
+def test_points_that_do_not_rub_are_left_out_and_nothing_else_changes(model):
+    """Against all points in every step, while contact leaves the middle of the patch."""
+    ice, points, area = some_ice(model, 0.5)
+    friction = FilmFriction(ConstantContact(4.0, 2e-5, 1e-6), None, 1e4)
+    at = ice.grid.place(points)
+    middle, inside = np.abs(points[:, 0]).max(initial=0.0), np.abs(points[:, 0])
+    some, fewer = (np.where(inside < share * middle, 2e5, 0.0) for share in (0.7, 0.3))
+    start, end = (
+        ContactLoads(points, pressure, area, np.full(len(area), 3.0), 0.0)
+        for pressure in (some, fewer)
+    )
+    lifted = (start.pressure == 0.0) & (end.pressure == 0.0)
+    assert 0.1 < total(lifted) / total(np.ones(len(area))) < 0.9
+    states, records = [], []
+    for kind in (Attached, Rubbing):
+        carrier = kind(friction, ice, at)
+        state = carrier.start(1e-7, len(area))
+        for loads in (start, end, end):
+            state = (record := carrier.pass_over(state, start, loads, 2e-4, SDIRK2)).state
+        states.append(state)
+        records.append(record)
+    whole, part = records
+    assert part.area.size == np.sum(~lifted) and total(part.step.last.melting) > 0.0
+    np.testing.assert_array_equal(part.state.log_height[lifted], np.log(1e-7))
+    for one, other in zip(*states, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-6 * np.abs(one).max(initial=0.0))
+    for heat in ("ice_heat", "latent_heat", "squeezed"):
+        expected, found = (total(record.area * getattr(record.step, heat)) for record in records)
+        assert found == pytest.approx(expected, rel=1e-6) and found > 0.0
+    np.testing.assert_array_equal(whole.step.last.melting, part.of_all(part.step.last.melting))
 
 
 def uneven_film(points, dt):

@@ -7,7 +7,6 @@ window of ice follow the block.
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -77,7 +76,7 @@ class Acceptance:
         shorter = float(step_factor(unclosed, 2))
         if unclosed > 1.0 and self._adaptive:  # else nobody could choose a better step
             raise Refused("the step's energy does not close: the block snaps", shorter)
-        squeezed = self._squeezed(start, passage)
+        squeezed = self._squeezed(passage)
         after = after._replace(strongest=max(start.strongest, force))
         shifted, lost = self._window_shifted(start, after)
         # a step twice as long would take film and heat twice as many of their own
@@ -95,11 +94,9 @@ class Acceptance:
             lost,
         )
 
-    def _squeezed(self, start: CoupledState, passage: Passage) -> float:
+    def _squeezed(self, passage: Passage) -> float:
         """Water that leaves the films of the whole block in `passage`, m3. Collective."""
-        heights = [one.step.state.squeezed_height for one in passage.steps]
-        heights.insert(0, start.interface.squeezed_height)
-        gains = [after - before for before, after in pairwise(heights)]
+        gains = [one.step.squeezed for one in passage.steps]
         return self._block.total(np.concatenate(gains), passage.area)
 
     def _window_shifted(

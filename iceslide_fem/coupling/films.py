@@ -72,7 +72,7 @@ class Films:
                     raise Refused("film and heat change too fast", factor)
                 wanted = factor * length
                 continue
-            state, done = trial.step.state, reached
+            state, done = trial.state, reached
             steps.append(trial)
             ends.append(done)
             points.append(loads)
@@ -103,7 +103,7 @@ class Films:
             if control > 2.0:
                 raise Refused("film and heat change too fast", self._factor(control))
             steps.append(step)
-            state, done = step.step.state, reached
+            state, done = step.state, reached
         return before._replace(steps=tuple(steps), loads=tuple(points[1:]))
 
     def _factor(self, control: float) -> float:

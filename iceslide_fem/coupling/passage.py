@@ -26,7 +26,7 @@ class Passage(NamedTuple):
     @property
     def state(self) -> InterfaceState:
         """Film and heat at the end."""
-        return self.steps[-1].step.state
+        return self.steps[-1].state
 
     @property
     def area(self) -> Array:

@@ -192,7 +192,7 @@ class Trials:
     def _laws(self, passage: Passage) -> list[Sheared]:
         """Shear on the interface as it is after each step of `passage`. Collective."""
         steps = zip(passage.steps, passage.loads, strict=True)
-        return [self._carrier.sheared(one.step.state, loads) for one, loads in steps]
+        return [self._carrier.sheared(one.state, loads) for one, loads in steps]
 
     def _shears(self, passage: Passage, laws: list[Sheared]) -> list[Array]:
         """Friction stress at the points, Pa, after each step of `passage`, by the `laws` then."""

@@ -177,6 +177,12 @@ class Step(NamedTuple):
         return self.dt * _sum(self.weights, [s.melt_power for s in self.stages])
 
     @property
+    def squeezed(self) -> Array:
+        """What is squeezed out over the step, m."""
+        weights = [weight / self.integrator.diagonal for weight in self.weights]
+        return _sum(weights, [change.squeezed_height for change in self.changes])
+
+    @property
     def shearing_rate(self) -> Array:
         """d/dt of the film law's `log_shearing` at its end, 1/s."""
         return log_shearing(self.change) / self.stage_dt

@@ -11,10 +11,11 @@ from iceslide_fem.film.friction import FilmFriction
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.own_law import OwnFriction
+from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints, OwnColumns
 from iceslide_fem.interface.ice_continuum import Continuum
 from iceslide_fem.interface.on_ice import OnIce
-from iceslide_fem.interface.on_rubber import Attached, OnRubber
+from iceslide_fem.interface.on_rubber import Attached, OnRubber, Rubbing
 from iceslide_fem.interface.remembering_ice import RememberingIce
 from iceslide_fem.interface.rubber_columns import RubberOverGrid
 from iceslide_fem.interface.surface_grid import SurfaceGrid, own_points
@@ -56,7 +57,11 @@ def _attached(block: Block, duration: Array) -> Attached:
     points, footprint = _footprint(block)
     ice = _continuum(block, patch_lines(scene, footprint), duration)
     # The ice stays under the point of the rubber that it lies under at t = 0.
-    return Attached(block.friction, ice, ice.grid.place(points), rubber)
+    at = ice.grid.place(points)
+    remembers = not isinstance(block.friction, FilmFriction) or block.friction.table is not None
+    if remembers or rubber is not INSULATED:
+        return Attached(block.friction, ice, at, rubber)
+    return Rubbing(block.friction, ice, at)
 
 
 def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.arrays import Array, Index, Mask
 from iceslide_fem.film.friction import Friction, Sheared
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import Integrator, InterfaceState, Step, error_norms
@@ -64,7 +64,8 @@ class Shifted(NamedTuple):
 class InterfaceStep(NamedTuple):
     """Film and heat over a step: the step, what each film stands for (m2), loads at its end.
 
-    loads are `FilmLoads`; ice, rubber: the bodies as the films met them.
+    loads are `FilmLoads`; ice, rubber: the bodies as the films met them; state: of all films at the
+    end of the step, which is that of those `at` these numbers: it changes no others.
     """
 
     step: Step
@@ -72,6 +73,8 @@ class InterfaceStep(NamedTuple):
     loads: Any
     ice: IceHeat
     rubber: RubberHeat
+    state: InterfaceState
+    at: Index | slice = slice(None)
 
     def local_error(self, scale: Array) -> Array:
         """Relative local errors (n,) over the step; `scale` of temperatures, K."""
@@ -87,7 +90,13 @@ class InterfaceStep(NamedTuple):
 
     def change(self, before: InterfaceStep) -> Array:
         """By what share (n,) the shear differs from that of another trial of the step."""
-        return log_shearing(before.step.state) - log_shearing(self.step.state)
+        return (log_shearing(before.state) - log_shearing(self.state))[self.at]
+
+    def of_all(self, values: Array | Mask) -> Array:
+        """Values (n,) of the step's films among those of all films, of which the others have 0."""
+        every = np.zeros(self.state.log_height.size)
+        every[self.at] = values
+        return every
 
 
 class OwnStep(InterfaceStep):
@@ -104,7 +113,7 @@ class OwnStep(InterfaceStep):
 
     def change(self, before: InterfaceStep) -> Array:
         """By what share (n,) the shear differs from that of another trial of the step."""
-        return shear_change(self.step, self.loads, self.ice, before.step.state)
+        return shear_change(self.step, self.loads, self.ice, before.state)
 
 
 class Ice(Protocol):

@@ -108,7 +108,7 @@ class Continuum:
         cooled = start * decay
         resistance = dt * self._per_heat(decay)
         touching = np.flatnonzero(area > 0.0)
-        place = part_of(at, touching.tobytes())
+        place = at if touching.size == area.size else part_of(at, touching.tobytes())
         surface = StageSurface(self.grid, modes, place, self._at_surface(cooled), resistance)
 
         def warmed(balance: Balance) -> Array:

@@ -82,7 +82,7 @@ class OnIce:
         ice = self.ice.under(Contacts(grid.own_nodes(), area))
         rubber = self.rubber.above(start, end)
         step = advance(state, first, last, dt, ice, integrator, rubber)
-        return InterfaceStep(step, area, last, ice, rubber)
+        return InterfaceStep(step, area, last, ice, rubber, step.state)
 
     def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
         """Shear under the films around each point. Collective."""

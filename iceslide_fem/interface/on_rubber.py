@@ -20,7 +20,7 @@ from iceslide_fem.interface.carriers import (
     Shifted,
     fresh,
 )
-from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement
+from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement, part_of
 from iceslide_fem.interface.window import (
     RECENT,
     PassingIce,
@@ -76,7 +76,7 @@ class Attached:
         first, last = (self._acting(one, contacts) for one in (start, end))
         step = advance(state, first, last, dt, ice, integrator, rubber)
         kind = OwnStep if isinstance(last, OwnLoads) else InterfaceStep
-        return kind(step, contacts.area, last, ice, rubber)
+        return kind(step, contacts.area, last, ice, rubber, step.state)
 
     def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
         """Shear under the points' own films, or law. Collective."""
@@ -131,6 +131,38 @@ class Attached:
     def _contacts(self, start: ContactLoads, end: ContactLoads) -> Contacts:
         """The points in the middle of a step."""
         return Contacts(self._at, 0.5 * (start.area + end.area))
+
+
+class Rubbing(Attached):
+    """The same over meshed ice, which knows its temperature by itself, where the rubber takes none
+    of the heat and films remember no viscosity: those that do not rub in a step stay as they are,
+    and are left out of it.
+    """
+
+    def pass_over(
+        self,
+        state: InterfaceState,
+        start: ContactLoads,
+        end: ContactLoads,
+        dt: float,
+        integrator: Integrator,
+    ) -> InterfaceStep:
+        """Advance the points that touch the ice at an end of the step. Collective."""
+        rubs = np.flatnonzero((start.pressure > 0.0) | (end.pressure > 0.0))
+        at, area = self._contacts(start, end)
+        ice = self.ice.under(Contacts(part_of(at, rubs.tobytes()), area[rubs]))
+        first, last = (self._loads(one).take(rubs) for one in (start, end))
+        films = state.log_height[rubs], state.squeezed_height[rubs]
+        begin = InterfaceState(*films, state.ice)
+        step = advance(begin, first, last, dt, ice, integrator)
+        after = state._replace(
+            log_height=state.log_height.copy(),
+            squeezed_height=state.squeezed_height.copy(),
+            ice=step.state.ice,
+        )
+        after.log_height[rubs] = step.state.log_height
+        after.squeezed_height[rubs] = step.state.squeezed_height
+        return InterfaceStep(step, area[rubs], last, ice, INSULATED, after, rubs)
 
 
 class OnRubber(Attached):

@@ -50,7 +50,7 @@ class Placement:
         return self.share.ravel(), self.node.ravel(), first
 
     @cached_property
-    def pairs(self) -> csr_matrix:
+    def pairs(self) -> csc_matrix:
         """From values c of the points to the diagonals of sum c N N^T, one below another."""
         corners, (n, count) = _corners(self.shape), self.node.shape
         diagonals, n_nodes = _diagonals(corners), int(np.prod(self.shape))
@@ -62,7 +62,7 @@ class Placement:
             weights[:, column] = self.share[:, one] * self.share[:, other]
         first = np.arange(0, rows.size + 1, len(pairs))
         shape = (len(diagonals) * n_nodes, n)
-        return csc_matrix((weights.ravel(), rows.ravel(), first), shape=shape).tocsr()
+        return csc_matrix((weights.ravel(), rows.ravel(), first), shape=shape)
 
 
 @lru_cache(maxsize=2)

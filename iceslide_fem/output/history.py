@@ -170,7 +170,8 @@ def _switches(sliding: Sliding, accepted: Accepted | None) -> tuple[Array, Array
     if accepted is None:
         nowhere = np.zeros(sliding.block.surface.n_points)
         return nowhere, nowhere
-    last, loads = accepted.passage.steps[-1].step.last, accepted.loads
-    carrier = sliding.carrier
-    melting, saturated = last.melting.astype(float), last.saturated.astype(float)
+    end, loads, carrier = accepted.passage.steps[-1], accepted.loads, sliding.carrier
+    melting, saturated = (
+        end.of_all(one) for one in (end.step.last.melting, end.step.last.saturated)
+    )
     return carrier.at_points(melting, loads), carrier.at_points(saturated, loads)
