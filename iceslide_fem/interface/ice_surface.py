@@ -24,7 +24,7 @@ from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid
 
 MAX_ITERATIONS = 60
 # Conjugate gradients for a change of the temperatures.
-LINEAR_TOLERANCE, LINEAR_ITERATIONS = 1e-2, 500
+LINEAR_TOLERANCE, LINEAR_ITERATIONS = 1e-3, 500
 UNSETTLED = "the melting part of the ice's surface does not settle"
 
 

@@ -22,6 +22,11 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI
 
 
+# Entries up to which a product with a full matrix takes less time than what SciPy does before one
+# with a sparse one.
+FULL = 10_000
+
+
 @dataclass(frozen=True, eq=False)
 class Placement:
     """Where points lie: nodes around each and their weights, which add up to 1, (n, corners).
@@ -34,14 +39,16 @@ class Placement:
     shape: tuple[int, ...]
 
     @cached_property
-    def reading(self) -> csr_matrix:
+    def reading(self) -> csr_matrix | Array:
         """From values of the nodes to those of the points."""
-        return csr_matrix(self._entries, shape=(len(self.node), math.prod(self.shape)))
+        shape = len(self.node), math.prod(self.shape)
+        return _quickest(csr_matrix(self._entries, shape=shape))
 
     @cached_property
-    def giving(self) -> csc_matrix:
+    def giving(self) -> csc_matrix | Array:
         """From amounts of the points to those of the nodes: its transpose."""
-        return csc_matrix(self._entries, shape=(math.prod(self.shape), len(self.node)))
+        shape = math.prod(self.shape), len(self.node)
+        return _quickest(csc_matrix(self._entries, shape=shape))
 
     @property
     def _entries(self) -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
@@ -50,7 +57,7 @@ class Placement:
         return self.share.ravel(), self.node.ravel(), first
 
     @cached_property
-    def pairs(self) -> csc_matrix:
+    def pairs(self) -> csc_matrix | Array:
         """From values c of the points to the diagonals of sum c N N^T, one below another."""
         corners, (n, count) = _corners(self.shape), self.node.shape
         diagonals, n_nodes = _diagonals(corners), int(np.prod(self.shape))
@@ -62,7 +69,12 @@ class Placement:
             weights[:, column] = self.share[:, one] * self.share[:, other]
         first = np.arange(0, rows.size + 1, len(pairs))
         shape = (len(diagonals) * n_nodes, n)
-        return csc_matrix((weights.ravel(), rows.ravel(), first), shape=shape)
+        return _quickest(csc_matrix((weights.ravel(), rows.ravel(), first), shape=shape))
+
+
+def _quickest(matrix: csr_matrix | csc_matrix) -> csr_matrix | csc_matrix | Array:
+    """The matrix as products with it take least time: a small one is full."""
+    return matrix.toarray() if math.prod(matrix.shape) <= FULL else matrix
 
 
 @lru_cache(maxsize=2)
