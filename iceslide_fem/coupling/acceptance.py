@@ -27,13 +27,14 @@ MORE_STEPS = 0.9  # of the sub-steps that a step may have, in the next one
 class Found(NamedTuple):
     """What a trial step leads to.
 
-    after: its state, before water and the window have followed; passage: of film and heat; forces:
-    friction of the block at its start and at the ends of the parts of `passage`, N; factor: on the
-    next step's length, by its errors; iterations: Newton's; solved: whether the block was solved;
-    wall_heat: of walls that have slipped, J.
+    after: its state, before water and the window have followed; dt: its length, s; passage: of film
+    and heat; forces: friction of the block at its start and at the ends of the parts of `passage`,
+    N; factor: on the next step's length, by its errors; iterations: Newton's; solved: whether the
+    block was solved; wall_heat: of walls that have slipped, J.
     """
 
     after: CoupledState
+    dt: float
     passage: Passage
     forces: list[float]
     factor: float
@@ -53,9 +54,9 @@ class Acceptance:
         # it pushes with no more than the friction that sheared it.
         self._may_swing = block.scene.load.changes
 
-    def of(self, start: CoupledState, found: Found, dt: float) -> Accepted:
-        """The step of `dt` (s) from `start` as it is accepted. Raises Refused."""
-        force, most = found.forces[-1], 0.0
+    def of(self, start: CoupledState, found: Found) -> Accepted:
+        """The step from `start` as it is accepted. Raises Refused."""
+        dt, force, most = found.dt, found.forces[-1], 0.0
         if self._may_swing:
             most = max(start.strongest, self._error.least_friction)
         if not (force > 0.0 or -force <= most):

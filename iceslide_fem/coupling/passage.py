@@ -23,6 +23,12 @@ class Passage(NamedTuple):
     loads: tuple[ContactLoads, ...]
     following: float
 
+    def first(self, parts: int) -> Passage:
+        """A passage of its first `parts`, fewer than it has."""
+        reached, then = self.ends[parts - 1], float(self.steps[parts].step.dt)
+        ends = tuple(end / reached for end in self.ends[:parts])
+        return Passage(self.steps[:parts], ends, self.loads[:parts], then)
+
     @property
     def state(self) -> InterfaceState:
         """Film and heat at the end."""

@@ -163,7 +163,6 @@ class Sliding:
             for end in (left, corner):
                 if abs(end - dt) < 1e-3 * dt:
                     dt = end
-            last, cut = dt == left, dt == corner < self._dt
             try:
                 trial = self._trials.step(self.current, dt, self._film_step)
             except (Refused, NotConverged) as reason:
@@ -179,17 +178,18 @@ class Sliding:
                     raise SimulationStopped(self._farewell(reason)) from reason
                 between_trials(dt, reason)
                 continue
+            last, cut = trial.dt == left, trial.dt == corner < self._dt
             self.current = trial.state
             self.block.hold(trial.state.grip)
             if last:
                 self.current = self.current._replace(time=self._duration)
             following = trial.following
             if self._trials.adaptive:
-                if rejected:  # what was too long is so in the next step, too
+                if rejected or trial.dt < dt:  # what was too long is so in the next step, too
                     following = min(following, trial.dt)
                 if cut and not rejected:  # a short step to a corner says nothing of the next
                     following = max(following, self._dt)
-                if dt == corner:
+                if trial.dt == corner:
                     following = min(following, self._trials.first_behind_corner(self.current))
                 self._dt = min(following, self._longest)
                 self._film_step = trial.passage.following

@@ -129,6 +129,18 @@ class StepError:
         size = max(np.abs(forces).max(), self.least_friction)
         return off / (CURVE_SHARE * self._tolerance * size)
 
+    def straight_parts(self, forces: Sequence[float], ends: Sequence[float]) -> tuple[int, float]:
+        """How many parts of a step, from its start, may be one step; and how far friction leaves
+        the line between the ends of that, as `of_curve` has it.
+        """
+        for parts in range(len(ends), 0, -1):
+            bend = self.of_curve(
+                forces[: parts + 1], [end / ends[parts - 1] for end in ends[:parts]]
+            )
+            if bend <= 1.0:
+                break
+        return parts, bend
+
     def of_speed(self, found: float, curved: float, straight: Sequence[float]) -> float:
         """How far the friction force (N) `found` at the end of a step is from what was foreseen.
 

@@ -1,7 +1,8 @@
 """A trial step: film and ice heat under a changing pressure, the block under a changing shear.
 
 It predicts the block's motion, advances film and ice heat under the predicted pressure (in
-sub-steps of their own: `films`), finds the block's equilibrium under the new shear, and advances
+sub-steps of their own: `films`), which ends where friction would leave a straight line, the step
+with it. It finds the block's equilibrium under the new shear, and advances
 film and heat once more from the old state under the pressure found. If that changes the film by
 more than a share of the tolerance, block and film are solved again.
 """
@@ -69,7 +70,7 @@ class Trials:
         """
         rests = start.steady and self._plate.force_holds(start.motion.time, start.time + dt)
         found = self._rested(start, dt, film_step) if rests else None
-        return self._acceptance.of(start, found or self._solved(start, dt, film_step), dt)
+        return self._acceptance.of(start, found or self._solved(start, dt, film_step))
 
     def first_behind_corner(self, now: CoupledState) -> float:
         """How long (s) the block may go on unseen where the plate's force or speed has a corner:
@@ -100,25 +101,24 @@ class Trials:
             interface=passage.state,
             mechanics=start.mechanics._replace(friction_force=forces[-1]),
         )
-        return Found(after, passage, forces, GROW)
+        return Found(after, dt, passage, forces, GROW)
 
     def _solved(self, start: CoupledState, dt: float, film_step: float) -> Found:
         """With the block in equilibrium under the shear at the step's end."""
+        passage = self._foreseen(start, dt, film_step)
+        laws = self._laws(passage)
+        forces = self._forces(start, passage, self._shears(passage, laws))
+        parts, bend = self._error.straight_parts(forces, passage.ends)
+        if parts < len(passage.ends) and self.adaptive:
+            dt *= passage.ends[parts - 1]
+            passage, laws, forces = passage.first(parts), laws[:parts], forces[: parts + 1]
+
         block, plate, time = self._block, self._plate, start.time + dt
         values, law = block.rubber.u.x.array, self._motion_law
         values[:], rate = law.begin(start.motion, time)
         speed, load = plate.slip(rate, time), plate.force(time)
         interface, before = start.interface, start.loads
         offset = before.offset + plate.way(start.time, dt)
-        loads = plate.slipping(speed, offset)
-        if start.motion.smooth:
-            loads = plate.faster(loads, law.gained(start.motion, time))
-        passage = self._films.passage(interface, before, loads, dt, film_step)
-        laws = self._laws(passage)
-        forces = self._forces(start, passage, self._shears(passage, laws))
-        bend = self._error.of_curve(forces, passage.ends)
-        if bend > 1.0 and self.adaptive:
-            raise Refused("friction follows no straight line", float(step_factor(bend, 2)))
         straight = forces[-1]
         iterations, mismatches = 0, []
         for _ in range(self._passes):
@@ -159,7 +159,17 @@ class Trials:
         factor = float(step_factor(max(mismatches[0], drift, bend, swing), 2))
         if iterations > MANY_ITERATIONS:
             factor = min(factor, 0.8)
-        return Found(after, passage, forces, factor, iterations, True, wall_heat)
+        return Found(after, dt, passage, forces, factor, iterations, True, wall_heat)
+
+    def _foreseen(self, start: CoupledState, dt: float, film_step: float) -> Passage:
+        """Film and heat over `dt` (s) under the motion that is foreseen for the block."""
+        plate, law, time = self._plate, self._motion_law, start.time + dt
+        self._block.rubber.u.x.array[:], rate = law.begin(start.motion, time)
+        offset = start.loads.offset + plate.way(start.time, dt)
+        loads = plate.slipping(plate.slip(rate, time), offset)
+        if start.motion.smooth:
+            loads = plate.faster(loads, law.gained(start.motion, time))
+        return self._films.passage(start.interface, start.loads, loads, dt, film_step)
 
     def _swung(
         self,

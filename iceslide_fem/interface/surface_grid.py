@@ -21,7 +21,6 @@ from scipy.sparse import csc_matrix, csr_matrix
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI
 
-
 # Entries up to which a product with a full matrix takes less time than what SciPy does before one
 # with a sparse one.
 FULL = 10_000
