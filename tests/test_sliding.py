@@ -15,6 +15,7 @@ import pytest
 
 pytest.importorskip("dolfinx")
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
+from iceslide_fem.coupling.passage import Passage  # noqa: E402
 from iceslide_fem.coupling.sliding import Sliding  # noqa: E402
 from iceslide_fem.coupling.step_error import Refused, StepError  # noqa: E402
 from iceslide_fem.coupling.trial import Trials  # noqa: E402
@@ -447,3 +448,36 @@ def test_a_killed_run_leaves_readable_rows_and_can_be_run_again(tmp_path):
     assert history.read_text() == text  # nothing is lost
     assert subprocess.run([*again, "--force"], env=environment).returncode == 0
     assert (tmp_path / "report.png").stat().st_size > 10_000
+
+
+def test_a_step_ends_where_friction_leaves_the_straight_line(monkeypatch):
+    """Cell after cell of the ice begins to melt: what film and heat have done before a turn is not
+    done again, and the steps still add up to the run.
+    """
+    cuts, first = [], Passage.first
+
+    def counted(passage, parts):
+        cuts.append(found := first(passage, parts))
+        assert found.steps == passage.steps[:parts] and found.ends[-1] == 1.0
+        assert all(np.diff((0.0, *found.ends)) > 0.0)
+        assert found.following == passage.steps[parts].step.dt
+        return found
+
+    monkeypatch.setattr(Passage, "first", counted)
+    sliding = started(thesis("ice.heat=continuum", "numerics.tolerance=1e-2"))
+    steps = list(sliding.steps())
+    assert len(cuts) >= 3 and sum(step.rejected for step in steps) < len(cuts)
+    assert sliding.current.time == 7e-3
+    assert sum(step.dt for step in steps) == pytest.approx(7e-3, rel=1e-12)
+
+
+def test_as_many_parts_are_one_step_as_friction_is_straight_in():
+    sliding = started(thesis("load.duration=0.1ms", "numerics.tolerance=1e-2"))
+    error = StepError(sliding.block)
+    ends, straight = [0.2, 0.4, 0.6, 1.0], [1.0, 1.2, 1.4, 1.6, 2.0]
+    assert error.straight_parts(straight, ends) == (4, pytest.approx(0.0, abs=1e-9))
+    turns = [1.0, 1.2, 1.4, 1.6, 1.6]
+    parts, bend = error.straight_parts(turns, ends)
+    assert parts == 3 and bend == pytest.approx(0.0, abs=1e-9)
+    assert error.of_curve(turns, ends) > 1.0
+    assert error.straight_parts([1.0, 2.0, 1.0], [0.5, 1.0]) == (1, 0.0)

@@ -1,10 +1,10 @@
 """A trial step: film and ice heat under a changing pressure, the block under a changing shear.
 
 It predicts the block's motion, advances film and ice heat under the predicted pressure (in
-sub-steps of their own: `films`), which ends where friction would leave a straight line, the step
-with it. It finds the block's equilibrium under the new shear, and advances
-film and heat once more from the old state under the pressure found. If that changes the film by
-more than a share of the tolerance, block and film are solved again.
+sub-steps of their own: `films`), ends where friction would leave a straight line, finds the block's
+equilibrium under the new shear, and advances film and heat once more from the old state under the
+pressure found. If that changes the film by more than a share of the tolerance, block and film are
+solved again.
 """
 
 from __future__ import annotations
