@@ -121,10 +121,10 @@ class StepError:
     def of_curve(self, forces: Sequence[float], ends: Sequence[float]) -> float:
         """How far friction `forces` (N) within a step leave the line between its ends.
 
-        `forces` are those at its start and at the `ends` (shares) of its parts. A history has one
-        row per step.
+        `forces` are those at its start and at the `ends` of its parts, in any unit of time from its
+        start. A history has one row per step.
         """
-        line = np.interp(ends, [0.0, 1.0], [forces[0], forces[-1]])
+        line = np.interp(ends, [0.0, ends[-1]], [forces[0], forces[-1]])
         off = float(np.abs(np.array(forces[1:]) - line).max())
         size = max(np.abs(forces).max(), self.least_friction)
         return off / (CURVE_SHARE * self._tolerance * size)
@@ -134,9 +134,7 @@ class StepError:
         the line between the ends of that, as `of_curve` has it.
         """
         for parts in range(len(ends), 0, -1):
-            bend = self.of_curve(
-                forces[: parts + 1], [end / ends[parts - 1] for end in ends[:parts]]
-            )
+            bend = self.of_curve(forces[: parts + 1], ends[:parts])
             if bend <= 1.0:
                 break
         return parts, bend
