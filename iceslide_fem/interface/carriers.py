@@ -107,9 +107,12 @@ class OwnStep(InterfaceStep):
         return own_error(self.step, self.loads, self.ice, scale, self.rubber)
 
     def friction(self) -> Array:
-        """Size of the friction force (N) at each point at the end of the step."""
+        """Size of the friction force (N) at each point at the end of the step.
+
+        A law may push rubber that springs back faster than the block slides: its power is below 0.
+        """
         speed = np.maximum(np.abs(self.loads.speed), 1e-300)
-        return np.asarray(self.area * self.step.last.friction_power / speed)
+        return np.asarray(self.area * np.abs(self.step.last.friction_power) / speed)
 
     def change(self, before: InterfaceStep) -> Array:
         """By what share (n,) the shear differs from that of another trial of the step."""
