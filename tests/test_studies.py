@@ -152,12 +152,16 @@ def test_maps_of_the_film_law_have_no_failure(tmp_path):
     assert len(list(tmp_path.glob("film_weather_*.png"))) == 2
 
 
-def test_stiffer_penalty_is_more_accurate_and_takes_as_many_iterations(tmp_path):
+def test_stiffer_penalty_is_more_accurate_as_an_update_of_multipliers_is(tmp_path):
+    """And takes as many iterations; an update finds the plate, and takes some more."""
     rows = printed("accuracy_cost", "--questions", "contact", "--pictures", str(tmp_path))
     found = {(row[0], row[1]): row for row in rows if row[0].startswith(("penalty", "augmented"))}
     soft, stiff = (found["penalty (default)", f"{x} x default"] for x in ("1", "10"))
     assert float(stiff[2]) < 0.2 * float(soft[2])
     assert int(stiff[6]) <= 1.5 * int(soft[6])
+    updated = found["augmented Lagrangian, 1 update", "1 x default"]
+    assert float(updated[2]) < 1e-2 * float(soft[2]) and int(updated[6]) > int(soft[6])
+    assert 0.0 < float(updated[4]) < float(soft[4])
     assert (tmp_path / "contact_1bar.png").stat().st_size > 10_000
 
 

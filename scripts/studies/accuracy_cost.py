@@ -324,10 +324,8 @@ class Augmented(ContactSurface):
 
     shift: Array
 
-    def positions(self, u: Array) -> Array:
-        x = super().positions(u)
-        x[..., -1] -= self.shift
-        return x
+    def heights(self, u: Array) -> Array:
+        return super().heights(u) - self.shift
 
 
 def enforcement(quick: bool) -> Iterable[Chart]:
