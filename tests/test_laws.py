@@ -55,6 +55,11 @@ def test_friction_that_falls_with_temperature_ends_where_its_heat_and_its_warmth
     assert np.abs(off[3:]).max() < 1e-2
 
 
+def test_steps_that_a_point_refuses_are_counted():
+    _, entries = history("film_law", "numerics.tolerance=1e-4")
+    assert 1 <= entries["rejected_steps"] < 50
+
+
 @pytest.mark.parametrize("pressure", ["1 bar", "5 bar"])
 def test_the_film_law_by_the_protocol_is_the_built_in_one(pressure):
     same = (f"load.pressure={pressure}", "numerics.tolerance=1e-4")
@@ -262,6 +267,8 @@ def test_estimates_are_those_of_the_law():
     scene = load_scene(LAWS / "falls_with_temperature.toml", ["model=slice", "load.duration=0.2ms"])
     found = simplifications(scene)
     assert 1e-3 < found.bending.effect < 0.3
+    without = load_scene(LAWS / "coulomb.toml", ["friction.mu=0"])
+    assert all(abs(one.effect) < 0.1 for one in simplifications(without))
 
 
 def test_parameters_of_a_law_are_varied_by_a_sweep(tmp_path):

@@ -15,6 +15,8 @@ from iceslide_fem.errors import SimulationStopped  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.output.history import interface_fields, slide_row  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
+from iceslide_fem.run.point import point_history  # noqa: E402
+from iceslide_fem.scene import load_scene  # noqa: E402
 
 pytestmark = pytest.mark.fe
 COMMS = MPI.COMM_WORLD, MPI.COMM_SELF
@@ -28,6 +30,46 @@ def test_coulomb_is_its_number_under_a_block(motion):
     np.testing.assert_allclose(rows["mu"], 0.2, rtol=1e-9)
     assert abs(rows["energy_imbalance"][-1]) < 1e-3
     assert rows["surface_temperature_C"][-1] > -4.0 and not rows["water_squeezed_m3"].any()
+
+
+@pytest.mark.parametrize("more", ["", "ice.motion=sliding", "rubber.inertia=true"])
+def test_without_friction_a_block_slides(more):
+    rows = slide(thesis(*COARSE, "friction.law=coulomb", "friction.mu=0", *more.split()))
+    assert not rows["mu"].any() and not rows["friction_work_J"].any()
+    assert rows["time_s"].size == 52
+
+
+@pytest.mark.parametrize(("start", "end"), [(0.0, 0.2), (0.2, 0.0)])
+def test_friction_that_grows_from_nothing_or_dies_away(start, end, tmp_path):
+    """However little it changes in a step: as many steps, and energies close."""
+    path = tmp_path / "turning.py"
+    path.write_text(
+        "import numpy as np\n"
+        "from iceslide_fem.laws.protocol import Response\n"
+        "class Turning:\n"
+        "    fields = {'age': 0.0}\n"
+        "    def __init__(self, start, end): self.start, self.end = start, end\n"
+        "    def respond(self, contact, state, surface, dt):\n"
+        "        age = state['age'] + dt\n"
+        "        mu = self.start + (self.end - self.start) * np.minimum(age / 8e-5, 1.0)\n"
+        "        return Response(mu * contact.pressure, mu, {'age': age})\n"
+    )
+    law = (f"friction.law={path}:Turning", f"friction.parameters={{start={start}, end={end}}}")
+    rows = slide(thesis(*COARSE, *law))
+    expected = start + (end - start) * np.minimum(rows["time_s"] / 8e-5, 1.0)
+    np.testing.assert_allclose(rows["mu"], expected, atol=2e-4)
+    assert rows["time_s"].size < 200 and abs(rows["energy_imbalance"][-1]) < 1e-3
+
+
+@pytest.mark.parametrize("case", sorted(path.stem for path in LAWS.glob("*.toml")))
+def test_laws_of_the_cases_run_on_their_own_rung(case):
+    scene = load_scene(LAWS / f"{case}.toml", COARSE)
+    rows = slide(scene) if scene.model == "slice" else None
+    if rows is not None:
+        assert abs(rows["energy_imbalance"][-1]) < 1e-3 and rows["time_s"][-1] == 1e-4
+        assert 0.1 < rows["mu"][-1] < 0.5
+    else:
+        assert point_history(scene)[0][-1].time_s == 1e-4
 
 
 def test_the_film_law_by_the_protocol_slides_as_the_built_in_one():

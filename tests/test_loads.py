@@ -1,5 +1,7 @@
 """Loads that go in time: their course, what follows exactly from it, and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp, trapezoid
@@ -62,6 +64,8 @@ def test_a_course_has_its_rows_an_exact_integral_and_holds_beyond(smooth):
     bends = [course.bend(time) for time in (0.5, *course.corners, 5.0)]
     assert bends == ([0.0] * 5 if smooth else [0.0, 2.0, -2.5, 0.5, 0.0])
     np.testing.assert_array_equal(course.next_corner([0.0, 1.0, 3.9, 4.0]), [1, 2, 4, np.inf])
+    for end in (4.0, np.nextafter(4.0, 5.0), np.nextafter(4.0, 3.0), 3.0):  # where a run ends
+        assert replace(course, duration=end).next_corner(2.5) == np.inf
     if not smooth:
         assert course.integral(6.0) == pytest.approx(1.0 + 2.0 + 5.0 + 4.0, rel=1e-14)
 

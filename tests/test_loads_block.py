@@ -45,6 +45,14 @@ def test_a_table_of_equal_values_gives_the_constant_slide(kind):
         np.testing.assert_allclose(table[name], constant[name], rtol=1e-9, atol=1e-12 * size)
 
 
+@pytest.mark.parametrize("off", [-1, 1])
+def test_a_row_one_rounding_off_the_end_is_the_end(off):
+    """Of the run: its last row is at the duration to the last digit, from where it may go on."""
+    end = float(np.nextafter(1e-4, off))
+    rows = slide(a_slice(duration="0.1 ms", speed=[[0, 3.0], [end, 3.1]]))
+    assert rows["time_s"][-1] == 1e-4 and np.diff(rows["time_s"]).min() > 1e-12
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_energy_closes_and_the_columns_follow_the_loads(kind):
     made = a_slice(kind, pressure=RISE, speed=SLOWS)

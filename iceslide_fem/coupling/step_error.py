@@ -47,6 +47,8 @@ SNAP_STEP, SNAP_SHARE = 1e-5, 1e-3
 # the mean speed at least: those of a plate that starts or rests are nothing but the solver's
 # tolerance. A tenth of it takes five to twenty times the steps, to the same work (docs/loads.md).
 LEAST_FRICTION = 1e-2
+# Where loads do not go, energies count against this one: that is none, as without friction.
+NO_FRICTION = 1e-6
 
 
 class Refused(ArithmeticError):
@@ -174,13 +176,14 @@ class StepError:
         taken = energies.ice_heat + energies.rubber_heat + energies.latent_heat
         turnover = max(abs(energies.friction_work), taken)
         load = self._block.scene.load
+        way, least = load.speeds.mean * dt, self.least_friction
         if load.changes:
-            sliding = max(abs(friction), self.least_friction) * load.speeds.mean * dt
-            turnover = max(turnover, abs(energies.load_work), sliding)
+            turnover = max(turnover, abs(energies.load_work), max(abs(friction), least) * way)
+        turnover = max(turnover, NO_FRICTION / LEAST_FRICTION * least * way)
         share = ENERGY_SHARE
         if self.is_snap(dt):
             share = max(share, SNAP_SHARE * load.duration / dt)
-        return abs(energies.missing) / (share * turnover) if turnover else np.inf
+        return abs(energies.missing) / (share * turnover)
 
     def is_quiet(self, shear: Array, solved: Array, area: Array) -> bool:
         """Whether the block may stay as it was solved for under the shear `solved` (Pa)."""
@@ -188,7 +191,8 @@ class StepError:
         return change <= self._control.quiet * self._agreement * self._mean(solved, area)
 
     def _mean(self, values: Array, weights: Array) -> float:
-        """Mean size of `values` over all ranks' points."""
+        """Mean size of `values` over all ranks' points; 0 without weight, infinite if one is NaN."""
         total = np.array([weights @ np.abs(values), weights.sum()])
         self._block.surface.comm.Allreduce(MPI.IN_PLACE, total, op=MPI.SUM)
-        return float(total[0] / total[1]) if total[1] > 0.0 else 0.0
+        mean = float(total[0] / total[1]) if total[1] != 0.0 else 0.0
+        return mean if np.isfinite(mean) else np.inf

@@ -23,7 +23,7 @@ FIRST_STEP, SHORTEST_STEP, LONGEST_STEP = 1e-5, 1e-13, 0.01  # of the duration
 class Moment(NamedTuple):
     """Points at a time (s): the step that led there and its length (None and 0 at the start).
 
-    shear: Pa, (n,).
+    shear: Pa, (n,); refused: steps tried before that one.
     """
 
     time: float
@@ -31,6 +31,7 @@ class Moment(NamedTuple):
     state: InterfaceState
     shear: Array
     step: Step | None
+    refused: int = 0
 
 
 def moments(
@@ -68,8 +69,9 @@ def moments(
         warm, loads = ice.surface_temperature(state.ice), loads_at(time)
         shear = law.shear(loads.pressure, loads.speed, state.memory, warm)[0]
         _stop_at_fault(friction, time)
-        return Moment(time, length, state, shear, step)
+        return Moment(time, length, state, shear, step, refused)
 
+    refused = 0
     yield moment(None, 0.0)
     while time < duration:
         corner = min(float(course.next_corner(time)) for course in (pressure, speed))
@@ -83,10 +85,13 @@ def moments(
         except NotConverged:
             error = np.inf
         _stop_at_fault(friction, time)
-        error = error / (integrator.share * tolerance) if adaptive else 0.0
+        if adaptive:
+            error /= integrator.share * tolerance
+        elif np.isfinite(error):  # nobody could choose another step
+            error = 0.0
         following = dt * float(step_factor(error, max(integrator.estimate_order, 1)))
-        if error > 1.0:
-            dt = following
+        if not error <= 1.0:
+            dt, refused = following, refused + 1
             if dt < SHORTEST_STEP * duration:
                 raise SimulationStopped(
                     f"the friction law {law.name} cannot be advanced beyond t = {time:.4g} s: even "
@@ -95,6 +100,7 @@ def moments(
             continue
         time, state = duration if ends else time + dt, step.state
         yield moment(step, dt)
+        refused = 0
         dt = min(following, longest) if adaptive else longest
 
 

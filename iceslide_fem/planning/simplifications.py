@@ -26,6 +26,7 @@ from iceslide_fem.scene.course import Course
 TIMES = 200  # at which mu(t) is compared
 PLACES = 12  # Gauss points along the block
 ACCURACY, OWN_ACCURACY = 1e-3, 1e-2  # of the point rung that is evaluated, under other laws
+NO_FRICTION = 1e-6  # a coefficient of friction that counts as none
 LIFTED = 1e-3  # share of the nominal pressure left where an edge has lifted off
 
 
@@ -153,7 +154,7 @@ def _friction(
 def _own_friction(
     scene: Scene, law: BoundLaw, pressure: Array, duration: float, times: Array, ice: str
 ) -> Array:
-    """The same under a law of the scene's own."""
+    """The same under a law of the scene's own, at least that of `NO_FRICTION`."""
     cold = scene.ice.temperature
     walk = moments(
         OwnFriction(law, cold),
@@ -167,7 +168,8 @@ def _own_friction(
         temperature_scale=scene.ice.melting_temperature - cold,
     )
     time, shear = zip(*((one.time, one.shear) for one in walk), strict=True)
-    return np.stack([np.interp(times, time, curve) for curve in np.transpose(shear)], axis=1)
+    curves = np.stack([np.interp(times, time, curve) for curve in np.transpose(shear)], axis=1)
+    return np.asarray(np.maximum(curves, NO_FRICTION * pressure))
 
 
 def _largest(mu: Array, exact: Array) -> float:

@@ -27,6 +27,7 @@ from iceslide_fem.run.checkpoint import (
     GOES_ON,
     Checkpoint,
     fields_there,
+    last_checkpoint,
     trusted,
     write_checkpoint,
 )
@@ -133,7 +134,7 @@ def _before(
 
     Raises SceneError where something does not fit; nothing in `out` is changed.
     """
-    with trusted(out):
+    with trusted(last_checkpoint(out)):
         sliding = resumed(block, state["sliding"])
         ledger = Ledger(sliding)
         ledger.restore(state["ledger"])

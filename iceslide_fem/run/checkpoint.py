@@ -118,7 +118,7 @@ def read_checkpoint(folder: Path, name: str = FILE) -> Checkpoint:
     if hashlib.sha256(body).hexdigest().encode() != digest:
         raise SceneError(f"the checkpoint {path} is damaged: its checksum does not fit its content")
     line, _, packed = body.partition(b"\n")
-    with trusted(folder):
+    with trusted(path):
         header = json.loads(line)
         given, print_there, numbers = (header[key] for key in ("scene", "fingerprint", "numbers"))
         scene = scene_from_dict(given)
@@ -127,12 +127,17 @@ def read_checkpoint(folder: Path, name: str = FILE) -> Checkpoint:
             f"the checkpoint {path} is of another version of iceslide_fem or DOLFINx, or a file "
             "that its scene names has changed: start the run anew"
         )
-    with trusted(folder):
+    with trusted(path):
         with np.load(io.BytesIO(packed), allow_pickle=False) as file:
             arrays = {key: file[key] for key in file}
         state = _nested(numbers | arrays)
         _check(state, scene)
     return Checkpoint(scene, state)
+
+
+def last_checkpoint(folder: Path) -> Path:
+    """The last checkpoint in `folder`: that of a run to go on, else of one that has finished."""
+    return folder / (FILE if (folder / FILE).is_file() else FINISHED)
 
 
 def read_changed(folder: Path, changes: Sequence[str]) -> Checkpoint:
@@ -141,8 +146,8 @@ def read_changed(folder: Path, changes: Sequence[str]) -> Checkpoint:
     They may be a longer `load.duration` and what is written. Raises SceneError where there is no
     such checkpoint.
     """
-    finished = not (folder / FILE).is_file()
-    checkpoint = read_checkpoint(folder, FINISHED if finished else FILE)
+    name = last_checkpoint(folder).name
+    checkpoint = read_checkpoint(folder, name)
     before, changed = checkpoint.scene, checkpoint.scene.as_dict()
     for change in changes:
         key, _ = key_and_text(change)
@@ -154,7 +159,7 @@ def read_changed(folder: Path, changes: Sequence[str]) -> Checkpoint:
         override(changed, change)
     scene = scene_from_dict(changed)
     duration, first = scene.load.duration, before.load.duration
-    if duration < first or (duration == first and finished):
+    if duration < first or (duration == first and name == FINISHED):
         raise SceneError(
             f"load.duration = {1e3 * duration:.4g} ms does not let the run in {folder} go on; "
             f"allowed: longer than its {1e3 * first:.4g} ms"
@@ -163,13 +168,13 @@ def read_changed(folder: Path, changes: Sequence[str]) -> Checkpoint:
 
 
 @contextlib.contextmanager
-def trusted(folder: Path) -> Iterator[None]:
-    """Where what a checkpoint holds is used: raise SceneError if that is not what a run wrote."""
+def trusted(path: Path) -> Iterator[None]:
+    """Where what the checkpoint `path` holds is used: raise SceneError if no run wrote that."""
     try:
         yield
     except _NOT_OURS as error:
         raise SceneError(
-            f"the checkpoint {folder / FILE} does not hold what a run writes "
+            f"the checkpoint {path} does not hold what a run writes "
             f"({type(error).__name__}: {error})"
         ) from None
 

@@ -28,7 +28,7 @@ def own_history(scene: Scene, law: BoundLaw) -> tuple[list[HistoryRow], dict[str
     area = scene.rubber.length * scene.rubber.width
     rows: list[HistoryRow] = []
     totals = np.zeros(4)
-    melt_onset, work_mu = None, 0.0
+    melt_onset, work_mu, refused = None, 0.0, 0
 
     def row(moment: Moment) -> HistoryRow:
         step = moment.step
@@ -71,6 +71,7 @@ def own_history(scene: Scene, law: BoundLaw) -> tuple[list[HistoryRow], dict[str
         numerics.max_step or (None if integrator.estimate else duration / FIXED_STEPS),
     )
     for moment in walk:
+        refused += moment.refused
         if (step := moment.step) is not None:
             mu = float(moment.shear[0]) / load.pressures.at(moment.time)
             work_mu += 0.5 * moment.dt * (rows[-1].mu + mu)
@@ -89,6 +90,6 @@ def own_history(scene: Scene, law: BoundLaw) -> tuple[list[HistoryRow], dict[str
         "melt_onset_s": melt_onset,
         "saturation_s": None,
         "steps": len(rows) - 1,
-        "rejected_steps": 0,
+        "rejected_steps": refused,
         "warnings": [],
     }

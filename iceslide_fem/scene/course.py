@@ -82,12 +82,13 @@ class Course:
         return min(max(mean, min(self.values)), max(self.values))  # rounding apart, it is so
 
     def next_corner(self, time: ArrayLike) -> Array:
-        """The first row after `time` (s, any shape), infinite after the last."""
+        """The first row after `time` (s, any shape), infinite if there is none before the end."""
         t = np.asarray(time, dtype=float)
         if self.is_constant:
             return np.full_like(t, np.inf)
-        later = np.searchsorted(self.times, t + _SAME * self.duration, side="right")
-        return np.append(self.times, np.inf)[later]
+        same = _SAME * self.duration
+        later = np.append(self.times, np.inf)[np.searchsorted(self.times, t + same, side="right")]
+        return np.where(later < self.duration - same, later, np.inf)
 
     @property
     def corners(self) -> tuple[float, ...]:
