@@ -191,7 +191,7 @@ class StepError:
         return change <= self._control.quiet * self._agreement * self._mean(solved, area)
 
     def _mean(self, values: Array, weights: Array) -> float:
-        """Mean size of `values` over all ranks' points; 0 without weight, infinite if one is NaN."""
+        """Mean size of `values` over all ranks' points; 0 without weight, infinite where NaN."""
         total = np.array([weights @ np.abs(values), weights.sum()])
         self._block.surface.comm.Allreduce(MPI.IN_PLACE, total, op=MPI.SUM)
         mean = float(total[0] / total[1]) if total[1] != 0.0 else 0.0
