@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
+from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film.conditions import scene_conditions
 from iceslide_fem.materials import ICE_EFFUSIVITY, MELTING_TEMPERATURE, rubber_solid
 from iceslide_fem.reference import squeezing_rise
@@ -166,7 +167,11 @@ def main() -> None:
             for label, changes, colour, line in variants:
                 if arguments.quick:
                     changes = [*changes, "load.duration=0.3ms"]
-                made = finished(name, changes, arguments.runs)
+                try:
+                    made = finished(name, changes, arguments.runs)
+                except SimulationStopped as reason:
+                    print(f"{short(name):5} {label:61} {reason}", flush=True)
+                    continue
                 axis.plot(1e3 * made.history["time_s"], made.history["mu"],
                           color=colour, linestyle=line, linewidth=1.8, label=label)  # fmt: skip
                 print(f"{short(name):5} {label:61} {figures(made)}", flush=True)
