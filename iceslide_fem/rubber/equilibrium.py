@@ -48,7 +48,7 @@ OLDER_DAMPINGS = DAMPINGS[1:3]
 # Where a change does not shorten the next one, a point of the contact touches down or lifts off on
 # the way: a full step leads past it (watchdog), with kept factors if the next change is lengthened
 # by no more than the first of these, or the second where the residual falls, with new ones if no
-# damping helps. So many of either in one solve.
+# damping helps. So many with the same factors, and of the latter in one solve.
 STRIDE, LONG_STRIDE, LEAPS = 2.0, 30.0, 4
 # Where full steps go back and forth over what makes so few points touch or lift, the equilibrium is
 # where one hardly touches, with its shear half faded in: the step ends there, after this share of
