@@ -43,12 +43,10 @@ ENERGY_SHARE = 0.01
 # inertia delays it. Steps of up to this share of the duration may jump so, if what is missing then
 # is at most this share of the energy that the whole run turns over at the present friction.
 SNAP_STEP, SNAP_SHARE = 1e-5, 1e-3
-# Where loads go in time, energies and the block's speed count against this friction coefficient at
-# the mean speed at least: those of a plate that starts or rests are nothing but the solver's
+# Where loads go in time, or friction is that of a law of one's own, energies count against this
+# friction coefficient at the mean speed at least, and the block's speed always: those of a plate that starts or rests are nothing but the solver's
 # tolerance. A tenth of it takes five to twenty times the steps, to the same work (docs/loads.md).
 LEAST_FRICTION = 1e-2
-# Where loads do not go, energies count against this one: that is none, as without friction.
-NO_FRICTION = 1e-6
 
 
 class Refused(ArithmeticError):
@@ -171,19 +169,19 @@ class StepError:
         """What is missing in the energies of a step of `dt` (s), or too much.
 
         Where loads go in time they are small against what moves when the plate starts or stops, or
-        is pressed: `friction` (N) at the mean speed is taken then, and what the load does.
+        is pressed, and under a law of one's own when its friction dies away: `friction` (N) at the
+        mean speed is taken then, and what the load does.
         """
         taken = energies.ice_heat + energies.rubber_heat + energies.latent_heat
         turnover = max(abs(energies.friction_work), taken)
         load = self._block.scene.load
-        way, least = load.speeds.mean * dt, self.least_friction
-        if load.changes:
-            turnover = max(turnover, abs(energies.load_work), max(abs(friction), least) * way)
-        turnover = max(turnover, NO_FRICTION / LEAST_FRICTION * least * way)
+        if load.changes or self._block.friction.may_fail:
+            sliding = max(abs(friction), self.least_friction) * load.speeds.mean * dt
+            turnover = max(turnover, abs(energies.load_work), sliding)
         share = ENERGY_SHARE
         if self.is_snap(dt):
             share = max(share, SNAP_SHARE * load.duration / dt)
-        return abs(energies.missing) / (share * turnover)
+        return abs(energies.missing) / (share * turnover) if turnover else np.inf
 
     def is_quiet(self, shear: Array, solved: Array, area: Array) -> bool:
         """Whether the block may stay as it was solved for under the shear `solved` (Pa)."""
