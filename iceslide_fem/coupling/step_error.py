@@ -44,8 +44,9 @@ ENERGY_SHARE = 0.01
 # is at most this share of the energy that the whole run turns over at the present friction.
 SNAP_STEP, SNAP_SHARE = 1e-5, 1e-3
 # Where loads go in time, or friction is that of a law of one's own, energies count against this
-# friction coefficient at the mean speed at least, and the block's speed always: those of a plate that starts or rests are nothing but the solver's
-# tolerance. A tenth of it takes five to twenty times the steps, to the same work (docs/loads.md).
+# friction coefficient at the mean speed at least, and the block's speed always: those of a plate
+# that starts or rests are nothing but the solver's tolerance. A tenth of it takes five to twenty
+# times the steps, to the same work (docs/loads.md).
 LEAST_FRICTION = 1e-2
 
 
