@@ -99,9 +99,11 @@ class StepError:
         """Local error of film and heat over a step; infinite if one has failed."""
         scale = np.full(interface_step.area.shape, self._temperature_scale)
         error = interface_step.local_error(scale)
-        if not self._block.surface.comm.allreduce(bool(np.isfinite(error).all()), op=MPI.LAND):
+        friction = interface_step.friction()
+        finite = bool(np.isfinite(error).all() and np.isfinite(friction).all())
+        if not self._block.surface.comm.allreduce(finite, op=MPI.LAND):
             return np.inf
-        return self._mean(error, interface_step.friction()) / self._local_tolerance
+        return self._mean(error, friction) / self._local_tolerance
 
     def of_motion(self, error: Array, dt: float, area: Array) -> float:
         """Error (m, of all dofs) of the block's motion: by its stress, and by its slip speed."""
@@ -176,7 +178,7 @@ class StepError:
         taken = energies.ice_heat + energies.rubber_heat + energies.latent_heat
         turnover = max(abs(energies.friction_work), taken)
         load = self._block.scene.load
-        if load.changes or self._block.friction.may_fail:
+        if load.changes or self._block.friction.is_own:
             sliding = max(abs(friction), self.least_friction) * load.speeds.mean * dt
             turnover = max(turnover, abs(energies.load_work), sliding)
         share = ENERGY_SHARE
@@ -190,8 +192,7 @@ class StepError:
         return change <= self._control.quiet * self._agreement * self._mean(solved, area)
 
     def _mean(self, values: Array, weights: Array) -> float:
-        """Mean size of `values` over all ranks' points; 0 without weight, infinite where NaN."""
+        """Mean size of `values` over all ranks' points; 0 without weight."""
         total = np.array([weights @ np.abs(values), weights.sum()])
         self._block.surface.comm.Allreduce(MPI.IN_PLACE, total, op=MPI.SUM)
-        mean = float(total[0] / total[1]) if total[1] != 0.0 else 0.0
-        return mean if np.isfinite(mean) else np.inf
+        return float(total[0] / total[1]) if total[1] != 0.0 else 0.0

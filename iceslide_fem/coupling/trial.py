@@ -59,7 +59,7 @@ class Trials:
         self.adaptive = bool(integrator.estimate)
         # Under a law of the scene's own the shear may fall for long: what springs back makes heat,
         # which a block that rests and is solved now and then would not give.
-        self._may_rest = motion_law.may_rest and not block.friction.may_fail
+        self._may_rest = motion_law.may_rest and not block.friction.is_own
         self._acceptance = Acceptance(block, carrier, error, self.adaptive)
 
     def step(self, start: CoupledState, dt: float, film_step: float) -> Accepted:

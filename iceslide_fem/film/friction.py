@@ -28,8 +28,8 @@ class Friction(Protocol):
     """The law of a scene, as carriers and block know it."""
 
     @property
-    def may_fail(self) -> bool:
-        """Whether the law is foreign code."""
+    def is_own(self) -> bool:
+        """Whether it is a law of the scene's own: foreign code, of which nothing is known."""
 
     @property
     def fault(self) -> str | None:
@@ -67,7 +67,7 @@ class FilmFriction:
     ramp_pressure: float
     viscosity: float = WATER_VISCOSITY
     table: ViscosityTable | None = None
-    may_fail: ClassVar[bool] = False
+    is_own: ClassVar[bool] = False
     fault: ClassVar[str | None] = None
 
     def loads(self, pressure: Array, speed: Array) -> FilmLoads:

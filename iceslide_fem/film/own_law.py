@@ -145,7 +145,7 @@ class OwnFriction:
         """`temperature` (K) is that of the ice at the start."""
         self.law, self._cold = law, temperature
 
-    may_fail = True
+    is_own = True
 
     @property
     def fault(self) -> str | None:

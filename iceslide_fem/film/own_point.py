@@ -31,7 +31,7 @@ class Moment(NamedTuple):
     state: InterfaceState
     shear: Array
     step: Step | None
-    refused: int = 0
+    refused: int
 
 
 def moments(

@@ -35,11 +35,10 @@ from iceslide_fem.scene import Scene
 
 # Newton stops at a residual of these shares of the plate's force and of the friction force, times
 # the scene's tolerance: mu(t) moves by a hundredth of that. The second is the smaller one where mu
-# is below 0.1, but not below what rounding may leave. Where rubber has inertia what is left
-# accelerates it: then a fifth of both. Under a law of one's own the block is solved however little
-# friction has changed, and what is left must not be as much as that: then a tenth.
+# is below 0.1. Where rubber has inertia what is left accelerates it: then a fifth of both. Under a
+# law of one's own the block is solved however little friction has changed, and what is left must
+# not be as much as that: then a tenth.
 EQUILIBRIUM_SHARE, FRICTION_SHARE, INERTIA, OWN_LAW = 5e-3, 5e-2, 0.2, 0.1
-ROUNDING = 1e-11  # of the plate's force
 # Shear is faded in up to this share of the nominal pressure, or more slowly where it would follow
 # the pressure more steeply than this friction coefficient: points that touch and lift under one of
 # hundreds have no single equilibrium, and the block snaps from one to the next.
@@ -87,8 +86,7 @@ class Block:
         scale = EQUILIBRIUM_SHARE * force
         if friction > 0.0:
             scale = min(scale, FRICTION_SHARE * friction)
-        tolerance = max(self._tolerance * scale, ROUNDING * force)
-        return self.equilibrium.solve(force, law, tolerance)
+        return self.equilibrium.solve(force, law, self._tolerance * scale)
 
     def balance_under_held_plate(self, law: TractionLaw) -> Solution:
         """Find equilibrium with the plate where the displacements have it. Raises NotConverged."""
@@ -98,7 +96,7 @@ class Block:
     @property
     def _tolerance(self) -> float:
         inertia = INERTIA if self.scene.rubber.inertia else 1.0
-        own_law = OWN_LAW if self.friction.may_fail else 1.0
+        own_law = OWN_LAW if self.friction.is_own else 1.0
         return self.scene.numerics.tolerance * min(inertia, own_law)
 
     def drag(self, law: TractionLaw) -> float:
@@ -140,7 +138,7 @@ class Block:
 
     def stop_at_faults(self, moment: str) -> None:
         """Raise SimulationStopped, on all ranks, if the scene's own law is at fault. Collective."""
-        faults = self.surface.comm.allgather(self.friction.fault) if self.friction.may_fail else []
+        faults = self.surface.comm.allgather(self.friction.fault) if self.friction.is_own else []
         found = [(rank, fault) for rank, fault in enumerate(faults) if fault]
         if found:
             rank, fault = found[0]

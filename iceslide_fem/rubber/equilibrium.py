@@ -35,6 +35,7 @@ from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.tangent import Tangent
 
 MAX_ITERATIONS = 60
+ROUNDING = 1e-11  # of the plate's force, which rounding of the elastic forces may leave
 MOST_TANGENTS = 8  # where that many do not help, a shorter step costs less than more of them
 # So many iterations with kept factors are worth it: new ones cost as much as five in a slice,
 # twenty in a block.
@@ -127,7 +128,7 @@ class Equilibrium:
         NotConverged, with the displacements at the last iterate: the caller restores what it had.
         """
         values = self.rubber.u.x.array
-        tolerance = max(tolerance, self.rubber.force_rounding())
+        tolerance = max(tolerance, ROUNDING * (force or 0.0), self.rubber.force_rounding())
         self._enough = REST * tolerance
         tangents = leaps = strides = 0
         size = smallest = self._imbalance(force, law)

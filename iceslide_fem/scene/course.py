@@ -86,14 +86,14 @@ class Course:
         t = np.asarray(time, dtype=float)
         if self.is_constant:
             return np.full_like(t, np.inf)
-        same = _SAME * self.duration
-        later = np.append(self.times, np.inf)[np.searchsorted(self.times, t + same, side="right")]
-        return np.where(later < self.duration - same, later, np.inf)
+        later = np.searchsorted(self.corners, t + _SAME * self.duration, side="right")
+        return np.append(self.corners, np.inf)[later]
 
-    @property
+    @cached_property
     def corners(self) -> tuple[float, ...]:
-        """Rows within the run, s."""
-        return tuple(time for time in self.times if 0.0 < time < self.duration)
+        """Rows within the run, s; one that is a rounding before the end is the end."""
+        end = self.duration * (1.0 - _SAME)
+        return tuple(time for time in self.times if 0.0 < time < end)
 
     @property
     def first(self) -> float:
