@@ -15,7 +15,6 @@ from scipy.linalg.lapack import dpbtrf, dpbtrs
 
 from iceslide_fem.arrays import Array, Index
 from iceslide_fem.errors import NotConverged
-from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.law import FilmStage
 from iceslide_fem.interface.conjugate_gradients import conjugate_gradients
 from iceslide_fem.interface.ice_modes import SurfaceModes
@@ -135,14 +134,15 @@ class StageSurface(NamedTuple):
         moved = self.grid.interpolate(change.ravel(), self.at)
         more, taken = self.taken(change), balance.imbalance + balance.given
         first, rise = float(np.vdot(change, taken)), float(np.vdot(change, more))
+        below, given = balance.below, balance.given
 
         def slope_at(share: float) -> float:
-            heat = float(moved @ fluxes.heat(balance.below + share * moved))
-            return first + share * rise - self.grid.comm.allreduce(heat, op=MPI.SUM)
+            nonlocal below, given
+            below = balance.below + share * moved
+            given = self.grid.scatter(fluxes.heat(below), self.at).reshape(self.grid.shape)
+            return first + share * rise - float(np.vdot(change, given))
 
         share = search(slope_at, float(np.vdot(change, balance.imbalance)))
-        below = balance.below + share * moved
-        given = self.grid.scatter(fluxes.heat(below), self.at).reshape(self.grid.shape)
         temperature = balance.temperature + share * change
         return Balance(temperature, below, given, taken + share * more - given)
 
