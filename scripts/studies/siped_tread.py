@@ -240,8 +240,8 @@ def picture(made: Made, model: str, celsius: float) -> Figure:
     by_ice.set_title("solid: peak; dashed: at the end", fontsize=9)
     for axes in (along, over_time, by_ice):
         axes.grid(alpha=0.3)
-    for axes in (along, over_time):
-        axes.legend(fontsize=7, frameon=False)
+    along.legend(fontsize=7, frameon=False)
+    over_time.legend(fontsize=7, frameon=False, ncols=3, loc="lower right")
     return figure
 
 
