@@ -187,6 +187,13 @@ def test_the_scene_of_a_block_is_that_block(tmp_path):
     assert scene.ice.temperature == pytest.approx(269.15)
 
 
+def test_water_lags_below_the_scene_of_a_block_as_below_the_footprint():
+    (block,) = tread_blocks(strip(np.array([3e5])))
+    rubber = TreadRubber("B", None, 8e-3)
+    scene = tomllib.loads(scene_text("b", block, 1.0, LOCKED._replace(water_speed=0.5), rubber))
+    assert scene_from_dict(scene).film.water_speed == 0.5
+
+
 def test_a_contact_file_takes_the_compounds_place(tmp_path):
     footprint = strip(np.array([3e5]))
     file = tmp_path / "contact.csv"

@@ -125,6 +125,7 @@ def scene_text(name: str, block: TreadBlock, share: float, ride: Ride, tread: Tr
         water = f"[water]\nviscosity = {json.dumps([list(row) for row in rows])}\n"
     elif eta != WATER_VISCOSITY:
         water = f"[water]\nviscosity = {eta!r}\n"
+    lag = "" if ride.water_speed == 1.0 else f"water_speed = {ride.water_speed!r}\n"
     duration = TRANSITS * block.length / ride.sliding_speed
     text = f"""\
 # A tread block of a footprint, on fresh ice. Its load of {block.load:.1f} N is centred
@@ -152,7 +153,7 @@ heat = "column"
 [film]
 carrier = "ice"
 initial_height = "{1e9 * ride.initial_height:.6g} nm"
-{contact}
+{lag}{contact}
 [numerics]
 tolerance = 1e-2
 """
