@@ -12,6 +12,7 @@ from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.interface.carriers import ContactLoads  # noqa: E402
 from iceslide_fem.interface.on_ice import on_nodes  # noqa: E402
+from iceslide_fem.output.block_fields import BlockFields  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.run.point import point_history  # noqa: E402
@@ -60,6 +61,21 @@ def test_films_have_the_viscosity_of_their_temperature(carrier):
     again.advance()
     here, there = (one.current.interface.memory for one in (sliding, again))
     np.testing.assert_allclose(there, here, atol=2e-6)
+
+
+def test_fields_have_the_viscosity_of_the_films():
+    """On the ice that carries them as at the points that touch, in Pa s."""
+    scene = thesis(*COARSE, *CARRIERS["ice"], TABLE)
+    sliding = started(scene)
+    accepted = [step for step, _ in zip(sliding.steps(), range(12), strict=False)][-1]
+    grids = BlockFields(sliding, ("interface", "trail")).grids(accepted)
+    name = "film viscosity (Pa s)"
+    expected = scene.viscosity * np.exp(sliding.current.interface.memory[0])
+    trail = grids["trail"].point_data
+    assert not [other for other in trail if "viscosity" in other and other != name]
+    np.testing.assert_allclose(np.sort(trail[name]), np.sort(expected))
+    mean = np.nanmean(grids["interface"].cell_data[name])
+    assert expected.min() <= mean < 0.999 * scene.viscosity
 
 
 def test_the_history_of_a_point_has_its_viscosity():

@@ -19,7 +19,7 @@ from iceslide_fem.output.grids import (
     point_grid,
     tensor_grid,
 )
-from iceslide_fem.output.history import interface_fields, memory_names
+from iceslide_fem.output.history import interface_fields, remembered_fields
 
 
 class BlockFields:
@@ -104,7 +104,7 @@ class BlockFields:
             values["film height (m)"] = grid.allgather(np.exp(state.log_height))
             values["squeezed height (m)"] = grid.allgather(state.squeezed_height)
         if self._sliding.carrier.remembering is not None:
-            for name, row in zip(memory_names(self._sliding), state.memory, strict=False):
+            for name, row in remembered_fields(self._sliding, state.memory).items():
                 values[name] = grid.allgather(row)
         return tensor_grid(self._lines(grid), values) if grid.comm.rank == 0 else None
 

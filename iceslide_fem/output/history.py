@@ -88,7 +88,8 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Hi
         water_left_m3=beside + ledger.lost_water,
         newton_iterations=accepted.iterations if accepted else 0,
     )
-    memory = {name: mean(field) for name, field in _memory(sliding).items()}
+    remembered = _remembered(sliding, _memory_at_points(sliding))
+    memory = {name: mean(field) for name, field in remembered.items()}
     return row_of(values._asdict(), memory)
 
 
@@ -111,7 +112,7 @@ def interface_fields(sliding: Sliding, accepted: Accepted | None) -> dict[str, A
         "melted (1)": melted,
         "saturated (1)": saturated,
     }
-    fields |= {_FIELDS.get(name, name): field for name, field in _memory(sliding).items()}
+    fields |= remembered_fields(sliding, _memory_at_points(sliding))
     touching = current.contact.pressure > 0.0
     return {
         name: np.where(touching | (name in always), np.reshape(values, shape), np.nan)
@@ -127,15 +128,26 @@ def memory_names(sliding: Sliding) -> tuple[str, ...]:
     return () if sliding.block.scene.water.table is None else (FILM_VISCOSITY,)
 
 
-def _memory(sliding: Sliding) -> dict[str, Array]:
-    """Values of the law's memory at the points, (n,)."""
-    if not (names := memory_names(sliding)):
-        return {}
-    current = sliding.current
-    memory = sliding.carrier.memory_at_points(current.interface, current.loads)
+def remembered_fields(sliding: Sliding, memory: Array) -> dict[str, Array]:
+    """Rows of the law's `memory` (m, n), wherever they live, by what fields call them."""
+    values = _remembered(sliding, memory)
+    return {_FIELDS.get(name, name): field for name, field in values.items()}
+
+
+def _remembered(sliding: Sliding, memory: Array) -> dict[str, Array]:
+    """Rows of the law's `memory` (m, n) by their columns, in SI."""
+    names = memory_names(sliding)
     if names == (FILM_VISCOSITY,):  # which films keep as ln(eta / eta_0)
         memory = sliding.block.scene.viscosity * np.exp(memory)
-    return dict(zip(names, memory, strict=True))
+    return dict(zip(names, memory, strict=False))
+
+
+def _memory_at_points(sliding: Sliding) -> Array:
+    """The law's memory at the points, (m, n)."""
+    current = sliding.current
+    if not memory_names(sliding):
+        return np.empty((0, current.contact.pressure.size))
+    return sliding.carrier.memory_at_points(current.interface, current.loads)
 
 
 def thinnest_film(sliding: Sliding) -> float:
