@@ -180,6 +180,32 @@ def test_missing_heights_of_every_format(heights, tmp_path):
         assert found[there] == pytest.approx(1e-6 * holes[there], abs=1e-12)
 
 
+@pytest.mark.parametrize("first", ["1.5E+00", "NaN", "BAD", '"1.5"', "***"])
+def test_a_first_row_of_numbers_is_no_head(first, heights, tmp_path):
+    rows = [[f"{value:.9g}" for value in row] for row in 1e6 * heights]
+    rows[0][0] = first
+    (tmp_path / "a.csv").write_text("\n".join(",".join(row) for row in rows))
+    found = read_surface(tmp_path / "a.csv", 1e-5, 1e-6).heights
+    assert found.shape == heights.shape
+    assert np.nan_to_num(found[0, 0]) == pytest.approx(1.5e-6 if "1.5" in first else 0.0)
+    assert found.ravel()[1:] == pytest.approx(heights.ravel()[1:], abs=1e-12)
+
+
+def test_a_column_without_heights_stays_in_its_place(heights, tmp_path):
+    holes = 1e6 * heights
+    holes[:, 7] = np.nan
+    np.savetxt(tmp_path / "a.csv", holes, delimiter=",")
+    found = read_surface(tmp_path / "a.csv", 1e-5, 1e-6).heights
+    assert np.array_equal(np.isnan(found), np.isnan(holes))
+
+
+@pytest.mark.parametrize("pixel", [0.0, -1e-5, float("nan"), 1.0])
+def test_pixels_of_a_file_have_a_size(pixel, heights, tmp_path):
+    x3p(tmp_path / "a.x3p", heights, pixel)
+    with pytest.raises(SceneError, match="m; allowed: 1e-09 to 0.01 m"):
+        read_surface(tmp_path / "a.x3p", None, 1.0)
+
+
 @pytest.mark.parametrize(
     ("name", "content", "options", "words"),
     [
@@ -199,6 +225,9 @@ def test_missing_heights_of_every_format(heights, tmp_path):
         ("a.csv", b"\n# nothing\n", ["--pixel", "1um"], "has no numbers in it"),
         ("a.xyz", b"x y z\n", ["--pixel", "1um"], "has no numbers in it"),
         ("a.txt", b"\xff\xfe\x00\x01", ["--pixel", "1um"], "is not a text file"),
+        ("a.csv", b"1,a,2\n3,4,5\n", ["--pixel", "1um"], '"a" is not a number'),
+        ("a.csv", b"x,y\nTrue,True\n", ["--pixel", "1um"], '"True" is not a number'),
+        ("a.npy", b"PK\x03\x04, as archives begin", [], "is not an array that NumPy has saved"),
         ("a.xyz", b"0 0 1\n1 0 1\n2.5 0 1\n3 7 1\n", [], "do not lie on a regular grid"),
         ("a.xyz", b"0 0 1\n0 1 1\n0 2 1\n0 3 1\n", [], "all points have the same x"),
         ("a.xyz", b"0 0 1\n1 0 1\n0 2 1\n1 2 1\n", [], "they must be square"),

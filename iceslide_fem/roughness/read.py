@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+import re
 import zipfile
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -17,6 +19,7 @@ from iceslide_fem.errors import SceneError
 from iceslide_fem.roughness.surface import Surface
 
 SQUARE = 1e-3  # relative difference of a pixel's sides
+SMALLEST, LARGEST = 1e-9, 1e-2  # sides of a pixel, m
 MISSING = ["***", "BAD", "bad", "Bad", "NaN", "nan", "--", "---", ""]
 
 
@@ -50,10 +53,15 @@ def read_surface(path: Path, pixel: float | None, height_unit: float) -> Surface
         raise SceneError(f"cannot read {path}: {error.strerror or error}") from None
     if np.isinf(heights).any() or not np.isfinite(heights).any():
         raise SceneError(f"{path} has heights that are infinite, or none at all")
-    if sides is not None and abs(sides[0] / sides[1] - 1.0) > SQUARE:
+    if sides is not None and abs(sides[0] - sides[1]) > SQUARE * abs(sides[1]):
         raise SceneError(
             f"{path} has pixels of {1e6 * sides[0]:.4g} x {1e6 * sides[1]:.4g} um; "
             "they must be square"
+        )
+    if sides is not None and not all(SMALLEST <= side <= LARGEST for side in sides):
+        raise SceneError(
+            f"{path} has pixels of {sides[0]:.4g} x {sides[1]:.4g} m; allowed: {SMALLEST:g} to "
+            f"{LARGEST:g} m (--height-unit says what x and y of points are in)"
         )
     if sides is not None and pixel is not None and abs(pixel / sides[0] - 1.0) > SQUARE:
         raise SceneError(
@@ -70,7 +78,7 @@ def read_surface(path: Path, pixel: float | None, height_unit: float) -> Surface
 def _numpy(path: Path, unit: float) -> _Map:
     try:
         array = np.load(path, allow_pickle=False)
-    except (ValueError, EOFError):
+    except (ValueError, EOFError, zipfile.BadZipFile):
         raise SceneError(f"{path} is not an array that NumPy has saved") from None
     if (
         not isinstance(array, np.ndarray)
@@ -91,8 +99,8 @@ def _text(path: Path, unit: float) -> _Map:
     if not lines:
         raise SceneError(f"{path} has no numbers in it")
     separator = next((mark for mark in (";", "\t", ",") if mark in lines[-1]), r"\s+")
-    comma = separator == r"\s+" or "," not in lines[-1] or separator == ","
-    if any(character.isalpha() for character in lines[0].replace("nan", "").replace("e", "")):
+    decimal = "," if separator in (";", "\t") and "," in lines[-1] else "."
+    if _is_word(re.split(separator, lines[0].strip())[0], decimal):
         del lines[0]  # names of the columns
     if not lines:
         raise SceneError(f"{path} has no numbers in it")
@@ -102,20 +110,33 @@ def _text(path: Path, unit: float) -> _Map:
             sep=separator,
             header=None,
             na_values=MISSING,
-            decimal="." if comma else ",",
+            decimal=decimal,
             skipinitialspace=True,
-        ).dropna(axis=1, how="all")  # a separator at the end of every line
+        )
     except pd.errors.ParserError:
         raise SceneError(f"{path} has lines with different numbers of values") from None
+    # A separator at the end of every line makes no column; one without heights within is missing.
+    there = np.flatnonzero(table.notna().any())
+    table = table.iloc[:, there[0] : there[-1] + 1] if there.size else table
     words = table.select_dtypes(exclude="number")
     if words.size:
-        column = words.iloc[:, 0]
+        column = words.iloc[:, 0].map(str, na_action="ignore")  # true and false are words, too
         word = column[pd.to_numeric(column, errors="coerce").isna() & column.notna()].iloc[0]
         raise SceneError(f'{path}: "{word}" is not a number')
     values = table.to_numpy(dtype=float)
     if values.shape[1] == 3 and values.shape[0] > 3:
         return _points(path, values * unit)
     return _Map(values * unit, None)
+
+
+def _is_word(cell: str, decimal: str) -> bool:
+    """Whether `cell` is neither a number nor the mark of a missing one."""
+    text = cell.strip().strip('"')
+    try:
+        float(text.replace(decimal, "."))
+    except ValueError:
+        return text not in MISSING
+    return False
 
 
 def _points(path: Path, points: Array) -> _Map:
@@ -155,7 +176,14 @@ def _x3p(path: Path, unit: float) -> _Map:
             for element in root.iter():
                 element.tag = element.tag.rpartition("}")[2]
             return _x3p_map(path, root, archive)
-    except (zipfile.BadZipFile, KeyError, ElementTree.ParseError, ValueError):
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        KeyError,
+        RuntimeError,
+        ElementTree.ParseError,
+        ValueError,
+    ):
         raise SceneError(f"{path} is not an X3P file that can be read") from None
 
 
