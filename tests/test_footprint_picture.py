@@ -166,6 +166,23 @@ def test_transparent_pixels_are_white(tmp_path):
     assert read_picture(tmp_path / "seen.png")[0, :, 0].tolist() == [255, 9]
 
 
+def test_a_picture_that_a_camera_calls_turned_stands_as_programs_show_it(tmp_path):
+    seen = np.zeros((40, 60), dtype=np.uint8)
+    seen[:10] = 200
+    image = Image.fromarray(np.rot90(seen))  # as the sensor lay
+    exif = image.getexif()
+    exif[274] = 6  # to be turned clockwise
+    image.save(tmp_path / "photo.png", exif=exif)
+    assert np.array_equal(read_picture(tmp_path / "photo.png")[:, :, 0], seen)
+
+
+@pytest.mark.parametrize("kind", ["float32", "int32"])
+def test_numbers_that_are_no_colours_are_refused(tmp_path, kind):
+    Image.fromarray(np.array([[0, 200_000]], dtype=kind)).save(tmp_path / "pressures.tif")
+    with pytest.raises(SceneError, match="0 to 200000, are no grey of 8 or 16 bits"):
+        read_picture(tmp_path / "pressures.tif")
+
+
 def test_unreadable_pictures_are_said_in_a_sentence(tmp_path):
     path = save(grey_picture(TRUTH, HIGH), tmp_path / "whole.png")
     (tmp_path / "half.png").write_bytes(path.read_bytes()[:2000])

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, UnidentifiedImageError
+from PIL import Image, ImageOps, UnidentifiedImageError
 from PIL.ImageColor import getrgb
 
 from iceslide_fem.errors import SceneError
@@ -30,15 +30,24 @@ class Box(NamedTuple):
 def read_picture(path: Path | str, behind: tuple[int, int, int] = (255, 255, 255)) -> Picture:
     """The picture as red, green and blue from 0 to 255; 16-bit grey is scaled to that.
 
-    Transparent pixels become `behind`. Raises SceneError if it is not a readable PNG, JPEG or TIFF.
+    It stands as programs show it, which turn what a camera calls turned. Transparent pixels become
+    `behind`. Raises SceneError if it is not a readable PNG, JPEG or TIFF, or has values that are no
+    colours.
     """
     check_regular(Path(path), "the picture")
     try:
         with warnings.catch_warnings(action="ignore"), Image.open(path, formats=FORMATS) as image:
             # Warnings are of damage that leaves a readable picture.
-            if image.mode.startswith("I"):
+            image = ImageOps.exif_transpose(image) or image
+            if image.mode[0] in "IF":
+                low, high = np.asarray(image).min(), np.asarray(image).max()
+                if image.mode == "F" or not 0 <= low <= high <= 65535:
+                    raise ValueError(
+                        f"its values, {low:g} to {high:g}, are no grey of 8 or 16 bits; pressures "
+                        "as numbers go into --pressure-map"
+                    )
                 grey = np.asarray(image, dtype=float) * (255.0 / 65535.0)
-                image = Image.fromarray(np.rint(np.clip(grey, 0.0, 255.0)).astype(np.uint8))
+                image = Image.fromarray(np.rint(grey).astype(np.uint8))
             elif "A" in image.getbands() or "transparency" in image.info:
                 seen = image.convert("RGBA")
                 image = Image.alpha_composite(Image.new("RGBA", seen.size, behind), seen)
