@@ -119,6 +119,37 @@ def test_maps_have_their_first_row_on_top(tmp_path):
     assert not read.pressure_map.pressure[:-1].any()
 
 
+@pytest.mark.parametrize("separator", [",", ";", ", ", "\t", " ; "])
+def test_maps_have_any_separator_which_may_end_a_row(separator, tmp_path):
+    rows = [[3e5, 2e5, 1e5], [2e5, 1e5, 0.0]]
+    for end in ("", separator):
+        text = "\r\n".join(separator.join(map(str, row)) + end for row in rows)
+        (tmp_path / "map.txt").write_text(text)
+        case = FootprintCase.of({"pressure_map": str(tmp_path / "map.txt"), **SIZE})
+        assert read_footprint(case).pressure_map.pressure[::-1].tolist() == rows
+
+
+def test_a_map_that_is_an_archive_is_a_sentence(tmp_path):
+    (tmp_path / "map.npy").write_bytes(b"PK\x03\x04, as archives begin")
+    case = FootprintCase.of({"pressure_map": str(tmp_path / "map.npy"), **SIZE})
+    with pytest.raises(SceneError, match="is no table of numbers"):
+        read_footprint(case)
+
+
+def test_the_threshold_is_that_of_profiles_too(files):
+    for source in ({"line": str(files / "line.csv")}, {"gaussian": "180mm,2bar,30mm"}):
+        pressure = read_footprint(FootprintCase.of({**source, "threshold": "1bar"})).pressure_map
+        touching = pressure.pressure[pressure.contact]
+        assert 1e5 < touching.min() < 1.1e5 and pressure.pressure.min() == 0.0
+
+
+def test_nothing_touches_where_a_gaussian_has_died_away():
+    pressure = read_footprint(FootprintCase.of({"gaussian": "180mm,4bar,4mm"})).pressure_map
+    found = pressure.pressure[pressure.contact]
+    assert found.min() > 1.0
+    assert pressure.load == pytest.approx(4e5 * 4e-3 * (2.0 * np.pi) ** 0.5, rel=1e-6)
+
+
 def test_columns_of_a_profile_are_the_entries_of_its_modules(tmp_path):
     text = "x_m,pressure_Pa,temperature_C,state\n0.001,0,5,0\n0.002,2e5,-1,2\n0.003,1e5,-3,1\n"
     (tmp_path / "own.csv").write_text(text)
@@ -189,7 +220,14 @@ LINE, PIXELS = "x_m,pressure_Pa\n0,1e5\n1e-3,2e5\n", ["--length", "180mm", "--wi
         ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--row", "1"], "has rows 0 to 0"),
         ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--threshold", "3e5"], "no pixel is in"),
         ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--state-map", "f"], "other states"),
-        ("1 1\n", ["--pressure-map", "f", *PIXELS, "--temperature-map", "g"], "must be the same"),
+        ("9 9\n", ["--pressure-map", "f", *PIXELS, "--temperature-map", "g"], "must be the same"),
+        ("1e5,0;2e5,0\n", ["--pressure-map", "f", *PIXELS], "and with decimal points"),
+        ("1e5,0 2e5,0\n", ["--pressure-map", "f", *PIXELS], "and with decimal points"),
+        ("1e5,,2e5\n2e5,1e5,\n", ["--pressure-map", "f", *PIXELS], "is no table of numbers"),
+        ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--load", "1e6"], "allowed: 100 bar"),
+        (LINE, ["--line", "f", "--threshold", "3e5"], "no pixel is in contact"),
+        (LINE, ["--gaussian", "5m,4bar,1mm"], "is less than a pixel, LENGTH / 540 = 9.26 mm"),
+        ("x_mm,pressure_Pa,state\n0,9,0\n1,9,0\n", ["--line", "f"], "has no contact (0) where"),
     ],
 )
 def test_wrong_entries_are_a_sentence(text, arguments, words, tmp_path, monkeypatch, capsys):

@@ -196,7 +196,8 @@ def test_water_lags_below_the_scene_of_a_block_as_below_the_footprint():
 
 def test_a_contact_file_takes_the_compounds_place(tmp_path):
     footprint = strip(np.array([3e5]))
-    file = tmp_path / "contact.csv"
+    file = tmp_path / "\N{SNOWFLAKE}\N{SNOWBOARDER}" / "contact.csv"
+    file.parent.mkdir()
     file.write_text("pressure_Pa,k,D_m,H_V_m\n2e4,0.1,2e-5,6e-6\n2e6,0.8,9e-5,4e-7\n")
     case = FootprintCase.of(
         {"image": "x", "length": 0.1, "width": 0.1, "max_pressure": 5e5, "contact": str(file)}

@@ -38,7 +38,10 @@ def footprint(
     max_pressure: Annotated[Text, option("PA", "High end of the scale: 5bar.")] = None,
     min_pressure: Annotated[Text, option("PA", "Low end of the scale.", "0bar")] = None,
     threshold: Annotated[
-        Text, option("PA", "No contact up to here.", "5 % of the scale above its low end")
+        Text,
+        option(
+            "PA", "No contact up to here.", "5 % of the scale above its low end; of numbers 1 Pa"
+        ),
     ] = None,
     colormap: Annotated[Text, option("NAME", "A colour map of matplotlib; else grey.")] = None,
     legend: Annotated[

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import tomlkit
 from scipy.ndimage import find_objects, label
 
 from iceslide_fem.arrays import Array
@@ -112,7 +113,9 @@ def scene_text(name: str, block: TreadBlock, share: float, ride: Ride, tread: Tr
     an outline, the scene names `name`.csv beside it.
     """
     contact = (
-        "" if tread.contact is None else f"contact = {json.dumps(str(tread.contact.resolve()))}\n"
+        ""
+        if tread.contact is None
+        else f"contact = {tomlkit.item(str(tread.contact.resolve())).as_string()}\n"
     )
     given = [
         f"{name} = {value!r}\n"

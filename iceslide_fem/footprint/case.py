@@ -18,6 +18,7 @@ from pydantic_core import PydanticCustomError
 
 from iceslide_fem.footprint.image import Box
 from iceslide_fem.footprint.jaeger import TABLE_1_ICE, TABLE_1_RUBBER
+from iceslide_fem.footprint.line import LINE_PIXELS
 from iceslide_fem.footprint.macroscopic import Macroscopic
 from iceslide_fem.footprint.passing import Ride
 from iceslide_fem.materials import (
@@ -41,6 +42,8 @@ from iceslide_fem.scene.rows import names_a_file
 from iceslide_fem.scene.units import Quantity
 
 THRESHOLD = 0.05  # of the range of pressures
+# Of pressures that are numbers, Pa: what a Gaussian has far out, which no tyre presses with.
+LOWEST_CONTACT = 1.0
 _named = option_names("image")
 # What each source needs, and what is of another.
 OF_A_PICTURE = (
@@ -104,7 +107,13 @@ def _gaussian(value: Any) -> Any:
         kind.validate(as_number(part.strip()))
         for kind, part in zip((*kinds, kinds[0]), parts, strict=False)
     ]
-    return tuple(given) if len(given) == 3 else (*given, given[0] / 6.0)
+    length, sigma = given[0], given[2] if len(given) == 3 else given[0] / 6.0
+    if sigma < length / LINE_PIXELS:
+        raise ValueError(
+            f'SIGMA of --gaussian "{value}" is less than a pixel, LENGTH / {LINE_PIXELS} = '
+            f"{1e3 * length / LINE_PIXELS:.3g} mm"
+        )
+    return (*given[:2], sigma)
 
 
 def _viscosity(value: Any) -> Any:
@@ -277,12 +286,12 @@ class FootprintCase(CommandOptions):
     @property
     def lowest_pressure(self) -> float:
         """The threshold of contact (Pa): as given, else 5 % of the range above its low end; of
-        pressures that are given as numbers 0.
+        pressures that are given as numbers 1 Pa.
         """
         if self.threshold is not None:
             return self.threshold
         if self.max_pressure is None:
-            return 0.0
+            return LOWEST_CONTACT
         return self.min_pressure + THRESHOLD * (self.max_pressure - self.min_pressure)
 
     @property

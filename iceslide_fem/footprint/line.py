@@ -21,6 +21,8 @@ from iceslide_fem.footprint.passing import Ride
 from iceslide_fem.footprint.pressure_map import GaussianLine, PressureMap
 from iceslide_fem.materials import ConstantContact, ContactTable
 
+LINE_PIXELS = 540  # of a profile that is made
+
 
 class Line(NamedTuple):
     """What the model gives along the line; arrays (nx,), SI units.
@@ -44,7 +46,7 @@ class Line(NamedTuple):
 
 
 def gaussian_profile(
-    length: float, peak: float, points: int = 540, sigma: float | None = None
+    length: float, peak: float, points: int = LINE_PIXELS, sigma: float | None = None
 ) -> tuple[Array, Array]:
     """x (m) and pressure (Pa) of fig. 6: a Gaussian in the middle of `length` (m), `peak` in Pa.
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.errors import SceneError
+from iceslide_fem.footprint.balance import State
 from iceslide_fem.footprint.case import FootprintCase
 from iceslide_fem.footprint.colours import (
     Reading,
@@ -24,11 +25,13 @@ from iceslide_fem.footprint.image import colour, cut, read_picture, rotate
 from iceslide_fem.footprint.line import as_map, gaussian_profile
 from iceslide_fem.footprint.pressure_map import PressureMap, pressure_from_values
 from iceslide_fem.footprint.tables import (
+    HIGHEST,
     read_pressures,
     read_profile,
     read_states,
     read_temperatures,
 )
+from iceslide_fem.materials import BAR
 
 
 class ReadFootprint(NamedTuple):
@@ -53,14 +56,19 @@ def read_footprint(case: FootprintCase) -> ReadFootprint:
     if case.gaussian is not None:
         length, peak, sigma = case.gaussian
         x, pressure = gaussian_profile(length, peak, sigma=sigma)
-        read = ReadFootprint(as_map(pressure, float(x[1] - x[0])))
+        read = ReadFootprint(as_map(_touching(pressure, case), float(x[1] - x[0])))
     elif case.line is not None:
-        read = _read_line(case.line)
+        read = _read_line(case.line, case)
     else:
         read = _read_picture(case) if case.image is not None else _read_map(case)
         read = _with_own_maps(read, case)
     if case.load is not None:
         footprint, factor = read.pressure_map.carrying(case.load)
+        if (high := float(footprint.pressure.max())) > HIGHEST:
+            raise SceneError(
+                f"--load {case.load:g} N takes pressures up to {high / BAR:.4g} bar on the "
+                f"{1e4 * footprint.contact_area:.4g} cm2 in contact; allowed: {HIGHEST / BAR:g} bar"
+            )
         read = read._replace(pressure_map=footprint, load_factor=factor)
     return read if case.row is None else _one_row(read, case.row)
 
@@ -95,25 +103,36 @@ def _read_picture(case: FootprintCase) -> ReadFootprint:
 
 def _read_map(case: FootprintCase) -> ReadFootprint:
     assert case.pressure_map is not None and case.length is not None and case.width is not None
-    pressure = read_pressures(case.pressure_map)[::-1]
-    pressure = np.where(pressure > case.lowest_pressure, pressure, 0.0)
-    if not pressure.any():
-        raise SceneError(
-            f"no pixel is in contact: no pressure is above the threshold of "
-            f"{case.lowest_pressure:.4g} Pa"
-        )
+    pressure = _touching(read_pressures(case.pressure_map)[::-1], case)
     rows, columns = pressure.shape
     return ReadFootprint(PressureMap(pressure, case.length / columns, case.width / rows))
 
 
-def _read_line(path: Path) -> ReadFootprint:
+def _touching(pressure: Array, case: FootprintCase) -> Array:
+    """Pressures (Pa) that were given as numbers, 0 up to the threshold of contact."""
+    touching = np.where(pressure > case.lowest_pressure, pressure, 0.0)
+    if not touching.any():
+        raise SceneError(
+            f"no pixel is in contact: no pressure is above the threshold of "
+            f"{case.lowest_pressure:.4g} Pa"
+        )
+    return touching
+
+
+def _read_line(path: Path, case: FootprintCase) -> ReadFootprint:
     """A profile as a map of one row, 1 m wide."""
     profile = read_profile(path)
-    return ReadFootprint(
-        as_map(profile.pressure, profile.dx),
-        temperature=None if profile.temperature is None else profile.temperature[None],
-        state=None if profile.state is None else profile.state[None],
-    )
+    line = as_map(_touching(profile.pressure, case), profile.dx)
+    state = None if profile.state is None else profile.state[None]
+    _check_states(state, line.contact, f"state of --line {path}")
+    temperature = None if profile.temperature is None else profile.temperature[None]
+    return ReadFootprint(line, temperature=temperature, state=state)
+
+
+def _check_states(state: NDArray[np.uint8] | None, contact: Mask, said: str) -> None:
+    """Raise SceneError where states that were given contradict the pressure."""
+    if state is not None and (state[contact] == State.NO_CONTACT).any():
+        raise SceneError(f"{said} has no contact (0) where the pressure is above 0")
 
 
 def _with_own_maps(read: ReadFootprint, case: FootprintCase) -> ReadFootprint:
@@ -133,8 +152,7 @@ def _with_own_maps(read: ReadFootprint, case: FootprintCase) -> ReadFootprint:
             raise SceneError("--temperature-map has no number where the pressure is above 0")
     if state is not None:
         state = state[::-1]
-        if (state[contact] == 0).any():
-            raise SceneError("--state-map has no contact (0) where the pressure is above 0")
+        _check_states(state, contact, "--state-map")
     return read._replace(temperature=temperature, state=state)
 
 

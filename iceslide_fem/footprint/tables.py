@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 from typing import NamedTuple
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,15 +115,15 @@ def _read_map(path: Path, option: str) -> Array:
         if path.suffix.lower() == ".npy":
             values = np.load(path, allow_pickle=False)
         else:
-            text = read_text(path, f"the map of {option}").replace(";", ",").replace(",", " ")
+            text = read_text(path, f"the map of {option}")
             values = np.array(
-                [line.split() for line in text.splitlines() if line.strip()], dtype=float
+                [_cells(line) for line in text.splitlines() if line.strip()], dtype=float
             )
         values = np.asarray(values, dtype=float)
-    except (EOFError, OSError, TypeError, ValueError):
+    except (EOFError, OSError, TypeError, ValueError, BadZipFile):
         raise SceneError(
             f"{option} {path} is no table of numbers; allowed: .npy, or text with as many numbers "
-            "in every row"
+            "in every row, between commas, semicolons or blanks, and with decimal points"
         ) from None
     if values.ndim != 2 or min(values.shape) < 1 or values.shape[1] < 2 or values.size > LARGEST:
         raise SceneError(
@@ -132,6 +133,13 @@ def _read_map(path: Path, option: str) -> Array:
     if np.isinf(values).any():
         raise SceneError(f"{option} {path} has a value that is infinite")
     return values
+
+
+def _cells(line: str) -> list[str]:
+    """Cells of a row; one separator, which may follow the last of them, too."""
+    separator = next((mark for mark in ";," if mark in line), None)
+    cells = line.split(separator)
+    return cells[:-1] if separator and not cells[-1].strip() else cells
 
 
 def _check_pressures(values: Array, said: str) -> None:
