@@ -109,7 +109,7 @@ def neglected(left: LeftOut) -> list[Text | Table]:
     for one, made in left.found:
         texts = (f"{one.number:.2g}", one.formula, f"{one.effect:.2g}", "yes" if made else "no")
         rows.append(cells(one.name, *texts))
-    head = ["simplification", "its number", "which is", "would move mu by", "made here"]
+    head = ["simplification", "its number", "which is", "moves mu by up to", "made here"]
     return [always, Table("Estimates before the run (iceslide info, ladder)", head, rows)]
 
 
@@ -118,11 +118,11 @@ def doubts_of_model(left: LeftOut, tolerance: float) -> list[Text]:
     large = [one for one, made in left.found if made and one.effect > tolerance]
     if not large:
         return []
-    listed = ", ".join(f"{one.name} ({100.0 * one.effect:.2g} %)" for one in large)
+    listed = ", ".join(f"{one.name} (up to {100.0 * one.effect:.2g} %)" for one in large)
     return [
         Text(
-            f"The model simplifies what is estimated to move mu by more than the tolerance: "
-            f"{listed}. A finer model does not; iceslide ladder measures it.",
+            f"The model simplifies what may move mu by more than the tolerance: {listed}, as "
+            f"estimated before the run. A finer model does not; iceslide ladder measures it.",
             "warning",
         )
     ]
