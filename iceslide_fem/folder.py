@@ -12,7 +12,7 @@ import json
 import os
 import platform
 import shutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -74,11 +74,14 @@ FOLDERS = ("fields", "cases", "scenes", "point_*", "slice_*", "block_*")
 BESIDE = ("*.toml", "*.log", "log.txt", "slurm-*", ".*")
 
 
-def check_folder(out: Path, same: Callable[[Path], str | None], force: bool) -> None:
+def check_folder(
+    out: Path, same: Callable[[Path], str | None], force: bool, reads: Iterable[Path] = ()
+) -> None:
     """Raise SceneError, and touch nothing, if `out` may not be written to.
 
     same: called where there are results; what they are, as the end of "OUT holds ...", or None if
-    they are of the same thing and may be replaced.
+    they are of the same thing and may be replaced. reads: files that the command takes, which
+    never go as results of an earlier one.
     """
     check_writable(out)
     if not out.is_dir():
@@ -91,7 +94,15 @@ def check_folder(out: Path, same: Callable[[Path], str | None], force: bool) -> 
             f"{out} holds what is no result of this program ({foreign[0]}{more}): give another "
             "folder with --out"
         )
-    if force or not results_in(out):
+    results = results_in(out)
+    gone = {path.resolve() for path in results}
+    for path in reads:
+        if not gone.isdisjoint((path.resolve(), *path.resolve().parents)):
+            raise SceneError(
+                f"{out} holds {path}, which is read and would be removed: give another folder "
+                "with --out"
+            )
+    if force or not results:
         return
     found = same(out)
     if found is not None:
@@ -103,19 +114,22 @@ def check_folder(out: Path, same: Callable[[Path], str | None], force: bool) -> 
 
 @contextlib.contextmanager
 def claimed(
-    out: Path, same: Callable[[Path], str | None] = lambda _: None, force: bool = False
+    out: Path,
+    same: Callable[[Path], str | None] = lambda _: None,
+    force: bool = False,
+    reads: Sequence[Path] = (),
 ) -> Iterator[None]:
     """Keep `out` for this process alone, after `check_folder`; on one rank only.
 
     The folder is made, and goes again if nothing has been written to it. Raises SceneError.
     """
-    check_folder(out, same, force)
+    check_folder(out, same, force, reads)
     made = [path for path in (out, *out.absolute().parents) if not path.exists()]
     with writing(out):
         out.mkdir(parents=True, exist_ok=True)
     try:
         with _locked(out):
-            check_folder(out, same, force)  # it may have changed before the lock was there
+            check_folder(out, same, force, reads)  # it may have changed before the lock was there
             yield
     finally:
         with contextlib.suppress(OSError):  # not empty

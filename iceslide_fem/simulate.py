@@ -182,7 +182,8 @@ def _alone_in(
 
         def take() -> None:
             complaint = functools.partial(other_results, scene)
-            claim.enter_context(claimed(out, complaint, force or resumed is not None))
+            read = list(scene.files.values())
+            claim.enter_context(claimed(out, complaint, force or resumed is not None, read))
 
         from_root(take, comm)
         yield

@@ -154,6 +154,27 @@ def test_results_of_another_command_are_kept(tmp_path, capsys):
     assert content(tmp_path) == before
 
 
+def test_what_a_command_reads_is_never_removed(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("line.csv").write_text("x_mm,pressure_bar\n0,1\n1,2\n2,1\n")
+    Path("contact.csv").write_text(
+        "pressure_Pa,k,D_m,H_V_m\n1e5,0.2,3e-5,3e-6\n5e5,0.4,4e-5,1e-6\n"
+    )
+    before = content(tmp_path)
+    here = ["--out", ".", "--force"]
+    with_table = ["--set", "film.contact=contact.csv", *WORDS]
+    for words in (
+        ["footprint", "--line", "line.csv", *here],
+        ["run", CASE, *with_table, *here],
+        ["sweep", CASE, *with_table, "--vary", "load.pressure=1bar,2bar", *here],
+        ["ladder", CASE, *with_table, *here],
+    ):
+        assert exit_code(*words) == 2
+        said = capsys.readouterr().err
+        assert "which is read and would be removed" in said and said.count("\n") == 1
+        assert content(tmp_path) == before
+
+
 def test_another_footprint_is_kept(tmp_path, capsys):
     picture = CASE.parent.parent / "docs" / "pictures" / "footprint_picture.jpg"
     words = [picture, "--legend", "556,42,583,378", "--crop", "0,0,540,420", "--length", "180mm"]

@@ -136,6 +136,14 @@ def test_a_map_that_is_an_archive_is_a_sentence(tmp_path):
         read_footprint(case)
 
 
+def test_a_map_of_temperatures_has_some(tmp_path):
+    (tmp_path / "p").write_text("1e5 2e5\n")
+    (tmp_path / "t").write_text("nan nan\n")
+    maps = {"pressure_map": str(tmp_path / "p"), "temperature_map": str(tmp_path / "t")}
+    with pytest.raises(SceneError, match="has no temperature in it"):
+        read_footprint(FootprintCase.of({**maps, **SIZE}))
+
+
 def test_the_threshold_is_that_of_profiles_too(files):
     for source in ({"line": str(files / "line.csv")}, {"gaussian": "180mm,2bar,30mm"}):
         pressure = read_footprint(FootprintCase.of({**source, "threshold": "1bar"})).pressure_map
@@ -158,6 +166,7 @@ def test_columns_of_a_profile_are_the_entries_of_its_modules(tmp_path):
     with open(out / "line.csv", newline="") as file:
         table = list(csv.DictReader(file))
     assert [float(row["temperature_given_C"]) for row in table] == pytest.approx([-4.0, -1.0, -3.0])
+    assert [float(row["x_m"]) for row in table] == [0.001, 0.002, 0.003]
     assert [float(row["state_moving"]) for row in table] == [0, 2, 1]
     power = 1.5e5 * 3.0
     mixed, dry = (0.19 + 2.22 + 0.56) * 3.0, (0.19 + 2.22) * 1.0

@@ -477,6 +477,14 @@ def test_probes_of_a_known_field(model):
         Probes(build_block(scene_from_dict(scene), WORLD))
 
 
+@pytest.mark.fe
+def test_a_run_without_fields_leaves_no_folder_for_them(tmp_path):
+    changes = ["model=slice", "numerics.refinement=0.25", "numerics.tolerance=1e-2"]
+    changes += ["load.duration=0.1ms", "ice.heat=column", "output.fields=[]"]
+    run(load_scene(CASES / "thesis_1bar.toml", changes), tmp_path)
+    assert (tmp_path / "history.csv").is_file() and not (tmp_path / "fields").exists()
+
+
 @pytest.mark.three
 @pytest.mark.fe
 @pytest.mark.mpi

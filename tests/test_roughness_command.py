@@ -210,6 +210,7 @@ def test_pixels_of_a_file_have_a_size(pixel, heights, tmp_path):
     ("name", "content", "options", "words"),
     [
         ("none.npy", None, [], "none.npy is not a file"),
+        ("n" * 300 + ".npy", None, ["--out", "out"], ".npy is not a file"),
         ("a.npy", b"not an array", [], "is not an array that NumPy has saved"),
         ("a.npy", np.zeros(5), [], "is not a matrix of real numbers"),
         ("a.npy", np.zeros((5, 5), complex), [], "is not a matrix of real numbers"),

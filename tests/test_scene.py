@@ -166,6 +166,7 @@ def test_a_contact_file_is_relative_to_the_scene_and_may_be_written_by_hand(tmp_
         (TABLE.replace("2e4", "2e6"), "rows 1 and 2: pressure_Pa must rise"),
         (TABLE.replace("0.7", "0.105"), "rows 2 and 3: k must not fall"),
         (TABLE.replace("4e-7", "4e-6"), "rows 2 and 3: H_V_m must not rise"),
+        (TABLE.replace("pressure_Pa,k", "k,pressure_Pa,k"), "has the column k twice"),
         ("a" * 200_000, "is no table"),
         (TABLE.replace("1e6,0.7,9e-5,4e-7", "1e6,0.7"), 'row 3: D_m = "None" is not a number'),
     ],

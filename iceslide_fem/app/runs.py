@@ -146,7 +146,9 @@ class Runs:
             if resume:
                 check_writable(out)
             else:
-                check_folder(out, partial(other_results, resolved(scene)), force)
+                check_folder(
+                    out, partial(other_results, resolved(scene)), force, scene.files.values()
+                )
             number = len(self._started) + 1
             self._started[number] = self._begin(scene, out, force, resume, number)
         return number

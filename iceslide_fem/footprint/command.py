@@ -40,7 +40,7 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, 
     begun = time.perf_counter()
     case = FootprintCase.of(values)
     here = case.model_dump(mode="json")
-    with claimed(out, partial(other_case, "summary.json", here), force):
+    with claimed(out, partial(other_case, "summary.json", here), force, case.files):
         return _run(case, out, begun)
 
 

@@ -21,7 +21,7 @@ DPI = 130
 def line_columns(result: Survey) -> dict[str, Array]:
     """Columns of line.csv, names with units -> (nx,): all three modules, and the film law."""
     footprint, film = result.read.pressure_map, result.film
-    columns = {"x_m": footprint.x, "pressure_Pa": footprint.pressure[0]}
+    columns = {"x_m": result.read.left + footprint.x, "pressure_Pa": footprint.pressure[0]}
     models = {"thesis": result.thesis, "moving": result.moving}
     if result.given is not None:
         models["given"] = result.given

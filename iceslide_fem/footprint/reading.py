@@ -40,7 +40,7 @@ class ReadFootprint(NamedTuple):
     distance: of every pixel's colour to the bar, (ny, nx), relative to the range of a channel;
     unclear: pixels whose value is that of a neighbour; both None of pressures that were given as
     numbers. load_factor: by which a given load changed all pressures. temperature (K) and state
-    (ny, nx): those that were given, or None.
+    (ny, nx): those that were given, or None. left: x of the map's left side in the data, m.
     """
 
     pressure_map: PressureMap
@@ -49,6 +49,7 @@ class ReadFootprint(NamedTuple):
     load_factor: float = 1.0
     temperature: Array | None = None
     state: NDArray[np.uint8] | None = None
+    left: float = 0.0
 
 
 def read_footprint(case: FootprintCase) -> ReadFootprint:
@@ -126,7 +127,8 @@ def _read_line(path: Path, case: FootprintCase) -> ReadFootprint:
     state = None if profile.state is None else profile.state[None]
     _check_states(state, line.contact, f"state of --line {path}")
     temperature = None if profile.temperature is None else profile.temperature[None]
-    return ReadFootprint(line, temperature=temperature, state=state)
+    left = profile.first - 0.5 * profile.dx
+    return ReadFootprint(line, temperature=temperature, state=state, left=left)
 
 
 def _check_states(state: NDArray[np.uint8] | None, contact: Mask, said: str) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import NamedTuple
 from zipfile import BadZipFile
@@ -25,10 +24,11 @@ COLDEST, WARMEST = -100.0, 100.0  # degC
 class Profile(NamedTuple):
     """A line along the footprint, arrays (nx,): pressure (Pa); temperature (K) and state or None.
 
-    dx: m.
+    dx, and x of the first pixel's middle: m.
     """
 
     dx: float
+    first: float
     pressure: Array
     temperature: Array | None
     state: NDArray[np.uint8] | None
@@ -105,7 +105,7 @@ def read_profile(path: Path) -> Profile:
     if "state" in columns:
         _check_states(columns["state"], said)
         state = columns["state"].astype(np.uint8)
-    return Profile(dx, pressure, temperature, state)
+    return Profile(dx, float(x[0]), pressure, temperature, state)
 
 
 def _read_map(path: Path, option: str) -> Array:
@@ -153,10 +153,9 @@ def _check_pressures(values: Array, said: str) -> None:
 
 
 def _check_temperatures(celsius: Array, said: str) -> None:
-    low, high = (
-        float(np.nanmin(celsius, initial=math.inf)),
-        float(np.nanmax(celsius, initial=-math.inf)),
-    )
+    if np.isnan(celsius).all():
+        raise SceneError(f"{said} has no temperature in it")
+    low, high = float(np.nanmin(celsius)), float(np.nanmax(celsius))
     if not COLDEST <= low <= high <= WARMEST:
         raise SceneError(
             f"{said} has temperatures from {low:.4g} to {high:.4g}; allowed: {COLDEST:g} to "

@@ -124,7 +124,8 @@ def climb(
         def take() -> None:
             if scene.rubber.mesh is not None:
                 check_memory(on_rung(scene, Rung("block", scene.ice.heat, 1.0)))
-            claim.enter_context(claimed(out, partial(_other_results, scene), force))
+            read = list(scene.files.values())
+            claim.enter_context(claimed(out, partial(_other_results, scene), force, read))
             clear_results(out)
 
         from_root(take, MPI.COMM_WORLD)

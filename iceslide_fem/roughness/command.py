@@ -28,7 +28,7 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> tuple[Surv
     begun = time.perf_counter()
     case = RoughnessCase.of(values)
     here = case.model_dump(mode="json")
-    with claimed(out, partial(other_case, "surface.json", here), force):
+    with claimed(out, partial(other_case, "surface.json", here), force, case.files):
         return _run(case, out, begun)
 
 

@@ -17,6 +17,7 @@ import pandas as pd
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
 from iceslide_fem.roughness.surface import Surface
+from iceslide_fem.scene.input_file import is_regular
 
 SQUARE = 1e-3  # relative difference of a pixel's sides
 SMALLEST, LARGEST = 1e-9, 1e-2  # sides of a pixel, m
@@ -36,7 +37,7 @@ def read_surface(path: Path, pixel: float | None, height_unit: float) -> Surface
     pixel: m, needed where the file does not give it; height_unit: m, of heights (and of x and y of
     points) in files that do not say. Raises SceneError with one sentence if it cannot be read.
     """
-    if not path.is_file():
+    if not is_regular(path):
         raise SceneError(f"SURFACE = {path} is not a file")
     suffix = path.suffix.lower()
     readers: dict[str, Callable[[Path, float], _Map]] = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
@@ -45,3 +46,8 @@ class CommandOptions(BaseModel):
             return cls.model_validate({names.get(key, key): v for key, v in values.items()})
         except ValidationError as error:
             raise SceneError(first_sentence(error, list(names.values()))) from None
+
+    @property
+    def files(self) -> list[Path]:
+        """Every file that they name."""
+        return [value for _, value in self if isinstance(value, Path)]

@@ -41,6 +41,9 @@ def read_contact_table(path: Path, key: str) -> ContactTable:
             f"{key}: {path} has no column {missing[0]}; needed: "
             f"{', '.join(name for name, _, _ in COLUMNS)}"
         )
+    twice = next((name for name, _, _ in COLUMNS if heading.count(name) > 1), None)
+    if twice is not None:
+        raise SceneError(f"{key}: {path} has the column {twice} twice")
     rows = [
         tuple(_number(row[column[0]], column, number, f"{key}: {path}") for column in COLUMNS)
         for number, row in enumerate(entries, start=1)

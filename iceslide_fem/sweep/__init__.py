@@ -50,7 +50,8 @@ def run_sweep(
     this plan go first. Raises SceneError where it may not write there.
     """
     scenes = {scene_hash(case.scene) for case in plan.cases}
-    with claimed(folder, partial(_other_results, scenes), force):
+    read = [path for case in plan.cases for path in case.scene.files.values()]
+    with claimed(folder, partial(_other_results, scenes), force, read):
         if force and _other_results(scenes, folder) is not None:
             clear_results(folder)
         return _run_sweep(plan, folder, cores, say)
