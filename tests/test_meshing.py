@@ -480,7 +480,7 @@ def test_an_unreadable_file_is_refused(name, tmp_path):
     (tmp_path / name).write_text("this is no mesh")
     with pytest.raises(SceneError) as refusal:
         load_user_mesh(tmp_path / name, 2)
-    assert str(refusal.value).startswith(f"mesh {tmp_path / name} ")
+    assert str(refusal.value).startswith(f"rubber.mesh {tmp_path / name} ")
     assert "\n" not in str(refusal.value)
 
 

@@ -121,19 +121,21 @@ def _merge(path: Path) -> None:
         try:
             shutil.copyfile(path, copy)
         except OSError as error:
-            raise SceneError(f"mesh {path} can't be read: {error.strerror or error}") from None
+            raise SceneError(
+                f"rubber.mesh {path} can't be read: {error.strerror or error}"
+            ) from None
         with open(copy, "rb") as file:
             first = file.readline(100).rstrip()
         if first != MESH_HEADER:
             raise SceneError(
-                f"mesh {path} is no mesh file of gmsh: its first line is not "
+                f"rubber.mesh {path} is no mesh file of gmsh: its first line is not "
                 f'"{MESH_HEADER.decode()}" (scripts of gmsh are not run)'
             )
         try:
             gmsh.merge(str(copy))
         except Exception as error:  # gmsh raises nothing more specific
             reason = str(error).strip().replace(str(copy), path.name)
-            raise SceneError(f"mesh {path} can't be read by gmsh: {reason}") from None
+            raise SceneError(f"rubber.mesh {path} can't be read by gmsh: {reason}") from None
 
 
 def from_blocks(
@@ -152,38 +154,44 @@ def from_blocks(
     bodies = [block for block in blocks if block[0] == body]
     if not bodies:
         found = ", ".join(sorted({block[0] for block in blocks} - {""})) or "none"
-        raise SceneError(f'mesh {path} has no cells tagged "{body}"; tags found: {found}')
+        raise SceneError(f'rubber.mesh {path} has no cells tagged "{body}"; tags found: {found}')
     if {block[1] for block in bodies} != {dim}:
-        raise SceneError(f'mesh {path}: "{body}" must be made of {dim}-dimensional cells')
+        raise SceneError(f'rubber.mesh {path}: "{body}" must be made of {dim}-dimensional cells')
     kinds = sorted({block[2] for block in bodies})
     if len(kinds) > 1:
-        raise SceneError(f'mesh {path}: "{body}" mixes cell types ({", ".join(kinds)}); use one')
+        raise SceneError(
+            f'rubber.mesh {path}: "{body}" mixes cell types ({", ".join(kinds)}); use one'
+        )
     kind = kinds[0]
     if kind not in _CELLS:
         raise SceneError(
-            f'mesh {path}: "{body}" is made of {kind} cells; allowed are first-order '
+            f'rubber.mesh {path}: "{body}" is made of {kind} cells; allowed are first-order '
             f"{', '.join(_CELLS)}"
         )
     cells = np.concatenate([block[3] for block in bodies])
     if len(np.unique(np.sort(cells, axis=1), axis=0)) < len(cells):
-        raise SceneError(f'mesh {path}: "{body}" holds the same cells twice')
+        raise SceneError(f'rubber.mesh {path}: "{body}" holds the same cells twice')
     used, cells = np.unique(cells, return_inverse=True)
     sorter = np.argsort(numbers)
     place = sorter[np.minimum(np.searchsorted(numbers, used, sorter=sorter), len(numbers) - 1)]
     if not np.array_equal(numbers[place], used):
-        raise SceneError(f'mesh {path}: cells of "{body}" have nodes that are not in the file')
+        raise SceneError(
+            f'rubber.mesh {path}: cells of "{body}" have nodes that are not in the file'
+        )
     points = coordinates[place, :dim]
     facets: dict[str, IntArray] = {}
     for name, block_dim, facet, nodes in blocks:
         if name and block_dim == dim - 1:
             if _NUMBERS.get(facet) != _FACETS[kind]:
                 raise SceneError(
-                    f'mesh {path}: facets tagged "{name}" are of type {facet}, which is no facet '
-                    f"of a first-order {kind}"
+                    f'rubber.mesh {path}: facets tagged "{name}" are of type {facet}, which is no '
+                    f"facet of a first-order {kind}"
                 )
             local = np.minimum(np.searchsorted(used, nodes), len(used) - 1)
             if not np.array_equal(used[local], nodes):
-                raise SceneError(f'mesh {path}: facets tagged "{name}" are not part of "{body}"')
+                raise SceneError(
+                    f'rubber.mesh {path}: facets tagged "{name}" are not part of "{body}"'
+                )
             facets[name] = np.concatenate([facets[name], local]) if name in facets else local
     return TaggedMesh(points, kind, cells.reshape(-1, _CORNERS[kind]), facets, body)
 

@@ -46,7 +46,7 @@ def load_user_mesh(path: Path | str, dim: int, unit: str = "m") -> TaggedMesh:
     try:
         status = path.stat()
     except OSError as error:
-        raise SceneError(f"mesh {path} can't be read: {error.strerror}") from None
+        raise SceneError(f"rubber.mesh {path} can't be read: {error.strerror}") from None
     return _checked(path, dim, unit, status.st_mtime_ns, status.st_size)
 
 
@@ -54,14 +54,17 @@ def load_user_mesh(path: Path | str, dim: int, unit: str = "m") -> TaggedMesh:
 def _checked(path: Path, dim: int, unit: str, changed: int, size: int) -> TaggedMesh:
     if size > LARGEST_FILE:
         raise SceneError(
-            f"mesh {path} has {size / 1e6:.0f} MB; allowed: up to {LARGEST_FILE / 1e6:.0f} MB"
+            f"rubber.mesh {path} has {size / 1e6:.0f} MB; allowed: up to "
+            f"{LARGEST_FILE / 1e6:.0f} MB"
         )
     read = gmsh_model.load if path.suffix == ".msh" else _load_by_meshio
     tagged = read(path, dim, "rubber")
     for name in ("contact", "plate"):
         if name not in tagged.facets:
             found = ", ".join(tagged.facets) or "none"
-            raise SceneError(f'mesh {path} has no facets tagged "{name}"; tags found: {found}')
+            raise SceneError(
+                f'rubber.mesh {path} has no facets tagged "{name}"; tags found: {found}'
+            )
     known = {name: tagged.facets[name] for name in PARTS if name in tagged.facets}
     tagged = tagged._replace(points=UNITS[unit] * tagged.points, facets=known)
     _check_size(path, tagged, unit)
@@ -70,7 +73,7 @@ def _checked(path: Path, dim: int, unit: str, changed: int, size: int) -> Tagged
     fault = soundness.fault(tagged.facets["plate"])
     if fault is not None:
         what, where = fault
-        raise SceneError(f"mesh {path}, near {place(where, unit, UNITS[unit], 6)}: {what}")
+        raise SceneError(f"rubber.mesh {path}, near {place(where, unit, UNITS[unit], 6)}: {what}")
     return tagged
 
 
@@ -79,13 +82,13 @@ def _check_size(path: Path, tagged: TaggedMesh, unit: str) -> None:
     wrong = np.flatnonzero(~np.isfinite(tagged.points).all(axis=1))
     if wrong.size:
         raise SceneError(
-            f"mesh {path}: the coordinates of {wrong.size} of {len(tagged.points)} nodes are not "
-            "finite numbers"
+            f"rubber.mesh {path}: the coordinates of {wrong.size} of {len(tagged.points)} nodes are "
+            "not finite numbers"
         )
     size = np.ptp(tagged.points, axis=0).max()
     if not SMALLEST <= size <= LARGEST:
         raise SceneError(
-            f"mesh {path} is {size:g} m large; allowed: {SMALLEST:g} to {LARGEST:g} m; "
+            f"rubber.mesh {path} is {size:g} m large; allowed: {SMALLEST:g} to {LARGEST:g} m; "
             f'rubber.mesh_unit = "{unit}" says in which unit it was drawn, allowed: '
             f"{', '.join(UNITS)}"
         )
@@ -97,41 +100,45 @@ def _check_placement(path: Path, tagged: TaggedMesh, outer: IntArray) -> None:
     near = TOLERANCE * np.ptp(points[:, -1])
     if near <= TOLERANCE**2 * np.ptp(points, axis=0).max():
         raise SceneError(
-            f"mesh {path} has no height; a slice lies in the plane of x and y, with y upwards"
+            f"rubber.mesh {path} has no height; a slice lies in the plane of x and y, with y "
+            "upwards"
         )
     lowest = points[:, -1].min()
     if abs(lowest) > near:
         raise SceneError(
-            f"mesh {path}: the lowest point is at {lowest:g} m; move the mesh by {-lowest:g} m so "
-            "that it is at 0, the ice"
+            f"rubber.mesh {path}: the lowest point is at {lowest:g} m; move the mesh by {-lowest:g} m "
+            "so that it is at 0, the ice"
         )
     _check_facets(path, tagged, outer)
     plate = points[tagged.facets["plate"], -1]
     if np.ptp(plate) > near:
         raise SceneError(
-            f'mesh {path}: facets tagged "plate" are not flat, they reach from {plate.min():g} m '
-            f"to {plate.max():g} m; they must lie on the top at {height:g} m"
+            f'rubber.mesh {path}: facets tagged "plate" are not flat, they reach from '
+            f"{plate.min():g} m to {plate.max():g} m; they must lie on the top at {height:g} m"
         )
     if height - plate.min() > near:
         raise SceneError(
-            f'mesh {path}: facets tagged "plate" are at {plate.min():g} m; they must lie on the '
-            f"top at {height:g} m"
+            f'rubber.mesh {path}: facets tagged "plate" are at {plate.min():g} m; they must lie on '
+            f"the top at {height:g} m"
         )
     touching = points[tagged.facets["contact"], -1]
     if touching.min() > near:
         raise SceneError(
-            f'mesh {path}: facets tagged "contact" begin at {touching.min():g} m; they must '
+            f'rubber.mesh {path}: facets tagged "contact" begin at {touching.min():g} m; they must '
             "include the lowest points at 0 m"
         )
     if (touching.min(axis=1) > height - near).any():
-        raise SceneError(f'mesh {path}: facets tagged "contact" lie on the top, where the plate is')
+        raise SceneError(
+            f'rubber.mesh {path}: facets tagged "contact" lie on the top, where the plate is'
+        )
     if "symmetry" in tagged.facets:
         across = points[tagged.facets["symmetry"], 1]
         if len(tagged.points[0]) == 2:
-            raise SceneError(f'mesh {path}: "symmetry" has no meaning in a slice')
+            raise SceneError(f'rubber.mesh {path}: "symmetry" has no meaning in a slice')
         if abs(across).max() > near or points[:, 1].min() < -near:
             raise SceneError(
-                f'mesh {path}: facets tagged "symmetry" must be at y = 0 and the block at y >= 0'
+                f'rubber.mesh {path}: facets tagged "symmetry" must be at y = 0 and the '
+                "block at y >= 0"
             )
 
 
@@ -165,19 +172,21 @@ def _check_facets(path: Path, tagged: TaggedMesh, outer: IntArray) -> None:
     for name, members in zip(tagged.facets, named, strict=True):
         if not np.isin(members, outside).all():
             raise SceneError(
-                f'mesh {path}: facets tagged "{name}" are not on the outside of "rubber"'
+                f'rubber.mesh {path}: facets tagged "{name}" are not on the outside of "rubber"'
             )
         for facet in members.tolist():
             if facet in owner:
-                raise SceneError(f'mesh {path}: a facet is tagged "{owner[facet]}" and "{name}"')
+                raise SceneError(
+                    f'rubber.mesh {path}: a facet is tagged "{owner[facet]}" and "{name}"'
+                )
             owner[facet] = name
     near = TOLERANCE * np.ptp(tagged.points[:, -1])
     on_ice = outer[(tagged.points[outer, -1] <= near).all(axis=1) & ~np.isin(outside, [*owner])]
     if len(on_ice):
         x = tagged.points[on_ice[0], 0].mean()
         raise SceneError(
-            f'mesh {path}: {len(on_ice)} facets lie on the ice and are not tagged "contact", the '
-            f"first at x = {x:g} m"
+            f'rubber.mesh {path}: {len(on_ice)} facets lie on the ice and are not tagged "contact", '
+            f"the first at x = {x:g} m"
         )
 
 
@@ -190,9 +199,9 @@ def _load_by_meshio(path: Path, dim: int, body: str) -> TaggedMesh:
             mesh = meshio.read(path)
     except (Exception, SystemExit) as error:  # on a bad file meshio prints and exits
         reason = " ".join((said.getvalue() or str(error)).split())
-        raise SceneError(f"mesh {path} can't be read by meshio: {reason}") from None
+        raise SceneError(f"rubber.mesh {path} can't be read by meshio: {reason}") from None
     if mesh.points.ndim != 2 or mesh.points.shape[1] not in (2, 3):
-        raise SceneError(f"mesh {path}: its points have neither two nor three coordinates")
+        raise SceneError(f"rubber.mesh {path}: its points have neither two nor three coordinates")
     coordinates = np.zeros((len(mesh.points), 3))
     coordinates[:, : mesh.points.shape[1]] = mesh.points
     blocks = []
