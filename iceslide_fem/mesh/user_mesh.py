@@ -82,8 +82,8 @@ def _check_size(path: Path, tagged: TaggedMesh, unit: str) -> None:
     wrong = np.flatnonzero(~np.isfinite(tagged.points).all(axis=1))
     if wrong.size:
         raise SceneError(
-            f"rubber.mesh {path}: the coordinates of {wrong.size} of {len(tagged.points)} nodes are "
-            "not finite numbers"
+            f"rubber.mesh {path}: the coordinates of {wrong.size} of {len(tagged.points)} nodes "
+            "are not finite numbers"
         )
     size = np.ptp(tagged.points, axis=0).max()
     if not SMALLEST <= size <= LARGEST:
@@ -106,8 +106,8 @@ def _check_placement(path: Path, tagged: TaggedMesh, outer: IntArray) -> None:
     lowest = points[:, -1].min()
     if abs(lowest) > near:
         raise SceneError(
-            f"rubber.mesh {path}: the lowest point is at {lowest:g} m; move the mesh by {-lowest:g} m "
-            "so that it is at 0, the ice"
+            f"rubber.mesh {path}: the lowest point is at {lowest:g} m; move the mesh by "
+            f"{-lowest:g} m so that it is at 0, the ice"
         )
     _check_facets(path, tagged, outer)
     plate = points[tagged.facets["plate"], -1]
@@ -185,8 +185,8 @@ def _check_facets(path: Path, tagged: TaggedMesh, outer: IntArray) -> None:
     if len(on_ice):
         x = tagged.points[on_ice[0], 0].mean()
         raise SceneError(
-            f'rubber.mesh {path}: {len(on_ice)} facets lie on the ice and are not tagged "contact", '
-            f"the first at x = {x:g} m"
+            f"rubber.mesh {path}: {len(on_ice)} facets lie on the ice and are not tagged "
+            f'"contact", the first at x = {x:g} m'
         )
 
 
