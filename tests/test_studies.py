@@ -26,7 +26,7 @@ from scripts.studies.common import ROOT, case
 from scripts.studies.peers_calculix import displacement
 from scripts.studies.press_elements import MATERIAL, half_cube, in_tetrahedra
 
-pytestmark = pytest.mark.fe
+pytestmark = [pytest.mark.fe, pytest.mark.study]
 
 SHARED = {"common", "blocks", "peers_calculix", "peers_ngsolve"}
 NAMES = sorted({module.name for module in pkgutil.iter_modules(scripts.studies.__path__)} - SHARED)
