@@ -1,10 +1,10 @@
 """What each case's mu(t) is off by: mesh and steps together, against a finer run of the same.
 
 Every case is run as a slice or as a block, at a tolerance and on its own mesh, and compared with a
-run on a mesh twice as fine (or --finer) with a sixth of the tolerance, over all of its time. Differences are in
-shares of the mean of mu, because mu itself begins at nothing where a plate does. Prints them beside
-seconds and draws both curves of each case. Runs are kept in a folder and taken from there the next
-time; --quick is one short, coarse pair.
+run on a mesh twice as fine (or --finer) with a sixth of the tolerance, over all of its time.
+Differences are in shares of the mean of mu, because mu itself begins at nothing where a plate does.
+Prints them beside seconds and draws both curves of each case. Runs are kept in a folder and taken
+from there the next time; --quick is one short, coarse pair.
 """
 
 from __future__ import annotations
