@@ -290,7 +290,18 @@ def test_an_outline_has_sharp_edges(tmp_path):
         (["rubber.edge_radius=50um", "rubber.chamfer=50um"], "contradict each other"),
         (["rubber.sipes=12"], "rubber.sipes = 12"),
         (["rubber.sipes=[{position='0 mm', width='0.1 mm'}]"], r"rubber.sipes.0.depth is missing"),
-        ([f"rubber.sipes=[{sipe('0 mm', '0.95 mm')}]"], "too deep"),
+        (
+            [f"rubber.sipes=[{sipe('0.2 mm', '0.5 mm')}, {sipe('-0.2 mm', '0.95 mm')}]"],
+            "rubber.sipes.1.depth = 0.95 mm is too deep",
+        ),
+        (
+            ["rubber.sipes=1", "rubber.sipe_width=0.1mm", "rubber.sipe_depth=0.95mm"],
+            "rubber.sipe_depth = 0.95 mm is too deep",
+        ),
+        (
+            ["rubber.grooves=[{position='0 m', width='0.2 mm', depth='0.95mm'}]"],
+            "rubber.grooves.0.depth = 0.95 mm is too deep",
+        ),
         ([f"rubber.sipes=[{sipe('0.4 mm', '0.5 mm')}]"], "overlap"),
         (
             ["rubber.grooves=[{position='0.1 mm', width='0.4 mm', depth='0.5mm'}]"],

@@ -104,6 +104,8 @@ class Shaped(Protocol):
     @property
     def outline(self) -> object: ...
     @property
+    def sipes(self) -> int | tuple[Sipe, ...]: ...
+    @property
     def cuts(self) -> tuple[Sipe, ...]: ...
 
 
@@ -145,11 +147,15 @@ def check_shape(rubber: Shaped) -> None:
 
 
 def _check_depths(rubber: Shaped) -> None:
-    depths = [("sipe", cut.depth) for cut in rubber.cuts]
-    for name, depth in depths + [("groove", cut.depth) for cut in rubber.grooves]:
+    depths = [(f"grooves.{n}.depth", groove.depth) for n, groove in enumerate(rubber.grooves)]
+    if isinstance(rubber.sipes, int):
+        depths += [("sipe_depth", sipe.depth) for sipe in rubber.cuts]
+    else:
+        depths += [(f"sipes.{n}.depth", sipe.depth) for n, sipe in enumerate(rubber.sipes)]
+    for key, depth in depths:
         if depth > DEEPEST * rubber.height:
             raise ValueError(
-                f"rubber.{name}_depth = {1e3 * depth:.3g} mm is too deep; allowed: up to "
+                f"rubber.{key} = {1e3 * depth:.3g} mm is too deep; allowed: up to "
                 f"{DEEPEST:g} rubber.height = {DEEPEST * 1e3 * rubber.height:.3g} mm"
             )
 
