@@ -99,6 +99,24 @@ def test_tables_are_scaled_and_read_from_files(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("key", "header", "factor"),
+    [
+        ("speed", "time_ms,speed_m_per_s", 1.0),
+        ("speed", "time [ms], v_x [km/h]", 1.0 / 3.6),
+        ("speed", "time_ms , my_slow_speed_km_per_h", 1.0 / 3.6),
+        ("pressure", "time_ms,nominal_pressure_Pa", 1.0),
+        ("pressure", "time_ms,pressure_bar", 1e5),
+    ],
+)
+def test_headers_of_tables_name_units_in_either_way(tmp_path, key, header, factor):
+    values = (2e4, 3e4) if header.endswith("_Pa") else (2.0, 3.0)
+    (tmp_path / "load.csv").write_text(f"{header}\n0,{values[0]}\n2,{values[1]}\n")
+    times, found = zip(*getattr(scene(**{key: str(tmp_path / "load.csv")}).load, key), strict=True)
+    assert times == pytest.approx((0.0, 2e-3))
+    assert found == pytest.approx([factor * value for value in values])
+
+
+@pytest.mark.parametrize(
     ("load", "words"),
     [
         ({"speed": [["1 ms", 3.0], ["1 ms", 2.0]]}, "load.speed = "),
@@ -125,6 +143,8 @@ def test_a_bad_table_is_one_sentence(load, words):
     ("text", "words"),
     [
         ("time, speed\n0, 1\n1, 2\n", "no header of two columns with units"),
+        ("time_s,speed_bar\n0, 1\n1, 2\n", "no header of two columns with units"),
+        ("time_s,speed_m_per_s,mu\n0,1,1\n1,2,1\n", "no header of two columns with units"),
         ("time (ms), speed (bar)\n0, 1\n1, 2\n", "has the wrong unit"),
         ("time (ms), speed (m/s)\n0, fast\n1, 2\n", "row 1"),
         ("time (ms), speed (m/s)\n0, 1, 2\n1, 2\n", "has 3 values"),

@@ -34,7 +34,8 @@ class RowsOf:
     """Annotation of a field that is a number (`value`) or rows of pairs [`over`, `value`], SI.
 
     Typed as [["0 ms", "1 bar"], ["2 ms", "3 bar"]], or as the path of a CSV file (*.csv) of two
-    columns, whose header has names with units: "time (ms), pressure (bar)". `what` is what it is
+    columns, whose header has names with units: "time (ms), pressure (bar)", or as the program's own
+    tables have them, "time_s,nominal_pressure_Pa". `what` is what it is
     over; in rows the value may go down to `lowest`. A file is read when the scene is: its rows are
     then the scene's.
     """
@@ -106,7 +107,8 @@ class RowsOf:
         except SceneError as error:
             raise _fault(f"names no table: {error}") from None
         header, *rows = list(csv.reader(lines)) or [[]]
-        units = [_HEADING.fullmatch(name) for name in header]
+        quantities = (self.over, self.value)
+        units = [_unit(*heading) for heading in zip(header, quantities, strict=False)]
         if len(header) != 2 or not all(units):
             raise _fault(
                 f"({path}) has no header of two columns with units, as in "
@@ -117,12 +119,11 @@ class RowsOf:
             if len(row) != 2:
                 raise _fault(f"row {number} ({path}) has {len(row)} values; allowed: 2")
             pair = []
-            for text, unit, quantity in zip(row, units, (self.over, self.value), strict=True):
-                assert unit is not None
+            for text, unit, quantity in zip(row, units, quantities, strict=True):
                 try:
-                    pair.append(to_si(f"{float(text)!r} {unit[2]}", quantity.unit))
+                    pair.append(to_si(f"{float(text)!r} {unit}", quantity.unit))
                 except ValueError as error:
-                    raise _fault(f'row {number} ({path}): "{text} {unit[2]}" {error}') from None
+                    raise _fault(f'row {number} ({path}): "{text} {unit}" {error}') from None
             found.append((pair[0], pair[1]))
         return found
 
@@ -136,6 +137,22 @@ class RowsOf:
                 when_used="json",
             ),
         )
+
+
+def _unit(heading: str, quantity: Quantity) -> str | None:
+    """The unit that a `heading` names: "speed (m/s)", "speed [m/s]" or "speed_m_per_s"."""
+    if (bracketed := _HEADING.fullmatch(heading)) is not None:
+        return str(bracketed[2])
+    words = heading.strip().split("_")
+    for first in range(1, len(words)):
+        unit = "_".join(words[first:]).replace("_per_", "/").replace("_", "*")
+        unit = {"C": "degC"}.get(unit, unit)
+        try:
+            to_si(f"1 {unit}", quantity.unit)
+        except ValueError:
+            continue
+        return unit
+    return None
 
 
 def _fault(message: str) -> PydanticCustomError:
