@@ -71,7 +71,8 @@ def _check_unit(text: str) -> None:
 def readable(value: float, unit: str) -> str:
     """`value` in `unit` to three digits with the prefix that suits it: 8.8e-5, "m" is "88 µm"."""
     rounded = float(f"{value:.3g}")  # before a prefix is chosen: no 1000 pm
-    return f"{_registry().Quantity(rounded, unit).to_compact():.3g~P}"
+    text = f"{_registry().Quantity(rounded, unit).to_compact():.3g~P}"
+    return text.replace("\N{GREEK SMALL LETTER MU}", "\N{MICRO SIGN}")  # versions of pint differ
 
 
 @dataclass(frozen=True)
