@@ -42,7 +42,7 @@ VERSION: str = dolfinx.__version__
 
 # Lets the compiler vectorise sums (a tangent assembles up to twice as fast) but, unlike
 # -ffast-math, keeps NaN and infinity: Newton recognises an inverted element by them.
-_COMPILER_FLAGS = [
+COMPILER_FLAGS = [
     "-O3",
     "-march=native",
     "-fno-math-errno",
@@ -52,17 +52,17 @@ _COMPILER_FLAGS = [
     "-g0",
 ]
 _HAS_BASIX_UFL = hasattr(fem, "functionspace")  # since 0.7
-_FORMS = cache_folder() / f"forms-{processor()}"  # native code of one processor
+COMPILED = cache_folder() / f"forms-{processor()}"  # native code of one processor
 _JIT_DEFAULTS = (
     jit.DOLFINX_DEFAULT_JIT_OPTIONS
     if hasattr(jit, "DOLFINX_DEFAULT_JIT_OPTIONS")  # since 0.6
     else jit.DOLFINX_DEFAULT_JIT_PARAMETERS
 )
-_JIT_DEFAULTS["cache_dir"] = (_FORMS, _JIT_DEFAULTS["cache_dir"][-1])
+_JIT_DEFAULTS["cache_dir"] = (COMPILED, _JIT_DEFAULTS["cache_dir"][-1])
 _Compiling = TypeVar("_Compiling", bound=Callable[..., Any])
 
 
-def _compiling(communicator: Callable[..., Any]) -> Callable[[_Compiling], _Compiling]:
+def compiling(communicator: Callable[..., Any]) -> Callable[[_Compiling], _Compiling]:
     """Guard what compiles forms; `communicator` is its mesh's, found from its arguments.
 
     DOLFINx compiles on the first rank of it, while its others wait: that of a mesh on every rank
@@ -78,7 +78,7 @@ def _compiling(communicator: Callable[..., Any]) -> Callable[[_Compiling], _Comp
             logging.disable(logging.INFO)
             compiles = communicator(*args, **kwargs).rank == 0
             try:
-                with sole_compiler(_FORMS) if compiles else nullcontext():
+                with sole_compiler(COMPILED) if compiles else nullcontext():
                     return compiling(*args, **kwargs)
             finally:
                 logging.disable(disabled)
@@ -98,7 +98,7 @@ def _of_form(expression: Any) -> Any:
     return first.ufl_domain().ufl_cargo().comm
 
 
-@_compiling(_of_mesh)
+@compiling(_of_mesh)
 def scalar_space(mesh: Any, degree: int) -> Any:
     """Continuous Lagrange space of scalars of the given degree."""
     if _HAS_BASIX_UFL:
@@ -106,7 +106,7 @@ def scalar_space(mesh: Any, degree: int) -> Any:
     return fem.FunctionSpace(mesh, ("Lagrange", degree))
 
 
-@_compiling(_of_mesh)
+@compiling(_of_mesh)
 def vector_space(mesh: Any, degree: int) -> Any:
     """Continuous Lagrange space of vectors with as many components as the mesh has dimensions."""
     if _HAS_BASIX_UFL:
@@ -114,7 +114,7 @@ def vector_space(mesh: Any, degree: int) -> Any:
     return fem.VectorFunctionSpace(mesh, ("Lagrange", degree))
 
 
-@_compiling(_of_mesh)
+@compiling(_of_mesh)
 def polynomial_space(mesh: Any, degree: int) -> Any:
     """Complete polynomials of the given degree in every quadrilateral or hexahedron, no continuity.
 
@@ -125,16 +125,16 @@ def polynomial_space(mesh: Any, degree: int) -> Any:
     return fem.FunctionSpace(mesh, ("DPC", degree))
 
 
-@_compiling(_of_form)
+@compiling(_of_form)
 def form(expression: Any) -> Any:
     """Compile a UFL form (or a list of them) for this machine's processor."""
-    options = {"cffi_extra_compile_args": _COMPILER_FLAGS}
+    options = {"cffi_extra_compile_args": COMPILER_FLAGS}
     if _HAS_BASIX_UFL:
         return fem.form(expression, jit_options=options)
     return fem.form(expression, jit_params=options)
 
 
-@_compiling(lambda value, space: space.mesh.comm)
+@compiling(lambda value, space: space.mesh.comm)
 def expression(value: Any, space: Any) -> Any:
     """`fem.Expression` of a UFL expression at the interpolation points of `space`."""
     points = space.element.interpolation_points
@@ -260,7 +260,7 @@ def quadrature(name: str, degree: int) -> tuple[FloatArray, FloatArray]:
     return np.array(points), np.array(weights)
 
 
-@_compiling(lambda model, comm, *_: comm)
+@compiling(lambda model, comm, *_: comm)
 def mesh_from_gmsh(
     model: Any, comm: MPI.Comm, rank: int, gdim: int, owners: Callable[[Any], IntArray]
 ) -> tuple[Any, Any, Any]:

@@ -23,9 +23,14 @@ from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.law import Film, FilmOnIce, FilmStage, Surface
-from iceslide_fem.interface.ice_melting import melting_guess
 from iceslide_fem.interface.ice_modes import SurfaceModes
-from iceslide_fem.interface.ice_surface import UNSETTLED, Balance, Fluxes, StageSurface
+from iceslide_fem.interface.ice_surface import (
+    UNSETTLED,
+    IceSurface,
+    SharedPoints,
+    StageSurface,
+    fluxes,
+)
 from iceslide_fem.interface.surface_grid import Contacts, Profile, SurfaceGrid, part_of
 from iceslide_fem.mesh.grid import Lines
 
@@ -67,6 +72,7 @@ class Continuum:
         self._rates = np.add.outer(column.rates, self._solid.diffusivity * self._modes.rates)
         self.grid = SurfaceGrid.shared(surface, comm)
         self.nodes = self.grid.nodes
+        self._surface = IceSurface(self.grid, self._modes)
         self._contacts = Contacts(self.grid.own_nodes(), np.zeros(self.grid.own.size))
 
     @property
@@ -79,9 +85,12 @@ class Continuum:
         return np.zeros(self._rates.shape)
 
     def under(self, contacts: Contacts) -> Continuum:
-        """The same ice as it answers below `contacts`."""
+        """The same ice as it answers below `contacts`. Collective."""
         below = copy(self)
-        below._contacts = contacts
+        below._contacts = at, area = contacts
+        below._touching = touching = np.flatnonzero(area > 0.0)
+        place = at if touching.size == area.size else part_of(at, touching.tobytes())
+        below._points = SharedPoints(place, self.grid.comm)
         return below
 
     def surface_temperature(self, content: Array) -> Array:
@@ -99,42 +108,36 @@ class Continuum:
         """Solve capacity (T - T_start) / dt + conduction T = heat from the film. Collective.
 
         Where a point melts (or the rubber takes heat, too), its flux depends on the temperature:
-        ice and the film's `Fluxes` are balanced, and the film is asked again at the temperatures
+        ice and the film's `fluxes` are balanced, and the film is asked again at the temperatures
         found. The first time it is asked at those of a guess, where the friction before the stage
         says what the ice will get. Raises NotConverged.
         """
-        modes, (at, area) = self._modes, self._contacts
+        modes, surface, (at, area) = self._modes, self._surface, self._contacts
+        points, touching = self._points, self._touching
         decay = np.reciprocal(1.0 + dt * self._rates)
         cooled = start * decay
-        resistance = dt * self._per_heat(decay)
-        touching = np.flatnonzero(area > 0.0)
-        place = at if touching.size == area.size else part_of(at, touching.tobytes())
-        surface = StageSurface(self.grid, modes, place, self._at_surface(cooled), resistance)
-
-        def warmed(balance: Balance) -> Array:
-            return cooled + dt * modes.load_amplitudes(balance.given) * decay
-
+        stage = StageSurface(points, self._at_surface(cooled), dt * self._per_heat(decay))
         T_m, links = self._solid.melting_temperature, np.full(area.shape, self._link)
         temperature, near = self._at_surface(start), None
         if isinstance(film, FilmOnIce):
-            power = np.stack([area * film.power, area])[:, touching]
-            temperature = melting_guess(surface, temperature, power, self._link, T_m)
+            power = np.stack([area * film.power, area], axis=-1)[touching]
+            power = points.of_all(power).T.copy()
+            temperature = surface.melting_guess(stage, temperature, power, self._link, T_m)
         below = self.grid.interpolate(temperature.ravel(), at)
         for iteration in range(MAX_ITERATIONS):
             result = film.solve(Surface.of(below, links, self._solid), near)
             near = result.log_height
-            heat = (area * result.ice_flux)[touching]
-            balance = surface.balance(temperature, below[touching], heat)
-            if np.abs(surface.residual(balance)).max() <= self._agreement:
-                return warmed(balance), result
-            fluxes = Fluxes.of(result, below, area, self._link, T_m).take(touching)
-            balance, depends = surface.balanced(balance, fluxes, BALANCED * self._agreement)
-            share = 1.0 if iteration < FULL_ITERATIONS or not depends else 0.5
+            lines = points.of_all(fluxes(result, below, area, self._link, T_m)[touching])
+            within = BALANCED * self._agreement
+            balance = surface.balanced(stage, lines, temperature, self._agreement, within)
+            share = 1.0 if iteration < FULL_ITERATIONS or not balance.depends else 0.5
             temperature = temperature + share * (balance.temperature - temperature)
-            asked, below = below, self.grid.interpolate(temperature.ravel(), at)
-            if not depends:  # the film would say the same again, but for this
+            if not balance.depends:  # the film would say the same again, but for the dry ice
+                asked, below = below, self.grid.interpolate(temperature.ravel(), at)
                 dry = result.dry_temperature + (below - asked)
-                return warmed(balance), result._replace(dry_temperature=dry)
+                after = cooled + dt * modes.load_amplitudes(balance.given) * decay
+                return after, result._replace(dry_temperature=dry)
+            below = self.grid.interpolate(temperature.ravel(), at)
         raise NotConverged(UNSETTLED)
 
     def heat(self, content: Array) -> float:

@@ -50,31 +50,27 @@ def line_modes(line: Array) -> LineModes:
 class SurfaceModes:
     """Lateral modes of the grid of sorted coordinates `lines` (x, in 3-D y), m.
 
-    rates: of all modes, of the grid's shape, 1/m2. Values and amplitudes have that shape, too, or
+    lines: the modes of each; rates: of all modes, of the grid's shape, 1/m2. Values and amplitudes have that shape, too, or
     more axes before it.
     """
 
     def __init__(self, lines: Sequence[Array]) -> None:
-        self._lines = [line_modes(line) for line in lines]
+        self.lines = [line_modes(line) for line in lines]
         self.rates = np.zeros(())
-        for modes in self._lines:
+        for modes in self.lines:
             self.rates = np.add.outer(self.rates, modes.rates)
 
     def amplitudes(self, values: Array) -> Array:
         """Amplitudes of values at the nodes."""
-        return _along_axes([modes.inverse for modes in self._lines], values)
+        return _along_axes([modes.inverse for modes in self.lines], values)
 
     def values(self, amplitudes: Array) -> Array:
         """Values at the nodes of amplitudes."""
-        return _along_axes([modes.vectors for modes in self._lines], amplitudes)
+        return _along_axes([modes.vectors for modes in self.lines], amplitudes)
 
     def load_amplitudes(self, loads: Array) -> Array:
         """What loads (W, say) at the nodes are to each mode."""
-        return _along_axes([modes.vectors.T for modes in self._lines], loads)
-
-    def loads(self, amplitudes: Array) -> Array:
-        """Loads at the nodes that are `amplitudes` to the modes."""
-        return _along_axes([modes.inverse.T for modes in self._lines], amplitudes)
+        return _along_axes([modes.vectors.T for modes in self.lines], loads)
 
 
 def _along_axes(matrices: Sequence[Array], values: Array) -> Array:

@@ -1,180 +1,180 @@
 """The surface of meshed ice within an implicit stage, and points that give heat to it.
 
-The surface's temperatures are an offset and a known, symmetric response to the heat that its nodes
-are given: a diagonal one in the modes. What points give falls with the temperature below them,
-steeply where they melt, so what remains is the gradient of a convex function.
+The surface's temperatures are an offset and a known, symmetric response R to the heat that its
+nodes are given: a diagonal one in the modes (`ice_modes`). What points give falls with the
+temperature below them, steeply where they melt, so what remains is the gradient of a convex
+function: Newton's method finds it with a line search, each change by conjugate gradients.
+
+It begins with a guess of which nodes melt, from what friction makes before the stage. No node gets
+warmer than T_m, and none takes more heat g than friction makes around it:
+
+    T = T_offset + R g,   T <= T_m,   g <= P,   one of them equal at every node.
+
+Dozens of points lie around each node: from there, what they give is found in fewer changes of the
+melting set. Where nodes melt, the points' link says how far from T_m they are: by as much as it
+takes to pass their flux on.
+
+Both are in `ice_surface.c`, for the points of all ranks: every rank does the same.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg.blas import dsbmv
-from scipy.linalg.lapack import dpbtrf, dpbtrs
+from numpy.typing import NDArray
+from scipy.linalg import cython_blas, cython_lapack
 
-from iceslide_fem.arrays import Array, Index
+from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
+from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.fenics.native import address, compiled
 from iceslide_fem.film.law import FilmStage
-from iceslide_fem.interface.conjugate_gradients import conjugate_gradients
 from iceslide_fem.interface.ice_modes import SurfaceModes
-from iceslide_fem.interface.line_search import search
 from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid
 
 MAX_ITERATIONS = 60
-# Conjugate gradients for a change of the temperatures.
-LINEAR_TOLERANCE, LINEAR_ITERATIONS = 1e-3, 500
 UNSETTLED = "the melting part of the ice's surface does not settle"
 
 
-class Fluxes(NamedTuple):
-    """Heat (W) that points give to ice whose temperature is near that at which they were asked.
+class SharedPoints:
+    """Points of all ranks, `at` their places on the grid; every rank knows them. Collective."""
 
-    Each gives the smaller of two lines, a level less its fall (W/K) times the temperature (K); all
-    (n,). A film of one viscosity below rubber that takes no heat keeps to them: it gives all its
-    power, or what holds the ice at T_m through the link.
+    def __init__(self, at: Placement, comm: MPI.Comm) -> None:
+        self._comm = comm
+        self._counts = comm.allgather(len(at.node)) if comm.size > 1 else []
+        self.node, self.share = self.of_all(at.node), self.of_all(at.share)
+
+    def of_all(self, own: NDArray[Any]) -> NDArray[Any]:
+        """Rows (N, ...) of the points of all ranks, from those (n, ...) of this one. Collective."""
+        own = np.ascontiguousarray(own)
+        if self._comm.size == 1:
+            return own
+        rows = np.empty((sum(self._counts), *own.shape[1:]), dtype=own.dtype)
+        each = rows[:1].size
+        self._comm.Allgatherv(own, [rows, [count * each for count in self._counts]])
+        return rows
+
+
+def fluxes(film: FilmStage, asked: Array, area: Array, link: float, T_m: float) -> Array:
+    """Heat (W) that points give to ice whose temperature is near that at which they were `asked`.
+
+    Each gives the smaller of two lines, a heat there less its fall (W/K) times how much warmer (K)
+    it is: heat, fall, other heat, other fall, (n, 4). A film of one viscosity below rubber that
+    takes no heat keeps to them: it gives all its power, or what holds the ice at T_m through the
+    link (K m2/W).
     """
-
-    level: Array
-    fall: Array
-    other_level: Array
-    other_fall: Array
-
-    @classmethod
-    def of(cls, film: FilmStage, asked: Array, area: Array, link: float, T_m: float) -> Fluxes:
-        """From the film's answer above a `link` (K m2/W) on ice of the temperatures `asked`."""
-        conductance = area / link
-        fall = conductance * film.ice_slope
-        most = np.where(film.melting, film.dry_temperature - asked, T_m)
-        level = area * film.ice_flux + fall * asked
-        return cls(level, fall, conductance * most, conductance * ~film.melting)
-
-    def take(self, index: Index) -> Fluxes:
-        """Those of the points at `index`."""
-        return Fluxes(*(line[index] for line in self))
-
-    def heat(self, temperature: Array) -> Array:
-        """The heat (W) at the temperatures (K)."""
-        return np.minimum(
-            self.level - self.fall * temperature, self.other_level - self.other_fall * temperature
-        )
-
-    def falls(self, temperature: Array) -> Array:
-        """How the heat falls with the temperatures (K) there, W/K."""
-        one = self.level - self.fall * temperature
-        other = self.other_level - self.other_fall * temperature
-        return np.where(other < one, self.other_fall, self.fall)
-
-
-class Balance(NamedTuple):
-    """Temperatures (K) of the nodes and the points, what the points give to the nodes (W), and
-    what the ice takes more than that (W). All but the points' are of the grid's shape.
-    """
-
-    temperature: Array
-    below: Array
-    given: Array
-    imbalance: Array
+    conductance = area / link
+    most = np.where(film.melting, film.dry_temperature, T_m) - asked
+    lines = (area * film.ice_flux, conductance * film.ice_slope, conductance * most)
+    return np.stack([*lines, conductance * ~film.melting], axis=-1)
 
 
 class StageSurface(NamedTuple):
-    """The surface of `grid` with its `modes` in a stage, and points that lie `at` it.
+    """The surface in a stage, above which are the `points`.
 
     offset: temperatures of the nodes without heat, K; resistance: of the lateral modes, K m2/W;
-    both of the grid's shape. `residual`, `warmed` and `taken` are not collective.
+    both of the grid's shape.
     """
 
-    grid: SurfaceGrid
-    modes: SurfaceModes
-    at: Placement
+    points: SharedPoints
     offset: Array
     resistance: Array
 
-    def residual(self, balance: Balance) -> Array:
-        """Temperature less that of ice that takes what is given, K."""
-        return self.warmed(balance.imbalance)
 
-    def balance(self, temperature: Array, below: Array, heat: Array) -> Balance:
-        """What is given and taken where points of the temperature `below` give `heat` (W)."""
-        given = self.grid.scatter(heat, self.at).reshape(self.grid.shape)
-        return Balance(temperature, below, given, self.taken(temperature - self.offset) - given)
+class Balance(NamedTuple):
+    """Temperatures (K) of the nodes and what the points give to them (W), of the grid's shape.
 
-    def warmed(self, heat: Array) -> Array:
-        """How far (K) the surface is above the offset where the ice takes the `heat` (W)."""
-        return self.modes.values(self.resistance * self.modes.load_amplitudes(heat))
+    settled: the points give what they were asked for; depends: that was found, and is another where
+    it is warmer; changes: of the temperatures.
+    """
 
-    def taken(self, rise: Array) -> Array:
-        """What the ice takes (W) where its surface is by `rise` (K) above the offset."""
-        return self.modes.loads(self.modes.amplitudes(rise) / self.resistance)
+    temperature: Array
+    given: Array
+    settled: bool
+    depends: bool
+    changes: int
 
-    def balanced(self, balance: Balance, fluxes: Fluxes, within: float) -> tuple[Balance, bool]:
-        """The balance `within` so much (K) with these `fluxes`, from the one where they were asked;
-        whether any of them depended on the temperature.
 
-        Newton's method with a line search. Raises NotConverged.
+class IceSurface:
+    """The surface of ice that conducts along its `grid` by the `modes`."""
+
+    def __init__(self, grid: SurfaceGrid, modes: SurfaceModes) -> None:
+        """Collective."""
+        self._kernel = kernel = compiled(Path(__file__).with_name("ice_surface.c"), grid.comm)
+        solvers = (cython_blas, "dgemm"), (cython_lapack, "dpbtrf"), (cython_lapack, "dpbtrs")
+        addresses = (address(module, name) for module, name in solvers)
+        kernel.lib.lapack(*(kernel.ffi.cast("void *", place) for place in addresses))
+        self._shape = grid.shape
+        nx, ny = (*grid.shape, 1)[:2]
+        matrices = {
+            f"{axis}_{kind}": getattr(line, kind)
+            for axis, line in zip("xy", modes.lines, strict=False)
+            for kind in ("vectors", "inverse")
+        }
+        self._fields = {"nx": nx, "ny": ny, "n": nx * ny}
+        self._fields |= self._numbers(cell_area=grid.cell_area, **matrices)
+
+    def melting_guess(
+        self, stage: StageSurface, before: Array, power: Array, link: float, T_m: float
+    ) -> Array:
+        """Temperature (K) of the nodes, of the grid's shape, from that `before` the stage.
+
+        power: of the friction at all points, W, and the area of each, m2, (2, n); link: K m2/W.
         """
-        slopes, depends = fluxes.fall, False
-        for _ in range(MAX_ITERATIONS):
-            residual = self.residual(balance)
-            off = np.abs(residual).max()
-            if off <= within:
-                return balance, depends
-            if not np.isfinite(off):
-                break
-            bands = self.grid.coupling(slopes, self.at)
-            change = -residual
-            if bands.any():
-                depends, change = True, -self._correction(balance.imbalance, bands)
-            balance = self._moved(balance, change, fluxes)
-            slopes = fluxes.falls(balance.below)
-        raise NotConverged(UNSETTLED)
+        surface, _kept = self._in(stage)
+        temperature = before.copy()
+        powers, areas = (self._kernel.ffi.from_buffer("double[]", row) for row in power)
+        out = self._kernel.ffi.from_buffer("double[]", temperature)
+        if self._kernel.lib.melting_guess(surface, powers, areas, link, T_m, out):
+            raise MemoryError
+        return temperature
 
-    def _moved(self, balance: Balance, change: Array, fluxes: Fluxes) -> Balance:
-        """The balance after as much of a `change` (K) of the nodes as balances best."""
-        moved = self.grid.interpolate(change.ravel(), self.at)
-        more, taken = self.taken(change), balance.imbalance + balance.given
-        first, rise = float(np.vdot(change, taken)), float(np.vdot(change, more))
-        below, given = balance.below, balance.given
+    def balanced(
+        self, stage: StageSurface, fluxes: Array, asked: Array, agreement: float, within: float
+    ) -> Balance:
+        """The balance with these `fluxes` of all points (n, 4), `asked` at temperatures (K) of the
+        nodes: those, where all agree by so much (K), else one `within` a closer limit.
 
-        def slope_at(share: float) -> float:
-            nonlocal below, given
-            below = balance.below + share * moved
-            given = self.grid.scatter(fluxes.heat(below), self.at).reshape(self.grid.shape)
-            return first + share * rise - float(np.vdot(change, given))
-
-        share = search(slope_at, float(np.vdot(change, balance.imbalance)))
-        temperature = balance.temperature + share * change
-        return Balance(temperature, below, given, taken + share * more - given)
-
-    def _correction(self, imbalance: Array, conductance: Array) -> Array:
-        """Solve (conduction + conductance) x = imbalance (W) for temperatures x, K.
-
-        The surface's conduction is diagonal in the lateral modes, 1 / `resistance`; the
-        `conductance` (W/K) of the points has the bands of `SurfaceGrid.coupling`. Conjugate
-        gradients, preconditioned by the bands with the conduction of a mode in the middle: in short
-        stages, in which heat does not get far along the surface, all modes have nearly the same.
+        Raises NotConverged.
         """
-        grid, resistance, width = self.grid, self.resistance, self.grid.diagonals[-1]
-        bands = np.zeros((width + 1, grid.n_nodes), order="F")
-        bands[grid.diagonals] = conductance
-        factor = bands.copy(order="F")
-        factor[0] += grid.cell_area / np.sqrt(resistance.max() * resistance.min())
-        factor, fault = dpbtrf(factor, lower=1, overwrite_ab=1)
-        if fault:
+        ffi, lib = self._kernel.ffi, self._kernel.lib
+        surface, _kept = self._in(stage)
+        temperature, given = asked.copy(), np.empty(self._shape)
+        changes = ffi.new("int *")
+        outcome = lib.balance(
+            surface,
+            ffi.from_buffer("Fluxes[]", fluxes),
+            agreement,
+            within,
+            MAX_ITERATIONS,
+            ffi.from_buffer("double[]", temperature),
+            ffi.from_buffer("double[]", given),
+            changes,
+        )
+        if outcome == lib.FAILED:
             raise NotConverged("the linear solver of the ice's temperature fails")
+        if outcome == lib.UNSETTLED:
+            raise NotConverged(UNSETTLED)
+        settled, depends = outcome == lib.SETTLED, outcome == lib.CHANGED
+        return Balance(temperature, given, settled, depends, changes[0])
 
-        def answered(load: Array) -> Array:
-            return np.asarray(dpbtrs(factor, load, lower=1)[0]).ravel()
+    def _in(self, stage: StageSurface) -> tuple[Any, Any]:
+        """The surface as C has it, and what has to live as long."""
+        points = stage.points
+        n, corners = points.node.shape
+        node = self._kernel.ffi.from_buffer("int[]", points.node)
+        at = {"n": n, "corners": corners, "node": node, **self._numbers(share=points.share)}
+        below = self._kernel.ffi.new("Points *", at)
+        arrays = self._numbers(offset=stage.offset, resistance=stage.resistance)
+        fields = {**self._fields, **arrays, "points": below}
+        return self._kernel.ffi.new("Surface *", fields), (at, fields)
 
-        def load(x: Array) -> Array:
-            points = dsbmv(width, 1.0, bands, x, lower=1)
-            return np.asarray(self.taken(x.reshape(grid.shape)).ravel() + points)
-
-        def close(_: Array, share: float) -> bool:
-            return not share > LINEAR_TOLERANCE**2
-
-        wanted = imbalance.ravel()
-        x, _, found = conjugate_gradients(load, answered, wanted, close, LINEAR_ITERATIONS)
-        if not found:
-            raise NotConverged("the linear solver of the ice's temperature fails")
-        return x.reshape(grid.shape)
+    def _numbers(self, **arrays: Array) -> dict[str, Any]:
+        """Arrays as C has them."""
+        from_buffer = self._kernel.ffi.from_buffer
+        return {
+            name: from_buffer("double[]", np.ascontiguousarray(array))
+            for name, array in arrays.items()
+        }

@@ -1,0 +1,61 @@
+"""C functions that are compiled as forms are: once, for this machine's processor."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import hashlib
+import sysconfig
+from importlib import util
+from pathlib import Path
+from typing import Any
+
+from iceslide_fem.fenics.compat import COMPILED, COMPILER_FLAGS, compiling
+from iceslide_fem.parallel import from_root
+
+
+def compiled(source: Path, comm: Any) -> Any:
+    """cffi's module of the functions in `source`, declared in the header beside it. Collective.
+
+    `lib` of it has them, `ffi` their types.
+    """
+    header = source.with_suffix(".h").read_text(encoding="utf-8")
+    text = f'{header}\n#line 1 "{source.name}"\n{source.read_text(encoding="utf-8")}'
+    words = "\n".join([text, *COMPILER_FLAGS])
+    name = f"{source.stem}_{hashlib.sha256(words.encode()).hexdigest()[:16]}"
+    library = COMPILED / f"{name}{sysconfig.get_config_var('EXT_SUFFIX')}"
+    _compile(comm, library, header, text)
+    return _loaded(library)
+
+
+def address(module: Any, name: str) -> int:
+    """Of a function in `scipy.linalg.cython_blas` or `cython_lapack`, for compiled code."""
+    python, capsule = ctypes.pythonapi, ctypes.py_object(module.__pyx_capi__[name])
+    python.PyCapsule_GetName.restype = ctypes.c_char_p
+    python.PyCapsule_GetPointer.restype = ctypes.c_void_p
+    signature = ctypes.c_char_p(python.PyCapsule_GetName(capsule))
+    return int(python.PyCapsule_GetPointer(capsule, signature))
+
+
+@compiling(lambda comm, *_: comm)
+def _compile(comm: Any, library: Path, header: str, text: str) -> None:
+    from_root(lambda: None if library.is_file() else _make(library, header, text), comm)
+
+
+def _make(library: Path, header: str, text: str) -> None:
+    import cffi  # which DOLFINx brings: it compiles its forms with it
+
+    builder = cffi.FFI()
+    builder.cdef(header)
+    builder.set_source(library.name.split(".")[0], text, extra_compile_args=COMPILER_FLAGS)
+    builder.compile(tmpdir=str(library.parent))
+
+
+@functools.cache
+def _loaded(library: Path) -> Any:
+    spec = util.spec_from_file_location(library.name.split(".")[0], library)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{library} is no module")
+    module = util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
