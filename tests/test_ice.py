@@ -1,5 +1,6 @@
 """Continuum ice: conservation, closed forms, convergence; on any number of ranks."""
 
+import functools
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from scipy.sparse import csr_matrix
 
 pytest.importorskip("dolfinx")
+from iceslide_fem.errors import NotConverged  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, ufl  # noqa: E402
 from iceslide_fem.film.friction import FilmFriction  # noqa: E402
@@ -19,11 +21,12 @@ from iceslide_fem.film.law import (  # noqa: E402
     Surface,
     implicit_stage,
 )
-from iceslide_fem.interface import build, ice_continuum, ice_surface  # noqa: E402
+from iceslide_fem.interface import build, ice_surface  # noqa: E402
 from iceslide_fem.interface.carriers import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumnsUnderPoints  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
-from iceslide_fem.interface.ice_surface import StageSurface  # noqa: E402
+from iceslide_fem.interface.ice_modes import SurfaceModes  # noqa: E402
+from iceslide_fem.interface.ice_surface import IceSurface, StageSurface  # noqa: E402
 from iceslide_fem.interface.on_rubber import Attached, Rubbing  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
 from iceslide_fem.materials import (  # noqa: E402
@@ -281,7 +284,7 @@ def test_melting_points_are_found_where_full_changes_cycle(monkeypatch):
     ice, points, _ = some_ice("slice")
     flux = 6e5 * (1.0 + 0.8 * np.sin(3e3 * points[:, 0]))
     expected, _ = ice.stage(ice.initial(0), 1e-4, given_flux(flux))
-    monkeypatch.setattr(ice_continuum, "FULL_ITERATIONS", 0)
+    monkeypatch.setattr(ice_surface, "FULL_CHANGES", 0)
     content, _ = ice.stage(ice.initial(0), 1e-4, given_flux(flux))
     np.testing.assert_allclose(content, expected, atol=1e-6)
 
@@ -327,39 +330,95 @@ def uneven_film(points, dt):
     return FilmOnIce(implicit_stage, np.full(n, np.log(1e-7)), np.zeros(n), dt, loads)
 
 
+def taken(modes, resistance, rise):
+    """What conducting ice takes (W) where its surface is by `rise` (K) above the offset: the lines'
+    matrices one for all nodes.
+    """
+    inverse = functools.reduce(np.kron, [line.inverse for line in modes.lines])
+    return (inverse.T @ (inverse @ rise.ravel() / resistance.ravel())).reshape(rise.shape)
+
+
+@pytest.mark.three
+@pytest.mark.parametrize("conducts", [True, False])
+@pytest.mark.parametrize("shape", [(7,), (6, 2), (6, 5)])
+def test_what_is_balanced_is_what_ice_takes(shape, conducts):
+    """Points of all ranks, on grids and ice made at random; some have two kinks nearby, and some
+    ranks few points.
+    """
+    rng = np.random.default_rng(7)
+    lines = [np.cumsum(rng.uniform(0.5, 1.5, n)) * 1e-4 for n in shape]
+    grid = SurfaceGrid.shared(lines, EVERYWHERE)
+    modes = SurfaceModes(lines) if conducts else None
+    n, each = 90, slice(EVERYWHERE.rank * 17, EVERYWHERE.rank * 17 + 17)
+    mine = slice(each.start, n) if EVERYWHERE.rank == EVERYWHERE.size - 1 else each
+    where = np.column_stack([rng.uniform(line[0], line[-1], n) for line in lines])
+    area = rng.uniform(0.5, 1.5, n) * 1e-9
+    area[::7] = 0.0  # these do not touch
+    at = grid.place(where[mine])
+    surface = IceSurface(grid, ICE, modes).under(Contacts(at, area[mine]))
+    resistance = rng.uniform(1.0, 2.0, shape) * 1e-5
+    stage = StageSurface(rng.uniform(269.0, 272.0, shape), resistance)
+    heat, fall, other, other_fall = rng.uniform(0.0, 3.0, (4, n)) * area * 1e5
+    fluxes = np.column_stack([heat, fall, heat + 0.3 * other, 4.0 * other_fall])
+    shared = surface._points.of_all(fluxes[mine][area[mine] > 0.0])
+    assert shared.shape == (np.sum(area > 0.0), 4)
+    before = stage.offset + rng.uniform(0.0, 1.0, shape)
+    found = surface.balanced(stage, shared, before, 1e-8)
+    assert found.depends and not found.settled and 1 <= found.changes < 12
+    rise = grid.interpolate((found.temperature - before).ravel(), at)
+    one, two = (fluxes[mine, k] - fluxes[mine, k + 1] * rise for k in (0, 2))
+    given = grid.scatter(np.minimum(one, two), at).reshape(shape)
+    np.testing.assert_allclose(found.given, given, rtol=1e-9, atol=1e-9 * given.max())
+    assert 0.0 < total((two < one)[area[mine] > 0.0]) < total(area[mine] > 0.0)
+    warm = found.temperature - stage.offset
+    per_area = grid.cell_area.reshape(shape) / resistance
+    takes = taken(modes, resistance, warm) if conducts else per_area * warm
+    np.testing.assert_allclose(takes, given, rtol=1e-4, atol=1e-6 * given.max())
+    there = np.column_stack([one, fluxes[mine, 1], two, fluxes[mine, 3]])
+    kinked = two < one  # the line that is lower where they are asked comes first
+    there[kinked] = there[kinked][:, [2, 3, 0, 1]]
+    shared = surface._points.of_all(there[area[mine] > 0.0])
+    again = surface.balanced(stage, shared, found.temperature, 1e-6)
+    assert again.settled and again.changes == 0
+    with pytest.raises(NotConverged):
+        surface.balanced(stage, np.nan * shared, before, 1e-8)
+
+
 @pytest.mark.three
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_first_guess_saves_changes_and_moves_nothing(model, monkeypatch):
     """No node of the guess is above T_m, and none takes more than friction makes around it; from
     there the stage is found in fewer changes of the temperature, and is the same.
     """
-    ice, points, _ = some_ice(model, 0.5)
+    ice, points, area = some_ice(model, 0.5)
     film, guesses, changes = uneven_film(points, 1e-4), [], []
-    guess, correction = ice_continuum.melting_guess, StageSurface._correction
+    guess, balanced = IceSurface.melting_guess, IceSurface.balanced
+    at, modes = ice.grid.place(points), SurfaceModes(ice.grid.lines)
+    around = ice.grid.scatter(area * film.power, at).reshape(ice.grid.shape)
 
-    def guessed(surface, before, power, *rest):
-        found = guess(surface, before, power, *rest)
-        around = surface.grid.scatter(power[0], surface.at).reshape(found.shape)
-        guesses.append((found, surface.taken(found - surface.offset) / around))
+    def guessed(surface, stage, before, *rest):
+        found = guess(surface, stage, before, *rest)
+        guesses.append((found, taken(modes, stage.resistance, found - stage.offset) / around))
         return found
 
     def counted(*arguments):
-        changes.append(1)
-        return correction(*arguments)
+        found = balanced(*arguments)
+        changes.append(found.changes)
+        return found
 
-    monkeypatch.setattr(StageSurface, "_correction", counted)
-    monkeypatch.setattr(ice_continuum, "melting_guess", guessed)
+    monkeypatch.setattr(IceSurface, "balanced", counted)
+    monkeypatch.setattr(IceSurface, "melting_guess", guessed)
     content, stage = ice.stage(ice.initial(0), 1e-4, film)
     melting = total(stage.melting) / total(np.ones(len(points)))
     assert 0.1 < melting < 0.9
-    (temperature, share), with_it = guesses[0], len(changes)
+    (temperature, share), with_it = guesses[0], sum(changes)
     melts = temperature > MELTING_TEMPERATURE - 0.1
     assert melts.any() and not melts.all()
     assert temperature.max() <= MELTING_TEMPERATURE + 1e-3 and share.max() < 1.01
     np.testing.assert_allclose(share[~melts], 1.0, atol=0.01)
-    monkeypatch.setattr(ice_continuum, "melting_guess", lambda surface, before, *rest: before)
+    monkeypatch.setattr(IceSurface, "melting_guess", lambda surface, stage, before, *rest: before)
     expected, other = ice.stage(ice.initial(0), 1e-4, film)
-    assert with_it < len(changes) - with_it
+    assert with_it < sum(changes) - with_it
     np.testing.assert_allclose(content, expected, atol=1e-4 * np.abs(expected).max())
     np.testing.assert_allclose(stage.log_height, other.log_height, atol=1e-5)
 

@@ -242,7 +242,6 @@ def test_a_rank_without_contact_has_its_points_on_the_grid(shape):
     nowhere = grid.place(np.zeros((0, len(shape))))
     assert grid.interpolate(np.ones(grid.n_nodes), nowhere).shape == (0,)
     assert not grid.scatter(np.zeros((2, 0)), nowhere).any()
-    assert not grid.coupling(np.zeros(0), nowhere).any()
 
 
 def test_the_window_is_wider_than_the_contact_at_its_start():

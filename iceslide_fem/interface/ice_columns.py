@@ -10,14 +10,12 @@ from collections.abc import Mapping
 from copy import copy
 
 import numpy as np
-from scipy.linalg import solveh_banded
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.errors import NotConverged
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column, IceHeat
-from iceslide_fem.film.law import Film, FilmStage, Surface
-from iceslide_fem.interface.line_search import search
+from iceslide_fem.film.law import Film, FilmStage
+from iceslide_fem.interface.ice_surface import IceSurface, StageSurface
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile, SurfaceGrid
 from iceslide_fem.interface.window import shifted
 from iceslide_fem.materials import ICE, Solid
@@ -25,8 +23,7 @@ from iceslide_fem.materials import ICE, Solid
 # Where points of the rubber carry the film, each is joined to the columns through this share of
 # a column's resistance: its flux is then a function of its temperature, and unique.
 RESISTANCE_SHARE = 1e-3
-MAX_ITERATIONS = 50
-TEMPERATURE_TOLERANCE = 1e-7  # K
+AGREEMENT = 1e-7  # K, of points and columns
 
 
 class OwnColumns:
@@ -109,54 +106,27 @@ class GridColumnsUnderPoints(GridColumns):
     ) -> None:
         """As `GridColumns`, without points yet."""
         super().__init__(grid, temperature, duration, solid)
-        self._contacts = Contacts(grid.own_nodes(), np.zeros(grid.own.size))
+        self._surface = IceSurface(grid, solid)
 
     def under(self, contacts: Contacts) -> GridColumnsUnderPoints:
-        """The same ice as it answers below `contacts`."""
+        """The same ice as it answers below `contacts`. Collective."""
         below = copy(self)
-        below._contacts = contacts
+        below._surface = self._surface.under(contacts)
         return below
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature at the points (K), shape (n,). Collective."""
-        own = super().surface_temperature(content)
-        return self.grid.interpolate(self.grid.allgather(own), self._contacts.at)
+        return self.grid.interpolate(self._of_nodes(content), self._surface.at)
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
-        """One implicit stage by Newton's method on the columns' temperatures. Collective.
-
-        Raises NotConverged if the set of melting points does not settle.
-        """
-        grid, (at, area) = self.grid, self._contacts
+        """One implicit stage of all columns together. Collective. Raises NotConverged."""
+        grid, resistance = self.grid, float(self.resistance(dt)[0])  # one for all
         offset = grid.allgather(self.response(start, dt).offset)
-        resistance = self.resistance(dt)  # one for all
-        per_heat = resistance / grid.cell_area
-        link = np.full(area.shape, RESISTANCE_SHARE * float(resistance[0]))
-        temperature = grid.allgather(GridColumns.surface_temperature(self, start))
-        matrix = np.zeros((grid.diagonals[-1] + 1, grid.n_nodes))  # diagonals, lower half
+        stage = StageSurface(offset, np.full(grid.n_nodes, resistance))
+        link = RESISTANCE_SHARE * resistance
+        given, result = self._surface.settled(stage, self._of_nodes(start), film, link, AGREEMENT)
+        return self.heated(start, dt, dt * (given / grid.cell_area)[grid.own]), result
 
-        def balance(trial: Array, near: Array | None) -> tuple[Array, FilmStage, Array]:
-            """A temperature of the nodes, the films above it, and the heat that they give (W)."""
-            result = film.solve(Surface.of(grid.interpolate(trial, at), link, self.solid), near)
-            return trial, result, grid.scatter(area * result.ice_flux, at)
-
-        temperature, result, heat = balance(temperature, None)
-        for _ in range(MAX_ITERATIONS):
-            residual = (temperature - offset) / per_heat - heat
-            if not np.isfinite(residual).all():
-                break
-            if np.abs(per_heat * residual).max() <= TEMPERATURE_TOLERANCE:
-                flux = heat[grid.own] / grid.cell_area[grid.own]
-                return self.heated(start, dt, dt * flux), result
-            matrix[grid.diagonals] = grid.coupling(area * result.ice_slope / link, at)
-            matrix[0] += 1.0 / per_heat
-            change, before = -solveh_banded(matrix, residual, lower=True), temperature
-
-            def slope_at(share: float, before: Array = before, change: Array = change) -> float:
-                nonlocal temperature, result, heat
-                trial = before + share * change
-                temperature, result, heat = balance(trial, result.log_height)
-                return float(change @ ((temperature - offset) / per_heat - heat))
-
-            search(slope_at, float(change @ residual))
-        raise NotConverged("the melting part of the ice's surface does not settle")
+    def _of_nodes(self, content: Array) -> Array:
+        """Temperature (K) of all nodes. Collective."""
+        return self.grid.allgather(super().surface_temperature(content))

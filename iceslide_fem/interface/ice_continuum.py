@@ -19,25 +19,13 @@ from copy import copy
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.law import Film, FilmOnIce, FilmStage, Surface
+from iceslide_fem.film.law import Film, FilmStage
 from iceslide_fem.interface.ice_modes import SurfaceModes
-from iceslide_fem.interface.ice_surface import (
-    UNSETTLED,
-    IceSurface,
-    SharedPoints,
-    StageSurface,
-    fluxes,
-)
-from iceslide_fem.interface.surface_grid import Contacts, Profile, SurfaceGrid, part_of
+from iceslide_fem.interface.ice_surface import IceSurface, StageSurface
+from iceslide_fem.interface.surface_grid import Contacts, Profile, SurfaceGrid
 from iceslide_fem.mesh.grid import Lines
-
-# Of the agreement of ice and film: how closely what the film gives is balanced in between.
-BALANCED = 0.1
-# Full changes find what films give in a few iterations; where they cycle, half of each does.
-FULL_ITERATIONS, MAX_ITERATIONS = 12, 60
 
 
 class Continuum:
@@ -72,8 +60,7 @@ class Continuum:
         self._rates = np.add.outer(column.rates, self._solid.diffusivity * self._modes.rates)
         self.grid = SurfaceGrid.shared(surface, comm)
         self.nodes = self.grid.nodes
-        self._surface = IceSurface(self.grid, self._modes)
-        self._contacts = Contacts(self.grid.own_nodes(), np.zeros(self.grid.own.size))
+        self._surface = IceSurface(self.grid, self._solid, self._modes)
 
     @property
     def n_dofs(self) -> int:
@@ -87,15 +74,12 @@ class Continuum:
     def under(self, contacts: Contacts) -> Continuum:
         """The same ice as it answers below `contacts`. Collective."""
         below = copy(self)
-        below._contacts = at, area = contacts
-        below._touching = touching = np.flatnonzero(area > 0.0)
-        place = at if touching.size == area.size else part_of(at, touching.tobytes())
-        below._points = SharedPoints(place, self.grid.comm)
+        below._surface = self._surface.under(contacts)
         return below
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature at the points (K), shape (n,)."""
-        return self.grid.interpolate(self._at_surface(content).ravel(), self._contacts.at)
+        return self.grid.interpolate(self._at_surface(content).ravel(), self._surface.at)
 
     def shifted(self, content: Array, cells: int) -> Array:
         """Content after the window has moved `cells` cells in +x: fresh ice enters."""
@@ -107,38 +91,14 @@ class Continuum:
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """Solve capacity (T - T_start) / dt + conduction T = heat from the film. Collective.
 
-        Where a point melts (or the rubber takes heat, too), its flux depends on the temperature:
-        ice and the film's `fluxes` are balanced, and the film is asked again at the temperatures
-        found. The first time it is asked at those of a guess, where the friction before the stage
-        says what the ice will get. Raises NotConverged.
+        Raises NotConverged.
         """
-        modes, surface, (at, area) = self._modes, self._surface, self._contacts
-        points, touching = self._points, self._touching
         decay = np.reciprocal(1.0 + dt * self._rates)
         cooled = start * decay
-        stage = StageSurface(points, self._at_surface(cooled), dt * self._per_heat(decay))
-        T_m, links = self._solid.melting_temperature, np.full(area.shape, self._link)
-        temperature, near = self._at_surface(start), None
-        if isinstance(film, FilmOnIce):
-            power = np.stack([area * film.power, area], axis=-1)[touching]
-            power = points.of_all(power).T.copy()
-            temperature = surface.melting_guess(stage, temperature, power, self._link, T_m)
-        below = self.grid.interpolate(temperature.ravel(), at)
-        for iteration in range(MAX_ITERATIONS):
-            result = film.solve(Surface.of(below, links, self._solid), near)
-            near = result.log_height
-            lines = points.of_all(fluxes(result, below, area, self._link, T_m)[touching])
-            within = BALANCED * self._agreement
-            balance = surface.balanced(stage, lines, temperature, self._agreement, within)
-            share = 1.0 if iteration < FULL_ITERATIONS or not balance.depends else 0.5
-            temperature = temperature + share * (balance.temperature - temperature)
-            if not balance.depends:  # the film would say the same again, but for the dry ice
-                asked, below = below, self.grid.interpolate(temperature.ravel(), at)
-                dry = result.dry_temperature + (below - asked)
-                after = cooled + dt * modes.load_amplitudes(balance.given) * decay
-                return after, result._replace(dry_temperature=dry)
-            below = self.grid.interpolate(temperature.ravel(), at)
-        raise NotConverged(UNSETTLED)
+        stage = StageSurface(self._at_surface(cooled), dt * self._per_heat(decay))
+        before = self._at_surface(start)
+        given, result = self._surface.settled(stage, before, film, self._link, self._agreement)
+        return cooled + dt * self._modes.load_amplitudes(given) * decay, result
 
     def heat(self, content: Array) -> float:
         """Heat above the initial temperature, J (J/m in a slice)."""

@@ -50,8 +50,8 @@ def line_modes(line: Array) -> LineModes:
 class SurfaceModes:
     """Lateral modes of the grid of sorted coordinates `lines` (x, in 3-D y), m.
 
-    lines: the modes of each; rates: of all modes, of the grid's shape, 1/m2. Values and amplitudes have that shape, too, or
-    more axes before it.
+    lines: the modes of each; rates: of all modes, of the grid's shape, 1/m2. Values and amplitudes
+    have that shape, too, or more axes before it.
     """
 
     def __init__(self, lines: Sequence[Array]) -> None:

@@ -128,7 +128,7 @@ static int coupling(const Surface *surface, const double *conductance, double *b
     return any;
 }
 
-/* ---- The ice below: diagonal in the lateral modes. ---- */
+/* ---- The ice below: diagonal in the lateral modes, or column by column. ---- */
 
 /* out (rows, columns) = a b, each as it is ('N') or transposed ('T'), of `inner` terms. */
 static void product(char a_as, char b_as, int rows, int columns, int inner, const double *a,
@@ -156,6 +156,11 @@ static void along_lines(const Surface *surface, const double *x, const double *y
 /* What the ice takes (W) where its surface is by `rise` (K) above the offset. */
 static void taken(const Surface *surface, const double *rise, double *out)
 {
+    if (!surface->x_inverse) {
+        for (int i = 0; i < surface->n; i++)
+            out[i] = surface->cell_area[i] / surface->resistance[i] * rise[i];
+        return;
+    }
     double *amplitudes = surface->scratch + surface->n;
     along_lines(surface, surface->x_inverse, surface->y_inverse, 0, rise, amplitudes);
     for (int i = 0; i < surface->n; i++)
@@ -166,6 +171,11 @@ static void taken(const Surface *surface, const double *rise, double *out)
 /* How far (K) the surface is above the offset where the ice takes the `heat` (W). */
 static void warmed(const Surface *surface, const double *heat, double *out)
 {
+    if (!surface->x_vectors) {
+        for (int i = 0; i < surface->n; i++)
+            out[i] = surface->resistance[i] / surface->cell_area[i] * heat[i];
+        return;
+    }
     double *amplitudes = surface->scratch + surface->n;
     along_lines(surface, surface->x_vectors, surface->y_vectors, 1, heat, amplitudes);
     for (int i = 0; i < surface->n; i++)

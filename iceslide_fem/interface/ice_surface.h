@@ -6,8 +6,9 @@ typedef struct {
 } Points;
 
 /* The surface in a stage: nx * ny = n nodes and as many lateral modes, of a matrix (nodes, modes)
- * for each line and its inverse, none along y in a slice. cell_area: of the nodes, m2; offset:
- * their temperature without heat, K; resistance: of the modes, K m2/W; scratch: room for (2, n). */
+ * for each line and its inverse, none along y in a slice; without any, heat stays in the columns.
+ * cell_area: of the nodes, m2; offset: their temperature without heat, K; resistance: of the modes,
+ * or of the columns, K m2/W; scratch: room for (2, n). */
 typedef struct {
     int nx, ny, n;
     const double *x_vectors, *x_inverse, *y_vectors, *y_inverse;

@@ -1,9 +1,10 @@
-"""The surface of meshed ice within an implicit stage, and points that give heat to it.
+"""The surface of ice on a grid within an implicit stage, and points anywhere on it that give heat.
 
 The surface's temperatures are an offset and a known, symmetric response R to the heat that its
-nodes are given: a diagonal one in the modes (`ice_modes`). What points give falls with the
-temperature below them, steeply where they melt, so what remains is the gradient of a convex
-function: Newton's method finds it with a line search, each change by conjugate gradients.
+nodes are given: diagonal in the modes of ice that conducts along it (`ice_modes`), or of each
+column alone. What points give falls with the temperature below them, steeply where they melt, so
+what remains is the gradient of a convex function: Newton's method finds it with a line search, each
+change by conjugate gradients.
 
 It begins with a guess of which nodes melt, from what friction makes before the stage. No node gets
 warmer than T_m, and none takes more heat g than friction makes around it:
@@ -14,11 +15,12 @@ Dozens of points lie around each node: from there, what they give is found in fe
 melting set. Where nodes melt, the points' link says how far from T_m they are: by as much as it
 takes to pass their flux on.
 
-Both are in `ice_surface.c`, for the points of all ranks: every rank does the same.
+Guess and balance are in `ice_surface.c`, for the points of all ranks: every rank does the same.
 """
 
 from __future__ import annotations
 
+from copy import copy
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -30,11 +32,15 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.fenics.native import address, compiled
-from iceslide_fem.film.law import FilmStage
+from iceslide_fem.film.law import Film, FilmOnIce, FilmStage, Surface
 from iceslide_fem.interface.ice_modes import SurfaceModes
-from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid
+from iceslide_fem.interface.surface_grid import Contacts, Placement, SurfaceGrid, part_of
+from iceslide_fem.materials import Solid
 
-MAX_ITERATIONS = 60
+# Of the agreement of ice and film: how closely what the film gives is balanced in between.
+BALANCED, MAX_ITERATIONS = 0.1, 60
+# Full changes find what films give in a few requests; where they cycle, half of each does.
+FULL_CHANGES, MAX_REQUESTS = 12, 60
 UNSETTLED = "the melting part of the ice's surface does not settle"
 
 
@@ -72,13 +78,10 @@ def fluxes(film: FilmStage, asked: Array, area: Array, link: float, T_m: float) 
 
 
 class StageSurface(NamedTuple):
-    """The surface in a stage, above which are the `points`.
-
-    offset: temperatures of the nodes without heat, K; resistance: of the lateral modes, K m2/W;
-    both of the grid's shape.
+    """The surface in a stage. offset: temperatures of its nodes without heat, K; resistance: of the
+    lateral modes, or of the columns, K m2/W; both of the grid's shape.
     """
 
-    points: SharedPoints
     offset: Array
     resistance: Array
 
@@ -98,56 +101,108 @@ class Balance(NamedTuple):
 
 
 class IceSurface:
-    """The surface of ice that conducts along its `grid` by the `modes`."""
+    """The surface of ice with points `under` which it answers, and compiled functions for it."""
 
-    def __init__(self, grid: SurfaceGrid, modes: SurfaceModes) -> None:
-        """Collective."""
+    def __init__(self, grid: SurfaceGrid, solid: Solid, modes: SurfaceModes | None = None) -> None:
+        """Without `modes` nothing is conducted along the `grid`. Nothing touches it yet. at: where
+        its points lie. Collective.
+        """
+        self._grid, self._solid = grid, solid
         self._kernel = kernel = compiled(Path(__file__).with_name("ice_surface.c"), grid.comm)
         solvers = (cython_blas, "dgemm"), (cython_lapack, "dpbtrf"), (cython_lapack, "dpbtrs")
         addresses = (address(module, name) for module, name in solvers)
         kernel.lib.lapack(*(kernel.ffi.cast("void *", place) for place in addresses))
-        self._shape = grid.shape
         nx, ny = (*grid.shape, 1)[:2]
         matrices = {
             f"{axis}_{kind}": getattr(line, kind)
-            for axis, line in zip("xy", modes.lines, strict=False)
+            for axis, line in zip("xy", modes.lines if modes else (), strict=False)
             for kind in ("vectors", "inverse")
         }
         self._fields = {"nx": nx, "ny": ny, "n": nx * ny}
         self._fields |= self._numbers(cell_area=grid.cell_area, **matrices)
+        self._place(Contacts(grid.own_nodes(), np.zeros(grid.own.size)))
 
-    def melting_guess(
-        self, stage: StageSurface, before: Array, power: Array, link: float, T_m: float
-    ) -> Array:
+    def under(self, contacts: Contacts) -> IceSurface:
+        """The same surface below `contacts`. Collective."""
+        below = copy(self)
+        below._place(contacts)
+        return below
+
+    def _place(self, contacts: Contacts) -> None:
+        self.at, self._area = at, area = contacts
+        self._touching = touching = np.flatnonzero(area > 0.0)
+        place = at if touching.size == area.size else part_of(at, touching.tobytes())
+        self._points = points = SharedPoints(place, self._grid.comm)
+        n, corners = points.node.shape
+        node = self._kernel.ffi.from_buffer("int[]", points.node)
+        self._known = {"n": n, "corners": corners, "node": node}
+        self._known |= self._numbers(share=points.share)
+        self._c_points = self._kernel.ffi.new("Points *", self._known)
+
+    def settled(
+        self, stage: StageSurface, before: Array, film: Film, link: float, agreement: float
+    ) -> tuple[Array, FilmStage]:
+        """What the points give to the nodes (W, of the grid's shape), and the film. Collective.
+
+        Where a point melts (or the rubber takes heat, too), its flux depends on the temperature:
+        ice and the film's `fluxes` are balanced, and the film is asked again at the temperatures
+        found, until both agree within so much (K). The first time it is asked at those of a guess,
+        from those `before` the stage and what friction makes there.
+
+        link: between points and ice, K m2/W. Raises NotConverged.
+        """
+        grid, at, area, T_m = self._grid, self.at, self._area, self._solid.melting_temperature
+        touching, of_all = self._touching, self._points.of_all
+        temperature, near, links = before, None, np.full(area.shape, link)
+        if isinstance(film, FilmOnIce):
+            power = of_all(np.stack([area * film.power, area], axis=-1)[touching])
+            temperature = self.melting_guess(stage, before, power, link)
+        below = grid.interpolate(temperature.ravel(), at)
+        for iteration in range(MAX_REQUESTS):
+            result = film.solve(Surface.of(below, links, self._solid), near)
+            near = result.log_height
+            lines = of_all(fluxes(result, below, area, link, T_m)[touching])
+            balance = self.balanced(stage, lines, temperature, agreement)
+            if balance.settled:
+                return balance.given, result
+            share = 1.0 if iteration < FULL_CHANGES or not balance.depends else 0.5
+            temperature = temperature + share * (balance.temperature - temperature)
+            asked, below = below, grid.interpolate(temperature.ravel(), at)
+            if not balance.depends:  # the film would say the same again, but for this
+                dry = result.dry_temperature + (below - asked)
+                return balance.given, result._replace(dry_temperature=dry)
+        raise NotConverged(UNSETTLED)
+
+    def melting_guess(self, stage: StageSurface, before: Array, power: Array, link: float) -> Array:
         """Temperature (K) of the nodes, of the grid's shape, from that `before` the stage.
 
-        power: of the friction at all points, W, and the area of each, m2, (2, n); link: K m2/W.
+        power: of the friction at all points, W, and the area of each, m2, (n, 2); link: K m2/W.
         """
+        numbers, T_m = self._kernel.ffi.from_buffer, self._solid.melting_temperature
+        temperature, powers = before.copy(), np.ascontiguousarray(power.T)
+        rows = (numbers("double[]", row) for row in powers)
         surface, _kept = self._in(stage)
-        temperature = before.copy()
-        powers, areas = (self._kernel.ffi.from_buffer("double[]", row) for row in power)
-        out = self._kernel.ffi.from_buffer("double[]", temperature)
-        if self._kernel.lib.melting_guess(surface, powers, areas, link, T_m, out):
+        out = numbers("double[]", temperature)
+        if self._kernel.lib.melting_guess(surface, *rows, link, T_m, out):
             raise MemoryError
         return temperature
 
     def balanced(
-        self, stage: StageSurface, fluxes: Array, asked: Array, agreement: float, within: float
+        self, stage: StageSurface, fluxes: Array, asked: Array, agreement: float
     ) -> Balance:
         """The balance with these `fluxes` of all points (n, 4), `asked` at temperatures (K) of the
-        nodes: those, where all agree by so much (K), else one `within` a closer limit.
+        nodes: those, where all agree by so much (K), else one within a share of it.
 
         Raises NotConverged.
         """
         ffi, lib = self._kernel.ffi, self._kernel.lib
+        temperature, given, changes = asked.copy(), np.empty_like(asked), ffi.new("int *")
         surface, _kept = self._in(stage)
-        temperature, given = asked.copy(), np.empty(self._shape)
-        changes = ffi.new("int *")
         outcome = lib.balance(
             surface,
             ffi.from_buffer("Fluxes[]", fluxes),
             agreement,
-            within,
+            BALANCED * agreement,
             MAX_ITERATIONS,
             ffi.from_buffer("double[]", temperature),
             ffi.from_buffer("double[]", given),
@@ -162,17 +217,11 @@ class IceSurface:
 
     def _in(self, stage: StageSurface) -> tuple[Any, Any]:
         """The surface as C has it, and what has to live as long."""
-        points = stage.points
-        n, corners = points.node.shape
-        node = self._kernel.ffi.from_buffer("int[]", points.node)
-        at = {"n": n, "corners": corners, "node": node, **self._numbers(share=points.share)}
-        below = self._kernel.ffi.new("Points *", at)
-        arrays = self._numbers(offset=stage.offset, resistance=stage.resistance)
-        fields = {**self._fields, **arrays, "points": below}
-        return self._kernel.ffi.new("Surface *", fields), (at, fields)
+        fields = {**self._fields, **self._numbers(**stage._asdict()), "points": self._c_points}
+        return self._kernel.ffi.new("Surface *", fields), fields
 
     def _numbers(self, **arrays: Array) -> dict[str, Any]:
-        """Arrays as C has them."""
+        """Arrays as C has them, which live as long as these do."""
         from_buffer = self._kernel.ffi.from_buffer
         return {
             name: from_buffer("double[]", np.ascontiguousarray(array))

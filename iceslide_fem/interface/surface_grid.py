@@ -7,7 +7,6 @@ belongs to one rank, each point to one rank.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -54,21 +53,6 @@ class Placement:
         n, corners = self.node.shape
         first = np.arange(0, n * corners + 1, corners, dtype=np.int32)
         return self.share.ravel(), self.node.ravel(), first
-
-    @cached_property
-    def pairs(self) -> csc_matrix | Array:
-        """From values c of the points to the diagonals of sum c N N^T, one below another."""
-        corners, (n, count) = _corners(self.shape), self.node.shape
-        diagonals, n_nodes = _diagonals(corners), int(np.prod(self.shape))
-        pairs = list(itertools.combinations_with_replacement(range(count), 2))
-        rows, weights = np.empty((n, len(pairs)), dtype=np.int64), np.empty((n, len(pairs)))
-        for column, (one, other) in enumerate(pairs):  # corners are in the order of their nodes
-            diagonal = diagonals.index(corners[other] - corners[one])
-            rows[:, column] = diagonal * n_nodes + self.node[:, one]
-            weights[:, column] = self.share[:, one] * self.share[:, other]
-        first = np.arange(0, rows.size + 1, len(pairs))
-        shape = (len(diagonals) * n_nodes, n)
-        return _quickest(csc_matrix((weights.ravel(), rows.ravel(), first), shape=shape))
 
 
 def _quickest(matrix: csr_matrix | csc_matrix) -> csr_matrix | csc_matrix | Array:
@@ -121,14 +105,13 @@ class SurfaceGrid:
     """Tensor grid of the sorted coordinates `lines` (x, or x and y; m).
 
     own: the nodes of this rank; cell_area: what each node stands for, m2 (m in a slice), all
-    nodes; n_nodes: their number; diagonals: how far apart the numbers of nodes of one cell are.
+    nodes; n_nodes: their number.
     """
 
     def __init__(self, lines: Sequence[Array], own: NDArray[np.int64], comm: MPI.Comm) -> None:
         self.lines, self.own, self.comm = list(lines), own, comm
         self.shape = tuple(line.size for line in lines)
         self.n_nodes = int(np.prod(self.shape))
-        self.diagonals = _diagonals(_corners(self.shape))
         own_nodes = own.astype(np.int32)[:, None]
         self._own_nodes = Placement(own_nodes, np.ones((own.size, 1)), self.shape)
         self._widths = [np.diff(line) for line in lines]
@@ -188,24 +171,3 @@ class SurfaceGrid:
         grid = np.ascontiguousarray((at.giving @ amounts.T).T)
         self.comm.Allreduce(MPI.IN_PLACE, grid, op=MPI.SUM)
         return grid
-
-    def coupling(self, conductance: Array, at: Placement) -> Array:
-        """Sum over the points of all ranks of conductance * N N^T, a symmetric matrix. Collective.
-
-        Its diagonals (n_diagonals, nodes): row d holds the entries (j + `diagonals`[d], j).
-        """
-        bands = np.asarray(at.pairs @ conductance).reshape(len(self.diagonals), self.n_nodes)
-        self.comm.Allreduce(MPI.IN_PLACE, bands, op=MPI.SUM)
-        return bands
-
-
-def _corners(shape: tuple[int, ...]) -> list[int]:
-    """By how much the numbers of a cell's nodes exceed that of its first."""
-    sides = itertools.product((0, 1), repeat=len(shape))
-    return [int(np.dot(side, (*shape[1:], 1))) for side in sides]
-
-
-def _diagonals(corners: list[int]) -> list[int]:
-    """How far apart the numbers of nodes of one cell are."""
-    pairs = itertools.combinations_with_replacement(corners, 2)
-    return sorted({second - first for first, second in pairs})
