@@ -1,4 +1,4 @@
-"""All that touches DOLFINx versions, PETSc's factors and compiled forms.
+"""All that touches DOLFINx versions, PETSc's factors, compiled forms and compiled C.
 
-The rest of the package takes DOLFINx from `fenics.compat`. Imports `errors` and `files` only.
+The rest of the package takes DOLFINx from `fenics.compat`. Imports `errors`, `files` and `parallel`.
 """
