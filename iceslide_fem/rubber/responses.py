@@ -24,6 +24,7 @@ from scipy.sparse import csc_matrix, csr_matrix
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc
+from iceslide_fem.fenics.direct_solver import SparseColumns
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.walls import Walls
 
@@ -71,8 +72,9 @@ class ContactNodes:
                 local.array.reshape(-1, dim)[walls.dofs] = 1.0
         compat.sum_ghosts(vector)
         self.own = np.flatnonzero(vector.array > 0.0)
-        counts = comm.allgather(self.own.size)
-        first, total = sum(counts[: comm.rank]), sum(counts)
+        unknowns = comm.allgather(self.own + vector.getOwnershipRange()[0])
+        self._unknowns = np.concatenate(unknowns).astype(np.int32)
+        first, total = sum(map(len, unknowns[: comm.rank])), self._unknowns.size
         self._here = slice(first, first + self.own.size)
         vector.array[self.own] = np.arange(first, first + self.own.size)
         self._of_walls = np.zeros(0, dtype=np.int64)
@@ -141,6 +143,12 @@ class ContactNodes:
     def norm(self, load: Array) -> float:
         """Of a load, the same on all ranks to the last digit. Collective."""
         return float(self._comm.bcast(float(np.linalg.norm(load)), root=0))
+
+    def entries(self, loads: Array) -> SparseColumns:
+        """Loads (k, n) as columns of all ranks' dofs, but for what is on the plate."""
+        column, place = np.nonzero(loads[:, :-1])
+        first = np.searchsorted(column, np.arange(len(loads) + 1)).astype(np.int32)
+        return SparseColumns(first, self._unknowns[place], loads[column, place])
 
     def on_own(self, load: Array) -> Array:
         """Those on the `own` dofs."""

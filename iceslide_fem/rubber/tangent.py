@@ -79,8 +79,6 @@ class Tangent:
             self._matrix.setNearNullSpace(rigid_modes(rubber))
         cost = FACTORS if direct else PRECONDITIONER
         self._responses = Responses(self._nodes, cost, takes_many(self.ksp))
-        # Loads and answers of several at once, by their number.
-        self._many: dict[int, tuple[PETSc.Mat, PETSc.Mat]] = {}
 
     def imbalance(self, residual: PETSc.Vec) -> float:
         """Take what holds the plate out of the `residual`: its vertical resultant (N). Collective.
@@ -164,7 +162,7 @@ class Tangent:
 
     def _response(self, loads: Array) -> Array:
         """The changes (k, dofs) that the factors give to loads (k, n) on the contact's nodes."""
-        if len(loads) > 1:
+        if takes_many(self.ksp):
             return self._responses_at_once(loads)
         with self._load.localForm() as local:
             local.set(0.0)
@@ -172,22 +170,15 @@ class Tangent:
         return self._solved(loads[0, -1])[None]
 
     def _responses_at_once(self, loads: Array) -> Array:
-        count, sizes = len(loads), self._load.getSizes()
-        if count not in self._many:
-            rights = PETSc.Mat().createDense((sizes, (PETSc.DECIDE, count)), comm=self._comm)
-            rights.setUp()
-            self._many[count] = rights, rights.duplicate()
-        rights, answers = self._many[count]
-        entries = rights.getDenseArray()
-        entries[:] = 0.0
-        for column, load in enumerate(loads):
-            entries[self._nodes.own, column] = self._nodes.on_own(load)
-        rights.assemble()
-        solve_many(self.ksp, rights, answers)
+        sizes = self._load.getSizes(), (PETSc.DECIDE, len(loads))
+        answers = PETSc.Mat().createDense(sizes, comm=self._comm)
+        answers.setUp()
+        solve_many(self.ksp, self._nodes.entries(loads), answers)
         found, changes = answers.getDenseArray(), []
         for column, load in enumerate(loads):
             self._answer.array[:] = found[:, column]
             changes.append(self._lifted(load[-1]))
+        answers.destroy()
         return np.array(changes)
 
     def _solved(self, plate: float) -> Array:
