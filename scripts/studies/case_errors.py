@@ -1,7 +1,8 @@
 """What each case's mu(t) is off by: mesh and steps together, against a finer run of the same.
 
 Every case is run as a slice or as a block, at a tolerance and on its own mesh, and compared with a
-run on a mesh twice as fine (or --finer) with a sixth of the tolerance, over all of its time.
+run on a mesh twice as fine (or --finer) with a sixth of the tolerance, over all of its time; with
+--meshes also on others, so many times as fine as its own, against the same.
 Differences are in shares of the mean of mu, because mu itself begins at nothing where a plate does.
 Prints them beside seconds and draws both curves of each case. Runs are kept in a folder and taken
 from there the next time; --quick is one short, coarse pair.
@@ -10,6 +11,7 @@ from there the next time; --quick is one short, coarse pair.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
@@ -28,14 +30,15 @@ CASES = (
 STRICTER = 6.0  # the reference's tolerance
 TIMES = 2000
 MS = 1e3
-HEAD = ("case", "tolerance", "unknowns", "steps", "s", "largest", "at, ms", "rms", "of mean mu",
-        "reference's unknowns", "steps", "s")  # fmt: skip
+HEAD = ("case", "mesh", "tolerance", "unknowns", "steps", "s", "largest", "at, ms", "rms",
+        "of mean mu", "reference's unknowns", "steps", "s")  # fmt: skip
 
 
 class Pair(NamedTuple):
     """A case's run and its reference, and mu(t) of both at the same times (s)."""
 
     name: str
+    mesh: float
     tolerance: float
     run: Run
     fine: Run
@@ -51,7 +54,8 @@ class Pair(NamedTuple):
         worst = int(np.abs(off).argmax())
         run, fine = self.run.summary, self.fine.summary
         return (
-            self.name, f"{self.tolerance:g}", run["dofs"], run["steps"], f"{run['wall_s']:.1f}",
+            self.name, f"{self.mesh:g}", f"{self.tolerance:g}",
+            run["dofs"], run["steps"], f"{run['wall_s']:.1f}",
             f"{abs(off[worst]):.2%}", f"{MS * self.times[worst]:.2f}",
             f"{np.sqrt(np.mean(off**2)):.2%}", f"{run['mu_mean'] / fine['mu_mean'] - 1:+.2%}",
             fine["dofs"], fine["steps"], f"{fine['wall_s']:.0f}",
@@ -67,24 +71,24 @@ def kept(folder: Path, name: str, *changes: str) -> Run:
 
 
 def compared(
-    runs: Path, name: str, tolerance: float, changes: Sequence[str], coarse: float, finer: float
+    runs: Path, name: str, tolerance: float, changes: Sequence[str], mesh: float, finer: float
 ) -> Pair:
-    """The case with the `changes`, on a mesh `coarse` times as fine as its own, and on one `finer`
-    by that factor.
+    """The case with the `changes`, on a `mesh` so many times as fine as its own, and on one that is
+    `finer`.
     """
     finest = tolerance / STRICTER
-    mesh = common.case(name, *changes).numerics.refinement * coarse
+    own = common.case(name, *changes).numerics.refinement
     run, fine = (
         kept(
             runs / f"{name}_{refinement:g}_{strict:.3g}", name, *changes,
             f"numerics.refinement={refinement}", f"numerics.tolerance={strict}",
         )
-        for refinement, strict in ((mesh, tolerance), (finer * mesh, finest))
+        for refinement, strict in ((mesh * own, tolerance), (finer * own, finest))
     )  # fmt: skip
     end = min(float(one.history["time_s"][-1]) for one in (run, fine))
     times = np.linspace(0.0, end, TIMES)
     mu, exact = (np.interp(times, one.history["time_s"], one.history["mu"]) for one in (run, fine))
-    return Pair(name, tolerance, run, fine, times, mu, exact)
+    return Pair(name, mesh, tolerance, run, fine, times, mu, exact)
 
 
 def draw(pairs: Sequence[Pair], path: Path) -> None:
@@ -97,7 +101,7 @@ def draw(pairs: Sequence[Pair], path: Path) -> None:
     for panel, pair in zip(panels, pairs, strict=False):
         panel.plot(MS * pair.times, pair.exact, color="C1", linewidth=2.5, alpha=0.6)
         panel.plot(MS * pair.times, pair.mu, color="C0", linewidth=0.9)
-        panel.set_title(f"{pair.name}, {pair.tolerance:g}", fontsize="medium")
+        panel.set_title(f"{pair.name}, mesh {pair.mesh:g}, {pair.tolerance:g}", fontsize="medium")
         panel.set_ylim(bottom=0.0)
         panel.grid(alpha=0.3)
     for panel in panels[::3]:
@@ -114,27 +118,23 @@ def main() -> None:
     parser.add_argument("--cases", nargs="+", default=list(CASES), help="those of the folder cases")
     parser.add_argument("--model", choices=("slice", "block"), default="slice")
     parser.add_argument("--tolerances", nargs="+", type=float, default=[1e-2])
+    parser.add_argument("--meshes", nargs="+", type=float, default=[1.0], help="times as fine")
     parser.add_argument("--finer", type=float, default=2.0, help="the reference's mesh")
     parser.add_argument("--runs", type=Path, default=common.RESULTS / "case_errors")
     parser.add_argument("--quick", action="store_true", help="one short, coarse pair")
     common.picture_options(parser)
     options = parser.parse_args()
-    changes, coarse, cases = [f"model={options.model}"], 1.0, options.cases
-    runs = options.runs / options.model
+    changes, meshes, finer = [f"model={options.model}"], options.meshes, options.finer
+    cases, runs = options.cases, options.runs / options.model
     if options.quick:
-        changes, coarse, cases, runs = (
-            [*changes, "load.duration=0.1ms"],
-            0.5,
-            cases[:1],
-            runs / "quick",
-        )
+        changes, meshes, finer = [*changes, "load.duration=0.1ms"], [0.5], 1.0
+        cases, runs = cases[:1], runs / "quick"
     pairs: list[Pair] = []
 
     def rows() -> Iterator[Sequence[object]]:
-        for name in cases:
-            for tolerance in options.tolerances:
-                pairs.append(compared(runs, name, tolerance, changes, coarse, options.finer))
-                yield pairs[-1].row
+        for name, mesh, tolerance in product(cases, meshes, options.tolerances):
+            pairs.append(compared(runs, name, tolerance, changes, mesh, finer))
+            yield pairs[-1].row
 
     common.table(HEAD, rows())
     draw(pairs, options.pictures / f"case_errors_{options.model}.png")
