@@ -6,6 +6,7 @@ import ctypes
 import functools
 import hashlib
 import sysconfig
+from collections.abc import Sequence
 from importlib import util
 from pathlib import Path
 from typing import Any
@@ -14,15 +15,17 @@ from iceslide_fem.fenics.compat import COMPILED, COMPILER_FLAGS, compiling
 from iceslide_fem.parallel import from_root
 
 
-def compiled(source: Path, comm: Any) -> Any:
-    """cffi's module of the functions in `source`, declared in the header beside it. Collective.
+def compiled(sources: Sequence[Path], comm: Any) -> Any:
+    """cffi's module of the functions in C `sources`, which are one program in this order, and
+    declared in the header beside the first. Collective.
 
     `lib` of it has them, `ffi` their types.
     """
-    header = source.with_suffix(".h").read_text(encoding="utf-8")
-    text = f'{header}\n#line 1 "{source.name}"\n{source.read_text(encoding="utf-8")}'
+    header = sources[0].with_suffix(".h").read_text(encoding="utf-8")
+    parts = (f'#line 1 "{path.name}"\n{path.read_text(encoding="utf-8")}' for path in sources)
+    text = "\n".join([header, *parts])
     words = "\n".join([text, *COMPILER_FLAGS])
-    name = f"{source.stem}_{hashlib.sha256(words.encode()).hexdigest()[:16]}"
+    name = f"{sources[0].stem}_{hashlib.sha256(words.encode()).hexdigest()[:16]}"
     library = COMPILED / f"{name}{sysconfig.get_config_var('EXT_SUFFIX')}"
     _compile(comm, library, header, text)
     return _loaded(library)

@@ -15,7 +15,8 @@ Dozens of points lie around each node: from there, what they give is found in fe
 melting set. Where nodes melt, the points' link says how far from T_m they are: by as much as it
 takes to pass their flux on.
 
-Guess and balance are in `ice_surface.c`, for the points of all ranks: every rank does the same.
+Guess and balance are in C (`melting_guess.c`, `ice_balance.c`, and `ice_surface.c` for both), for
+the points of all ranks: every rank does the same.
 """
 
 from __future__ import annotations
@@ -41,6 +42,9 @@ from iceslide_fem.materials import Solid
 BALANCED, MAX_ITERATIONS = 0.1, 60
 # Full changes find what films give in a few requests; where they cycle, half of each does.
 FULL_CHANGES, MAX_REQUESTS = 12, 60
+SOURCES = [
+    Path(__file__).with_name(name) for name in ("ice_surface.c", "melting_guess.c", "ice_balance.c")
+]
 UNSETTLED = "the melting part of the ice's surface does not settle"
 
 
@@ -108,7 +112,7 @@ class IceSurface:
         its points lie. Collective.
         """
         self._grid, self._solid = grid, solid
-        self._kernel = kernel = compiled(Path(__file__).with_name("ice_surface.c"), grid.comm)
+        self._kernel = kernel = compiled(SOURCES, grid.comm)
         solvers = (cython_blas, "dgemm"), (cython_lapack, "dpbtrf"), (cython_lapack, "dpbtrs")
         addresses = (address(module, name) for module, name in solvers)
         kernel.lib.lapack(*(kernel.ffi.cast("void *", place) for place in addresses))
