@@ -163,8 +163,18 @@ def test_loads_are_answered_line_by_line_at_once():
     assert len(parts) == responses.PARTS
     np.testing.assert_allclose(parts @ parts.T, np.eye(len(parts)), atol=1e-12)
     np.testing.assert_allclose((parts @ load) @ parts, load, atol=1e-12)
-    answers, alone = bordered._response(parts), [bordered._response(one[None])[0] for one in parts]
+    on_plate = np.zeros_like(load)  # a load on the plate alone has no entry
+    on_plate[-1] = 1.0
+    loads = np.vstack([parts, on_plate])
+    alone = []
+    for one in loads:
+        bordered._load.array[:] = 0.0
+        bordered._load.array[bordered._nodes.own] = bordered._nodes.on_own(one)
+        alone.append(bordered._solved(one[-1]))
+    answers = bordered._response(loads)
     np.testing.assert_allclose(answers, alone, atol=1e-9 * np.abs(answers).max())
+    size = np.abs(alone[:1]).max(initial=0.0)
+    np.testing.assert_allclose(bordered._response(loads[:1]), alone[:1], atol=1e-9 * size)
 
 
 def test_changes_by_old_factors_follow_the_secant(monkeypatch):

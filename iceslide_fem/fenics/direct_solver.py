@@ -65,7 +65,7 @@ def solve(ksp: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec) -> bool:
 
 
 def takes_many(ksp: PETSc.KSP) -> bool:
-    """Whether the factors are MUMPS's: several sparse loads take them no longer than a full one."""
+    """Whether the factors are MUMPS's: several sparse loads take them hardly longer than a full one."""
     pc = ksp.getPC()
     return bool(pc.getType() == "lu" and pc.getFactorSolverType() == "mumps")
 
@@ -74,7 +74,7 @@ def solve_many(ksp: PETSc.KSP, rights: SparseColumns, solutions: PETSc.Mat) -> N
     """Solve for a few sparse right sides with the factors, which a first `solve` has made.
 
     solutions: dense, overwritten. The first pass through the factors goes only where the right
-    sides are, which takes a third off. Collective.
+    sides are. Collective.
     """
     _, unknowns = solutions.getSizes()[0]
     count = solutions.getSizes()[1][1]
