@@ -65,7 +65,7 @@ def solve(ksp: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec) -> bool:
 
 
 def takes_many(ksp: PETSc.KSP) -> bool:
-    """Whether the factors are MUMPS's: several sparse loads take them hardly longer than a full one."""
+    """Whether the factors are MUMPS's: several sparse loads hardly take longer than one."""
     pc = ksp.getPC()
     return bool(pc.getType() == "lu" and pc.getFactorSolverType() == "mumps")
 
