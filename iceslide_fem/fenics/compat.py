@@ -63,15 +63,15 @@ _Compiling = TypeVar("_Compiling", bound=Callable[..., Any])
 
 
 def compiling(communicator: Callable[..., Any]) -> Callable[[_Compiling], _Compiling]:
-    """Guard what compiles forms; `communicator` is its mesh's, found from its arguments.
+    """Guard what compiles forms or C; `communicator` is its mesh's, found from its arguments.
 
     DOLFINx compiles on the first rank of it, while its others wait: that of a mesh on every rank
     for itself is each rank.
     """
 
-    def guarding(compiling: _Compiling) -> _Compiling:
+    def guarding(task: _Compiling) -> _Compiling:
         # cffi resets the root logger to INFO while it compiles, so a level set once does not last
-        @functools.wraps(compiling)
+        @functools.wraps(task)
         def quiet(*args: Any, **kwargs: Any) -> Any:
             root, disabled = logging.getLogger(), logging.root.manager.disable
             level = root.level
@@ -79,7 +79,7 @@ def compiling(communicator: Callable[..., Any]) -> Callable[[_Compiling], _Compi
             compiles = communicator(*args, **kwargs).rank == 0
             try:
                 with sole_compiler(COMPILED) if compiles else nullcontext():
-                    return compiling(*args, **kwargs)
+                    return task(*args, **kwargs)
             finally:
                 logging.disable(disabled)
                 root.setLevel(level)

@@ -76,8 +76,7 @@ def solve_many(ksp: PETSc.KSP, rights: SparseColumns, solutions: PETSc.Mat) -> N
     solutions: dense, overwritten. The first pass through the factors goes only where the right
     sides are. Collective.
     """
-    _, unknowns = solutions.getSizes()[0]
-    count = solutions.getSizes()[1][1]
+    unknowns, count = solutions.getSize()
     first = ksp.comm.rank == 0  # which MUMPS wants to have all of them, as rows
     sizes = ((count if first else 0, count), (unknowns if first else 0, unknowns))
     rows = PETSc.Mat().createAIJ(

@@ -14,6 +14,14 @@ from typing import Any
 from iceslide_fem.fenics.compat import COMPILED, COMPILER_FLAGS, compiling
 from iceslide_fem.parallel import from_root
 
+# Prototypes of our own: those of ctypes.pythonapi are shared with whoever sets them.
+_NAME_OF = ctypes.PYFUNCTYPE(ctypes.c_char_p, ctypes.py_object)(
+    ("PyCapsule_GetName", ctypes.pythonapi)
+)
+_POINTER_OF = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c_char_p)(
+    ("PyCapsule_GetPointer", ctypes.pythonapi)
+)
+
 
 def compiled(sources: Sequence[Path], comm: Any) -> Any:
     """cffi's module of the functions in C `sources`, which are one program in this order, and
@@ -33,11 +41,8 @@ def compiled(sources: Sequence[Path], comm: Any) -> Any:
 
 def address(module: Any, name: str) -> int:
     """Of a function in `scipy.linalg.cython_blas` or `cython_lapack`, for compiled code."""
-    python, capsule = ctypes.pythonapi, ctypes.py_object(module.__pyx_capi__[name])
-    python.PyCapsule_GetName.restype = ctypes.c_char_p
-    python.PyCapsule_GetPointer.restype = ctypes.c_void_p
-    signature = ctypes.c_char_p(python.PyCapsule_GetName(capsule))
-    return int(python.PyCapsule_GetPointer(capsule, signature))
+    capsule = module.__pyx_capi__[name]
+    return int(_POINTER_OF(capsule, _NAME_OF(capsule)))
 
 
 @compiling(lambda comm, *_: comm)

@@ -7,6 +7,46 @@
 /* A line search: the share of the first slope that may be left of it, uphill; trials. */
 #define ENOUGH 0.1
 #define SEARCH_TRIALS 12
+/* How far apart the numbers of a cell's nodes may be: so many diagonals couple them. */
+#define DIAGONALS 5
+
+/* How far apart they are, and how many diagonals that makes. */
+static int diagonals(int ny, int *apart)
+{
+    const int all[DIAGONALS] = {0, 1, ny - 1, ny, ny + 1};
+    const int count = ny == 1 ? 2 : DIAGONALS;
+    memcpy(apart, all, (size_t)count * sizeof *apart);
+    return count;
+}
+
+/* Sum over the points of conductance * N N^T, by diagonals; whether it is anything. */
+static int coupling(const Surface *surface, const double *conductance, double *bands)
+{
+    const Points *points = surface->points;
+    const int n = surface->n, corners = points->corners;
+    const int number[4] = {0, 1, surface->ny, surface->ny + 1};
+    int apart[DIAGONALS], band[4][4], any = 0;
+    const int count = diagonals(surface->ny, apart);
+    for (int one = 0; one < corners; one++)
+        for (int other = one; other < corners; other++)
+            for (int d = 0; d < count; d++)
+                if (apart[d] == number[other] - number[one])
+                    band[one][other] = d * n;
+    memset(bands, 0, (size_t)(count * n) * sizeof *bands);
+    for (int p = 0; p < points->n; p++) {
+        if (conductance[p] == 0.0)
+            continue;
+        const double *share = points->share + p * corners;
+        const int *node = points->node + p * corners;
+        any = 1;
+        for (int one = 0; one < corners; one++) {
+            const double half = conductance[p] * share[one];
+            for (int other = one; other < corners; other++)
+                bands[band[one][other] + node[one]] += half * share[other];
+        }
+    }
+    return any;
+}
 
 /* Heat (W) that a point gives where it is by `rise` (K) warmer than when it was asked. */
 static double heat_of(const Fluxes *flux, double rise)
@@ -58,23 +98,22 @@ static int shrunk(const Linear *linear, const double *answer, double share)
 static int correction(const Surface *surface, const double *bands, double *factor, double *x,
                       double *left, double *work)
 {
-    Linear linear = {.surface = surface, .load = load_with_points, .answered = by_bands,
-                     .close = shrunk, .bands = bands, .factor = factor,
-                     .iterations = LINEAR_ITERATIONS};
-    const int n = surface->n;
-    linear.band_count = diagonals(surface->ny, linear.apart);
-    linear.width = linear.apart[linear.band_count - 1];
-    const int height = linear.width + 1;
+    int apart[DIAGONALS];
+    const int n = surface->n, count = diagonals(surface->ny, apart), width = apart[count - 1];
+    const int height = width + 1;
+    const Linear linear = {.surface = surface, .load = load_with_points, .answered = by_bands,
+                           .close = shrunk, .bands = bands, .factor = factor, .apart = apart,
+                           .iterations = LINEAR_ITERATIONS, .width = width, .band_count = count};
     double least;
     const double most = most_resistance(surface, &least), middle = sqrt(most * least);
     int fault;
     memset(factor, 0, (size_t)n * (size_t)height * sizeof *factor);
-    for (int d = 0; d < linear.band_count; d++)
+    for (int d = 0; d < count; d++)
         for (int i = 0; i < n; i++)
-            factor[(size_t)i * (size_t)height + (size_t)linear.apart[d]] += bands[d * n + i];
+            factor[(size_t)i * (size_t)height + (size_t)apart[d]] += bands[d * n + i];
     for (int i = 0; i < n; i++)
         factor[(size_t)i * (size_t)height] += surface->cell_area[i] / middle;
-    dpbtrf("L", &n, &linear.width, factor, &height, &fault);
+    dpbtrf("L", &n, &width, factor, &height, &fault);
     return fault == 0 && conjugate_gradients(&linear, x, left, work);
 }
 
@@ -142,7 +181,7 @@ int balance(Surface *surface, const Fluxes *fluxes, double agreement, double wit
         warmed(surface, imbalance, residual);
         off = largest(n, residual);
         if (off <= target) {
-            outcome = *changes == 0 ? SETTLED : depends ? CHANGED : FOUND;
+            outcome = depends ? DEPENDS : FOUND;
             break;
         }
         if (!isfinite(off))

@@ -27,9 +27,6 @@ void lapack(void *product, void *factorise, void *solve)
     dpbtrs = (SolveFactored *)solve;
 }
 
-/* Neighbours of a node in a cell: how far apart the numbers of a cell's nodes may be. */
-#define DIAGONALS 5
-
 static double largest(int n, const double *x)
 {
     double most = 0.0;
@@ -74,44 +71,6 @@ static void scatter(const Surface *surface, const double *amounts, double *nodes
     for (int p = 0, i = 0; p < points->n; p++)
         for (int corner = 0; corner < points->corners; corner++, i++)
             nodes[points->node[i]] += points->share[i] * amounts[p];
-}
-
-/* How far apart the numbers of a cell's nodes are: the diagonals of what couples them. */
-static int diagonals(int ny, int *apart)
-{
-    const int all[DIAGONALS] = {0, 1, ny - 1, ny, ny + 1};
-    const int count = ny == 1 ? 2 : DIAGONALS;
-    memcpy(apart, all, (size_t)count * sizeof *apart);
-    return count;
-}
-
-/* Sum over the points of conductance * N N^T, by diagonals; whether it is anything. */
-static int coupling(const Surface *surface, const double *conductance, double *bands)
-{
-    const Points *points = surface->points;
-    const int n = surface->n, corners = points->corners;
-    const int number[4] = {0, 1, surface->ny, surface->ny + 1};
-    int apart[DIAGONALS], band[4][4], any = 0;
-    const int count = diagonals(surface->ny, apart);
-    for (int one = 0; one < corners; one++)
-        for (int other = one; other < corners; other++)
-            for (int d = 0; d < count; d++)
-                if (apart[d] == number[other] - number[one])
-                    band[one][other] = d * n;
-    memset(bands, 0, (size_t)(count * n) * sizeof *bands);
-    for (int p = 0; p < points->n; p++) {
-        if (conductance[p] == 0.0)
-            continue;
-        const double *share = points->share + p * corners;
-        const int *node = points->node + p * corners;
-        any = 1;
-        for (int one = 0; one < corners; one++) {
-            const double half = conductance[p] * share[one];
-            for (int other = one; other < corners; other++)
-                bands[band[one][other] + node[one]] += half * share[other];
-        }
-    }
-    return any;
 }
 
 /* ---- The ice below: diagonal in the lateral modes, or column by column. ---- */
@@ -189,8 +148,8 @@ typedef struct Linear {
     int (*close)(const struct Linear *, const double *answer, double share);
     const double *bands, *factor, *per_heat; /* what these need */
     double small;
+    const int *apart; /* numbers of the nodes that a band joins, `band_count` of them */
     int iterations, width, band_count;
-    int apart[DIAGONALS];
 } Linear;
 
 /* x with load(x) = left, and what is left of it; whether that is close. work: (3, n).

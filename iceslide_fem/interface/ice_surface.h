@@ -23,9 +23,9 @@ typedef struct {
     double heat, fall, other_heat, other_fall;
 } Fluxes;
 
-/* Of `balance`: it was one already; it is found, and no heat depends on the temperature; some
- * does; it is not found in so many iterations; a system has no solution, or there is no memory. */
-enum { SETTLED, FOUND, CHANGED, UNSETTLED, FAILED };
+/* Of `balance`: it is found, and no heat depends on the temperature; some does; it is not found in
+ * so many iterations; a system has no solution, or there is no memory. */
+enum { FOUND, DEPENDS, UNSETTLED, FAILED };
 
 void lapack(void *product, void *factorise, void *solve);
 int melting_guess(Surface *surface, const double *powers, const double *areas, double link,

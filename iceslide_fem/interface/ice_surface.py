@@ -22,6 +22,7 @@ the points of all ranks: every rank does the same.
 from __future__ import annotations
 
 from copy import copy
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -49,12 +50,15 @@ UNSETTLED = "the melting part of the ice's surface does not settle"
 
 
 class SharedPoints:
-    """Points of all ranks, `at` their places on the grid; every rank knows them. Collective."""
+    """Points of all ranks, which every rank knows once they are asked for."""
 
-    def __init__(self, at: Placement, comm: MPI.Comm) -> None:
-        self._comm = comm
-        self._counts = comm.allgather(len(at.node)) if comm.size > 1 else []
-        self.node, self.share = self.of_all(at.node), self.of_all(at.share)
+    def __init__(self, at: Placement, comm: MPI.Comm, ffi: Any) -> None:
+        """`at`: places of this rank's on the grid; `ffi`: cffi's."""
+        self._at, self._comm, self._ffi = at, comm, ffi
+
+    @cached_property
+    def _counts(self) -> list[int]:
+        return self._comm.allgather(len(self._at.node))
 
     def of_all(self, own: NDArray[Any]) -> NDArray[Any]:
         """Rows (N, ...) of the points of all ranks, from those (n, ...) of this one. Collective."""
@@ -65,6 +69,16 @@ class SharedPoints:
         each = rows[:1].size
         self._comm.Allgatherv(own, [rows, [count * each for count in self._counts]])
         return rows
+
+    @cached_property
+    def in_c(self) -> Any:
+        """As C has them, which lives as long as these do. Collective where it is first asked."""
+        self._node, self._share = self.of_all(self._at.node), self.of_all(self._at.share)
+        n, corners = self._node.shape
+        node = self._ffi.from_buffer("int[]", self._node)
+        share = self._ffi.from_buffer("double[]", self._share)
+        fields = {"n": n, "corners": corners, "node": node, "share": share}
+        return self._ffi.new("Points *", fields)
 
 
 def fluxes(film: FilmStage, asked: Array, area: Array, link: float, T_m: float) -> Array:
@@ -83,7 +97,7 @@ def fluxes(film: FilmStage, asked: Array, area: Array, link: float, T_m: float) 
 
 class StageSurface(NamedTuple):
     """The surface in a stage. offset: temperatures of its nodes without heat, K; resistance: of the
-    lateral modes, or of the columns, K m2/W; both of the grid's shape.
+    lateral modes, or of the columns, K m2/W; both of the grid's shape, or one after the other.
     """
 
     offset: Array
@@ -91,17 +105,20 @@ class StageSurface(NamedTuple):
 
 
 class Balance(NamedTuple):
-    """Temperatures (K) of the nodes and what the points give to them (W), of the grid's shape.
+    """Temperatures (K) of the nodes and what the points give to them (W), shaped as the stage.
 
-    settled: the points give what they were asked for; depends: that was found, and is another where
-    it is warmer; changes: of the temperatures.
+    depends: whether any of that has become another because of the temperature; changes: of those.
     """
 
     temperature: Array
     given: Array
-    settled: bool
     depends: bool
     changes: int
+
+    @property
+    def settled(self) -> bool:
+        """Whether the points give what they were asked for."""
+        return self.changes == 0
 
 
 class IceSurface:
@@ -136,17 +153,12 @@ class IceSurface:
         self.at, self._area = at, area = contacts
         self._touching = touching = np.flatnonzero(area > 0.0)
         place = at if touching.size == area.size else part_of(at, touching.tobytes())
-        self._points = points = SharedPoints(place, self._grid.comm)
-        n, corners = points.node.shape
-        node = self._kernel.ffi.from_buffer("int[]", points.node)
-        self._known = {"n": n, "corners": corners, "node": node}
-        self._known |= self._numbers(share=points.share)
-        self._c_points = self._kernel.ffi.new("Points *", self._known)
+        self._points = SharedPoints(place, self._grid.comm, self._kernel.ffi)
 
     def settled(
         self, stage: StageSurface, before: Array, film: Film, link: float, agreement: float
     ) -> tuple[Array, FilmStage]:
-        """What the points give to the nodes (W, of the grid's shape), and the film. Collective.
+        """What the points give to the nodes (W, shaped as the stage), and the film. Collective.
 
         Where a point melts (or the rubber takes heat, too), its flux depends on the temperature:
         ice and the film's `fluxes` are balanced, and the film is asked again at the temperatures
@@ -178,7 +190,7 @@ class IceSurface:
         raise NotConverged(UNSETTLED)
 
     def melting_guess(self, stage: StageSurface, before: Array, power: Array, link: float) -> Array:
-        """Temperature (K) of the nodes, of the grid's shape, from that `before` the stage.
+        """Temperature (K) of the nodes, shaped as that `before` the stage. Collective.
 
         power: of the friction at all points, W, and the area of each, m2, (n, 2); link: K m2/W.
         """
@@ -197,7 +209,7 @@ class IceSurface:
         """The balance with these `fluxes` of all points (n, 4), `asked` at temperatures (K) of the
         nodes: those, where all agree by so much (K), else one within a share of it.
 
-        Raises NotConverged.
+        Collective. Raises NotConverged.
         """
         ffi, lib = self._kernel.ffi, self._kernel.lib
         temperature, given, changes = asked.copy(), np.empty_like(asked), ffi.new("int *")
@@ -216,12 +228,11 @@ class IceSurface:
             raise NotConverged("the linear solver of the ice's temperature fails")
         if outcome == lib.UNSETTLED:
             raise NotConverged(UNSETTLED)
-        settled, depends = outcome == lib.SETTLED, outcome == lib.CHANGED
-        return Balance(temperature, given, settled, depends, changes[0])
+        return Balance(temperature, given, outcome == lib.DEPENDS, changes[0])
 
     def _in(self, stage: StageSurface) -> tuple[Any, Any]:
         """The surface as C has it, and what has to live as long."""
-        fields = {**self._fields, **self._numbers(**stage._asdict()), "points": self._c_points}
+        fields = {**self._fields, **self._numbers(**stage._asdict()), "points": self._points.in_c}
         return self._kernel.ffi.new("Surface *", fields), fields
 
     def _numbers(self, **arrays: Array) -> dict[str, Any]:

@@ -137,17 +137,11 @@ int melting_guess(Surface *surface, const double *powers, const double *areas, d
         most[i] = melting_temperature - surface->offset[i];
         rise[i] = temperature[i] - surface->offset[i];
     }
-    if (limited(surface, power, most, rise, heat, held, work)) {
-        for (int i = 0; i < n; i++)
-            heat[i] = held[i] ? heat[i] : 0.0;
+    if (limited(surface, power, most, rise, heat, held, work))
         flux_of_melting(surface, powers, areas, area, heat, held, flux, at_points, work);
-        for (int i = 0; i < n; i++)
-            temperature[i] = held[i] ? melting_temperature - link * flux[i]
-                                     : surface->offset[i] + rise[i];
-    } else {
-        for (int i = 0; i < n; i++)
-            temperature[i] = surface->offset[i] + rise[i];
-    }
+    for (int i = 0; i < n; i++)
+        temperature[i] =
+            held[i] ? melting_temperature - link * flux[i] : surface->offset[i] + rise[i];
     free(room);
     return 0;
 }
