@@ -8,8 +8,8 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
 
 from iceslide_fem.errors import NotConverged  # noqa: E402
-from iceslide_fem.fenics import direct_solver as factors  # noqa: E402
-from iceslide_fem.fenics.compat import MPI, PETSc  # noqa: E402
+from iceslide_fem.fenics import direct_solver, single_factors  # noqa: E402
+from iceslide_fem.fenics.compat import MPI, SINGLE_BY_MUMPS, PETSc  # noqa: E402
 from iceslide_fem.materials import BAR, COMPOUNDS  # noqa: E402
 from iceslide_fem.rubber import responses, tangent  # noqa: E402
 from iceslide_fem.rubber.contact import contact_state, sliding_friction, static_friction  # noqa: E402
@@ -39,6 +39,22 @@ def equilibrium_of(cells, comm=MPI.COMM_WORLD):
     rubber = HyperelasticBody(a_block(cells, N[cells], comm), B)
     surface = contact_surface(rubber.space, rubber.facets("contact"), 4)
     return Equilibrium(rubber, surface, PENALTY)
+
+
+def optional(cells, options, comm=MPI.COMM_WORLD):
+    """`equilibrium_of` with PETSc's options for the rubber."""
+    for name, value in options.items():
+        PETSc.Options()[f"rubber_{name}"] = value
+    try:
+        return equilibrium_of(cells, comm)
+    finally:
+        for name in options:
+            PETSc.Options().delValue(f"rubber_{name}")
+
+
+def in_double(cells):
+    """With factors whose answers are exact to twelve digits, not five."""
+    return optional(cells, {"pc_precision": "double"})
 
 
 def press(system, law, pressure=BAR, accuracy=1e-9):
@@ -104,7 +120,7 @@ def test_five_bar():
 
 @pytest.mark.parametrize("cells", CELLS)
 def test_newton_direction_solves_the_linearised_bordered_system(cells):
-    system = equilibrium_of(cells)
+    system = in_double(cells)
     rubber, values = system.rubber, system.rubber.u.x.array
     bend(rubber, 0.03)
     rubber.displacements[rubber.plate] = 0.0
@@ -133,7 +149,7 @@ def test_newton_direction_solves_the_linearised_bordered_system(cells):
 def test_kept_factors_give_the_change_of_the_present_contact(cells, monkeypatch):
     monkeypatch.setattr(tangent, "FORCING", 1e-10)
     monkeypatch.setattr(responses, "MOST_SOLVES", 60)
-    fresh, kept = equilibrium_of(cells), equilibrium_of(cells)
+    fresh, kept = in_double(cells), in_double(cells)
     for system in (fresh, kept):
         bend(system.rubber, 0.03)
         system.rubber.displacements[system.rubber.plate] = 0.0
@@ -151,8 +167,9 @@ def test_kept_factors_give_the_change_of_the_present_contact(cells, monkeypatch)
 
 
 @pytest.mark.three
-def test_loads_are_answered_line_by_line_at_once():
-    system = equilibrium_of("hexahedron")
+@pytest.mark.parametrize("precision, same", [("double", 1e-9), ("single", 1e-5)])
+def test_loads_are_answered_line_by_line_at_once(precision, same):
+    system = optional("hexahedron", {"pc_precision": precision})
     system.rubber.displacements[:, -1] -= 0.1 * BAR / PENALTY
     system._imbalance(1.0, sliding)
     system._linearise()
@@ -172,9 +189,9 @@ def test_loads_are_answered_line_by_line_at_once():
         bordered._load.array[bordered._nodes.own] = bordered._nodes.on_own(one)
         alone.append(bordered._solved(one[-1]))
     answers = bordered._response(loads)
-    np.testing.assert_allclose(answers, alone, atol=1e-9 * np.abs(answers).max())
+    np.testing.assert_allclose(answers, alone, atol=same * np.abs(answers).max())
     size = np.abs(alone[:1]).max(initial=0.0)
-    np.testing.assert_allclose(bordered._response(loads[:1]), alone[:1], atol=1e-9 * size)
+    np.testing.assert_allclose(bordered._response(loads[:1]), alone[:1], atol=same * size)
 
 
 def test_changes_by_old_factors_follow_the_secant(monkeypatch):
@@ -220,26 +237,35 @@ def test_too_large_a_load_is_refused_and_the_caller_can_restore():
     assert system.plate_displacement() == displacement
 
 
+@pytest.mark.three
 @pytest.mark.parametrize("cells", ["tetrahedron", "hexahedron"])
-def test_factors_get_more_room_where_theirs_is_too_small(cells, monkeypatch):
-    enough = equilibrium_of(cells)
-    monkeypatch.setattr(factors, "ROOM", -80)  # less than MUMPS's own estimate
-    tight = equilibrium_of(cells)
+def test_factors_in_single_precision_give_newton_his_direction(cells):
+    """Their error is far below what a change may leave."""
+    exact, single = in_double(cells), equilibrium_of(cells)
+    for system in (exact, single):
+        press(system, sliding, 0.4 * BAR)
+        system._imbalance(1.0, sliding)
+        system._linearise()
+    one, other = exact._direction(), single._direction()
+    error = exact._tangent.length(one - other) / exact._tangent.length(one)
+    assert 1e-9 < error < 1e-2 * tangent.FORCING  # the former: they are single
+
+
+@pytest.mark.parametrize("cells", ["tetrahedron", "hexahedron"])
+@pytest.mark.parametrize("precision", ["double", "single"])
+def test_factors_get_more_room_where_theirs_is_too_small(cells, precision, monkeypatch):
+    enough = optional(cells, {"pc_precision": precision})
+    for module in (direct_solver, single_factors):
+        monkeypatch.setattr(module, "ROOM", -80)  # less than MUMPS's own estimate
+    tight = optional(cells, {"pc_precision": precision})
     for system in (enough, tight):
         press(system, sliding)
-    assert tight._tangent.ksp.getPC().getFactorMatrix().getMumpsIcntl(14) == factors.MORE_ROOM
+    pc = tight._tangent.ksp.getPC()
+    by_mumps = pc.getType() == "python"
+    room = pc.getPythonContext().room if by_mumps else pc.getFactorMatrix().getMumpsIcntl(14)
+    assert by_mumps == (SINGLE_BY_MUMPS and precision == "single")
+    assert room == single_factors.MORE_ROOM
     assert tight.plate_displacement() == pytest.approx(enough.plate_displacement(), rel=1e-9)
-
-
-def optional(cells, options, comm=MPI.COMM_WORLD):
-    """The same with PETSc's options for the rubber."""
-    for name, value in options.items():
-        PETSc.Options()[f"rubber_{name}"] = value
-    try:
-        return equilibrium_of(cells, comm)
-    finally:
-        for name in options:
-            PETSc.Options().delValue(f"rubber_{name}")
 
 
 @pytest.mark.parametrize(

@@ -2,42 +2,24 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.fenics.compat import PETSc
-
-# MUMPS estimates the room for its factors before it knows the pivots and which rank takes what:
-# so much is added to the estimate, in per cent, and doubled until it is enough.
-ROOM, MORE_ROOM, MOST_ROOM = 100, 200, 1600
-_NO_ROOM = (-8, -9)  # INFOG(1): too small a workspace of integers, of reals
-
-
-class SparseColumns(NamedTuple):
-    """Columns by their entries: those of column k are first[k] to first[k + 1] of rows (global
-    numbers, int32) and values.
-    """
-
-    first: NDArray[np.int32]
-    rows: NDArray[np.int32]
-    values: Array
-
-    @classmethod
-    def none(cls) -> SparseColumns:
-        """No columns."""
-        return cls(np.zeros(1, dtype=np.int32), np.zeros(0, dtype=np.int32), np.zeros(0))
-
+from iceslide_fem.fenics.compat import SINGLE_BY_MUMPS, SINGLE_BY_PETSC, PETSc
+from iceslide_fem.fenics.single_factors import (
+    MORE_ROOM,
+    MOST_ROOM,
+    NO_ROOM,
+    ROOM,
+    SingleFactors,
+    SparseColumns,
+)
 
 def factorise(ksp: PETSc.KSP, dimension: int) -> None:
-    """Let `ksp`, which has its matrix, use direct factors."""
+    """Let `ksp`, which has its matrix, use direct factors. Collective."""
     pc = ksp.getPC()
     if dimension == 3:
-        pc.setType("lu")
-        pc.setFactorSolverType("mumps")
-        _give_room(pc, ROOM)
+        _use_mumps(ksp)
     elif ksp.comm.size > 1:  # a slice is small: every rank factorises the whole of it
         pc.setType("redundant")
     else:  # and PETSc's own factors take a third to a twentieth of MUMPS's time
@@ -66,36 +48,69 @@ def solve(ksp: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec) -> bool:
 
 def takes_many(ksp: PETSc.KSP) -> bool:
     """Whether the factors are MUMPS's: several sparse loads hardly take longer than one."""
+    return bool(_in_single(ksp) or _in_double(ksp))
+
+
+def solve_many(ksp: PETSc.KSP, loads: SparseColumns) -> Array:
+    """Solutions (k, n) of this rank's unknowns for a few sparse `loads`, the same on all ranks, with
+    the factors that a first `solve` has made. Collective.
+
+    The first pass through the factors goes only where the loads are.
+    """
+    if single := _in_single(ksp):
+        return single.solve_many(loads)
+    count, first = len(loads.first) - 1, ksp.comm.rank == 0
+    sizes, (_, unknowns) = ksp.getOperators()[0].getSizes()
+    # the first rank has all loads, as rows
+    shape = ((count if first else 0, count), (unknowns if first else 0, unknowns))
+    rows = PETSc.Mat().createAIJ(shape, csr=loads if first else SparseColumns.none(), comm=ksp.comm)
+    columns = PETSc.Mat().createTranspose(rows)
+    solutions = PETSc.Mat().createDense((sizes, (PETSc.DECIDE, count)), comm=ksp.comm)
+    solutions.setUp()
+    ksp.getPC().getFactorMatrix().matSolve(columns, solutions)
+    found = solutions.getDenseArray().T.copy()
+    for matrix in (columns, rows, solutions):
+        matrix.destroy()
+    return np.asarray(found)
+
+
+def _in_single(ksp: PETSc.KSP) -> SingleFactors | None:
+    pc = ksp.getPC()
+    context = pc.getPythonContext() if pc.getType() == "python" else None
+    return context if isinstance(context, SingleFactors) else None
+
+
+def _in_double(ksp: PETSc.KSP) -> bool:
     pc = ksp.getPC()
     return bool(pc.getType() == "lu" and pc.getFactorSolverType() == "mumps")
 
 
-def solve_many(ksp: PETSc.KSP, rights: SparseColumns, solutions: PETSc.Mat) -> None:
-    """Solve for a few sparse right sides with the factors, which a first `solve` has made.
+def _use_mumps(ksp: PETSc.KSP) -> None:
+    """In single precision, where it is to be had and the option -pc_precision does not say double.
 
-    solutions: dense, overwritten. The first pass through the factors goes only where the right
-    sides are. Collective.
+    Such factors take half the memory, and half the time where that is what their reading takes.
     """
-    unknowns, count = solutions.getSize()
-    first = ksp.comm.rank == 0  # which MUMPS wants to have all of them, as rows
-    sizes = ((count if first else 0, count), (unknowns if first else 0, unknowns))
-    rows = PETSc.Mat().createAIJ(
-        sizes, csr=rights if first else SparseColumns.none(), comm=ksp.comm
-    )
-    columns = PETSc.Mat().createTranspose(rows)
-    ksp.getPC().getFactorMatrix().matSolve(columns, solutions)
-    columns.destroy()
-    rows.destroy()
+    pc, options = ksp.getPC(), PETSc.Options(ksp.getOptionsPrefix())
+    single = options.getString("pc_precision", "single") == "single"
+    if single and SINGLE_BY_MUMPS:
+        pc.setType("python")
+        pc.setPythonContext(SingleFactors(ksp.comm.tompi4py()))
+        return
+    if single and SINGLE_BY_PETSC:
+        options["pc_precision"] = "single"
+    pc.setType("lu")
+    pc.setFactorSolverType("mumps")
+    _give_room(pc, ROOM)
 
 
 def _more_room(ksp: PETSc.KSP) -> bool:
     """Make more room for the next factors; whether that may help."""
-    if not takes_many(ksp):
+    if not _in_double(ksp):
         return False
     pc = ksp.getPC()
     factors = pc.getFactorMatrix()
     room = max(2 * factors.getMumpsIcntl(14), MORE_ROOM)
-    if factors.getMumpsInfog(1) not in _NO_ROOM or room > MOST_ROOM:
+    if factors.getMumpsInfog(1) not in NO_ROOM or room > MOST_ROOM:
         return False
     matrix, _ = ksp.getOperators()
     pc.reset()  # PETSc keeps factors that failed

@@ -23,19 +23,19 @@ _POINTER_OF = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c_char
 )
 
 
-def compiled(sources: Sequence[Path], comm: Any) -> Any:
+def compiled(sources: Sequence[Path], comm: Any, libraries: Sequence[str] = ()) -> Any:
     """cffi's module of the functions in C `sources`, which are one program in this order, and
-    declared in the header beside the first. Collective.
+    declared in the header beside the first; it is linked with `libraries`. Collective.
 
     `lib` of it has them, `ffi` their types.
     """
     header = sources[0].with_suffix(".h").read_text(encoding="utf-8")
     parts = (f'#line 1 "{path.name}"\n{path.read_text(encoding="utf-8")}' for path in sources)
     text = "\n".join([header, *parts])
-    words = "\n".join([text, *COMPILER_FLAGS])
+    words = "\n".join([text, *COMPILER_FLAGS, *libraries])
     name = f"{sources[0].stem}_{hashlib.sha256(words.encode()).hexdigest()[:16]}"
     library = COMPILED / f"{name}{sysconfig.get_config_var('EXT_SUFFIX')}"
-    _compile(comm, library, header, text)
+    _compile(comm, library, header, text, libraries)
     return _loaded(library)
 
 
@@ -46,16 +46,19 @@ def address(module: Any, name: str) -> int:
 
 
 @compiling(lambda comm, *_: comm)
-def _compile(comm: Any, library: Path, header: str, text: str) -> None:
-    from_root(lambda: None if library.is_file() else _make(library, header, text), comm)
+def _compile(
+    comm: Any, library: Path, header: str, text: str, libraries: Sequence[str]
+) -> None:
+    from_root(lambda: None if library.is_file() else _make(library, header, text, libraries), comm)
 
 
-def _make(library: Path, header: str, text: str) -> None:
+def _make(library: Path, header: str, text: str, libraries: Sequence[str]) -> None:
     import cffi  # which DOLFINx brings: it compiles its forms with it
 
     builder = cffi.FFI()
     builder.cdef(header)
-    builder.set_source(library.name.split(".")[0], text, extra_compile_args=COMPILER_FLAGS)
+    name, links = library.name.split(".")[0], list(libraries)
+    builder.set_source(name, text, extra_compile_args=COMPILER_FLAGS, libraries=links)
     builder.compile(tmpdir=str(library.parent))
 
 

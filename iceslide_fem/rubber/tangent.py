@@ -33,7 +33,7 @@ FORCING = 0.03
 
 # What new factors and their assembly cost, in solves with them, and a new preconditioner.
 FACTORS, PRECONDITIONER = 40.0, 1.0
-DIRECT = ("lu", "cholesky", "redundant")
+DIRECT = ("lu", "cholesky", "redundant", "python")
 
 
 class Tangent:
@@ -170,15 +170,10 @@ class Tangent:
         return self._solved(loads[0, -1])[None]
 
     def _responses_at_once(self, loads: Array) -> Array:
-        sizes = self._load.getSizes(), (PETSc.DECIDE, len(loads))
-        answers = PETSc.Mat().createDense(sizes, comm=self._comm)
-        answers.setUp()
-        solve_many(self.ksp, self._nodes.entries(loads), answers)
-        found, changes = answers.getDenseArray(), []
-        for column, load in enumerate(loads):
-            self._answer.array[:] = found[:, column]
+        changes = []
+        for load, answer in zip(loads, solve_many(self.ksp, self._nodes.entries(loads)), strict=True):
+            self._answer.array[:] = answer
             changes.append(self._lifted(load[-1]))
-        answers.destroy()
         return np.array(changes)
 
     def _solved(self, plate: float) -> Array:

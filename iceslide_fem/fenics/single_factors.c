@@ -1,0 +1,82 @@
+/* MUMPS by its own interface (MUMPS 5.5 Users' guide, ch. 5): PETSc before 3.25 has it only in the
+ * precision of its own numbers.
+ */
+#include <smumps_c.h>
+#include <stdlib.h>
+
+#define ICNTL(I) icntl[(I)-1] /* as numbered in the guide */
+
+enum { BEGIN = -1, END = -2, ANALYSE = 1, FACTORISE = 2, SOLVE = 3 };
+
+static int run(SMUMPS_STRUC_C *factors, int job)
+{
+    factors->job = job;
+    smumps_c(factors);
+    return factors->infog[0] < 0 ? factors->infog[0] : 0; /* positive: a warning */
+}
+
+void *begin(int communicator)
+{
+    SMUMPS_STRUC_C *factors = calloc(1, sizeof *factors);
+    if (!factors)
+        return NULL;
+    factors->comm_fortran = communicator;
+    factors->par = 1; /* the first rank takes part */
+    factors->sym = 0; /* the shear of friction is not symmetric */
+    run(factors, BEGIN);
+    for (int output = 1; output <= 3; ++output)
+        factors->ICNTL(output) = -1;
+    factors->ICNTL(4) = 0;
+    factors->ICNTL(6) = factors->ICNTL(8) = 0; /* neither columns permuted nor scaling */
+    factors->ICNTL(13) = 1;                    /* the last front on one rank */
+    factors->ICNTL(18) = 3;                    /* entries on all ranks */
+    return factors;
+}
+
+int analyse(void *any, int unknowns, long long entries, int *rows, int *columns)
+{
+    SMUMPS_STRUC_C *factors = any;
+    factors->n = unknowns;
+    factors->nnz_loc = entries;
+    factors->irn_loc = rows;
+    factors->jcn_loc = columns;
+    return run(factors, ANALYSE);
+}
+
+int factorise(void *any, float *values, int room)
+{
+    SMUMPS_STRUC_C *factors = any;
+    factors->a_loc = values;
+    factors->ICNTL(14) = room;
+    return run(factors, FACTORISE);
+}
+
+int solve(void *any, float *load)
+{
+    SMUMPS_STRUC_C *factors = any;
+    factors->rhs = load;
+    factors->nrhs = 1;
+    factors->lrhs = factors->n;
+    factors->ICNTL(20) = 0; /* a dense load */
+    return run(factors, SOLVE);
+}
+
+int solve_many(void *any, int count, int *first, int *rows, float *values, float *solutions)
+{
+    SMUMPS_STRUC_C *factors = any;
+    factors->rhs = solutions;
+    factors->nrhs = count;
+    factors->lrhs = factors->n;
+    factors->nz_rhs = first ? first[count] - 1 : 0;
+    factors->irhs_ptr = first;
+    factors->irhs_sparse = rows;
+    factors->rhs_sparse = values;
+    factors->ICNTL(20) = 1; /* sparse loads */
+    return run(factors, SOLVE);
+}
+
+void end(void *any)
+{
+    run(any, END);
+    free(any);
+}
