@@ -15,6 +15,7 @@ from iceslide_fem.fenics.single_factors import (
     SparseColumns,
 )
 
+
 def factorise(ksp: PETSc.KSP, dimension: int) -> None:
     """Let `ksp`, which has its matrix, use direct factors. Collective."""
     pc = ksp.getPC()
@@ -52,10 +53,10 @@ def takes_many(ksp: PETSc.KSP) -> bool:
 
 
 def solve_many(ksp: PETSc.KSP, loads: SparseColumns) -> Array:
-    """Solutions (k, n) of this rank's unknowns for a few sparse `loads`, the same on all ranks, with
-    the factors that a first `solve` has made. Collective.
+    """Solutions (k, n) of this rank's unknowns for a few sparse `loads`, the same on all ranks.
 
-    The first pass through the factors goes only where the loads are.
+    The factors are those that a first `solve` has made: the first pass through them goes only where
+    the loads are. Collective.
     """
     if single := _in_single(ksp):
         return single.solve_many(loads)

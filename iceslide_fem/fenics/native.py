@@ -46,9 +46,7 @@ def address(module: Any, name: str) -> int:
 
 
 @compiling(lambda comm, *_: comm)
-def _compile(
-    comm: Any, library: Path, header: str, text: str, libraries: Sequence[str]
-) -> None:
+def _compile(comm: Any, library: Path, header: str, text: str, libraries: Sequence[str]) -> None:
     from_root(lambda: None if library.is_file() else _make(library, header, text, libraries), comm)
 
 

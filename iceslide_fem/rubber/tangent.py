@@ -171,7 +171,9 @@ class Tangent:
 
     def _responses_at_once(self, loads: Array) -> Array:
         changes = []
-        for load, answer in zip(loads, solve_many(self.ksp, self._nodes.entries(loads)), strict=True):
+        for load, answer in zip(
+            loads, solve_many(self.ksp, self._nodes.entries(loads)), strict=True
+        ):
             self._answer.array[:] = answer
             changes.append(self._lifted(load[-1]))
         return np.array(changes)
