@@ -1,13 +1,29 @@
 """Small blocks of any cell type for the tests of rubber and contact."""
 
+from contextlib import contextmanager
+
 import numpy as np
 from dolfinx import mesh as dolfinx_mesh
 
-from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.mesh.rubber import RubberMesh
 
 CELLS = ["triangle", "quadrilateral", "tetrahedron", "hexahedron"]
 SIZE = 1e-3  # m, of every edge
+# Factors whose answers are exact to twelve digits, not five.
+IN_DOUBLE = {"pc_precision": "double"}
+
+
+@contextmanager
+def options_of_rubber(options):
+    """PETSc's options for the linear solver of a block that is built meanwhile."""
+    for name, value in options.items():
+        PETSc.Options()[f"rubber_{name}"] = value
+    try:
+        yield
+    finally:
+        for name in options:
+            PETSc.Options().delValue(f"rubber_{name}")
 
 
 def a_block(cells, n=4, comm=MPI.COMM_WORLD):

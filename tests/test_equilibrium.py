@@ -5,11 +5,11 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
-from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
+from blocks import CELLS, IN_DOUBLE, SIZE, a_block, bend, options_of_rubber  # noqa: E402
 
 from iceslide_fem.errors import NotConverged  # noqa: E402
 from iceslide_fem.fenics import direct_solver, single_factors  # noqa: E402
-from iceslide_fem.fenics.compat import MPI, SINGLE_BY_MUMPS, PETSc  # noqa: E402
+from iceslide_fem.fenics.compat import MPI, SINGLE_BY_MUMPS  # noqa: E402
 from iceslide_fem.materials import BAR, COMPOUNDS  # noqa: E402
 from iceslide_fem.rubber import responses, tangent  # noqa: E402
 from iceslide_fem.rubber.contact import contact_state, sliding_friction, static_friction  # noqa: E402
@@ -43,18 +43,13 @@ def equilibrium_of(cells, comm=MPI.COMM_WORLD):
 
 def optional(cells, options, comm=MPI.COMM_WORLD):
     """`equilibrium_of` with PETSc's options for the rubber."""
-    for name, value in options.items():
-        PETSc.Options()[f"rubber_{name}"] = value
-    try:
+    with options_of_rubber(options):
         return equilibrium_of(cells, comm)
-    finally:
-        for name in options:
-            PETSc.Options().delValue(f"rubber_{name}")
 
 
 def in_double(cells):
-    """With factors whose answers are exact to twelve digits, not five."""
-    return optional(cells, {"pc_precision": "double"})
+    """`equilibrium_of` with factors that answer exactly."""
+    return optional(cells, IN_DOUBLE)
 
 
 def press(system, law, pressure=BAR, accuracy=1e-9):
