@@ -10,13 +10,13 @@ from iceslide_fem.mesh.rubber import RubberMesh
 
 CELLS = ["triangle", "quadrilateral", "tetrahedron", "hexahedron"]
 SIZE = 1e-3  # m, of every edge
-# Factors whose answers are exact to twelve digits, not five.
-IN_DOUBLE = {"pc_precision": "double"}
 
 
 @contextmanager
 def options_of_rubber(options):
-    """PETSc's options for the linear solver of a block that is built meanwhile."""
+    """PETSc's options for the linear solver of a block that is built, and first solved, meanwhile:
+    some are read only then.
+    """
     for name, value in options.items():
         PETSc.Options()[f"rubber_{name}"] = value
     try:

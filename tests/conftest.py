@@ -5,7 +5,18 @@ does, also where one file of tests is run alone.
 
 from contextlib import suppress
 
+import pytest
+
 import iceslide_fem  # noqa: F401
 
 with suppress(ImportError):
     import dolfinx_solver  # noqa: F401
+
+
+@pytest.fixture
+def in_double():
+    """Factors of blocks answer exactly to twelve digits, not to five."""
+    from blocks import options_of_rubber
+
+    with options_of_rubber({"pc_precision": "double"}):
+        yield

@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
-from blocks import CELLS, IN_DOUBLE, SIZE, a_block, bend, options_of_rubber  # noqa: E402
+from blocks import CELLS, SIZE, a_block, bend, options_of_rubber  # noqa: E402
 
 from iceslide_fem.errors import NotConverged  # noqa: E402
 from iceslide_fem.fenics import direct_solver, single_factors  # noqa: E402
@@ -45,11 +45,6 @@ def optional(cells, options, comm=MPI.COMM_WORLD):
     """`equilibrium_of` with PETSc's options for the rubber."""
     with options_of_rubber(options):
         return equilibrium_of(cells, comm)
-
-
-def in_double(cells):
-    """`equilibrium_of` with factors that answer exactly."""
-    return optional(cells, IN_DOUBLE)
 
 
 def press(system, law, pressure=BAR, accuracy=1e-9):
@@ -114,8 +109,8 @@ def test_five_bar():
 
 
 @pytest.mark.parametrize("cells", CELLS)
-def test_newton_direction_solves_the_linearised_bordered_system(cells):
-    system = in_double(cells)
+def test_newton_direction_solves_the_linearised_bordered_system(cells, in_double):
+    system = equilibrium_of(cells)
     rubber, values = system.rubber, system.rubber.u.x.array
     bend(rubber, 0.03)
     rubber.displacements[rubber.plate] = 0.0
@@ -141,10 +136,10 @@ def test_newton_direction_solves_the_linearised_bordered_system(cells):
 
 @pytest.mark.three
 @pytest.mark.parametrize("cells", CELLS)
-def test_kept_factors_give_the_change_of_the_present_contact(cells, monkeypatch):
+def test_kept_factors_give_the_change_of_the_present_contact(cells, in_double, monkeypatch):
     monkeypatch.setattr(tangent, "FORCING", 1e-10)
     monkeypatch.setattr(responses, "MOST_SOLVES", 60)
-    fresh, kept = in_double(cells), in_double(cells)
+    fresh, kept = equilibrium_of(cells), equilibrium_of(cells)
     for system in (fresh, kept):
         bend(system.rubber, 0.03)
         system.rubber.displacements[system.rubber.plate] = 0.0
@@ -164,10 +159,11 @@ def test_kept_factors_give_the_change_of_the_present_contact(cells, monkeypatch)
 @pytest.mark.three
 @pytest.mark.parametrize("precision, same", [("double", 1e-9), ("single", 1e-5)])
 def test_loads_are_answered_line_by_line_at_once(precision, same):
-    system = optional("hexahedron", {"pc_precision": precision})
-    system.rubber.displacements[:, -1] -= 0.1 * BAR / PENALTY
-    system._imbalance(1.0, sliding)
-    system._linearise()
+    with options_of_rubber({"pc_precision": precision}):
+        system = equilibrium_of("hexahedron")
+        system.rubber.displacements[:, -1] -= 0.1 * BAR / PENALTY
+        system._imbalance(1.0, sliding)
+        system._linearise()
     bordered = system._tangent
     load = np.random.default_rng(1).random(bordered._nodes.n_loads)
     load[:-1][bordered._nodes._fixed] = 0.0
@@ -236,25 +232,30 @@ def test_too_large_a_load_is_refused_and_the_caller_can_restore():
 @pytest.mark.parametrize("cells", ["tetrahedron", "hexahedron"])
 def test_factors_in_single_precision_give_newton_his_direction(cells):
     """Their error is far below what a change may leave."""
-    exact, single = in_double(cells), equilibrium_of(cells)
-    for system in (exact, single):
-        press(system, sliding, 0.4 * BAR)
-        system._imbalance(1.0, sliding)
-        system._linearise()
-    one, other = exact._direction(), single._direction()
-    error = exact._tangent.length(one - other) / exact._tangent.length(one)
+    directions = []
+    for precision in ("double", "single"):
+        with options_of_rubber({"pc_precision": precision}):
+            system = equilibrium_of(cells)
+            press(system, sliding, 0.4 * BAR)
+            system._imbalance(1.0, sliding)
+            system._linearise()
+            directions.append(system._direction())
+    exact, single = directions
+    length = system._tangent.length
+    error = length(exact - single) / length(exact)
     assert 1e-9 < error < 1e-2 * tangent.FORCING  # the former: they are single
 
 
 @pytest.mark.parametrize("cells", ["tetrahedron", "hexahedron"])
 @pytest.mark.parametrize("precision", ["double", "single"])
 def test_factors_get_more_room_where_theirs_is_too_small(cells, precision, monkeypatch):
-    enough = optional(cells, {"pc_precision": precision})
-    for module in (direct_solver, single_factors):
-        monkeypatch.setattr(module, "ROOM", -80)  # less than MUMPS's own estimate
-    tight = optional(cells, {"pc_precision": precision})
-    for system in (enough, tight):
-        press(system, sliding)
+    with options_of_rubber({"pc_precision": precision}):
+        enough = equilibrium_of(cells)
+        press(enough, sliding)
+        for module in (direct_solver, single_factors):
+            monkeypatch.setattr(module, "ROOM", -80)  # less than MUMPS's own estimate
+        tight = equilibrium_of(cells)
+        press(tight, sliding)
     pc = tight._tangent.ksp.getPC()
     by_mumps = pc.getType() == "python"
     room = pc.getPythonContext().room if by_mumps else pc.getFactorMatrix().getMumpsIcntl(14)

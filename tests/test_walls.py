@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
-from blocks import IN_DOUBLE, along, options_of_rubber, ripple  # noqa: E402
+from blocks import along, ripple  # noqa: E402
 
 from iceslide_fem.coupling.restart import PointLayout  # noqa: E402
 from iceslide_fem.errors import NotConverged  # noqa: E402
@@ -308,12 +308,11 @@ def test_a_grip_is_given_back_on_any_number_of_ranks(model):
 
 @pytest.mark.mpi
 @pytest.mark.three
-def test_changes_by_kept_factors_take_walls_as_they_touch_now(model, monkeypatch):
+def test_changes_by_kept_factors_take_walls_as_they_touch_now(model, in_double, monkeypatch):
     """Of factors without walls and of those with them, the same change."""
     monkeypatch.setattr("iceslide_fem.rubber.tangent.FORCING", 1e-4)
     monkeypatch.setattr("iceslide_fem.rubber.responses.MOST_SOLVES", 300)
-    with options_of_rubber(IN_DOUBLE):
-        block = siped(model, WORLD)
+    block = siped(model, WORLD)
     walls, equilibrium, u = block.rubber.walls, block.equilibrium, block.rubber.displacements
     x = block.rubber.space.tabulate_dof_coordinates()[:, : u.shape[1]]
     side = np.sign(x[:, 0] - MIDDLE - np.tan(np.radians(5.0)) * x[:, -1])
