@@ -123,6 +123,7 @@ def _more_room(ksp: PETSc.KSP) -> bool:
 def _give_room(pc: PETSc.PC, room: int) -> None:
     pc.setFactorSetUpSolverType()
     factors = pc.getFactorMatrix()
+    factors.setOptionsPrefix(pc.getOptionsPrefix())  # that of its precision among them
     factors.setMumpsIcntl(14, room)
     factors.setMumpsIcntl(13, 1)  # the last front on one rank: shared out, solves wait for it
     # Stiffnesses of one kind of element need neither a permutation of columns nor scaling, which
