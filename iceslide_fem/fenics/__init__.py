@@ -1,4 +1,4 @@
-"""All that touches DOLFINx versions, PETSc's factors, compiled forms and compiled C.
+"""All that touches DOLFINx versions, PETSc's and MUMPS's factors, compiled forms and compiled C.
 
 The rest of the package takes DOLFINx from `fenics.compat`. Imports `errors`, `files` and
 `parallel`.

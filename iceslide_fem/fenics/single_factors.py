@@ -83,7 +83,7 @@ class SingleFactors:
         values = loads.values.astype(np.float32)
         given = self._ints(first), self._ints(rows), self._floats(values), self._floats(whole)
         _check(self._lib.solve_many(self._factors, count, *self._on_first(*given)))
-        return np.array([self._scattered(one) for one in whole.reshape(count, -1)])
+        return np.array([self._scattered(one) for one in whole])
 
     def destroy(self, _: PETSc.PC) -> None:
         """Give the factors' memory back. Collective."""
