@@ -134,6 +134,13 @@ def test_penalty_moves_the_plate_little():
     assert all(row[2] != "not found in one solve" for row in rows)
 
 
+def test_single_factors_change_no_result():
+    _, _, double, single = printed("precision", "--cases", "thesis_1bar")
+    assert double[3] == "double" and single[3] == "single"
+    assert 0.0 < float(single[9]) < 1e-2  # of mu(t): below the tolerance
+    assert abs(float(single[10])) < 1e-4
+
+
 def test_sliding_variants(tmp_path):
     options = ["--quick", "--pictures", str(tmp_path), "--runs", str(tmp_path / "runs")]
     lines = output("compare_sliding", *options, timeout=600).splitlines()
