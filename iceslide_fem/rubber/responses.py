@@ -19,7 +19,6 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpstrf, dtrtri
 from scipy.sparse import csc_matrix, csr_matrix
 
 from iceslide_fem.arrays import Array
@@ -305,15 +304,7 @@ def _lines(
 
 
 def _orthonormal(columns: Array) -> Array:
-    """Parts (k, r) of the `columns` (n, k) with which their combinations are orthonormal, that of
-    the longest column last: by Cholesky's factors of their products, the largest pivot first.
-    """
-    products = columns.T @ columns
-    longest = products.diagonal().max(initial=0.0)
-    if not longest > 0.0:
-        return np.zeros((columns.shape[1], 0))
-    factor, order, rank, _ = dpstrf(products, tol=DEPENDENT**2 * longest)
-    inverse, _ = dtrtri(factor[:rank, :rank])
-    parts = np.zeros((columns.shape[1], rank))
-    parts[order[:rank] - 1] = np.triu(inverse)[:, ::-1]
-    return parts
+    """Parts (k, r) of the `columns` (n, k) with which their combinations are orthonormal."""
+    squares, vectors = np.linalg.eigh(columns.T @ columns)
+    good = squares > DEPENDENT**2 * squares.max(initial=0.0)
+    return np.asarray(vectors[:, good] / np.sqrt(squares[good]))
