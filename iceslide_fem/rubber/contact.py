@@ -99,7 +99,6 @@ def contact_tangent(
 
     `state` and `traction` are those at `u`. Facets under no load have none.
     """
-    tangent = np.zeros((*surface.dofs.shape, u.shape[-1], *surface.dofs.shape[1:], u.shape[-1]))
     firsts, here = surface.firsts, _loaded(state, traction)
     surface = surface.of(here)
     state = ContactState(*(part[here] for part in state))
@@ -111,16 +110,16 @@ def contact_tangent(
     d_stress[..., :-1, :-1] = traction.by_displacement
     d_stress[..., :-1, -1] = traction.by_pressure * d_pressure[..., None]
     d_stress[..., -1, -1] = d_pressure
-    # Sums over the points by matrix products: sum_q s_a (dt_i/du_j A) s_b and sum_q s_a t_i dA_bj.
-    shape, d = surface.shape, stress.shape[-1]
-    f, q, a = shape.shape
-    d_force = (d_stress * state.area[..., None, None]).reshape(f, q, 1, d * d) * shape[..., None]
-    moving = shape.transpose(0, 2, 1) @ d_force.reshape(f, q, a * d * d)
-    forces = (shape[..., None] * stress[:, :, None, :]).reshape(f, q, a * d)
-    turning = forces.transpose(0, 2, 1) @ d_area.reshape(f, q, a * d)
-    moving = moving.reshape(f, a, a, d, d).transpose(0, 1, 3, 2, 4)
-    tangent[here] = moving + turning.reshape(f, a, d, a, d)
-    return tangent if len(firsts) == len(tangent) else np.add.reduceat(tangent, firsts)
+    # the force on a node is sum_q s_a t_i A: its stress changes, and the area that it covers
+    moving = d_stress * state.area[..., None, None]
+    turning = stress[:, :, None, :, None] * d_area[:, :, :, None, :]
+    parts = surface.summed_pairs(moving, turning)
+    tangent = np.zeros((len(firsts), *parts.shape[1:]))
+    facet = np.searchsorted(firsts, here, side="right") - 1
+    first = np.flatnonzero(np.diff(facet, prepend=-1))
+    if first.size:
+        tangent[facet[first]] = np.add.reduceat(parts, first)
+    return tangent
 
 
 def _loaded(state: ContactState, traction: Traction) -> NDArray[np.intp]:

@@ -33,7 +33,9 @@ class ContactSurface:
     dofs: blocked dofs (f, a); nodes: undeformed positions (f, a, d), m; shape: (f, q, a);
     slopes: derivatives of the shape functions by the facet's coordinates (f, q, d-1, a);
     weights: reference weights with the sign that makes area vectors point outwards (f, q); whole:
-    number of the facet on this rank, (f,), of which each is a part.
+    number of the facet on this rank, (f,), of which each is a part. Facets of one kind (f,) have
+    the same shape and slopes; pairs: of each kind, products of the shape functions with themselves
+    and with the slopes by each coordinate, (kinds, d q, a a).
     """
 
     dofs: NDArray[np.int32]
@@ -42,6 +44,8 @@ class ContactSurface:
     slopes: Array
     weights: Array
     whole: NDArray[np.intp]
+    kind: NDArray[np.intp]
+    pairs: Array
     comm: MPI.Comm
 
     @property
@@ -63,6 +67,8 @@ class ContactSurface:
             self.slopes[facets],
             self.weights[facets],
             self.whole[facets],
+            self.kind[facets],
+            self.pairs,
             self.comm,
         )
 
@@ -92,18 +98,35 @@ class ContactSurface:
         return np.maximum(self._signed_footprint(self.tangents(u)), 0.0)
 
     def footprint_slopes(self, u: Array) -> Array:
-        """Derivative of `footprint` by the nodes' positions, (f, q, a, d)."""
-        tangents, slopes, weights = self.tangents(u), self.slopes, self.weights[..., None]
-        by_node = np.zeros((*self.shape.shape, self.nodes.shape[-1]))
+        """Derivative of `footprint` by the `tangents`, (f, q, d-1, d), m (1 in a slice)."""
+        tangents, weights = self.tangents(u), self.weights
+        by_tangent = np.zeros_like(tangents)
         if tangents.shape[2] == 1:
-            by_node[..., 0] = weights * slopes[:, :, 0]
+            by_tangent[:, :, 0, 0] = weights
         else:
-            (x1, y1), (x2, y2) = np.moveaxis(tangents[..., :2], (2, 3), (0, 1))[..., None]
-            d1, d2 = slopes[:, :, 0], slopes[:, :, 1]
-            by_node[..., 0] = -weights * (d1 * y2 - d2 * y1)
-            by_node[..., 1] = -weights * (d2 * x1 - d1 * x2)
-        by_node[self._signed_footprint(tangents) <= 0.0] = 0.0
-        return by_node
+            (x1, y1), (x2, y2) = np.moveaxis(tangents[..., :2], (2, 3), (0, 1))
+            for at, along in enumerate(((-y2, x2), (y1, -x1))):
+                for component, value in enumerate(along):
+                    by_tangent[:, :, at, component] = weights * value
+        by_tangent[self._signed_footprint(tangents) <= 0.0] = 0.0
+        return by_tangent
+
+    def summed_pairs(self, moving: Array, turning: Array) -> Array:
+        """Sums over the points, (f, a, i, a, j): of s_a m_ij s_b, which `moving` (f, q, i, j) has,
+        and of s_a t_kij ds_b/dk, which `turning` (f, q, d-1, i, j) has, k the facet's coordinates.
+        """
+        f, q, rows, columns = moving.shape
+        both = np.concatenate([moving[:, :, None], turning], axis=2).transpose(0, 3, 4, 2, 1)
+        both = both.reshape(f, rows * columns, -1)
+        nodes = self.shape.shape[-1]
+        sums = np.empty((f, rows * columns, nodes * nodes))
+        for kind in np.unique(self.kind):
+            here = self.kind == kind
+            of_kind = both[here]
+            sums[here] = (of_kind.reshape(-1, of_kind.shape[-1]) @ self.pairs[kind]).reshape(
+                of_kind.shape[0], rows * columns, -1
+            )
+        return sums.reshape(f, rows, columns, nodes, nodes).transpose(0, 3, 1, 4, 2)
 
     def undeformed(self) -> Array:
         """Area vectors of the undeformed facets at the points, (f, q, d), by the weight 1."""
@@ -188,7 +211,9 @@ def contact_surface(
         table = np.array(element.tabulate(1, here))[..., 0][..., closures[number]]
         shapes[at], slopes[at] = table[0], np.einsum("sd,dqa->qsa", axes, table[1:])
 
-    kind = kind.reshape(-1)  # of two dimensions in NumPy 2.0
+    kind = kind.reshape(-1).astype(np.intp)  # of two dimensions in NumPy 2.0
+    seconds = np.concatenate([shapes[:, None], slopes.transpose(0, 2, 1, 3)], axis=1)
+    pairs = shapes[:, None, :, :, None] * seconds[:, :, :, None, :]
     outwards = nodes.mean(axis=1) - coordinates[dofs_of_cells].mean(axis=1)
     vectors = area_vectors(_tangents(slopes[kind], nodes[whole]))
     sign = np.sign(np.einsum("fqd,fd->fq", vectors, outwards[whole]))
@@ -199,6 +224,8 @@ def contact_surface(
         slopes[kind],
         facet_weights * sign / parts[whole, None],
         whole,
+        kind,
+        pairs.reshape(len(kinds), dim * len(points), n_nodes * n_nodes),
         mesh.comm,
     )
 
