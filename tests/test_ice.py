@@ -363,7 +363,8 @@ def test_what_is_balanced_is_what_ice_takes(shape, conducts):
     shared = surface._points.of_all(fluxes[mine][area[mine] > 0.0])
     assert shared.shape == (np.sum(area > 0.0), 4)
     before = stage.offset + rng.uniform(0.0, 1.0, shape)
-    found = surface.balanced(stage, shared, before, 1e-8)
+    inside = surface.inside(stage)
+    found = surface.balanced(inside, shared, before, 1e-8)
     assert found.depends and not found.settled and 1 <= found.changes < 12
     rise = grid.interpolate((found.temperature - before).ravel(), at)
     one, two = (fluxes[mine, k] - fluxes[mine, k + 1] * rise for k in (0, 2))
@@ -378,10 +379,10 @@ def test_what_is_balanced_is_what_ice_takes(shape, conducts):
     kinked = two < one  # the line that is lower where they are asked comes first
     there[kinked] = there[kinked][:, [2, 3, 0, 1]]
     shared = surface._points.of_all(there[area[mine] > 0.0])
-    again = surface.balanced(stage, shared, found.temperature, 1e-6)
+    again = surface.balanced(inside, shared, found.temperature, 1e-6)
     assert again.settled and again.changes == 0
     with pytest.raises(NotConverged):
-        surface.balanced(stage, np.nan * shared, before, 1e-8)
+        surface.balanced(inside, np.nan * shared, before, 1e-8)
 
 
 @pytest.mark.three
@@ -396,8 +397,8 @@ def test_first_guess_saves_changes_and_moves_nothing(model, monkeypatch):
     at, modes = ice.grid.place(points), SurfaceModes(ice.grid.lines)
     around = ice.grid.scatter(area * film.power, at).reshape(ice.grid.shape)
 
-    def guessed(surface, stage, before, *rest):
-        found = guess(surface, stage, before, *rest)
+    def guessed(surface, inside, before, *rest):
+        found, stage = guess(surface, inside, before, *rest), inside.stage
         guesses.append((found, taken(modes, stage.resistance, found - stage.offset) / around))
         return found
 
@@ -416,7 +417,7 @@ def test_first_guess_saves_changes_and_moves_nothing(model, monkeypatch):
     assert melts.any() and not melts.all()
     assert temperature.max() <= MELTING_TEMPERATURE + 1e-3 and share.max() < 1.01
     np.testing.assert_allclose(share[~melts], 1.0, atol=0.01)
-    monkeypatch.setattr(IceSurface, "melting_guess", lambda surface, stage, before, *rest: before)
+    monkeypatch.setattr(IceSurface, "melting_guess", lambda surface, inside, before, *rest: before)
     expected, other = ice.stage(ice.initial(0), 1e-4, film)
     assert with_it < sum(changes) - with_it
     np.testing.assert_allclose(content, expected, atol=1e-4 * np.abs(expected).max())

@@ -51,7 +51,7 @@ static int coupling(const Surface *surface, const double *conductance, double *b
 /* Heat (W) that a point gives where it is by `rise` (K) warmer than when it was asked. */
 static double heat_of(const Fluxes *flux, double rise)
 {
-    return fmin(flux->heat - flux->fall * rise, flux->other_heat - flux->other_fall * rise);
+    return smaller(flux->heat - flux->fall * rise, flux->other_heat - flux->other_fall * rise);
 }
 
 /* How it falls with the temperature there, W/K. */

@@ -27,13 +27,24 @@ void lapack(void *product, void *factorise, void *solve)
     dpbtrs = (SolveFactored *)solve;
 }
 
+/* fmin and fmax, but for NaN, are calls: no loop with one is made of vectors. */
+static double smaller(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 static double largest(int n, const double *x)
 {
     double most = 0.0;
     for (int i = 0; i < n; i++) {
         if (!isfinite(x[i]))
             return x[i];
-        most = fmax(most, fabs(x[i]));
+        most = larger(most, fabs(x[i]));
     }
     return most;
 }
@@ -132,8 +143,8 @@ static double most_resistance(const Surface *surface, double *least)
 {
     double most = *least = surface->resistance[0];
     for (int i = 1; i < surface->n; i++) {
-        most = fmax(most, surface->resistance[i]);
-        *least = fmin(*least, surface->resistance[i]);
+        most = larger(most, surface->resistance[i]);
+        *least = smaller(*least, surface->resistance[i]);
     }
     return most;
 }

@@ -89,10 +89,14 @@ def fluxes(film: FilmStage, asked: Array, area: Array, link: float, T_m: float) 
     takes no heat keeps to them: it gives all its power, or what holds the ice at T_m through the
     link (K m2/W).
     """
-    conductance = area / link
-    most = np.where(film.melting, film.dry_temperature, T_m) - asked
-    lines = (area * film.ice_flux, conductance * film.ice_slope, conductance * most)
-    return np.stack([*lines, conductance * ~film.melting], axis=-1)
+    conductance, lines = area / link, np.empty((area.size, 4))
+    np.multiply(area, film.ice_flux, out=lines[:, 0])
+    np.multiply(conductance, film.ice_slope, out=lines[:, 1])
+    most = np.where(film.melting, film.dry_temperature, T_m)
+    most -= asked
+    np.multiply(conductance, most, out=lines[:, 2])
+    np.multiply(conductance, ~film.melting, out=lines[:, 3])
+    return lines
 
 
 class StageSurface(NamedTuple):
@@ -102,6 +106,14 @@ class StageSurface(NamedTuple):
 
     offset: Array
     resistance: Array
+
+
+class Inside(NamedTuple):
+    """The surface in a `stage`, as C has it, and what has to live as long."""
+
+    stage: StageSurface
+    surface: Any
+    fields: dict[str, Any]
 
 
 class Balance(NamedTuple):
@@ -151,8 +163,10 @@ class IceSurface:
 
     def _place(self, contacts: Contacts) -> None:
         self.at, self._area = at, area = contacts
-        self._touching = touching = np.flatnonzero(area > 0.0)
-        place = at if touching.size == area.size else part_of(at, touching.tobytes())
+        touching, place = np.flatnonzero(area > 0.0), at
+        self._touching: NDArray[np.intp] | slice = slice(None)
+        if touching.size < area.size:
+            self._touching, place = touching, part_of(at, touching.tobytes())
         self._points = SharedPoints(place, self._grid.comm, self._kernel.ffi)
 
     def settled(
@@ -168,17 +182,17 @@ class IceSurface:
         link: between points and ice, K m2/W. Raises NotConverged.
         """
         grid, at, area, T_m = self._grid, self.at, self._area, self._solid.melting_temperature
-        touching, of_all = self._touching, self._points.of_all
+        touching, of_all, inside = self._touching, self._points.of_all, self.inside(stage)
         temperature, near, links = before, None, np.full(area.shape, link)
         if isinstance(film, FilmOnIce):
             power = of_all(np.stack([area * film.power, area], axis=-1)[touching])
-            temperature = self.melting_guess(stage, before, power, link)
+            temperature = self.melting_guess(inside, before, power, link)
         below = grid.interpolate(temperature.ravel(), at)
         for iteration in range(MAX_REQUESTS):
             result = film.solve(Surface.of(below, links, self._solid), near)
             near = result.log_height
             lines = of_all(fluxes(result, below, area, link, T_m)[touching])
-            balance = self.balanced(stage, lines, temperature, agreement)
+            balance = self.balanced(inside, lines, temperature, agreement)
             if balance.settled:
                 return balance.given, result
             share = 1.0 if iteration < FULL_CHANGES or not balance.depends else 0.5
@@ -189,33 +203,29 @@ class IceSurface:
                 return balance.given, result._replace(dry_temperature=dry)
         raise NotConverged(UNSETTLED)
 
-    def melting_guess(self, stage: StageSurface, before: Array, power: Array, link: float) -> Array:
-        """Temperature (K) of the nodes, shaped as that `before` the stage. Collective.
+    def melting_guess(self, inside: Inside, before: Array, power: Array, link: float) -> Array:
+        """Temperature (K) of the nodes, shaped as that `before` the stage.
 
         power: of the friction at all points, W, and the area of each, m2, (n, 2); link: K m2/W.
         """
         numbers, T_m = self._kernel.ffi.from_buffer, self._solid.melting_temperature
         temperature, powers = before.copy(), np.ascontiguousarray(power.T)
         rows = (numbers("double[]", row) for row in powers)
-        surface, _kept = self._in(stage)
         out = numbers("double[]", temperature)
-        if self._kernel.lib.melting_guess(surface, *rows, link, T_m, out):
+        if self._kernel.lib.melting_guess(inside.surface, *rows, link, T_m, out):
             raise MemoryError
         return temperature
 
-    def balanced(
-        self, stage: StageSurface, fluxes: Array, asked: Array, agreement: float
-    ) -> Balance:
+    def balanced(self, inside: Inside, fluxes: Array, asked: Array, agreement: float) -> Balance:
         """The balance with these `fluxes` of all points (n, 4), `asked` at temperatures (K) of the
         nodes: those, where all agree by so much (K), else one within a share of it.
 
-        Collective. Raises NotConverged.
+        Raises NotConverged.
         """
         ffi, lib = self._kernel.ffi, self._kernel.lib
         temperature, given, changes = asked.copy(), np.empty_like(asked), ffi.new("int *")
-        surface, _kept = self._in(stage)
         outcome = lib.balance(
-            surface,
+            inside.surface,
             ffi.from_buffer("Fluxes[]", fluxes),
             agreement,
             BALANCED * agreement,
@@ -230,10 +240,10 @@ class IceSurface:
             raise NotConverged(UNSETTLED)
         return Balance(temperature, given, outcome == lib.DEPENDS, changes[0])
 
-    def _in(self, stage: StageSurface) -> tuple[Any, Any]:
-        """The surface as C has it, and what has to live as long."""
+    def inside(self, stage: StageSurface) -> Inside:
+        """The surface in a stage, for `melting_guess` and `balanced`. Collective."""
         fields = {**self._fields, **self._numbers(**stage._asdict()), "points": self._points.in_c}
-        return self._kernel.ffi.new("Surface *", fields), fields
+        return Inside(stage, self._kernel.ffi.new("Surface *", fields), fields)
 
     def _numbers(self, **arrays: Array) -> dict[str, Any]:
         """Arrays as C has them, which live as long as these do."""

@@ -109,7 +109,7 @@ static void flux_of_melting(const Surface *surface, const double *powers, const 
         scatter(surface, given, given_around);
         scatter(surface, melting, melting_around);
         for (int i = 0; i < n; i++) {
-            const double room = fmax(melting_around[i], LEAST_MELTING * area[i]);
+            const double room = larger(melting_around[i], LEAST_MELTING * area[i]);
             if (held[i] && room > 0.0)
                 flux[i] += (heat[i] - given_around[i]) / room;
         }
