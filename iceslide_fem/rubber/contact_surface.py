@@ -120,7 +120,7 @@ class ContactSurface:
         """
         f, q, rows, columns = moving.shape
         both = np.concatenate([moving[:, :, None], turning], axis=2).transpose(0, 3, 4, 2, 1)
-        both = both.reshape(f, rows * columns, -1)
+        both = both.reshape(f, rows * columns, self.pairs.shape[1])
         if f * self.pairs[:1].size <= FEW:
             sums = both @ self.pairs[self.kind]
         else:
