@@ -99,7 +99,7 @@ def contact_tangent(
 
     `state` and `traction` are those at `u`. Facets under no load have none.
     """
-    firsts, here = surface.firsts, _loaded(state, traction)
+    facets, here = surface.firsts.size, _loaded(state, traction)
     surface = surface.of(here)
     state = ContactState(*(part[here] for part in state))
     traction = Traction(*(part[here] for part in traction))
@@ -114,11 +114,9 @@ def contact_tangent(
     moving = d_stress * state.area[..., None, None]
     turning = stress[:, :, None, :, None] * d_area[:, :, :, None, :]
     parts = surface.summed_pairs(moving, turning)
-    tangent = np.zeros((len(firsts), *parts.shape[1:]))
-    facet = np.searchsorted(firsts, here, side="right") - 1
-    first = np.flatnonzero(np.diff(facet, prepend=-1))
+    tangent, first = np.zeros((facets, *parts.shape[1:])), surface.firsts
     if first.size:
-        tangent[facet[first]] = np.add.reduceat(parts, first)
+        tangent[surface.whole[first]] = np.add.reduceat(parts, first)
     return tangent
 
 

@@ -108,9 +108,8 @@ class ContactSurface:
             by_tangent[:, :, 0, 0] = weights
         else:
             (x1, y1), (x2, y2) = np.moveaxis(tangents[..., :2], (2, 3), (0, 1))
-            for at, along in enumerate(((-y2, x2), (y1, -x1))):
-                for component, value in enumerate(along):
-                    by_tangent[:, :, at, component] = weights * value
+            by_tangent[:, :, 0, 0], by_tangent[:, :, 0, 1] = -weights * y2, weights * x2
+            by_tangent[:, :, 1, 0], by_tangent[:, :, 1, 1] = weights * y1, -weights * x1
         by_tangent[self._signed_footprint(tangents) <= 0.0] = 0.0
         return by_tangent
 
