@@ -8,7 +8,7 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from blocks import CELLS, SIZE, a_block, bend, options_of_rubber  # noqa: E402
 
 from iceslide_fem.errors import NotConverged  # noqa: E402
-from iceslide_fem.fenics import direct_solver, single_factors  # noqa: E402
+from iceslide_fem.fenics import direct_solver, mumps  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, SINGLE_BY_MUMPS  # noqa: E402
 from iceslide_fem.materials import BAR, COMPOUNDS  # noqa: E402
 from iceslide_fem.rubber import responses, tangent  # noqa: E402
@@ -252,7 +252,7 @@ def test_factors_get_more_room_where_theirs_is_too_small(cells, precision, monke
     with options_of_rubber({"pc_precision": precision}):
         enough = equilibrium_of(cells)
         press(enough, sliding)
-        for module in (direct_solver, single_factors):
+        for module in (direct_solver, mumps):
             monkeypatch.setattr(module, "ROOM", -80)  # less than MUMPS's own estimate
         tight = equilibrium_of(cells)
         press(tight, sliding)
@@ -260,7 +260,7 @@ def test_factors_get_more_room_where_theirs_is_too_small(cells, precision, monke
     by_mumps = pc.getType() == "python"
     room = pc.getPythonContext().room if by_mumps else pc.getFactorMatrix().getMumpsIcntl(14)
     assert by_mumps == (SINGLE_BY_MUMPS and precision == "single")
-    assert room == single_factors.MORE_ROOM
+    assert room == mumps.MORE_ROOM
     assert tight.plate_displacement() == pytest.approx(enough.plate_displacement(), rel=1e-9)
 
 

@@ -7,7 +7,10 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 from iceslide_fem.errors import NotConverged  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, SINGLE_BY_MUMPS, PETSc  # noqa: E402
-from iceslide_fem.fenics.single_factors import SingleFactors, SparseColumns  # noqa: E402
+from iceslide_fem.fenics.halved_factors import HalvedFactors, separator  # noqa: E402
+from iceslide_fem.fenics.mumps import SparseColumns, SpreadMatrix  # noqa: E402
+from iceslide_fem.fenics.shared_factors import SharedFactors  # noqa: E402
+from iceslide_fem.fenics.single_factors import SingleFactors  # noqa: E402
 
 pytestmark = [
     pytest.mark.fe,
@@ -27,9 +30,8 @@ def dense(reach, seed=0):
     return np.where(far, 0.0, matrix)
 
 
-def spread(matrix):
-    """The same in PETSc, its rows over the ranks, the last of which has none."""
-    ranks = max(1, COMM.size - 1)
+def spread(matrix, ranks=COMM.size):
+    """The same in PETSc, its rows over the first so many ranks."""
     size = N // ranks + (N % ranks if COMM.rank == 0 else 0) if COMM.rank < ranks else 0
     found = PETSc.Mat().createAIJ(((size, N), (size, N)), nnz=N, comm=COMM)
     for row in range(*found.getOwnershipRange()):
@@ -42,7 +44,8 @@ def spread(matrix):
 class Solver:
     """A PETSc solver of these factors."""
 
-    def __init__(self):
+    def __init__(self, ranks):
+        self.ranks = ranks
         self.factors = SingleFactors(COMM)
         self.ksp = PETSc.KSP().create(COMM)
         self.ksp.setType("preonly")
@@ -50,7 +53,7 @@ class Solver:
         self.ksp.getPC().setPythonContext(self.factors)
 
     def take(self, matrix):
-        self.matrix = spread(matrix)
+        self.matrix = spread(matrix, self.ranks)
         self.ksp.setOperators(self.matrix)
 
     def solve(self, load):
@@ -60,9 +63,10 @@ class Solver:
         return np.concatenate(COMM.allgather(left.array.copy()))
 
 
-@pytest.fixture
-def solver():
-    return Solver()
+@pytest.fixture(params=["all", "all but the last"])
+def solver(request):
+    """With rows on these ranks."""
+    return Solver(COMM.size if request.param == "all" else max(1, COMM.size - 1))
 
 
 def test_a_load_is_answered_in_single_precision(solver):
@@ -106,3 +110,48 @@ def test_a_singular_matrix_is_not_converged_on_any_rank_and_the_next_one_is_solv
     solver.take(dense(3))
     exact = np.linalg.solve(dense(3), load)
     np.testing.assert_allclose(solver.solve(load), exact, atol=1e-5 * np.abs(exact).max())
+
+
+@pytest.mark.skipif(COMM.size != 2, reason="halves are of two ranks")
+@pytest.mark.parametrize("reach", [1, 3, 9])
+def test_two_ranks_with_rows_halve_the_matrix_where_a_border_parts_it(solver, reach):
+    solver.take(dense(reach))
+    solver.solve(np.ones(N))
+    halved = solver.ranks == 2
+    assert isinstance(solver.factors._factors, HalvedFactors) == halved
+    if halved:  # a band is parted by as many as it reaches
+        assert solver.factors._factors._shape[1] - solver.factors._factors._inner.size == reach
+
+
+@pytest.mark.skipif(COMM.size != 2, reason="halves are of two ranks")
+def test_halves_without_pivots_of_their_own_are_left_for_good(solver):
+    matrix, load = dense(3), np.random.default_rng(1).random(N)
+    matrix[10, :] = matrix[:, 10] = matrix[20, :] = matrix[:, 20] = 0.0
+    matrix[10, 30] = matrix[30, 10] = matrix[20, 31] = matrix[31, 20] = 1.0
+    solver.take(matrix)
+    exact = np.linalg.solve(matrix, load)
+    for _ in range(2):
+        np.testing.assert_allclose(solver.solve(load), exact, atol=1e-5 * np.abs(exact).max())
+        assert isinstance(solver.factors._factors, SharedFactors)
+        solver.matrix.scale(1.0)  # so that there will be factors once more
+
+
+@pytest.mark.skipif(COMM.size != 2, reason="halves are of two ranks")
+def test_a_border_of_the_fewest_unknowns_parts_any_graph():
+    random = np.random.default_rng(5)
+    for size, share in ((6, 0.2), (12, 0.05), (12, 0.2), (12, 0.6), (20, 0.1)):
+        graph = random.random((size, size)) < share  # between the halves
+        first, second = np.nonzero(graph)
+        rows, columns = (first, second + size) if COMM.rank == 0 else (second + size, first)
+        starts = np.array([0, size, 2 * size])
+        pattern = SpreadMatrix(COMM, starts, rows.astype(np.int32), columns.astype(np.int32))
+        border = separator(pattern)
+        covered = np.isin(first, border) | np.isin(second + size, border)
+        assert covered.all()
+        assert len(border) == rank_of(graph)
+
+
+def rank_of(graph):
+    """The largest matching of a graph: the rank of a matrix with random entries there."""
+    entries = np.random.default_rng(6).uniform(1.0, 2.0, graph.shape)
+    return np.linalg.matrix_rank(np.where(graph, entries, 0.0))

@@ -6,14 +6,8 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import SINGLE_BY_MUMPS, SINGLE_BY_PETSC, PETSc
-from iceslide_fem.fenics.single_factors import (
-    MORE_ROOM,
-    MOST_ROOM,
-    NO_ROOM,
-    ROOM,
-    SingleFactors,
-    SparseColumns,
-)
+from iceslide_fem.fenics.mumps import MORE_ROOM, MOST_ROOM, NO_ROOM, ROOM, SparseColumns
+from iceslide_fem.fenics.single_factors import SingleFactors
 
 
 def factorise(ksp: PETSc.KSP, dimension: int) -> None:

@@ -3,6 +3,7 @@
  */
 #include <smumps_c.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define ICNTL(I) icntl[(I)-1] /* as numbered in the guide */
 
@@ -43,12 +44,37 @@ int analyse(void *any, int unknowns, long long entries, int *rows, int *columns)
     return run(factors, ANALYSE);
 }
 
+void order(void *any, int *places)
+{
+    SMUMPS_STRUC_C *factors = any;
+    memcpy(places, factors->sym_perm, factors->n * sizeof *places);
+}
+
+int analyse_inner(void *any, int unknowns, long long entries, int *rows, int *columns,
+                  int *order, int left, int *unknowns_left, float *added)
+{
+    SMUMPS_STRUC_C *factors = any;
+    factors->perm_in = order;
+    factors->ICNTL(7) = 1; /* that order */
+    factors->size_schur = left;
+    factors->listvar_schur = unknowns_left;
+    factors->schur = added;
+    factors->ICNTL(19) = 1;
+    return analyse(factors, unknowns, entries, rows, columns);
+}
+
 int factorise(void *any, float *values, int room)
 {
     SMUMPS_STRUC_C *factors = any;
     factors->a_loc = values;
     factors->ICNTL(14) = room;
     return run(factors, FACTORISE);
+}
+
+int replaced(void *any)
+{
+    SMUMPS_STRUC_C *factors = any;
+    return factors->infog[24];
 }
 
 int solve(void *any, float *load)
@@ -73,6 +99,28 @@ int solve_many(void *any, int count, int *first, int *rows, float *values, float
     factors->rhs_sparse = values;
     factors->ICNTL(20) = 1; /* sparse loads */
     return run(factors, SOLVE);
+}
+
+static int pass(SMUMPS_STRUC_C *factors, int which, int count, float *whole, float *left)
+{
+    factors->rhs = whole;
+    factors->nrhs = count;
+    factors->lrhs = factors->n;
+    factors->redrhs = left;
+    factors->lredrhs = factors->size_schur;
+    factors->ICNTL(20) = 0;
+    factors->ICNTL(26) = which;
+    return run(factors, SOLVE);
+}
+
+int condense(void *any, int count, float *loads, float *condensed)
+{
+    return pass(any, 1, count, loads, condensed);
+}
+
+int expand(void *any, int count, float *found, float *solutions)
+{
+    return pass(any, 2, count, solutions, found);
 }
 
 void end(void *any)

@@ -1,0 +1,161 @@
+"""Factors of a matrix of which each of two ranks has a half.
+
+Unknowns are those inside each half and those on the border between, which nothing inside passes.
+Each rank eliminates what is inside its own half by itself, and both solve for the border, whose
+equations are dense then (substructuring: J. S. Przemieniecki, AIAA J. 1 (1963) 138). A solve passes
+messages once, of the length of the border, where factors that are shared out do at every front.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.linalg.lapack import sgetrf, sgetrs
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import maximum_bipartite_matching
+
+from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.fenics.mumps import (
+    Mumps,
+    Places,
+    Singles,
+    SparseColumns,
+    SpreadMatrix,
+    check,
+)
+
+
+class HalvedFactors:
+    """Factors of a matrix on two ranks. All methods are collective."""
+
+    def __init__(self, module: Any, matrix: SpreadMatrix, border: Places) -> None:
+        """Orders the unknowns of `matrix` by the compiled `module`; `border`: those between the
+        halves (`separator`). Raises NotConverged.
+        """
+        self._comm = matrix.comm
+        start, stop = matrix.starts[self._comm.rank :][:2]
+        own = np.arange(start, stop, dtype=np.int32)
+        on_border = np.isin(own, border)
+        self._inner, self._outer = np.flatnonzero(~on_border), np.flatnonzero(on_border)
+        n_inner, size = self._inner.size, self._inner.size + border.size
+        self._first, self._shape = start, (own.size, size)
+        # the unknowns of this half: what is inside, then the border
+        self._of_here = n_inner + np.flatnonzero((start <= border) & (border < stop))
+        number = np.full(matrix.starts[-1], -1, dtype=np.int32)
+        number[own[~on_border]] = np.arange(n_inner)
+        number[border] = np.arange(n_inner, size)
+        # entries of the border's own rows and what is inside the other half are for the other rank
+        self._abroad = number[matrix.columns] < 0
+        sent = matrix.rows[self._abroad], matrix.columns[self._abroad]
+        kept = matrix.rows[~self._abroad], matrix.columns[~self._abroad]
+        rows, columns = (
+            number[np.concatenate(both)] for both in zip(kept, self._exchanged(sent), strict=True)
+        )
+        self.mumps = Mumps(module, MPI.COMM_SELF, border.size)
+        order = np.arange(1, size + 1, dtype=np.int32)
+        order[:n_inner] = self._inner_order(module, rows, columns)
+        self._check(self.mumps.analyse_inner(size, rows, columns, order))
+        self._border: tuple[Any, Any] = (None, None)  # factors of its matrix, and their pivots
+
+    def factorise(self, values: Singles) -> bool:
+        """Factors of this rank's entries' `values`; whether there are any: what is inside a half
+        may want pivots of the border's. Raises NotConverged.
+        """
+        taken = self._exchanged(values[self._abroad])
+        self._check(self.mumps.factorise(np.concatenate([values[~self._abroad], taken])))
+        if self._comm.allreduce(self.mumps.replaced, op=MPI.SUM):
+            return False
+        stiffness = np.empty_like(self.mumps.added)
+        self._comm.Allreduce(self.mumps.added, stiffness, op=MPI.SUM)
+        *self._border, error = sgetrf(stiffness.T, overwrite_a=True)
+        check(error)
+        return True
+
+    def solve(self, load: Singles) -> Singles:
+        """Solution for this rank's part of a `load`. Raises NotConverged."""
+        return self._solved(load[None])[0]
+
+    def solve_many(self, loads: SparseColumns) -> Singles:
+        """Solutions (k, n) of this rank's unknowns. Raises NotConverged."""
+        count, (unknowns, _) = len(loads.first) - 1, self._shape
+        column, place = np.repeat(np.arange(count), np.diff(loads.first)), loads.rows - self._first
+        here = (place >= 0) & (place < unknowns)
+        own = np.zeros((count, unknowns), dtype=np.float32)
+        own[column[here], place[here]] = loads.values[here]
+        return self._solved(own)
+
+    def end(self) -> None:
+        """Give the memory back."""
+        self.mumps.end()
+
+    def _solved(self, loads: Singles) -> Singles:
+        """Solutions (k, n) of this rank's unknowns for its part of some `loads` (k, n)."""
+        count, (unknowns, size) = len(loads), self._shape
+        n_inner = self._inner.size
+        half = np.zeros((count, size), dtype=np.float32)
+        half[:, :n_inner], half[:, self._of_here] = loads[:, self._inner], loads[:, self._outer]
+        message = np.zeros(count * (size - n_inner) + 1, dtype=np.float32)
+        condensed = message[:-1].reshape(count, size - n_inner)
+        message[-1] = self.mumps.condense(half, condensed)
+        self._comm.Allreduce(MPI.IN_PLACE, message, op=MPI.SUM)
+        check(int(message[-1]))
+        factors, pivots = self._border
+        found, error = sgetrs(factors, pivots, condensed.T, trans=1)
+        check(error)
+        self._check(self.mumps.expand(found.T, half))
+        own = np.empty((count, unknowns), dtype=np.float32)
+        own[:, self._inner], own[:, self._outer] = half[:, :n_inner], half[:, self._of_here]
+        return own
+
+    def _inner_order(self, module: Any, rows: Places, columns: Places) -> Places:
+        """The order in which MUMPS would eliminate what is inside, were it alone."""
+        n_inner = self._inner.size
+        inside = (rows < n_inner) & (columns < n_inner)
+        alone = Mumps(module, MPI.COMM_SELF)
+        self._check(alone.analyse(n_inner, rows[inside], columns[inside]))
+        order = alone.order(n_inner)
+        alone.end()
+        return order
+
+    def _exchanged(self, sent: Any) -> Any:
+        """What the other rank has for this one."""
+        other = 1 - self._comm.rank
+        return self._comm.sendrecv(sent, other, source=other)
+
+    def _check(self, error: int) -> None:
+        check(self._comm.allreduce(error, op=MPI.MIN))
+
+
+def separator(matrix: SpreadMatrix) -> Places:
+    """The fewest unknowns of a `matrix` on two ranks without which its halves are apart: global
+    numbers, increasing. Collective.
+
+    Entries between ranks are a bipartite graph, whose least cover has the size of its largest
+    matching (D. König, Mat. Fiz. Lapok 38 (1931) 116).
+    """
+    start, stop = matrix.starts[matrix.comm.rank :][:2]
+    across = (matrix.columns < start) | (matrix.columns >= stop)
+    pairs = np.stack([matrix.rows[across], matrix.columns[across]])
+    pairs.sort(axis=0)  # those of rank 0 first
+    first, second = np.concatenate(matrix.comm.allgather(pairs), axis=1)
+    shape = matrix.starts[1:]
+    graph = csr_matrix(
+        (np.ones(first.size, dtype=np.int32), (first, second)), shape=(shape[0], shape[1])
+    )
+    partner = maximum_bipartite_matching(graph, perm_type="column")
+    matched = np.flatnonzero(partner >= 0)
+    partner_of = np.full(graph.shape[1], -1, dtype=np.int32)
+    partner_of[partner[matched]] = matched
+    # what alternating paths reach from those of the first half that have partners in vain
+    ends = np.bincount(first, minlength=graph.shape[0]) > 0
+    reached = ends & (partner < 0)
+    reached_across = np.zeros(graph.shape[1], dtype=bool)
+    while True:
+        found = (graph.T @ reached.astype(np.int32) > 0) & ~reached_across
+        if not found.any():
+            break
+        reached_across |= found
+        reached[partner_of[found]] = True
+    cover = np.concatenate([np.flatnonzero(ends & ~reached), np.flatnonzero(reached_across)])
+    return np.sort(cover).astype(np.int32)
