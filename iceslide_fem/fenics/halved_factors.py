@@ -35,16 +35,13 @@ class HalvedFactors:
         """
         self._comm = matrix.comm
         start, stop = matrix.starts[self._comm.rank :][:2]
-        own = np.arange(start, stop, dtype=np.int32)
-        on_border = np.isin(own, border)
-        self._inner, self._outer = np.flatnonzero(~on_border), np.flatnonzero(on_border)
-        n_inner, size = self._inner.size, self._inner.size + border.size
-        self._first, self._shape = start, (own.size, size)
-        # the unknowns of this half: what is inside, then the border
-        self._of_here = n_inner + np.flatnonzero((start <= border) & (border < stop))
+        self._own = slice(start, stop)
+        # the unknowns of this half: this rank's, then those of the border that are not
         number = np.full(matrix.starts[-1], -1, dtype=np.int32)
-        number[own[~on_border]] = np.arange(n_inner)
-        number[border] = np.arange(n_inner, size)
+        number[self._own] = np.arange(stop - start)
+        beyond = border[number[border] < 0]
+        number[beyond] = np.arange(stop - start, stop - start + beyond.size)
+        self._size, self._n_border = stop - start + beyond.size, border.size
         # entries of the border's own rows and what is inside the other half are for the other rank
         self._abroad = number[matrix.columns] < 0
         sent = matrix.rows[self._abroad], matrix.columns[self._abroad]
@@ -52,10 +49,9 @@ class HalvedFactors:
         rows, columns = (
             number[np.concatenate(both)] for both in zip(kept, self._exchanged(sent), strict=True)
         )
-        self.mumps = Mumps(module, MPI.COMM_SELF, border.size)
-        order = np.arange(1, size + 1, dtype=np.int32)
-        order[:n_inner] = self._inner_order(module, rows, columns)
-        self._check(self.mumps.analyse_inner(size, rows, columns, order))
+        self.mumps = Mumps(module, MPI.COMM_SELF)
+        order = self._order(module, rows, columns, number[border])
+        self._check(self.mumps.analyse_inner(self._size, rows, columns, order, number[border]))
         self._border: tuple[Any, Any] = (None, None)  # factors of its matrix, and their pivots
 
     def factorise(self, values: Singles) -> bool:
@@ -78,11 +74,11 @@ class HalvedFactors:
 
     def solve_many(self, loads: SparseColumns) -> Singles:
         """Solutions (k, n) of this rank's unknowns. Raises NotConverged."""
-        count, (unknowns, _) = len(loads.first) - 1, self._shape
-        column, place = np.repeat(np.arange(count), np.diff(loads.first)), loads.rows - self._first
-        here = (place >= 0) & (place < unknowns)
-        own = np.zeros((count, unknowns), dtype=np.float32)
-        own[column[here], place[here]] = loads.values[here]
+        count = len(loads.first) - 1
+        column, here = np.repeat(np.arange(count), np.diff(loads.first)), self._own
+        rows = (here.start <= loads.rows) & (loads.rows < here.stop)
+        own = np.zeros((count, here.stop - here.start), dtype=np.float32)
+        own[column[rows], loads.rows[rows] - here.start] = loads.values[rows]
         return self._solved(own)
 
     def end(self) -> None:
@@ -91,31 +87,34 @@ class HalvedFactors:
 
     def _solved(self, loads: Singles) -> Singles:
         """Solutions (k, n) of this rank's unknowns for its part of some `loads` (k, n)."""
-        count, (unknowns, size) = len(loads), self._shape
-        n_inner = self._inner.size
-        half = np.zeros((count, size), dtype=np.float32)
-        half[:, :n_inner], half[:, self._of_here] = loads[:, self._inner], loads[:, self._outer]
-        message = np.zeros(count * (size - n_inner) + 1, dtype=np.float32)
-        condensed = message[:-1].reshape(count, size - n_inner)
+        count, own = loads.shape
+        half = np.zeros((count, self._size), dtype=np.float32)
+        half[:, :own] = loads
+        message = np.zeros(count * self._n_border + 1, dtype=np.float32)
+        condensed = message[:-1].reshape(count, self._n_border)
         message[-1] = self.mumps.condense(half, condensed)
         self._comm.Allreduce(MPI.IN_PLACE, message, op=MPI.SUM)
         check(int(message[-1]))
         factors, pivots = self._border
         found, error = sgetrs(factors, pivots, condensed.T, trans=1)
         check(error)
-        self._check(self.mumps.expand(found.T, half))
-        own = np.empty((count, unknowns), dtype=np.float32)
-        own[:, self._inner], own[:, self._outer] = half[:, :n_inner], half[:, self._of_here]
-        return own
+        if error := self.mumps.expand(found.T, half):
+            raise MemoryError(f"the linear solver fails on one rank (MUMPS's error {error})")
+        return half[:, :own]
 
-    def _inner_order(self, module: Any, rows: Places, columns: Places) -> Places:
-        """The order in which MUMPS would eliminate what is inside, were it alone."""
-        n_inner = self._inner.size
-        inside = (rows < n_inner) & (columns < n_inner)
+    def _order(self, module: Any, rows: Places, columns: Places, border: Places) -> Places:
+        """The order in which MUMPS would eliminate what is inside, were it alone; then `border`."""
+        inside = np.ones(self._size, dtype=bool)
+        inside[border] = False
+        n_inner = int(inside.sum())
+        order, place = np.empty((2, self._size), dtype=np.int32)
+        place[inside] = np.arange(n_inner)
+        both = inside[rows] & inside[columns]
         alone = Mumps(module, MPI.COMM_SELF)
-        self._check(alone.analyse(n_inner, rows[inside], columns[inside]))
-        order = alone.order(n_inner)
+        self._check(alone.analyse(n_inner, place[rows[both]], place[columns[both]]))
+        order[inside] = alone.order(n_inner)
         alone.end()
+        order[border] = np.arange(n_inner + 1, self._size + 1)
         return order
 
     def _exchanged(self, sent: Any) -> Any:

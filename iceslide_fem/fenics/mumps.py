@@ -67,16 +67,13 @@ class Mumps:
     MUMPS's error, the same on all ranks: 0 if it has none.
     """
 
-    def __init__(self, module: Any, comm: MPI.Comm, left: int = 0) -> None:
-        """`module`: `mumps`. The last `left` unknowns are not eliminated (on one rank alone).
-
-        Raises MemoryError where there is no room.
-        """
+    def __init__(self, module: Any, comm: MPI.Comm) -> None:
+        """`module`: `mumps`. Raises MemoryError where there is no room."""
         self._lib, self._ffi, self._first = module.lib, module.ffi, comm.rank == 0
         self._entries: tuple[Places, ...] = ()
         self._values: Singles = np.zeros(0, dtype=np.float32)
-        # What the others add to the equations of the unknowns left, N/m, by `factorise`.
-        self.added: Singles = np.zeros((left, left), dtype=np.float32)
+        # Where unknowns are left, what the others add to their equations, by `factorise`.
+        self.added: Singles = np.zeros((0, 0), dtype=np.float32)
         self._left: tuple[Places, ...] = ()  # those unknowns, from 1, and the order of all
         self.room = ROOM  # beyond MUMPS's estimate, %
         self._factors: Any = self._lib.begin(comm.py2f())
@@ -87,14 +84,17 @@ class Mumps:
         """Order the unknowns of a matrix with entries at `rows` and `columns`, from 0."""
         return int(self._lib.analyse(self._factors, *self._placed(unknowns, rows, columns)))
 
-    def analyse_inner(self, unknowns: int, rows: Places, columns: Places, order: Places) -> int:
-        """The same if the last unknowns are to be left, and all have places in an `order`, from 1;
-        on one rank.
+    def analyse_inner(
+        self, unknowns: int, rows: Places, columns: Places, order: Places, left: Places
+    ) -> int:
+        """The same if those unknowns `left`, from 0, are not eliminated, and all have places in an
+        `order`, from 1; on one rank.
         """
-        given, left = self._placed(unknowns, rows, columns), len(self.added)
-        self._left = np.arange(unknowns - left + 1, unknowns + 1, dtype=np.int32), order
+        given = self._placed(unknowns, rows, columns)
+        self.added = np.zeros((left.size, left.size), dtype=np.float32)
+        self._left = left + np.int32(1), order
         named, places = map(self._ints, self._left)
-        inner = places, left, named, self._floats(self.added)
+        inner = places, left.size, named, self._floats(self.added)
         return int(self._lib.analyse_inner(self._factors, *given, *inner))
 
     def order(self, unknowns: int) -> Places:
