@@ -46,7 +46,8 @@ class Solver:
 
     def __init__(self, ranks):
         self.ranks = ranks
-        self.factors = SingleFactors(COMM)
+        here = spread(np.eye(N), ranks).getOwnershipRange()
+        self.factors = SingleFactors(COMM, np.arange(*here, dtype=float)[:, None])
         self.ksp = PETSc.KSP().create(COMM)
         self.ksp.setType("preonly")
         self.ksp.getPC().setType("python")
@@ -143,12 +144,15 @@ def test_a_border_of_the_fewest_unknowns_parts_any_graph():
         graph = random.random((size, size)) < share  # between the halves
         first, second = np.nonzero(graph)
         rows, columns = (first, second + size) if COMM.rank == 0 else (second + size, first)
-        starts = np.array([0, size, 2 * size])
-        pattern = SpreadMatrix(COMM, starts, rows.astype(np.int32), columns.astype(np.int32))
-        border = separator(pattern)
-        covered = np.isin(first, border) | np.isin(second + size, border)
-        assert covered.all()
+        starts, points = np.array([0, size, 2 * size]), np.zeros((size, 3))
+        places = rows.astype(np.int32), columns.astype(np.int32)
+        border = separator(SpreadMatrix(COMM, starts, *places, points, 1))
+        assert (np.isin(first, border) | np.isin(second + size, border)).all()
         assert len(border) == rank_of(graph)
+        # and of two components at each node, of which one is coupled
+        places = 2 * places[0], 2 * places[1] + 1
+        both = separator(SpreadMatrix(COMM, 2 * starts, *places, points, 2))
+        assert both.tolist() == [part for one in border for part in (2 * one, 2 * one + 1)]
 
 
 def rank_of(graph):

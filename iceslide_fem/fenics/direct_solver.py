@@ -10,11 +10,14 @@ from iceslide_fem.fenics.mumps import MORE_ROOM, MOST_ROOM, NO_ROOM, ROOM, Spars
 from iceslide_fem.fenics.single_factors import SingleFactors
 
 
-def factorise(ksp: PETSc.KSP, dimension: int) -> None:
-    """Let `ksp`, which has its matrix, use direct factors. Collective."""
+def factorise(ksp: PETSc.KSP, points: Array) -> None:
+    """Let `ksp`, which has its matrix, use direct factors. `points`: (n, d) of this rank's nodes.
+
+    Collective.
+    """
     pc = ksp.getPC()
-    if dimension == 3:
-        _use_mumps(ksp)
+    if points.shape[1] == 3:
+        _use_mumps(ksp, points)
     elif ksp.comm.size > 1:  # a slice is small: every rank factorises the whole of it
         pc.setType("redundant")
     else:  # and PETSc's own factors take a third to a twentieth of MUMPS's time
@@ -80,7 +83,7 @@ def _in_double(ksp: PETSc.KSP) -> bool:
     return bool(pc.getType() == "lu" and pc.getFactorSolverType() == "mumps")
 
 
-def _use_mumps(ksp: PETSc.KSP) -> None:
+def _use_mumps(ksp: PETSc.KSP, points: Array) -> None:
     """In single precision, where it is to be had and the option -pc_precision does not say double.
 
     Such factors take half the memory, and half the time where that is what their reading takes.
@@ -89,7 +92,7 @@ def _use_mumps(ksp: PETSc.KSP) -> None:
     single = options.getString("pc_precision", "single") == "single"
     if single and SINGLE_BY_MUMPS:
         pc.setType("python")
-        pc.setPythonContext(SingleFactors(ksp.comm.tompi4py()))
+        pc.setPythonContext(SingleFactors(ksp.comm.tompi4py(), points))
         return
     if single and SINGLE_BY_PETSC:
         options["pc_precision"] = "single"

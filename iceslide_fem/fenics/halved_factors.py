@@ -16,6 +16,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.fenics.dissection import dissected
 from iceslide_fem.fenics.mumps import (
     Mumps,
     Places,
@@ -49,8 +50,8 @@ class HalvedFactors:
         rows, columns = (
             number[np.concatenate(both)] for both in zip(kept, self._exchanged(sent), strict=True)
         )
+        order = _order(matrix, rows, columns, number[border], self._size)
         self.mumps = Mumps(module, MPI.COMM_SELF)
-        order = self._order(module, rows, columns, number[border])
         self._check(self.mumps.analyse_inner(self._size, rows, columns, order, number[border]))
         self._border: tuple[Any, Any] = (None, None)  # factors of its matrix, and their pivots
 
@@ -102,21 +103,6 @@ class HalvedFactors:
             raise MemoryError(f"the linear solver fails on one rank (MUMPS's error {error})")
         return half[:, :own]
 
-    def _order(self, module: Any, rows: Places, columns: Places, border: Places) -> Places:
-        """The order in which MUMPS would eliminate what is inside, were it alone; then `border`."""
-        inside = np.ones(self._size, dtype=bool)
-        inside[border] = False
-        n_inner = int(inside.sum())
-        order, place = np.empty((2, self._size), dtype=np.int32)
-        place[inside] = np.arange(n_inner)
-        both = inside[rows] & inside[columns]
-        alone = Mumps(module, MPI.COMM_SELF)
-        self._check(alone.analyse(n_inner, place[rows[both]], place[columns[both]]))
-        order[inside] = alone.order(n_inner)
-        alone.end()
-        order[border] = np.arange(n_inner + 1, self._size + 1)
-        return order
-
     def _exchanged(self, sent: Any) -> Any:
         """What the other rank has for this one."""
         other = 1 - self._comm.rank
@@ -127,34 +113,54 @@ class HalvedFactors:
 
 
 def separator(matrix: SpreadMatrix) -> Places:
-    """The fewest unknowns of a `matrix` on two ranks without which its halves are apart: global
-    numbers, increasing. Collective.
+    """The fewest unknowns of a `matrix` on two ranks, all of their nodes, without which its halves
+    are apart: global numbers, increasing. Collective.
 
-    Entries between ranks are a bipartite graph, whose least cover has the size of its largest
-    matching (D. König, Mat. Fiz. Lapok 38 (1931) 116).
+    Entries between ranks are a bipartite graph of nodes, whose least cover has the size of its
+    largest matching (D. König, Mat. Fiz. Lapok 38 (1931) 116).
     """
     start, stop = matrix.starts[matrix.comm.rank :][:2]
     across = (matrix.columns < start) | (matrix.columns >= stop)
-    pairs = np.stack([matrix.rows[across], matrix.columns[across]])
+    pairs = np.stack([matrix.rows[across], matrix.columns[across]]) // matrix.components
     pairs.sort(axis=0)  # those of rank 0 first
     first, second = np.concatenate(matrix.comm.allgather(pairs), axis=1)
-    shape = matrix.starts[1:]
-    graph = csr_matrix(
-        (np.ones(first.size, dtype=np.int32), (first, second)), shape=(shape[0], shape[1])
-    )
+    shape = tuple(matrix.starts[1:] // matrix.components)
+    graph = csr_matrix((np.ones(first.size, dtype=np.int32), (first, second)), shape=shape)
     partner = maximum_bipartite_matching(graph, perm_type="column")
     matched = np.flatnonzero(partner >= 0)
-    partner_of = np.full(graph.shape[1], -1, dtype=np.int32)
-    partner_of[partner[matched]] = matched
-    # what alternating paths reach from those of the first half that have partners in vain
-    ends = np.bincount(first, minlength=graph.shape[0]) > 0
-    reached = ends & (partner < 0)
-    reached_across = np.zeros(graph.shape[1], dtype=bool)
+    partner_across = np.full(shape[1], -1, dtype=np.int32)
+    partner_across[partner[matched]] = matched
+    # what paths reach that begin without a partner, and go on with every second edge in a pair
+    coupled = np.bincount(first, minlength=shape[0]) > 0
+    reached, reached_across = coupled & (partner < 0), np.zeros(shape[1], dtype=bool)
     while True:
         found = (graph.T @ reached.astype(np.int32) > 0) & ~reached_across
         if not found.any():
             break
         reached_across |= found
-        reached[partner_of[found]] = True
-    cover = np.concatenate([np.flatnonzero(ends & ~reached), np.flatnonzero(reached_across)])
-    return np.sort(cover).astype(np.int32)
+        reached[partner_across[found]] = True
+    cover = np.flatnonzero(coupled & ~reached), np.flatnonzero(reached_across)
+    nodes = np.sort(np.concatenate(cover))
+    unknowns = matrix.components * nodes[:, None] + np.arange(matrix.components)
+    return unknowns.ravel().astype(np.int32)
+
+
+def _order(
+    matrix: SpreadMatrix, rows: Places, columns: Places, border: Places, size: int
+) -> Places:
+    """The order of elimination of a half's unknowns, from 1, by its entries: nested dissection of
+    what is inside (MUMPS has no good one where unknowns are left), then the `border` as it is.
+    """
+    components, inside = matrix.components, np.ones(size, dtype=bool)
+    inside[border] = False
+    nodes = np.flatnonzero(inside[: len(matrix.points) * components : components])
+    number = np.full(size, -1, dtype=np.int32)  # by a node's first unknown
+    number[components * nodes] = np.arange(nodes.size)
+    first, second = number[rows], number[columns]
+    nodal = (first >= 0) & (second >= 0)
+    place = np.empty(nodes.size, dtype=np.int32)
+    place[dissected(matrix.points[nodes], first[nodal], second[nodal])] = np.arange(nodes.size)
+    order = np.empty(size, dtype=np.int32)
+    order[inside] = (components * place[:, None] + np.arange(1, components + 1)).ravel()
+    order[border] = np.arange(size - border.size + 1, size + 1)
+    return order

@@ -3,7 +3,6 @@
  */
 #include <smumps_c.h>
 #include <stdlib.h>
-#include <string.h>
 
 #define ICNTL(I) icntl[(I)-1] /* as numbered in the guide */
 
@@ -42,12 +41,6 @@ int analyse(void *any, int unknowns, long long entries, int *rows, int *columns)
     factors->irn_loc = rows;
     factors->jcn_loc = columns;
     return run(factors, ANALYSE);
-}
-
-void order(void *any, int *places)
-{
-    SMUMPS_STRUC_C *factors = any;
-    memcpy(places, factors->sym_perm, factors->n * sizeof *places);
 }
 
 int analyse_inner(void *any, int unknowns, long long entries, int *rows, int *columns,

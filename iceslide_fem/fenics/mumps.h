@@ -8,9 +8,6 @@ void *begin(int communicator);
 /* Of unknowns and this rank's entries: row and column, from 1. Both are kept by the caller. */
 int analyse(void *factors, int unknowns, long long entries, int *rows, int *columns);
 
-/* The places, from 1, in which the unknowns are eliminated, once analysed. */
-void order(void *factors, int *places);
-
 /* Analyse on one rank if some unknowns (from 1) are to be left: the factors are of the others, in
  * the given order, and what these add to the equations of those left is a dense matrix (left, left),
  * by rows. MUMPS has no good order of its own for that. */

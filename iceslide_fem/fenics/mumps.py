@@ -51,13 +51,16 @@ class SparseColumns(NamedTuple):
 
 class SpreadMatrix(NamedTuple):
     """Where a matrix has entries: starts of the ranks of `comm` among its rows, and at the end
-    their number; rows and columns (global numbers) of this rank's entries.
+    their number; rows and columns (global numbers) of this rank's entries; points (n, d) of this
+    rank's nodes, each with as many components, one after the other.
     """
 
     comm: MPI.Comm
     starts: NDArray[np.int32]
     rows: Places
     columns: Places
+    points: Array
+    components: int
 
 
 class Mumps:
@@ -96,12 +99,6 @@ class Mumps:
         named, places = map(self._ints, self._left)
         inner = places, left.size, named, self._floats(self.added)
         return int(self._lib.analyse_inner(self._factors, *given, *inner))
-
-    def order(self, unknowns: int) -> Places:
-        """The places, from 1, in which `analyse` has put the unknowns."""
-        places = np.zeros(unknowns, dtype=np.int32)
-        self._lib.order(self._factors, self._ints(places))
-        return places
 
     def factorise(self, values: Singles) -> int:
         """Factors of the entries' `values`."""

@@ -21,9 +21,9 @@ class SingleFactors:
     (`shared_factors`), and so do two where a half has no good pivots of its own.
     """
 
-    def __init__(self, comm: MPI.Comm) -> None:
-        """Collective: compiles."""
-        self._comm, self._module = comm, mumps(comm)
+    def __init__(self, comm: MPI.Comm, points: Array) -> None:
+        """`points`: (n, d) of this rank's nodes. Collective: compiles."""
+        self._comm, self._points, self._module = comm, points, mumps(comm)
         self._factors: SharedFactors | HalvedFactors | None = None
         self._pattern: tuple[NDArray[Any], ...] = ()  # of this rank: first entries, columns
 
@@ -41,10 +41,10 @@ class SingleFactors:
         if not self._comm.allreduce(known, op=MPI.LAND):
             self._pattern = tuple(pattern)
             self.destroy(None)
-            self._factors = self._ordered(_entries(matrix, *pattern))
+            self._factors = self._ordered(self._entries(matrix, *pattern))
         if not self._known.factorise(singles):
             self.destroy(None)
-            self._factors = SharedFactors(self._module, _entries(matrix, *pattern))
+            self._factors = SharedFactors(self._module, self._entries(matrix, *pattern))
             self._factors.factorise(singles)
 
     def apply(self, _: PETSc.PC, load: PETSc.Vec, solution: PETSc.Vec) -> None:
@@ -78,9 +78,11 @@ class SingleFactors:
                 return HalvedFactors(self._module, matrix, border)
         return SharedFactors(self._module, matrix)
 
-
-def _entries(matrix: PETSc.Mat, first: NDArray[Any], columns: NDArray[Any]) -> SpreadMatrix:
-    """Where `matrix` has its entries, of which each rank knows its rows'."""
-    rows = np.arange(*matrix.getOwnershipRange(), dtype=np.int32)
-    comm, starts = matrix.comm.tompi4py(), matrix.getOwnershipRanges()
-    return SpreadMatrix(comm, starts, np.repeat(rows, np.diff(first)), columns)
+    def _entries(
+        self, matrix: PETSc.Mat, first: NDArray[Any], columns: NDArray[Any]
+    ) -> SpreadMatrix:
+        """Where `matrix` has its entries, of which each rank knows its rows'."""
+        rows = np.arange(*matrix.getOwnershipRange(), dtype=np.int32)
+        places = np.repeat(rows, np.diff(first)), columns
+        starts, components = matrix.getOwnershipRanges(), matrix.getBlockSize()
+        return SpreadMatrix(self._comm, starts, *places, self._points, components)

@@ -68,7 +68,8 @@ class Tangent:
         self.ksp.setType("preonly")
         self.ksp.setOptionsPrefix(prefix)
         self.ksp.setOperators(self._matrix)
-        factorise(self.ksp, self._dim)
+        points = rubber.space.tabulate_dof_coordinates()[: index_map.size_local, : self._dim]
+        factorise(self.ksp, points)
         self.ksp.setFromOptions()
         if takes_blocks(self.ksp):
             self.ksp.reset()  # what it has prepared is for a matrix without blocks
