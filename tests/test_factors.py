@@ -102,6 +102,21 @@ def test_sparse_loads_are_answered_at_once_before_and_after_a_dense_one(solver):
         np.testing.assert_allclose(found, exact, atol=1e-5 * np.abs(exact).max())
 
 
+@pytest.mark.parametrize("places", [[2, 3], [50, 58], [0, 59]])
+def test_sparse_loads_may_be_on_a_few_ranks_or_on_the_border_alone(solver, places):
+    matrix = dense(3)
+    solver.take(matrix)
+    solver.solve(np.ones(N))
+    rows = np.array([*places, N // 2], dtype=np.int32)[: 3 if places[0] == 0 else 2]
+    first = np.array([0, 1, len(rows)], dtype=np.int32)
+    sparse = SparseColumns(first, rows, np.arange(1.0, len(rows) + 1.0))
+    loads = np.zeros((2, N))
+    loads[np.minimum(np.arange(len(rows)), 1), rows] = sparse.values
+    exact = np.linalg.solve(matrix, loads.T).T
+    found = np.concatenate(COMM.allgather(solver.factors.solve_many(sparse)), axis=1)
+    np.testing.assert_allclose(found, exact, atol=1e-5 * np.abs(exact).max())
+
+
 def test_a_singular_matrix_is_not_converged_on_any_rank_and_the_next_one_is_solved(solver):
     singular, load = dense(3), np.ones(N)
     singular[:, 7] = 0.0

@@ -71,37 +71,44 @@ class HalvedFactors:
 
     def solve(self, load: Singles) -> Singles:
         """Solution for this rank's part of a `load`. Raises NotConverged."""
-        return self._solved(load[None])[0]
+        half, message = np.zeros(self._size, dtype=np.float32), self._message(1)
+        half[: load.size] = load
+        message[-1] = self.mumps.condense(half, message[:-1])
+        return self._expanded(message, 1)[0]
 
     def solve_many(self, loads: SparseColumns) -> Singles:
         """Solutions (k, n) of this rank's unknowns. Raises NotConverged."""
-        count = len(loads.first) - 1
-        column, here = np.repeat(np.arange(count), np.diff(loads.first)), self._own
-        rows = (here.start <= loads.rows) & (loads.rows < here.stop)
-        own = np.zeros((count, here.stop - here.start), dtype=np.float32)
-        own[column[rows], loads.rows[rows] - here.start] = loads.values[rows]
-        return self._solved(own)
+        count, own = len(loads.first) - 1, self._own
+        here = (own.start <= loads.rows) & (loads.rows < own.stop)
+        first = np.append(0, np.cumsum(here))[loads.first].astype(np.int32)
+        rows, values = loads.rows[here] - np.int32(own.start), loads.values[here]
+        if not here.any():  # MUMPS wants an entry at least
+            first[1:], rows, values = 1, np.zeros(1, dtype=np.int32), np.zeros(1)
+        message = self._message(count)
+        singles = values.astype(np.float32)
+        message[-1] = self.mumps.condense_many(first, rows, singles, message[:-1])
+        return self._expanded(message, count)
 
     def end(self) -> None:
         """Give the memory back."""
         self.mumps.end()
 
-    def _solved(self, loads: Singles) -> Singles:
-        """Solutions (k, n) of this rank's unknowns for its part of some `loads` (k, n)."""
-        count, own = loads.shape
-        half = np.zeros((count, self._size), dtype=np.float32)
-        half[:, :own] = loads
-        message = np.zeros(count * self._n_border + 1, dtype=np.float32)
-        condensed = message[:-1].reshape(count, self._n_border)
-        message[-1] = self.mumps.condense(half, condensed)
+    def _message(self, count: int) -> Singles:
+        """Room for what of so many loads comes to the border, one after the other, and an error."""
+        return np.zeros(count * self._n_border + 1, dtype=np.float32)
+
+    def _expanded(self, message: Singles, count: int) -> Singles:
+        """Solutions (k, n) of this rank's unknowns for loads of which this is its `message`."""
         self._comm.Allreduce(MPI.IN_PLACE, message, op=MPI.SUM)
         check(int(message[-1]))
         factors, pivots = self._border
+        condensed = message[:-1].reshape(count, self._n_border)
         found, error = sgetrs(factors, pivots, condensed.T, trans=1)
         check(error)
+        half = np.empty((count, self._size), dtype=np.float32)
         if error := self.mumps.expand(found.T, half):
             raise MemoryError(f"the linear solver fails on one rank (MUMPS's error {error})")
-        return half[:, :own]
+        return half[:, : self._own.stop - self._own.start]
 
     def _exchanged(self, sent: Any) -> Any:
         """What the other rank has for this one."""

@@ -80,40 +80,57 @@ int solve(void *any, float *load)
     return run(factors, SOLVE);
 }
 
-int solve_many(void *any, int count, int *first, int *rows, float *values, float *solutions)
+static void give(SMUMPS_STRUC_C *factors, int count, int *first, int *rows, float *values)
 {
-    SMUMPS_STRUC_C *factors = any;
-    factors->rhs = solutions;
     factors->nrhs = count;
-    factors->lrhs = factors->n;
     factors->nz_rhs = first ? first[count] - 1 : 0;
     factors->irhs_ptr = first;
     factors->irhs_sparse = rows;
     factors->rhs_sparse = values;
     factors->ICNTL(20) = 1; /* sparse loads */
+}
+
+int solve_many(void *any, int count, int *first, int *rows, float *values, float *solutions)
+{
+    SMUMPS_STRUC_C *factors = any;
+    give(factors, count, first, rows, values);
+    factors->rhs = solutions;
+    factors->lrhs = factors->n;
     return run(factors, SOLVE);
 }
 
-static int pass(SMUMPS_STRUC_C *factors, int which, int count, float *whole, float *left)
+static int pass(SMUMPS_STRUC_C *factors, int which, float *left)
 {
-    factors->rhs = whole;
-    factors->nrhs = count;
-    factors->lrhs = factors->n;
     factors->redrhs = left;
     factors->lredrhs = factors->size_schur;
-    factors->ICNTL(20) = 0;
     factors->ICNTL(26) = which;
     return run(factors, SOLVE);
 }
 
-int condense(void *any, int count, float *loads, float *condensed)
+static void dense(SMUMPS_STRUC_C *factors, int count, float *whole)
 {
-    return pass(any, 1, count, loads, condensed);
+    factors->rhs = whole;
+    factors->nrhs = count;
+    factors->lrhs = factors->n;
+    factors->ICNTL(20) = 0;
+}
+
+int condense(void *any, float *load, float *condensed)
+{
+    dense(any, 1, load);
+    return pass(any, 1, condensed);
+}
+
+int condense_many(void *any, int count, int *first, int *rows, float *values, float *condensed)
+{
+    give(any, count, first, rows, values);
+    return pass(any, 1, condensed);
 }
 
 int expand(void *any, int count, float *found, float *solutions)
 {
-    return pass(any, 2, count, solutions, found);
+    dense(any, count, solutions);
+    return pass(any, 2, found);
 }
 
 void end(void *any)

@@ -27,9 +27,13 @@ int solve(void *factors, float *load);
  * rows, from 1, and values. The solutions are (count, unknowns). */
 int solve_many(void *factors, int count, int *first, int *rows, float *values, float *solutions);
 
-/* Of loads (count, unknowns) what comes to the unknowns left (count, left): the first pass through
- * the factors. They replace the loads by what the second pass, `expand`, needs. */
-int condense(void *factors, int count, float *loads, float *condensed);
+/* Of a load of all unknowns what comes to those left: the first pass through the factors. The
+ * second, `expand`, needs what the first one leaves in them. */
+int condense(void *factors, float *load, float *condensed);
+
+/* The same for loads by their entries (`solve_many`), of which there are some: (count, left). */
+int condense_many(void *factors, int count, int *first, int *rows, float *values,
+                  float *condensed);
 
 /* The solutions (count, unknowns) from those of the unknowns left (count, left). */
 int expand(void *factors, int count, float *found, float *solutions);

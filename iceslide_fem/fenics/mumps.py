@@ -122,15 +122,21 @@ class Mumps:
         """The `solutions` (k, n) for loads of which load k has `values` in `rows`, from 0, from
         first[k] to first[k + 1]. The first pass through the factors goes only where they are.
         """
-        places = first + np.int32(1), rows + np.int32(1)
-        arrays = (*map(self._ints, places), self._floats(values), self._floats(solutions))
+        arrays = *self._sparse(first, rows, values), self._floats(solutions)
         given = len(first) - 1, *map(self._on_first, arrays)
         return int(self._lib.solve_many(self._factors, *given))
 
-    def condense(self, loads: Singles, condensed: Singles) -> int:
-        """What of `loads` (k, n) comes to the unknowns left, `condensed` (k, left)."""
-        given = len(loads), self._floats(loads), self._floats(condensed)
-        return int(self._lib.condense(self._factors, *given))
+    def condense(self, load: Singles, condensed: Singles) -> int:
+        """What of a `load` (n) comes to the unknowns left, `condensed` (left)."""
+        arrays = self._floats(load), self._floats(condensed)
+        return int(self._lib.condense(self._factors, *arrays))
+
+    def condense_many(
+        self, first: Places, rows: Places, values: Singles, condensed: Singles
+    ) -> int:
+        """The same for some sparse loads as of `solve_many`, `condensed` (k, left)."""
+        arrays = *self._sparse(first, rows, values), self._floats(condensed)
+        return int(self._lib.condense_many(self._factors, len(first) - 1, *arrays))
 
     def expand(self, found: Singles, solutions: Singles) -> int:
         """The `solutions` (k, n) for the loads that were last condensed, from those `found` for the
@@ -147,6 +153,11 @@ class Mumps:
         """A matrix as MUMPS wants it."""
         self._entries = rows + np.int32(1), columns + np.int32(1)  # it counts from 1
         return unknowns, len(rows), *map(self._ints, self._entries)
+
+    def _sparse(self, first: Places, rows: Places, values: Singles) -> tuple[Any, ...]:
+        """Sparse loads as MUMPS wants them."""
+        places = first + np.int32(1), rows + np.int32(1)
+        return (*map(self._ints, places), self._floats(values))
 
     def _on_first(self, array: Any) -> Any:
         """Of loads and solutions MUMPS wants nothing on the other ranks."""
