@@ -22,7 +22,7 @@ def write_fields(directory, cells, with_ice):
     lines.append(np.linspace(-SIZE, 0.0, 5))
     ice = np.broadcast_to(4.0 * lines[-1] / SIZE, [5] * len(lines))
     nodes, facets = RubberGrid(rubber), FacetGrid(rubber, surface)
-    fields = Fields(directory / "fields", 0)
+    fields = Fields(directory / "fields", MPI.COMM_SELF)
     for time in TIMES:
         rubber.displacements[:, 0] = -0.2 * time / DURATION * (SIZE - height)
         x = surface.positions(rubber.displacements)

@@ -49,7 +49,9 @@ class BlockFields:
         self._present = present
 
     def grids(self, accepted: Accepted | None) -> dict[str, Grid | None]:
-        """Grids by name, on rank 0; `accepted` led to the present moment, None at t = 0."""
+        """Grids by name, each on one rank: those of the ice's grid on the last, which writes while
+        the first does. `accepted` led to the present moment, None at t = 0.
+        """
         return {name: grid(accepted) for name, grid in self._present.items()}
 
     def _rubber(self, accepted: Accepted | None) -> Grid | None:
@@ -78,7 +80,7 @@ class BlockFields:
         celsius = self._celsius(profile.kelvin)
         if profile.grid is None:
             return self._below_facets(profile.depths, celsius)
-        if profile.grid.comm.rank > 0:
+        if not _is_last(profile.grid):
             return None
         lines = [*self._lines(profile.grid), -profile.depths]
         return tensor_grid(lines, {TEMPERATURE: celsius.T})
@@ -106,7 +108,7 @@ class BlockFields:
         if self._sliding.carrier.remembering is not None:
             for name, row in remembered_fields(self._sliding, state.memory).items():
                 values[name] = grid.allgather(row)
-        return tensor_grid(self._lines(grid), values) if grid.comm.rank == 0 else None
+        return tensor_grid(self._lines(grid), values) if _is_last(grid) else None
 
     def _lines(self, grid: SurfaceGrid) -> list[Array]:
         """Lines of the ice's grid where the ice is relative to the plate, m."""
@@ -122,3 +124,7 @@ class BlockFields:
         """Temperature in degC; no reading may be above T_m."""
         T_m = self._sliding.block.scene.ice.melting_temperature
         return np.asarray(np.minimum(kelvin, T_m) - ZERO_CELSIUS)
+
+
+def _is_last(grid: SurfaceGrid) -> bool:
+    return bool(grid.comm.rank == grid.comm.size - 1)

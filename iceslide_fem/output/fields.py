@@ -12,7 +12,7 @@ from iceslide_fem.output.vtu import vtu
 
 
 class Fields:
-    """Time series `NAME.pvd` in one folder, of grids that rank 0 has.
+    """Time series `NAME.pvd` in one folder, of grids each of which one rank has.
 
     A file is listed when it is whole, and lists are replaced as a whole: an interrupted run leaves
     nothing half. After a loss of power the last files may be: no step waits for the disk. Values
@@ -20,26 +20,29 @@ class Fields:
     """
 
     def __init__(
-        self, folder: Path | str, rank: int, earlier: Sequence[Mapping[str, Any]] = ()
+        self, folder: Path | str, comm: Any, earlier: Sequence[Mapping[str, Any]] = ()
     ) -> None:
         """`earlier`: what `written` was when the run that goes on was interrupted."""
-        self._folder, self._rank = Path(folder), rank
+        self._folder, self._comm = Path(folder), comm
         self.written = [dict(entry) for entry in earlier]
 
     def write(self, time: float, grids: Mapping[str, Grid | None]) -> None:
-        """Append `grids`, by their names, at `time` (s). Raises OutputError, on rank 0."""
+        """Append `grids`, by their names, at `time` (s): None where another rank has it.
+
+        Collective. Raises OutputError on a rank that cannot write.
+        """
         number = len(self.written)
         files = {name: f"{name}_{number:06d}.vtu" for name in grids}
         self.written.append({"time": time, **files})
-        if self._rank > 0:
-            return
         with writing(self._folder):
             self._folder.mkdir(parents=True, exist_ok=True)
         for name, grid in grids.items():
-            assert grid is not None
-            replace_file(self._folder / files[name], vtu(grid), durable=False)
-        for name in grids:
-            self._list(name)
+            if grid is not None:
+                replace_file(self._folder / files[name], vtu(grid), durable=False)
+        self._comm.Barrier()
+        if self._comm.rank == 0:
+            for name in grids:
+                self._list(name)
 
     def _list(self, name: str) -> None:
         entries = "".join(

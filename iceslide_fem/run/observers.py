@@ -47,7 +47,7 @@ class FieldSeries:
         """`earlier` is the `state` of the run that goes on."""
         scene, self._log = sliding.block.scene, log
         self._fields = BlockFields(sliding, scene.output.fields)
-        self._files = Fields(folder, sliding.block.surface.comm.rank, earlier)
+        self._files = Fields(folder, sliding.block.surface.comm, earlier)
         since = sliding.current.time if earlier else None
         self._due = FieldTimes(scene.output.times, scene.load.duration, since)
 

@@ -35,7 +35,7 @@ def cost(scene: Scene, folder: Path) -> list[list[str]]:
     sliding = at_speed(block)
     ledger = Ledger(sliding)
     series = {name: BlockFields(sliding, names) for name, names in _series().items()}
-    files = {name: Fields(folder / name, 0) for name in series}
+    files = {name: Fields(folder / name, MPI.COMM_SELF) for name in series}
     seconds = dict.fromkeys(("history", *series), 0.0)
     due = FieldTimes(scene.output.times, scene.load.duration, None)
     with Table(folder / "history.csv", HistoryRow, 0) as history:
