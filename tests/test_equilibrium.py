@@ -11,7 +11,7 @@ from iceslide_fem.errors import NotConverged  # noqa: E402
 from iceslide_fem.fenics import direct_solver, mumps  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, SINGLE_BY_MUMPS  # noqa: E402
 from iceslide_fem.materials import BAR, COMPOUNDS  # noqa: E402
-from iceslide_fem.rubber import responses, tangent  # noqa: E402
+from iceslide_fem.rubber import contact_nodes, responses, tangent  # noqa: E402
 from iceslide_fem.rubber.contact import contact_state, sliding_friction, static_friction  # noqa: E402
 from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
 from iceslide_fem.rubber.equilibrium import Equilibrium  # noqa: E402
@@ -168,7 +168,7 @@ def test_loads_are_answered_line_by_line_at_once(precision, same):
     load = np.random.default_rng(1).random(bordered._nodes.n_loads)
     load[:-1][bordered._nodes._fixed] = 0.0
     parts = bordered._nodes.parts(load)
-    assert len(parts) == responses.PARTS
+    assert len(parts) == contact_nodes.PARTS
     np.testing.assert_allclose(parts @ parts.T, np.eye(len(parts)), atol=1e-12)
     np.testing.assert_allclose((parts @ load) @ parts, load, atol=1e-12)
     on_plate = np.zeros_like(load)  # a load on the plate alone has no entry

@@ -19,14 +19,10 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse import csr_matrix
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.fenics import compat
-from iceslide_fem.fenics.compat import MPI, PETSc
-from iceslide_fem.fenics.mumps import SparseColumns
-from iceslide_fem.rubber.contact_surface import ContactSurface
-from iceslide_fem.rubber.walls import Walls
+from iceslide_fem.rubber.contact_nodes import ContactNodes
 
 # So many solves for one change at most; and so many answers are kept before factors are made anew.
 MOST_SOLVES, MOST_KEPT = 20, 200
@@ -34,130 +30,12 @@ MOST_SOLVES, MOST_KEPT = 20, 200
 DEPENDENT = 1e-6
 # What a solve leaves is the next load, unless it has left more than this share of what was there.
 ENOUGH = 0.8
-# Parts of a load that are answered at once, and what that costs in solves for one; what a part must
-# have of the whole.
-PARTS, PARTS_COST, WORTH = 6, 1.5, 0.02
+# What it costs to answer the parts of a load at once, in solves for one.
+PARTS_COST = 1.5
 
 # The changes of this rank's dofs, ghosts included, (k, dofs), that answer loads (k, n) on the
 # contact. Collective.
 Answered = Callable[[Array], Array]
-
-
-class ContactNodes:
-    """Nodes of the contact `surface` numbered over all ranks, which all know the loads on them.
-
-    Loads are (n_loads,), N: of all components of all nodes, and at the end of the plate. own: those
-    dofs of this rank that are among them.
-    """
-
-    def __init__(
-        self,
-        surface: ContactSurface,
-        walls: Walls | None,
-        vector: PETSc.Vec,
-        fixed: NDArray[np.int32],
-        lifted: Array,
-    ) -> None:
-        """`walls` touch each other, too. `vector`: of nodal forces, overwritten; `fixed` and, of
-        the plate, `lifted`: own dofs.
-
-        Loads on fixed dofs are none but the plate's. Collective.
-        """
-        comm, dofs = surface.comm, surface.dofs[surface.firsts]
-        dim, n_owned = surface.nodes.shape[-1], vector.getLocalSize()
-        with vector.localForm() as local:
-            local.set(0.0)
-            local.array.reshape(-1, dim)[dofs] = 1.0
-            if walls is not None:
-                local.array.reshape(-1, dim)[walls.dofs] = 1.0
-        compat.sum_ghosts(vector)
-        self.own = np.flatnonzero(vector.array > 0.0)
-        unknowns = comm.allgather(self.own + vector.getOwnershipRange()[0])
-        self._unknowns = np.concatenate(unknowns).astype(np.int32)
-        first, total = sum(map(len, unknowns[: comm.rank])), self._unknowns.size
-        self._here = slice(first, first + self.own.size)
-        vector.array[self.own] = np.arange(first, first + self.own.size)
-        self._of_walls = np.zeros(0, dtype=np.int64)
-        if walls is not None:
-            at_walls, here = np.zeros(walls.unknowns.size), walls.own
-            at_walls[here] = vector.array[walls.unknowns[here] - walls.unknowns_before]
-            comm.Allreduce(MPI.IN_PLACE, at_walls, op=MPI.SUM)
-            self._of_walls = at_walls.round().astype(np.int64)
-        compat.update_ghosts(vector)
-        with vector.localForm() as local:
-            numbers = local.array.reshape(-1, dim)[dofs].round().astype(np.int64).ravel()
-        self._lines = _lines(surface.nodes[surface.firsts], numbers, total, comm)
-        self._numbers = numbers.reshape(len(dofs), dofs.shape[1] * dim)
-        kinds = np.zeros((2, n_owned))
-        kinds[0, fixed], kinds[1, lifted] = 1.0, 1.0
-        everywhere = np.zeros((2, total))
-        everywhere[:, self._here] = kinds[:, self.own]
-        comm.Allreduce(MPI.IN_PLACE, everywhere, op=MPI.SUM)
-        self._fixed, self._lifted = everywhere > 0.0
-        self._comm, self._dofs, self._dim = comm, dofs, dim
-        self.n_loads = total + 1
-
-    def summing(self, facets: NDArray[np.intp]) -> csc_matrix:
-        """From forces on some of this rank's `facets` (f a d) to loads (n - 1)."""
-        numbers = self._numbers[facets].ravel()
-        first = np.arange(numbers.size + 1)
-        shape = (self._fixed.size, numbers.size)
-        return csc_matrix((np.ones(numbers.size), numbers, first), shape=shape)
-
-    def loads(self, own: Array) -> Array:
-        """Loads (n, k) of all ranks, each of which has its `own` (n - 1, k). Collective."""
-        loads = np.zeros((self._fixed.size + 1, own.shape[1]))
-        loads[:-1] = own
-        self._comm.Allreduce(MPI.IN_PLACE, loads, op=MPI.SUM)
-        loads[-1] = loads[:-1][self._lifted].sum(axis=0)
-        loads[:-1][self._fixed] = 0.0
-        return loads
-
-    def between_walls(self, stiffness: csr_matrix) -> csr_matrix | None:
-        """The loads (n - 1) that changes of the `own` dofs make by a stiffness of the walls (N/m,
-        by their unknowns, the same on all ranks); None if it is zero.
-        """
-        entries = stiffness.tocoo()
-        if not entries.nnz:
-            return None
-        rows, columns = self._of_walls[entries.row], self._of_walls[entries.col]
-        here = (self._here.start <= columns) & (columns < self._here.stop)
-        shape = (self._fixed.shape[0], self.own.size)
-        places = rows[here], columns[here] - self._here.start
-        return csr_matrix((entries.data[here], places), shape=shape)
-
-    def parts(self, load: Array) -> Array:
-        """Parts (k, n) of a load, each of the length 1: what the lines that have most of it have,
-        in x or z, and the rest. The same on all ranks to the last digit. Collective.
-        """
-        sizes = np.bincount(self._lines, load[:-1] ** 2)
-        place = np.full(sizes.size, PARTS - 1)
-        place[np.argsort(sizes)[::-1][: PARTS - 1]] = np.arange(min(PARTS - 1, sizes.size))
-        parts = np.zeros((PARTS, load.size))
-        parts[place[self._lines], np.arange(load.size - 1)] = load[:-1]
-        parts[-1, -1] = load[-1]
-        sizes = np.linalg.norm(parts, axis=1)
-        worth = sizes > WORTH * sizes.max()
-        return np.asarray(self._comm.bcast(parts[worth] / sizes[worth, None]))
-
-    def norm(self, load: Array) -> float:
-        """Of a load, the same on all ranks to the last digit. Collective."""
-        return float(self._comm.bcast(float(np.linalg.norm(load)), root=0))
-
-    def entries(self, loads: Array) -> SparseColumns:
-        """Loads (k, n) as columns of all ranks' dofs, but for what is on the plate."""
-        column, place = np.nonzero(loads[:, :-1])
-        first = np.searchsorted(column, np.arange(len(loads) + 1)).astype(np.int32)
-        return SparseColumns(first, self._unknowns[place], loads[column, place])
-
-    def on_own(self, load: Array) -> Array:
-        """Those on the `own` dofs."""
-        return load[:-1][self._here]
-
-    def at_facets(self, change: Array) -> Array:
-        """A change of this rank's dofs, ghosts included, at the facets' nodes, (f, a d), m."""
-        moved = change.reshape(-1, self._dim)[self._dofs]
-        return np.asarray(moved.reshape(len(moved), moved.shape[1] * self._dim))
 
 
 class Responses:
@@ -177,9 +55,10 @@ class Responses:
         self._moved: Array = np.zeros((0, 0, 0))
         self.clear()
         self._differing: NDArray[np.intp] = np.zeros(0, dtype=np.intp)  # facets
-        self._sum = nodes.summing(self._differing)  # of the forces on them
         self._difference: Array = np.zeros(0)
         self._between: csr_matrix | None = None
+        self._acting = np.array([nodes.n_loads - 1])  # places of loads
+        self._sum = nodes.summing(self._differing, self._acting)  # of the forces on them
 
     def clear(self) -> None:
         """There are new factors."""
@@ -188,12 +67,16 @@ class Responses:
 
     def differ(self, difference: Array, walls: csr_matrix | None = None) -> None:
         """The contact of the factors less the present one, as a tangent (f, a d, a d), N/m, and the
-        stiffness of the `walls` now less that of the factors.
+        stiffness of the `walls` now less that of the factors. Collective.
         """
         self._between = None if walls is None else self._nodes.between_walls(walls)
         self._differing = np.flatnonzero(difference.any(axis=(1, 2)))
         self._difference = difference[self._differing]
-        self._sum = self._nodes.summing(self._differing)
+        kept = self._loads[: self._met]
+        self._acting = self._nodes.acting(self._differing, self._between, kept)
+        if self._between is not None:
+            self._between = self._between[self._acting[:-1]]
+        self._sum = self._nodes.summing(self._differing, self._acting)
 
     def correction(self, answer: Array, limit: float, answered: Answered) -> Array:
         """What to subtract of the factors' `answer` to some load, leaving at most `limit` (N).
@@ -210,10 +93,11 @@ class Responses:
             length = self._nodes.norm(left)
             if not length > limit:
                 break
-            if length >= ENOUGH * longest:
-                loads = (images @ parts[:, -1:]).T
-            else:
-                loads = self._nodes.parts(left) if self._many else left[None] / length
+            again = length >= ENOUGH * longest
+            loads = (images @ parts[:, -1:]).T if again else left[None] / length
+            loads = self._nodes.everywhere(loads, self._acting)
+            if self._many and not again:
+                loads = self._nodes.parts(loads[0])
             longest, first = length, self._met
             solves += 1.0 if len(loads) == 1 else PARTS_COST
             for load, found in zip(loads, answered(loads), strict=True):
@@ -252,19 +136,21 @@ class Responses:
         self._met += 1
 
     def _images(self, first: int) -> Array:
-        """(1 + D M^-1) w of the kept loads w from the `first` on, (n, k), N. Collective."""
+        """(1 + D M^-1) w of the kept loads w from the `first` on, (a, k), N. Collective."""
         kept = slice(first, self._met)
         if first == self._met:
-            return np.zeros((self._nodes.n_loads, 0))
-        return self._differing_loads(self._answers[kept], self._moved[kept]) + self._loads[kept].T
+            return np.zeros((self._acting.size, 0))
+        images = self._differing_loads(self._answers[kept], self._moved[kept])
+        images += self._loads[kept][:, self._acting].T
+        return images
 
     def _differing_loads(self, answers: Array, moved: Array) -> Array:
-        """Loads D x (n, k), N, of changes x (k, dofs), at the facets (k, f, a d). Collective."""
+        """Loads D x (a, k), N, of changes x (k, dofs), at the facets (k, f, a d). Collective."""
         forces = self._difference @ moved[:, self._differing].transpose(1, 2, 0)
         own = self._sum @ forces.reshape(-1, len(moved))
         if self._between is not None:
             own += self._between @ answers[:, self._nodes.own].T
-        return self._nodes.loads(own)
+        return self._nodes.loads(own, self._acting)
 
 
 def _with_room(kept: Array, one: Array, count: int) -> Array:
@@ -284,23 +170,6 @@ def _less(columns: Array, images: Array, parts: Array) -> tuple[Array, Array]:
         found = parts @ (parts.T @ (images.T @ columns))
         columns, shares = columns - images @ found, shares + found
     return columns, shares
-
-
-def _lines(
-    nodes: Array, numbers: NDArray[np.int64], total: int, comm: MPI.Comm
-) -> NDArray[np.intp]:
-    """Number of the line across x and of the direction, vertical or not, that each of `total` loads
-    belongs to: on the facets' `nodes` (f, a, d), m, those of the `numbers` (f a d). Collective.
-    """
-    dim = nodes.shape[-1]
-    place = np.full((total, 2), -np.inf)
-    place[numbers, 0] = np.repeat(nodes[..., 0], dim)
-    place[numbers, 1] = np.tile(np.arange(dim) == dim - 1, nodes.size // dim)
-    comm.Allreduce(MPI.IN_PLACE, place, op=MPI.MAX)
-    x = place[:, 0]
-    size = np.ptp(x[np.isfinite(x)]) if np.isfinite(x).any() else 0.0
-    place[:, 0] = np.round(x / (size or 1.0), 6)
-    return np.unique(place, axis=0, return_inverse=True)[1].reshape(-1)
 
 
 def _orthonormal(columns: Array) -> Array:

@@ -21,9 +21,10 @@ from iceslide_fem.fenics.direct_solver import (
     takes_blocks,
     takes_many,
 )
+from iceslide_fem.rubber.contact_nodes import ContactNodes
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
-from iceslide_fem.rubber.responses import ContactNodes, Responses
+from iceslide_fem.rubber.responses import Responses
 from iceslide_fem.rubber.rigid_modes import rigid_modes
 
 # What a change leaves of the imbalance for the contact's sake: Newton's method gains no more from
