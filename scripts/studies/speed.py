@@ -2,8 +2,9 @@
 
 The error is that of mu(t) over all 7 ms against a run with a mesh twice as fine and steps at
 least four times as fine; references are kept in a folder and computed once. Each timed run is a
-process of its own, started after its forms were compiled. A reference once made serves for any
-`--refinement`: its own is printed. With `--against TREE` the same runs are made by the package in
+process of its own, started after its forms were compiled. With `--repeats` all are made as many
+times, in turn, and times are medians. A reference once made serves for any `--refinement`: its own
+is printed. With `--against TREE` the same runs are made by the package in
 that folder, too, one after the other, and the ratio of their times is printed. The ice's share of
 the steps is that of its stages without the film's, by a clock around each.
 """
@@ -15,6 +16,7 @@ import tempfile
 from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import product
 from pathlib import Path
 from time import perf_counter
 from typing import NamedTuple
@@ -33,10 +35,19 @@ HEAD = ("tree", "tolerance", "ranks", "unknowns", "steps", "seconds", "processor
 
 
 class Timed(NamedTuple):
-    """A run, and the processor seconds of all its processes."""
+    """A run, its seconds, and the processor seconds of all its processes."""
 
     run: Run
+    seconds: float
     processor: float
+
+
+def median(runs: list[Timed]) -> Timed:
+    """The last of equal runs with the medians of their seconds."""
+    seconds, processor = (
+        float(np.median([getattr(timed, name) for timed in runs])) for name in Timed._fields[1:]
+    )
+    return Timed(runs[-1].run, seconds, processor)
 
 
 def make(tree: Path, out: Path, ranks: int, changes: list[str]) -> Timed:
@@ -44,7 +55,8 @@ def make(tree: Path, out: Path, ranks: int, changes: list[str]) -> Timed:
     words = [word for word in run_words(SCENE, out, *changes, ranks=ranks) if word != "--force"]
     paths = os.environ | {"PYTHONPATH": str(tree)}
     spent = processor_seconds(words, check=True, cwd=tree, env=paths)
-    return Timed(read_run(out), spent)
+    run = read_run(out)
+    return Timed(run, run.summary["wall_s"], spent)
 
 
 def ice_share(scene: Scene) -> float:
@@ -105,6 +117,7 @@ def main() -> None:
     parser.add_argument("--tolerances", nargs="+", default=["1e-2", "1e-3"])
     parser.add_argument("--refinement", type=float, default=1.0, help="of the timed runs' mesh")
     parser.add_argument("--references", type=Path, default=ROOT / "results" / "references")
+    parser.add_argument("--repeats", type=int, default=1)
     parser.add_argument("--against", type=Path, help="folder with another version of the package")
     arguments = parser.parse_args()
     model = arguments.model
@@ -112,30 +125,32 @@ def main() -> None:
     trees = [ROOT] + ([arguments.against.resolve()] if arguments.against else [])
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        found: dict[tuple[str, int, Path], Timed] = {}
-        for tolerance in arguments.tolerances:
-            numerics = [
-                f"numerics.tolerance={tolerance}",
-                f"numerics.refinement={arguments.refinement}",
-            ]
-            for ranks in arguments.ranks:
-                for number, tree in enumerate(trees):
-                    out = folder / f"{tolerance}_{ranks}_{number}"
+        runs: dict[tuple[str, int, Path], list[Timed]] = defaultdict(list)
+        for repeat in range(arguments.repeats):
+            for tolerance, ranks, tree in product(arguments.tolerances, arguments.ranks, trees):
+                numerics = [
+                    f"numerics.tolerance={tolerance}",
+                    f"numerics.refinement={arguments.refinement}",
+                ]
+                out = folder / f"{tolerance}_{ranks}_{trees.index(tree)}"
+                if not repeat:
                     warm = out.with_suffix(".warm")
                     make(tree, warm, ranks, [*scene, *numerics, "load.duration=20us"])
-                    found[tolerance, ranks, tree] = make(tree, out, ranks, [*scene, *numerics])
+                timed = make(tree, out, ranks, [*scene, *numerics])
+                runs[tolerance, ranks, tree].append(timed)
+        found = {which: median(timed) for which, timed in runs.items()}
         loose = max(float(tolerance) for tolerance in arguments.tolerances)
         steps = min(timed.run.summary["steps"] for timed in found.values())
         kept = arguments.references / f"thesis_1bar_{model}"
         fine = reference(kept, loose, steps, scene, arguments.refinement)
         rows = []
-        for (tolerance, ranks, tree), (run, processor) in found.items():
+        for (tolerance, ranks, tree), (run, seconds, processor) in found.items():
             error = np.abs(differences(run, fine))
             summary = run.summary
             sizes = (error.max(), np.sqrt(np.mean(error**2)), error.mean())
             rows.append((
                 "this" if tree == ROOT else tree.name, tolerance, ranks, summary["dofs"],
-                summary["steps"], f"{summary['wall_s']:.1f}", f"{processor:.1f}",
+                summary["steps"], f"{seconds:.1f}", f"{processor:.1f}",
                 *(f"{size:.2%}" for size in sizes),
                 f"{summary['mu_mean'] / fine.summary['mu_mean'] - 1:.2%}",
             ))  # fmt: skip
@@ -143,11 +158,11 @@ def main() -> None:
         for (tolerance, ranks, tree), timed in found.items():
             if tree != ROOT:
                 new = found[tolerance, ranks, ROOT]
-                wall = timed.run.summary["wall_s"] / new.run.summary["wall_s"]
+                wall = timed.seconds / new.seconds
                 print(f"{tolerance}, {ranks} ranks: {wall:.2f} times as fast as {tree.name}, "
                       f"{timed.processor / new.processor:.2f} by the processor")  # fmt: skip
         for tolerance in arguments.tolerances:
-            walls = [found[tolerance, n, ROOT].run.summary["wall_s"] for n in arguments.ranks]
+            walls = [found[tolerance, n, ROOT].seconds for n in arguments.ranks]
             if len(walls) > 1:
                 print(f"{tolerance}: {arguments.ranks[-1]} ranks {walls[0] / walls[-1]:.2f} times "
                       f"as fast as {arguments.ranks[0]}")  # fmt: skip
