@@ -7,7 +7,7 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 from blocks import CELLS, SIZE, a_block, bend, options_of_rubber  # noqa: E402
 
-from iceslide_fem.errors import NotConverged  # noqa: E402
+from iceslide_fem.errors import NotConverged, SceneError  # noqa: E402
 from iceslide_fem.fenics import direct_solver, mumps  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, SINGLE_BY_MUMPS  # noqa: E402
 from iceslide_fem.materials import BAR, COMPOUNDS  # noqa: E402
@@ -244,6 +244,13 @@ def test_factors_in_single_precision_give_newton_his_direction(cells):
     length = system._tangent.length
     error = length(exact - single) / length(exact)
     assert 1e-9 < error < 1e-2 * tangent.FORCING  # the former: they are single
+
+
+@pytest.mark.parametrize("cells", ["tetrahedron", "hexahedron"])
+def test_a_precision_that_is_none_is_refused(cells):
+    sentence = "the option -rubber_pc_precision is half; it may be single or double"
+    with options_of_rubber({"pc_precision": "half"}), pytest.raises(SceneError, match=sentence):
+        equilibrium_of(cells)
 
 
 @pytest.mark.parametrize("cells", ["tetrahedron", "hexahedron"])

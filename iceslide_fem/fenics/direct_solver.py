@@ -5,15 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from iceslide_fem.arrays import Array
+from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics.compat import SINGLE_BY_MUMPS, SINGLE_BY_PETSC, PETSc
 from iceslide_fem.fenics.mumps import MORE_ROOM, MOST_ROOM, NO_ROOM, ROOM, SparseColumns
 from iceslide_fem.fenics.single_factors import SingleFactors
+
+PRECISIONS = ("single", "double")
 
 
 def factorise(ksp: PETSc.KSP, points: Array) -> None:
     """Let `ksp`, which has its matrix, use direct factors. `points`: (n, d) of this rank's nodes.
 
-    Collective.
+    Raises SceneError for an option that is none. Collective.
     """
     pc = ksp.getPC()
     if points.shape[1] == 3:
@@ -87,9 +90,14 @@ def _use_mumps(ksp: PETSc.KSP, points: Array) -> None:
     """In single precision, where it is to be had and the option -pc_precision does not say double.
 
     Such factors take half the memory, and half the time where that is what their reading takes.
+    Raises SceneError for another precision.
     """
     pc, options = ksp.getPC(), PETSc.Options(ksp.getOptionsPrefix())
-    single = options.getString("pc_precision", "single") == "single"
+    precision = options.getString("pc_precision", PRECISIONS[0])
+    if precision not in PRECISIONS:
+        name = f"-{ksp.getOptionsPrefix()}pc_precision"
+        raise SceneError(f"the option {name} is {precision}; it may be {' or '.join(PRECISIONS)}")
+    single = precision == "single"
     if single and SINGLE_BY_MUMPS:
         pc.setType("python")
         pc.setPythonContext(SingleFactors(ksp.comm.tompi4py(), points))
