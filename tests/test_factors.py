@@ -6,6 +6,7 @@ import pytest
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 from iceslide_fem.errors import NotConverged  # noqa: E402
+from iceslide_fem.fenics import direct_solver  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, SINGLE_BY_MUMPS, PETSc  # noqa: E402
 from iceslide_fem.fenics.dissection import dissected  # noqa: E402
 from iceslide_fem.fenics.halved_factors import HalvedFactors, separator  # noqa: E402
@@ -61,7 +62,7 @@ class Solver:
     def solve(self, load):
         right, left = self.matrix.createVecs()
         right.array[:] = load[slice(*right.getOwnershipRange())]
-        self.ksp.solve(right, left)
+        assert direct_solver.solve(self.ksp, right, left)
         return np.concatenate(COMM.allgather(left.array.copy()))
 
 

@@ -321,3 +321,13 @@ def _as_rows(table: Any, rows: int) -> IntArray:
     # an adjacency list in early versions, an array later
     flat = np.asarray(getattr(table, "array", table), dtype=np.int32).reshape(-1)
     return flat.reshape(rows, len(flat) // rows) if rows else flat.reshape(0, 1)
+
+
+def solve_linear(ksp: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec) -> None:
+    """Solve with `ksp`. Raises what a preconditioner in Python does. Collective."""
+    try:
+        ksp.solve(right, solution)
+    except PETSc.Error as error:  # since 3.22 petsc4py has it as the cause of its own
+        if error.__cause__ is not None:
+            raise error.__cause__ from None
+        raise

@@ -6,7 +6,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
-from iceslide_fem.fenics.compat import SINGLE_BY_MUMPS, SINGLE_BY_PETSC, PETSc
+from iceslide_fem.fenics.compat import SINGLE_BY_MUMPS, SINGLE_BY_PETSC, PETSc, solve_linear
 from iceslide_fem.fenics.mumps import MORE_ROOM, MOST_ROOM, NO_ROOM, ROOM, SparseColumns
 from iceslide_fem.fenics.single_factors import SingleFactors
 
@@ -40,10 +40,13 @@ def takes_blocks(ksp: PETSc.KSP) -> bool:
 
 
 def solve(ksp: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec) -> bool:
-    """Solve, with more room for the factors where MUMPS needs it; whether that succeeded."""
-    ksp.solve(right, solution)
+    """Solve, with more room for the factors where MUMPS needs it; whether that succeeded.
+
+    Raises NotConverged where single factors cannot.
+    """
+    solve_linear(ksp, right, solution)
     while ksp.getConvergedReason() < 0 and _more_room(ksp):
-        ksp.solve(right, solution)
+        solve_linear(ksp, right, solution)
     return bool(ksp.getConvergedReason() >= 0)
 
 
