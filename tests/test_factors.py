@@ -155,6 +155,20 @@ def test_halves_without_pivots_of_their_own_are_left_for_good(solver):
 
 
 @pytest.mark.skipif(COMM.size != 2, reason="halves are of two ranks")
+def test_a_singular_border_is_not_converged():
+    matrix, load = dense(3), np.ones(N)
+    matrix[27:33], matrix[:, 27:33] = 0.0, 0.0
+    matrix[27, 30] = matrix[30, 27] = 1.0  # so that there is a border between
+    for row in (28, 29, 31, 32):
+        matrix[row, row] = 1.0
+    solver = Solver(COMM.size)
+    matrix[30, 30] = matrix[27, 27] = 1.0  # and its two rows are the same
+    solver.take(matrix)
+    with pytest.raises(NotConverged, match="the halves' border is singular"):
+        solver.solve(load)
+
+
+@pytest.mark.skipif(COMM.size != 2, reason="halves are of two ranks")
 def test_a_border_of_the_fewest_unknowns_parts_any_graph():
     random = np.random.default_rng(5)
     for size, share in ((6, 0.2), (12, 0.05), (12, 0.2), (12, 0.6), (20, 0.1)):
