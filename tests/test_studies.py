@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import os
 import pkgutil
 import re
 import subprocess
@@ -37,6 +38,7 @@ def output(study, *options, timeout=300):
     done = subprocess.run(
         [sys.executable, "-m", f"scripts.studies.{study}", *options],
         cwd=ROOT,
+        env=dict(os.environ),  # without what MPI, started in this process, adds to the system's
         capture_output=True,
         text=True,
         timeout=timeout,
