@@ -70,14 +70,18 @@ int replaced(void *any)
     return factors->infog[24];
 }
 
+static void dense(SMUMPS_STRUC_C *factors, int count, float *whole)
+{
+    factors->rhs = whole;
+    factors->nrhs = count;
+    factors->lrhs = factors->n;
+    factors->ICNTL(20) = 0; /* dense loads */
+}
+
 int solve(void *any, float *load)
 {
-    SMUMPS_STRUC_C *factors = any;
-    factors->rhs = load;
-    factors->nrhs = 1;
-    factors->lrhs = factors->n;
-    factors->ICNTL(20) = 0; /* a dense load */
-    return run(factors, SOLVE);
+    dense(any, 1, load);
+    return run(any, SOLVE);
 }
 
 static void give(SMUMPS_STRUC_C *factors, int count, int *first, int *rows, float *values)
@@ -105,14 +109,6 @@ static int pass(SMUMPS_STRUC_C *factors, int which, float *left)
     factors->lredrhs = factors->size_schur;
     factors->ICNTL(26) = which;
     return run(factors, SOLVE);
-}
-
-static void dense(SMUMPS_STRUC_C *factors, int count, float *whole)
-{
-    factors->rhs = whole;
-    factors->nrhs = count;
-    factors->lrhs = factors->n;
-    factors->ICNTL(20) = 0;
 }
 
 int condense(void *any, float *load, float *condensed)

@@ -69,13 +69,12 @@ class Responses:
         """The contact of the factors less the present one, as a tangent (f, a d, a d), N/m, and the
         stiffness of the `walls` now less that of the factors. Collective.
         """
-        self._between = None if walls is None else self._nodes.between_walls(walls)
+        between = None if walls is None else self._nodes.between_walls(walls)
         self._differing = np.flatnonzero(difference.any(axis=(1, 2)))
         self._difference = difference[self._differing]
         kept = self._loads[: self._met]
-        self._acting = self._nodes.acting(self._differing, self._between, kept)
-        if self._between is not None:
-            self._between = self._between[self._acting[:-1]]
+        self._acting = self._nodes.acting(self._differing, between, kept)
+        self._between = None if between is None else between[self._acting[:-1]]
         self._sum = self._nodes.summing(self._differing, self._acting)
 
     def correction(self, answer: Array, limit: float, answered: Answered) -> Array:

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from scripts.studies.common import options, table
-from scripts.studies.precision import CASES, MOMENT, Found, found
+from scripts.studies.precision import CASES, MOMENT, Found, found, moved
 
 TOLERANCE = "1e-2"
 HEAD = ("case", "ranks", "unknowns", "steps", "iterations", "wall s", "least", "most",
@@ -33,15 +33,14 @@ def rows(
             number: np.array([run.summary["wall_s"] for run in made])
             for number, made in runs.items()
         }
-        first = runs[ranks[0]][0].mu
+        first = runs[ranks[0]][0]
         for number, made in runs.items():
             summary, spent = made[0].summary, seconds[number]
             yield (
                 case, number, summary["dofs"], summary["steps"], summary["newton_iterations"],
                 f"{np.median(spent):.3g}", f"{spent.min():.3g}", f"{spent.max():.3g}",
                 f"{np.median(seconds[ranks[0]]) / np.median(spent):.2f}",
-                f"{np.abs(made[0].mu - first).max() / first.mean():.1e}",
-                f"{made[0].mu.mean() / first.mean() - 1.0:+.1e}",
+                *moved(made[0], first),
             )  # fmt: skip
 
 
