@@ -95,6 +95,16 @@ def test_press_of_the_elements(tmp_path):
     assert (tmp_path / "elements.png").stat().st_size > 10_000
 
 
+def test_slides_by_two_elements():
+    rows = [row for row in printed("slide_elements", "--cases", "thesis_5bar") if row[0][:1] == "Q"]
+    error = {tuple(row[:2]): row[6:] for row in rows}
+    full, guarded = error["Q2", "0.35"], error["Q2, 2x2x2 guarded", "0.35"]
+    percent = [abs(float(plate.strip("%"))) for plate, *_ in (full, guarded)]
+    assert full[0].startswith("-") and percent[0] > 2.0 * percent[1]  # Q2 locks
+    assert error["Q2, 2x2x2 guarded", "0.7"][:3] == ["+0.00%", "0.00%", "0.00%"]  # of itself
+    assert all(float(row[-1].strip("+-%")) < 5.0 for row in error.values())
+
+
 def test_cube_beside_the_programs_that_are_here(tmp_path):
     rows = [row for row in printed("peers", "--pictures", str(tmp_path)) if len(row) == 8]
     errors = {(row[1], row[2]): float(row[5].strip("%")) for row in rows if row[2] in "24"}

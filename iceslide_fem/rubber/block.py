@@ -29,7 +29,7 @@ from iceslide_fem.rubber.contact_points import contact_points
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.equilibrium import Equilibrium, Solution, TractionLaw
 from iceslide_fem.rubber.failure import Posture, Slenderness, limit_met, posture
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
+from iceslide_fem.rubber.hyperelasticity import Energy, HyperelasticBody, stored_energy
 from iceslide_fem.rubber.wall_friction import Grip
 from iceslide_fem.scene import Scene
 
@@ -233,11 +233,11 @@ def default_ramp(scene: Scene) -> float:
     return min(max(RAMP_SHARE * pressure, shear / STEEPEST_RAMP), pressure)
 
 
-def build_block(scene: Scene, comm: MPI.Comm) -> Block:
+def build_block(scene: Scene, comm: MPI.Comm, energy: Energy = stored_energy) -> Block:
     """Mesh the scene's block and prepare its forms. Collective.
 
-    Raises SceneError if the user's mesh can't be used, or its penalty below that mesh, or a run
-    needs more memory than there is.
+    `energy` chooses another element than the default. Raises SceneError if the user's mesh can't be
+    used, or its penalty below that mesh, or a run needs more memory than there is.
     """
     own = law_of(scene)
     from_root(lambda: check_memory(scene), comm)
@@ -248,9 +248,8 @@ def build_block(scene: Scene, comm: MPI.Comm) -> Block:
     if fault is not None:
         raise SceneError(fault)
     material = scene.mooney_rivlin
-    rubber = HyperelasticBody(
-        mesh, material, density=scene.rubber.density if scene.rubber.inertia else 0.0
-    )
+    density = scene.rubber.density if scene.rubber.inertia else 0.0
+    rubber = HyperelasticBody(mesh, material, energy=energy, density=density)
     numerics = scene.numerics
     penalty = numerics.penalty or default_penalty(material, height, numerics.tolerance)
     rubber.let_walls_meet(WALLS * penalty, scene.rubber.wall_friction)

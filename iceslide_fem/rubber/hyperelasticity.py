@@ -20,6 +20,8 @@ from iceslide_fem.rubber.walls import Walls
 # and the under-integrated term fails at 17 % compression (see docs/elements.md).
 DEGREE = 2
 QUADRATURE_DEGREE = 5
+# The elastic energy (J; J/m in a slice) of a displacement and a material, as a UFL functional.
+Energy = Callable[[Any, MooneyRivlin], Any]
 NEAR_PLATE = 0.25  # of the height: what is lower does not come to lie on the plate
 
 
@@ -73,13 +75,13 @@ class HyperelasticBody:
         block: RubberMesh,
         material: MooneyRivlin,
         degree: int = DEGREE,
-        energy: Callable[[Any, MooneyRivlin], Any] = stored_energy,
+        energy: Energy = stored_energy,
         density: float = 0.0,
     ) -> None:
         """Compile the forms on the mesh of `block`.
 
-        `degree` (1 or 2) and `energy` (UFL functional of displacement and material) choose
-        another element than the default; a `density` (kg/m3) above zero adds inertia forces.
+        `degree` (1 or 2) and `energy` choose another element than the default; a `density` (kg/m3)
+        above zero adds inertia forces.
         """
         self.mesh, self.material = block.mesh, material
         self.space = compat.vector_space(self.mesh, degree)

@@ -103,7 +103,11 @@ PROBLEMS = (
     Problem(5 * BAR, 0.12, Reference("Q2/P1 mixed", 0.4, (2, 4, 6), True, 207.60e-6)),
 )
 OWN = "iceslide_fem"
-OURS = {"Q2": "Q2, the default", "Q2/P1 mixed": "Q2/P1 mixed"}
+OURS = {
+    "Q2": "Q2, the default",
+    "Q2, 2x2x2 guarded": "Q2, 2x2x2 guarded",
+    "Q2/P1 mixed": "Q2/P1 mixed",
+}
 CALCULIX = ("C3D8", "C3D8I", "C3D8R", "C3D10", "C3D20R", "C3D20")
 NGSOLVE = {"order 2": (2, False), "order 2, mixed": (2, True), "order 3": (3, False)}
 
@@ -303,7 +307,7 @@ def draw(results: dict[Problem, Found], path: Path) -> None:
         for place, (who, answers) in enumerate(found.items()):
             given, errors = with_errors(answers, exact)
             panel.loglog(
-                [one.seconds for one in given], errors, "os^vD*Xph<>"[place % 11] + "-",
+                [one.seconds for one in given], errors, "osd^vD*Xph<>"[place % 12] + "-",
                 color=colours[who.program], label=f"{who.program} {who.element}",
                 markersize=5, linewidth=1.0, alpha=0.85,
             )  # fmt: skip
