@@ -72,8 +72,8 @@ def changes_for(size: float) -> list[str]:
     return ["model=block", f"numerics.refinement={high:.4f}"]
 
 
-def measured(solver: str, ranks: int, size: float, duration: str, limit: float) -> Point | None:
-    """The run, or None if it fails or takes longer than `limit` (s)."""
+def measured(solver: str, ranks: int, size: float, duration: str, limit: float) -> Point | str:
+    """The run, or why there is none: it fails, or takes longer than `limit` (s)."""
     # Fields would be written every few of these short steps, and are not what is asked.
     changes = [*changes_for(size), f"load.duration={duration}", "output.times=1"]
     with tempfile.TemporaryDirectory() as folder:
@@ -87,12 +87,14 @@ def measured(solver: str, ranks: int, size: float, duration: str, limit: float) 
                 cwd=ROOT,
                 env=environment,
                 capture_output=True,
+                text=True,
                 timeout=limit,
             )
         except subprocess.TimeoutExpired:
-            return None
+            return f"takes longer than {limit:.0f} s"
         if done.returncode:
-            return None
+            told = [line for line in done.stderr.splitlines() if "SimulationStopped: " in line]
+            return told[0].partition(": ")[2] if told else "fails"
         found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     steps = found["steps"]
     parts = {name: seconds / steps for name, seconds in found["parts"].items()}
@@ -156,8 +158,8 @@ def main() -> None:
                 for size in arguments.sizes:
                     place = (solver, ranks, size, arguments.duration)
                     point = known.get(place) or measured(*place, arguments.limit)
-                    if point is None:
-                        yield solver, ranks, f"{size:.0f}", "fails, or takes too long", *BLANK
+                    if isinstance(point, str):
+                        yield solver, ranks, f"{size:.0f}", point, *BLANK
                         break
                     if place not in known:
                         KEPT.parent.mkdir(parents=True, exist_ok=True)
