@@ -54,14 +54,14 @@ def rows(name: str, model: str, refinements: tuple[float, ...]) -> Iterator[tupl
     finest = max(refinements)
     exact = found(name, model, finest, ELEMENTS["Q2, 2x2x2 guarded"])
     times = np.linspace(0.0, exact.slide.time[-1], TIMES)
-    mean = np.interp(times, exact.slide.time, exact.slide.mu)
+    mu = np.interp(times, exact.slide.time, exact.slide.mu)
     for element, energy in ELEMENTS.items():
         for refinement in refinements:
             one = exact
             if refinement < finest or energy is stored_energy:
                 one = found(name, model, refinement, energy)
             slide = one.slide
-            error = np.interp(times, slide.time, slide.mu) / mean - 1.0
+            error = np.interp(times, slide.time, slide.mu) / mu - 1.0
             yield (
                 element, refinement, one.unknowns, slide.steps, slide.iterations,
                 f"{slide.seconds:.1f}", f"{one.pressed / exact.pressed - 1.0:+.2%}",
@@ -80,7 +80,7 @@ def main() -> None:
     asked = parser.parse_args()
     start_petsc()
     refinements = tuple(asked.refinements or (QUICK if asked.quick else REFINEMENTS[asked.model]))
-    head = ("element", "mesh x", "unknowns", "steps", "iterations", "s", "plate pressed")
+    head = ("element", "mesh x", "unknowns of rubber", "steps", "iterations", "s", "plate pressed")
     for name in asked.cases:
         print(f"\n### {name}, {asked.model}\n")
         table(
