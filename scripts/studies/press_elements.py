@@ -50,7 +50,7 @@ NUMBERS = (2, 4, 6, 8, 12)  # cells along x
 SHEARED_NUMBERS = (4, 8)
 SHEARS = (0.15, 0.3)  # of the contact pressure; 0.15 is the most the film gives at 5 bar
 FULL, REDUCED = 5, 3  # quadrature degrees: 3 x 3 x 3 and 2 x 2 x 2 points in a hexahedron
-GUARD = 2.0  # of `guarded`: less leaves less error in the press, and more iterations in slides
+GUARD = 2.0  # of the bulk modulus, how stiff `guarded` is beyond small changes of volume
 REFERENCE = "Q2/P1 mixed"
 
 
@@ -122,7 +122,7 @@ def under_integrated(u: Any, material: MooneyRivlin) -> Any:
 def guarded(u: Any, material: MooneyRivlin) -> Any:
     """As `under_integrated`, with GUARD K (J - 1)^4 at all points, K = 2 / D1.
 
-    It leaves small changes of volume inside a cell free, as that does, but no corner is crushed.
+    It leaves small changes of volume inside a cell free, as that does, but not its corners' crushing.
     """
     J = ufl.det(ufl.Identity(u.ufl_shape[0]) + ufl.grad(u))
     full = ufl.dx(metadata={"quadrature_degree": FULL})
