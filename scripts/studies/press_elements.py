@@ -122,7 +122,7 @@ def under_integrated(u: Any, material: MooneyRivlin) -> Any:
 def guarded(u: Any, material: MooneyRivlin) -> Any:
     """As `under_integrated`, with GUARD K (J - 1)^4 at all points, K = 2 / D1.
 
-    It leaves small changes of volume inside a cell free, as that does, but not its corners' crushing.
+    It leaves small changes of volume inside a cell free, as that does, not crushed corners.
     """
     J = ufl.det(ufl.Identity(u.ufl_shape[0]) + ufl.grad(u))
     full = ufl.dx(metadata={"quadrature_degree": FULL})
