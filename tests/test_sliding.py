@@ -473,7 +473,7 @@ def test_a_step_ends_where_friction_leaves_the_straight_line(monkeypatch):
 
 def test_as_many_parts_are_one_step_as_friction_is_straight_in():
     sliding = started(thesis("load.duration=0.1ms", "numerics.tolerance=1e-2"))
-    error = StepError(sliding.block)
+    error = StepError(sliding.block, 1e-3)
     ends, straight = [0.2, 0.4, 0.6, 1.0], [1.0, 1.2, 1.4, 1.6, 2.0]
     assert error.straight_parts(straight, ends) == (4, pytest.approx(0.0, abs=1e-9))
     turns = [1.0, 1.2, 1.4, 1.6, 1.6]

@@ -60,11 +60,11 @@ class Sliding:
         self.carrier = carrier_of(block, self.layers_for)
         self.motion_law = _motion_law(block)
         self._plate = plate = Plate(block)
-        self._error = error = StepError(block, control)
-        self._trials = Trials(block, self.carrier, plate, self.motion_law, error, control.passes)
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
         if plate.passing < np.inf:  # no ice passes from cell to cell unseen
             self._longest = min(self._longest, cells_in_a_step(scene) * plate.passing)
+        self._error = error = StepError(block, self._longest, control)
+        self._trials = Trials(block, self.carrier, plate, self.motion_law, error, control.passes)
         first = FIRST_STEP * self._duration if self._trials.adaptive else np.inf
         self._dt = min(first, self._longest)
         self._film_step = self._dt

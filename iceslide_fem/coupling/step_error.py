@@ -39,6 +39,10 @@ JUMP_SHARE = 0.5
 # Share of the energy that a step turns over which may be missing or too much: that of a whole run
 # is then no larger. Steps of a smooth motion stay below half of it.
 ENERGY_SHARE = 0.01
+# How far a block that rests may be left behind, of the way that it slides in the longest step. When
+# it is released film and heat see but half of that, and the step's energy does not close by the
+# other half.
+REST_SHARE = 5e-3
 # A point that folds over snaps from one equilibrium to the next, however short the step, because no
 # inertia delays it. Steps of up to this share of the duration may jump so, if what is missing then
 # is at most this share of the energy that the whole run turns over at the present friction.
@@ -77,8 +81,12 @@ COUPLING = CouplingControl()
 class StepError:
     """Errors of a step of `block` on its interface; 1 is what is allowed. All are collective."""
 
-    def __init__(self, block: Block, control: CouplingControl = COUPLING) -> None:
+    def __init__(self, block: Block, longest: float, control: CouplingControl = COUPLING) -> None:
+        """`longest`: step that is made of the slide, s."""
         scene = block.scene
+        # The mean shear (Pa) that moves the bottom of the block as far as it may be left behind.
+        stiffness = scene.mooney_rivlin.youngs_modulus / (3.0 * block.height)
+        self._resting = REST_SHARE * scene.load.speeds.mean * longest * stiffness
         self._block, self._control = block, control
         self._tolerance = tolerance = scene.numerics.tolerance
         self._local_tolerance = LOCAL_SHARE * tolerance**LOCAL_POWER
@@ -185,6 +193,13 @@ class StepError:
         if self.is_snap(dt):
             share = max(share, SNAP_SHARE * load.duration / dt)
         return abs(energies.missing) / (share * turnover) if turnover else np.inf
+
+    def may_rest(self, shear: Array, solved: Array, area: Array) -> bool:
+        """Whether the block may rest under `shear` as it was solved for under that `solved` (Pa):
+        it is quiet, and would hardly move when it is released.
+        """
+        quiet = self.is_quiet(shear, solved, area)
+        return quiet and self._mean(shear - solved, area) <= self._resting
 
     def is_quiet(self, shear: Array, solved: Array, area: Array) -> bool:
         """Whether the block may stay as it was solved for under the shear `solved` (Pa)."""

@@ -91,7 +91,7 @@ class Trials:
         loads = replace(loads, offset=before.offset + plate.way(start.time, dt))
         passage = self._films.passage(start.interface, before, loads, dt, film_step)
         shears = self._shears(passage, self._laws(passage))
-        if not self._error.is_quiet(shears[-1], start.solved_shear, start.loads.area):
+        if not self._error.may_rest(shears[-1], start.solved_shear, start.loads.area):
             return None
         forces = self._forces(start, passage, shears)
         after = start._replace(
@@ -140,7 +140,7 @@ class Trials:
         shears, sheared = self._shears(passage, laws), laws[-1]
         forces = self._forces(start, passage, shears)
         at_rest = sheared(loads.pressure, plate.resting(loads, time).speed)[0]
-        steady = self._may_rest and self._error.is_quiet(at_rest, start.solved_shear, before.area)
+        steady = self._may_rest and self._error.may_rest(at_rest, start.solved_shear, before.area)
         motion, swing = self._swung(start, motion, sheared, loads, forces[-1], straight)
         if swing > 1.0 and self.adaptive:  # at a corner of the velocity it is of first order
             raise Refused("the block's speed changes too fast", float(step_factor(swing, 1)))

@@ -279,7 +279,7 @@ class Equilibrium:
         compat.sum_ghosts(residual)
         self._carried = self.rubber.plate_reaction - self._tangent.imbalance(residual)
         self._plate_imbalance = None if force is None else force - self._carried
-        return float(np.hypot(residual.norm(), self._plate_imbalance or 0.0))
+        return self._tangent.size(residual, self._plate_imbalance)
 
     def _contact_tangent(self) -> Array:
         """Derivatives of the contact's forces where the imbalance was last found."""

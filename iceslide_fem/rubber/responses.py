@@ -59,6 +59,7 @@ class Responses:
         self._between: csr_matrix | None = None
         self._acting = np.array([nodes.n_loads - 1])  # places of loads
         self._sum = nodes.summing(self._differing, self._acting)  # of the forces on them
+        self._resultant = nodes.resultant(self._acting)
 
     def clear(self) -> None:
         """There are new factors."""
@@ -76,6 +77,7 @@ class Responses:
         self._acting = self._nodes.acting(self._differing, between, kept)
         self._between = None if between is None else between[self._acting[:-1]]
         self._sum = self._nodes.summing(self._differing, self._acting)
+        self._resultant = self._nodes.resultant(self._acting)
 
     def correction(self, answer: Array, limit: float, answered: Answered) -> Array:
         """What to subtract of the factors' `answer` to some load, leaving at most `limit` (N).
@@ -83,7 +85,7 @@ class Responses:
         `answered` solves with the factors. Collective.
         """
         moved = self._nodes.at_facets(answer)
-        left = self._differing_loads(answer[None], moved[None])[:, 0]
+        left = self._weighed(self._differing_loads(answer[None], moved[None]))[:, 0]
         images = self._images(0)
         parts = _orthonormal(images)
         left, shares = _less(left, images, parts)
@@ -94,7 +96,7 @@ class Responses:
                 break
             again = length >= ENOUGH * longest
             loads = (images @ parts[:, -1:]).T if again else left[None] / length
-            loads = self._nodes.everywhere(loads, self._acting)
+            loads = self._nodes.everywhere(loads[:, : self._acting.size], self._acting)
             if self._many and not again:
                 loads = self._nodes.parts(loads[0])
             longest, first = length, self._met
@@ -135,13 +137,20 @@ class Responses:
         self._met += 1
 
     def _images(self, first: int) -> Array:
-        """(1 + D M^-1) w of the kept loads w from the `first` on, (a, k), N. Collective."""
+        """(1 + D M^-1) w of the kept loads w from the `first` on, weighed, (a + d, k), N.
+
+        Collective.
+        """
         kept = slice(first, self._met)
         if first == self._met:
-            return np.zeros((self._acting.size, 0))
+            return self._weighed(np.zeros((self._acting.size, 0)))
         images = self._differing_loads(self._answers[kept], self._moved[kept])
         images += self._loads[kept][:, self._acting].T
-        return images
+        return self._weighed(images)
+
+    def _weighed(self, loads: Array) -> Array:
+        """Loads (a, k) with their resultants behind them: what is left is made small in both."""
+        return np.concatenate([loads, self._resultant @ loads])
 
     def _differing_loads(self, answers: Array, moved: Array) -> Array:
         """Loads D x (a, k), N, of changes x (k, dofs), at the facets (k, f, a d). Collective."""
