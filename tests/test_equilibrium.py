@@ -185,6 +185,19 @@ def test_loads_are_answered_line_by_line_at_once(precision, same):
     np.testing.assert_allclose(bordered._response(loads[:1]), alone[:1], atol=same * size)
 
 
+@pytest.mark.three
+@pytest.mark.parametrize(("cells", "n"), [("quadrilateral", 16), ("hexahedron", 4)])
+def test_what_lacks_evenly_counts_however_many_nodes_share_it(cells, n):
+    """Their forces alone would count less than this already here, and ever less."""
+    rubber = HyperelasticBody(a_block(cells, n), B)
+    surface = contact_surface(rubber.space, rubber.facets("contact"), 4)
+    system = Equilibrium(rubber, surface, PENALTY)
+    force = press(system, sliding)
+    missing = 0.01 * 0.15 * force
+    size = system._imbalance(force, lambda p, u: sliding(p, u, 1.01 * 0.15))
+    assert system._residual.norm() < contact_nodes.RESULTANT * missing < size < missing
+
+
 def test_changes_by_old_factors_follow_the_secant(monkeypatch):
     """From 0.4 to 1 bar with factors of 0.4 bar alone."""
     iterations = []

@@ -345,6 +345,24 @@ def test_steps_do_not_chatter(changes, steps):
     assert rejected < steps / 2
 
 
+@pytest.mark.parametrize("duration", ["0.02ms", "0.004ms"])
+def test_a_short_slide_needs_no_jump(duration):
+    """A block that rests while friction grows by a share of the tolerance is left behind by more
+    than what slides past in a step: the shorter of these slides stopped.
+    """
+    rows = {}
+    for tolerance in ("1e-2", "1e-3"):
+        changes = ["model=slice", f"load.duration={duration}", f"numerics.tolerance={tolerance}"]
+        sliding = started(load_scene(CASES / "tread_block.toml", changes))
+        ledger, steps = Ledger(sliding), list(sliding.steps())
+        for accepted in steps:
+            ledger.add(accepted)
+        rows[tolerance] = slide_row(sliding, ledger, steps[-1])
+        assert not any(step.rejected for step in steps)
+        assert abs(ledger.imbalance) < 1e-4
+    assert rows["1e-2"].mu == pytest.approx(rows["1e-3"].mu, rel=1e-3)
+
+
 def test_shear_fades_in_no_more_steeply_than_a_friction_coefficient_of_ten():
     assert default_ramp(thesis()) == 0.05e5  # p: mu at t = 0 is 0.2
     assert default_ramp(thesis("load.pressure=0.2bar", "load.speed=15")) == pytest.approx(

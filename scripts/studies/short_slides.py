@@ -1,0 +1,71 @@
+"""Slides so short, or meshes so fine, that a block left behind by its friction would have to jump.
+
+The first moments of tread_block at its tolerance of 1e-2: steps, refused ones, Newton's iterations,
+and the largest error of mu(t) against a tolerance of 1e-3 on the same mesh. Beside the program as
+it is, without its two remedies: a bound on how far a resting block may be left behind
+(`coupling.step_error.REST_SHARE`), and the resultant in the size of what is not balanced
+(`rubber.contact_nodes.RESULTANT`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf
+
+import numpy as np
+
+from iceslide_fem.coupling import step_error
+from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.rubber import contact_nodes, tangent
+from scripts.studies.blocks import slid
+from scripts.studies.common import case, largest, options, table
+
+VARIANTS = {
+    "as it is": (step_error.REST_SHARE, contact_nodes.RESULTANT),
+    "rests while friction is quiet": (inf, contact_nodes.RESULTANT),
+    "nodal forces alone": (step_error.REST_SHARE, 0.0),
+    "neither remedy": (inf, 0.0),
+}
+MESHES = (("slice", 1.0), ("slice", 8.0), ("block", 1.2))
+DURATIONS = ("0.1ms", "0.02ms", "0.004ms")
+REFERENCE = 1e-3  # tolerance
+
+
+def set_remedies(variant: str) -> None:
+    """Let blocks that are built from now on have those of `variant`."""
+    step_error.REST_SHARE, counts = VARIANTS[variant]
+    contact_nodes.RESULTANT = tangent.RESULTANT = counts
+
+
+def rows(quick: bool) -> Iterator[list[object]]:
+    """Rows of the table."""
+    for model, refinement in MESHES[:1] if quick else MESHES:
+        for duration in DURATIONS[2:] if quick else DURATIONS:
+            changes = [f"model={model}", f"numerics.refinement={refinement}"]
+            changes.append(f"load.duration={duration}")
+            set_remedies("as it is")
+            finer = slid(case("tread_block", *changes, f"numerics.tolerance={REFERENCE}"))
+            for variant in VARIANTS:
+                set_remedies(variant)
+                head = [model, f"{finer.last.block.rubber.n_dofs:,}", duration, variant]
+                try:
+                    run = slid(case("tread_block", *changes))
+                except SimulationStopped as reason:
+                    yield [*head, str(reason).partition(" of ")[0], "", "", ""]
+                    continue
+                error = largest(run.mu, np.interp(run.time, finer.time, finer.mu))
+                yield [*head, run.steps, run.rejected, run.iterations, f"{1e2 * error:.2f} %"]
+    set_remedies("as it is")
+
+
+def main() -> None:
+    """Print the table."""
+    parser = options(__doc__)
+    parser.add_argument("--quick", action="store_true", help="the shortest slide of one slice")
+    arguments = parser.parse_args()
+    names = ["model", "unknowns of the rubber", "slide", "variant"]
+    table([*names, "steps", "refused", "iterations", "largest of mu(t)"], rows(arguments.quick))
+
+
+if __name__ == "__main__":
+    main()
