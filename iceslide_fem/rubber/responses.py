@@ -82,7 +82,7 @@ class Responses:
     def correction(self, answer: Array, limit: float, answered: Answered) -> Array:
         """What to subtract of the factors' `answer` to some load, leaving at most `limit` (N).
 
-        `answered` solves with the factors. Collective.
+        `answered` solves with the factors. What is left counts with its resultant. Collective.
         """
         moved = self._nodes.at_facets(answer)
         left = self._weighed(self._differing_loads(answer[None], moved[None]))[:, 0]

@@ -94,8 +94,8 @@ class Tangent:
     def size(self, residual: PETSc.Vec, plate: float | None) -> float:
         """Of the imbalance, N: of the nodal forces, of their resultant and of the plate's.
 
-        Without the resultant the block would stay while friction changes at all nodes, and then
-        follow at once: with 240,000 unknowns at an infinite speed. Collective.
+        By the nodal forces alone the block would stay while friction changes evenly at many nodes,
+        and then have to make good for it in one step. Collective.
         """
         resultant = RESULTANT * residual.array.reshape(-1, self._dim).sum(axis=0)
         self._comm.Allreduce(MPI.IN_PLACE, resultant, op=MPI.SUM)
