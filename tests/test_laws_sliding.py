@@ -166,7 +166,7 @@ def test_what_springs_back_while_friction_falls_makes_heat(tmp_path, monkeypatch
 
     monkeypatch.setattr(StepError, "of_film", noted)
     more = ("ice.motion=sliding", "load.duration=0.3ms", ageing(tmp_path, "rubber"))
-    rows = slide(thesis("numerics.refinement=0.5", "numerics.tolerance=1e-2", *more))
+    rows = slide(thesis("numerics.refinement=1", "numerics.tolerance=1e-2", *more))
     assert rows["mu"][-1] < 0.35 and len(rows["mu"]) < 150
     assert min(power) < 0.0 <= min(errors)
     assert abs(rows["energy_imbalance"][-1]) < 1e-3

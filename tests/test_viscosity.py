@@ -51,7 +51,8 @@ def test_films_have_the_viscosity_of_their_temperature(carrier):
     np.testing.assert_allclose(state.memory[0][covered], expected[covered], atol=nearly)
     assert state.memory[0].min() < -0.002  # it has become thinner
     missing = sum(one.energies.missing for one in accepted)
-    assert abs(missing) < 1e-3 * sum(one.energies.friction_work for one in accepted)
+    # the block leaves its rest within these steps
+    assert abs(missing) < 2e-3 * sum(one.energies.friction_work for one in accepted)
     row = slide_row(sliding, Ledger(sliding), accepted[-1])
     warmest = scene.viscosity * np.exp(sliding.current.interface.memory[0].min())
     assert warmest < row.film_viscosity_Pa_s < 0.999 * scene.viscosity
