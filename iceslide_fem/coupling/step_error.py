@@ -198,13 +198,16 @@ class StepError:
         """Whether the block may rest under `shear` as it was solved for under that `solved` (Pa):
         it is quiet, and would hardly move when it is released.
         """
-        quiet = self.is_quiet(shear, solved, area)
-        return quiet and self._mean(shear - solved, area) <= self._resting
+        most = min(self._resting, self._quiet(solved, area))
+        return self._mean(shear - solved, area) <= most
 
     def is_quiet(self, shear: Array, solved: Array, area: Array) -> bool:
         """Whether the block may stay as it was solved for under the shear `solved` (Pa)."""
-        change = self._mean(shear - solved, area)
-        return change <= self._control.quiet * self._agreement * self._mean(solved, area)
+        return self._mean(shear - solved, area) <= self._quiet(solved, area)
+
+    def _quiet(self, solved: Array, area: Array) -> float:
+        """Change (Pa) of the mean shear `solved` that is no reason to solve for the block."""
+        return self._control.quiet * self._agreement * self._mean(solved, area)
 
     def _mean(self, values: Array, weights: Array) -> float:
         """Mean size of `values` over all ranks' points; 0 without weight."""
