@@ -24,7 +24,7 @@ PENALTY = 100 * B.youngs_modulus / SIZE
 N = {"triangle": 5, "quadrilateral": 5, "tetrahedron": 3, "hexahedron": 3}
 
 # Plate displacement (um) at 1 bar, sliding, on the meshes above; found with DOLFINx 0.5.2.
-PRESSED = [("quadrilateral", 38.604760606), ("hexahedron", 47.956618803)]
+PRESSED = [("quadrilateral", 39.241486011), ("hexahedron", 49.550039188)]
 
 
 def static(pressure, displacement):
@@ -381,7 +381,7 @@ def keys(rubber):
     return [tuple(row) for row in np.round(X / SIZE * 1e6).astype(int)]
 
 
-@pytest.mark.parametrize("shear", [0.2, 0.3, 0.4])
+@pytest.mark.parametrize("shear", [0.27, 0.35, 0.4])
 def test_a_point_may_rest_where_its_shear_is_faded_in(shear):
     """Full changes go from touching firmly to lifted and back; the equilibrium is in between."""
     system = equilibrium_of("quadrilateral")
@@ -396,5 +396,5 @@ def test_a_point_may_rest_where_its_shear_is_faded_in(shear):
     for step in range(1, steps + 1):
         law = lambda p, u, share=step / steps: faded(p, u, share)  # noqa: E731
         found = system.solve(force, law, 1e-7 * force)
-        assert found.iterations <= 16  # 9 to 15 in single steps; without landing none is found
+        assert found.iterations <= 16  # 8 to 12 in single steps; without landing none is found
         assert found.residual <= 1e-7 * force

@@ -27,7 +27,7 @@ import basix
 import dolfinx
 import numpy as np
 import petsc4py
-import ufl  # noqa: F401 (for the rest of the package)
+import ufl
 from dolfinx import fem, jit
 from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
@@ -243,6 +243,15 @@ def midpoints(mesh: Any, facets: IntArray) -> FloatArray:
     return np.array(
         dolfinx.mesh.compute_midpoints(mesh, dim - 1, np.asarray(facets, dtype=np.int32))
     ).reshape(-1, 3)
+
+
+def cell_measure(mesh: Any, kinds: IntArray) -> Any:
+    """Measure over the cells; its part (k) are those with number k among the `kinds` (n,) of the
+    cells that this rank owns.
+    """
+    numbers = np.arange(len(kinds), dtype=np.int32)
+    tags = dolfinx.mesh.meshtags(mesh, mesh.topology.dim, numbers, kinds.astype(np.int32))
+    return ufl.Measure("dx", domain=mesh, subdomain_data=tags)
 
 
 def basix_lagrange(name: str, degree: int) -> Any:

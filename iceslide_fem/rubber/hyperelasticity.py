@@ -1,8 +1,7 @@
-"""Hyperelastic rubber: Mooney-Rivlin energy, internal forces and tangent on a mesh."""
+"""Hyperelastic rubber: internal forces and tangent of its energy (`element`) on a mesh."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,60 +13,17 @@ from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.materials import MooneyRivlin
 from iceslide_fem.mesh.rubber import RubberMesh
 from iceslide_fem.rubber.beside_plate import BesidePlate
+from iceslide_fem.rubber.element import DEGREE, Energy, kinds_of_cells, stored_energy
 from iceslide_fem.rubber.walls import Walls
 
-# The displacement is quadratic and the volumetric term fully integrated: linear tetrahedra lock,
-# and the under-integrated term fails at 17 % compression (see docs/elements.md).
-DEGREE = 2
-QUADRATURE_DEGREE = 5
-# The elastic energy (J; J/m in a slice) of a displacement and a material, as a UFL functional.
-Energy = Callable[[Any, MooneyRivlin], Any]
 NEAR_PLATE = 0.25  # of the height: what is lower does not come to lie on the plate
-
-
-def energy_density(grad_u: Any, material: MooneyRivlin) -> Any:
-    """W = C10 (I1bar - 3) + C01 (I2bar - 3) + (J - 1)^2 / D1 (J/m3) as a UFL expression.
-
-    In a slice the strain is plane: `grad_u` (2, 2) gets an undeformed third direction.
-    """
-    return isochoric_energy(grad_u, material) + volumetric_energy(grad_u, material)
-
-
-def isochoric_energy(grad_u: Any, material: MooneyRivlin) -> Any:
-    """The part C10 (I1bar - 3) + C01 (I2bar - 3) of `energy_density`.
-
-    I1 = |F|^2 and I2 = |cof F|^2: with one logarithm and one exponential for all powers of J, the
-    residual takes two thirds to four fifths of the time that the usual formulas take.
-    """
-    dim = grad_u.ufl_shape[0]
-    F = ufl.Identity(dim) + grad_u
-    J = ufl.det(F)
-    size = ufl.inner(F, F)
-    if dim == 2:
-        I1, I2 = size + 1.0, size + J**2
-    else:
-        I1, I2 = size, ufl.inner(ufl.cofac(F), ufl.cofac(F))
-    scale = ufl.exp(-2.0 / 3.0 * ufl.ln(J))
-    return material.C10 * (scale * I1 - 3.0) + material.C01 * (scale**2 * I2 - 3.0)
-
-
-def volumetric_energy(grad_u: Any, material: MooneyRivlin) -> Any:
-    """The part (J - 1)^2 / D1 of `energy_density`."""
-    J = ufl.det(ufl.Identity(grad_u.ufl_shape[0]) + grad_u)
-    return (J - 1.0) ** 2 / material.D1
-
-
-def stored_energy(u: Any, material: MooneyRivlin) -> Any:
-    """Elastic energy (J; J/m in a slice) of the displacement `u` as a UFL functional."""
-    dx = ufl.dx(metadata={"quadrature_degree": QUADRATURE_DEGREE})
-    return energy_density(ufl.grad(u), material) * dx
 
 
 class HyperelasticBody:
     """Forms of the rubber block and its displacement Function `u`.
 
     plate: blocked dofs on the rigid plate (this rank's, ghosts included); symmetry: blocked dofs
-    that do not move in y.
+    that do not move in y; kinds: of this rank's own cells, as `kinds_of_cells` has them.
     """
 
     def __init__(
@@ -93,7 +49,9 @@ class HyperelasticBody:
             fem.Constant(self.mesh, PETSc.ScalarType(value))
             for value in (material.C10, material.C01, material.D1)
         )
-        functional = energy(self.u, MooneyRivlin(*constants))
+        self.kinds = kinds_of_cells(block)
+        dx = compat.cell_measure(self.mesh, self.kinds)
+        functional = energy(self.u, MooneyRivlin(*constants), dx)
         test, trial = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
         residual = ufl.derivative(functional, self.u, test)
         if density > 0.0:
@@ -101,12 +59,12 @@ class HyperelasticBody:
             self._weight = fem.Constant(self.mesh, PETSc.ScalarType(0.0))
             mass = fem.Constant(self.mesh, PETSc.ScalarType(density))
             change = self._weight * (self.u - self._reference)
-            residual += mass * ufl.inner(change, test) * ufl.dx
+            residual += mass * ufl.inner(change, test) * dx
             square = ufl.inner(self._velocity, self._velocity)
-            self._kinetic = compat.form(0.5 * mass * square * ufl.dx)
-            self._momentum = compat.form(mass * self._velocity[0] * ufl.dx)
+            self._kinetic = compat.form(0.5 * mass * square * dx)
+            self._momentum = compat.form(mass * self._velocity[0] * dx)
             masses = compat.create_vector(self.space)
-            compat.assemble_vector(masses, compat.form(mass * sum(test) * ufl.dx))
+            compat.assemble_vector(masses, compat.form(mass * sum(test) * dx))
             self._mass = masses.norm()
         self._has_inertia = density > 0.0
         self._energy = compat.form(functional)

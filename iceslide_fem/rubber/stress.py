@@ -16,7 +16,8 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
 from iceslide_fem.materials import MooneyRivlin
 from iceslide_fem.rubber.contact_surface import space_degree
-from iceslide_fem.rubber.hyperelasticity import QUADRATURE_DEGREE, HyperelasticBody
+from iceslide_fem.rubber.element import INSIDE, QUADRATURE_DEGREE, VOLUME_DEGREE
+from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 
 # Rows and columns of the six components of a symmetric tensor, in VTK's order; in a slice they are
 # x, z and the direction out of the plane.
@@ -86,7 +87,7 @@ def von_mises(stress: Array) -> Array:
     return np.asarray(np.sqrt(1.5 * (deviator**2).sum(axis=-1) + 3.0 * (shear**2).sum(axis=-1)))
 
 
-class CellPoints:
+class Gradients:
     """The same reference points in all of some cells: their displacements' gradients.
 
     inverse: of the cells' Jacobians (d, d, c, q); stretch: their determinants (c, q).
@@ -95,7 +96,6 @@ class CellPoints:
     def __init__(self, rubber: HyperelasticBody, cells: NDArray[np.int_], points: Array) -> None:
         """`points` (q, d) on the reference cell, in the local `cells`."""
         name, space = compat.cell_name(rubber.mesh), rubber.space
-        self._material = rubber.material
         element = compat.basix_lagrange(name, space_degree(space))
         self.dofs = compat.cell_dofs(space)[cells]
         table = np.array(element.tabulate(1, points))[..., 0]
@@ -121,9 +121,33 @@ class CellPoints:
             F[i, i] += 1.0
         return np.moveaxis(F, (0, 1), (-2, -1))
 
+
+class CellPoints(Gradients):
+    """The same reference points in all of some cells: stress and energy there.
+
+    Inside the rubber the pressure is that of the points at which the element keeps its volume: the
+    linear function through them. Between them J swings about it, and nothing resists.
+    """
+
+    def __init__(self, rubber: HyperelasticBody, cells: NDArray[np.int_], points: Array) -> None:
+        """`points` (q, d) on the reference cell, in the local `cells` of this rank's own."""
+        super().__init__(rubber, cells, points)
+        self._material = rubber.material
+        self._inside = rubber.kinds[cells] == INSIDE
+        if not self._inside.any():
+            return
+        name = compat.cell_name(rubber.mesh)
+        kept = compat.quadrature(name, VOLUME_DEGREE)[0]
+        linear = compat.basix_lagrange(name, 1)
+        here, there = (np.array(linear.tabulate(0, x))[0, ..., 0] for x in (points, kept))
+        self._kept = Gradients(rubber, cells[self._inside], kept)
+        self._between = np.linalg.solve(there.T, here.T)  # (points where it is kept, q)
+
     def stress_and_energy(self, u: Array) -> Array:
         """The six components of the Cauchy stress (Pa) and the energy density (J/m3), (c, q, 7)."""
         at = Deformation.of(self.deformation(u))
+        if self._inside.any():
+            at.J[self._inside] = np.linalg.det(self._kept.deformation(u)) @ self._between
         stress = cauchy_stress(at, self._material)
         six = [stress[..., row, column] for row, column in SIX]
         return np.stack([*six, strain_energy(at, self._material)], axis=-1)

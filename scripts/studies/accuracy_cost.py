@@ -409,7 +409,7 @@ def elements(quick: bool) -> Iterable[Chart]:
             for name, meshes in presses.items()
         }  # fmt: skip
         yield Chart(f"elements_{bars:g}bar", f"Elements: press by {bars:g} bar, plate displacement",
-                    curves, ("dofs", "Newton", "tangents"), "Q2")  # fmt: skip
+                    curves, ("dofs", "Newton", "tangents"), press_elements.DEFAULT)  # fmt: skip
 
 
 # --- output

@@ -31,6 +31,7 @@ from iceslide_fem.mesh.soundness import outer_facets
 from iceslide_fem.rubber.contact import default_penalty
 from scripts.studies import common, peers_calculix
 from scripts.studies.press_elements import (
+    DEFAULT,
     ELEMENTS,
     MATERIAL,
     SIZE,
@@ -103,11 +104,7 @@ PROBLEMS = (
     Problem(5 * BAR, 0.12, Reference("Q2/P1 mixed", 0.4, (2, 4, 6), True, 207.60e-6)),
 )
 OWN = "iceslide_fem"
-OURS = {
-    "Q2": "Q2, the default",
-    "Q2, 2x2x2 guarded": "Q2, 2x2x2 guarded",
-    "Q2/P1 mixed": "Q2/P1 mixed",
-}
+OURS = {DEFAULT: f"{DEFAULT}, the default", "Q2": "Q2", "Q2/P1 mixed": "Q2/P1 mixed"}
 CALCULIX = ("C3D8", "C3D8I", "C3D8R", "C3D10", "C3D20R", "C3D20")
 NGSOLVE = {"order 2": (2, False), "order 2, mixed": (2, True), "order 3": (3, False)}
 

@@ -21,7 +21,7 @@ from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.fenics import compat
 from iceslide_fem.materials import BAR, COMPOUNDS
 from iceslide_fem.roughness.half_space import press
-from iceslide_fem.rubber.hyperelasticity import QUADRATURE_DEGREE, energy_density
+from iceslide_fem.rubber.element import QUADRATURE_DEGREE, energy_density
 from scripts.studies.common import options, table
 
 RUBBER = COMPOUNDS["B"]

@@ -1,0 +1,81 @@
+"""The rubber's element: Mooney-Rivlin energy, and the points of a cell at which it is taken."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iceslide_fem.fenics import compat
+from iceslide_fem.fenics.compat import ufl
+from iceslide_fem.materials import MooneyRivlin
+from iceslide_fem.mesh.rubber import RubberMesh
+
+# The displacement is quadratic. Where the rubber may touch something its whole energy is taken at
+# 3 x 3 x 3 points, so that no corner of a cell is crushed; inside, its volumetric part at 2 x 2 x 2
+# points, because with more the cells beside the plate lock (see docs/elements.md).
+DEGREE = 2
+QUADRATURE_DEGREE, VOLUME_DEGREE = 5, 3
+TOUCHING, INSIDE = 1, 2  # parts of the measure over the cells
+# The elastic energy (J; J/m in a slice) as a UFL functional: given a displacement, a material, and
+# the measure over the cells with its parts TOUCHING and INSIDE.
+Energy = Callable[[Any, MooneyRivlin, Any], Any]
+
+
+def energy_density(grad_u: Any, material: MooneyRivlin) -> Any:
+    """W = C10 (I1bar - 3) + C01 (I2bar - 3) + (J - 1)^2 / D1 (J/m3) as a UFL expression.
+
+    In a slice the strain is plane: `grad_u` (2, 2) gets an undeformed third direction.
+    """
+    return isochoric_energy(grad_u, material) + volumetric_energy(grad_u, material)
+
+
+def isochoric_energy(grad_u: Any, material: MooneyRivlin) -> Any:
+    """The part C10 (I1bar - 3) + C01 (I2bar - 3) of `energy_density`.
+
+    I1 = |F|^2 and I2 = |cof F|^2: with one logarithm and one exponential for all powers of J, the
+    residual takes two thirds to four fifths of the time that the usual formulas take.
+    """
+    dim = grad_u.ufl_shape[0]
+    F = ufl.Identity(dim) + grad_u
+    J = ufl.det(F)
+    size = ufl.inner(F, F)
+    if dim == 2:
+        I1, I2 = size + 1.0, size + J**2
+    else:
+        I1, I2 = size, ufl.inner(ufl.cofac(F), ufl.cofac(F))
+    scale = ufl.exp(-2.0 / 3.0 * ufl.ln(J))
+    return material.C10 * (scale * I1 - 3.0) + material.C01 * (scale**2 * I2 - 3.0)
+
+
+def volumetric_energy(grad_u: Any, material: MooneyRivlin) -> Any:
+    """The part (J - 1)^2 / D1 of `energy_density`."""
+    J = ufl.det(ufl.Identity(grad_u.ufl_shape[0]) + grad_u)
+    return (J - 1.0) ** 2 / material.D1
+
+
+def stored_energy(u: Any, material: MooneyRivlin, dx: Any) -> Any:
+    """Elastic energy (J; J/m in a slice) of the displacement `u` as a UFL functional."""
+    whole, volume = ({"quadrature_degree": one} for one in (QUADRATURE_DEGREE, VOLUME_DEGREE))
+    F = ufl.grad(u)
+    touching = energy_density(F, material) * dx(TOUCHING, metadata=whole)
+    inside = isochoric_energy(F, material) * dx(INSIDE, metadata=whole)
+    return touching + inside + volumetric_energy(F, material) * dx(INSIDE, metadata=volume)
+
+
+def kinds_of_cells(block: RubberMesh) -> NDArray[np.int32]:
+    """TOUCHING or INSIDE of every cell that this rank owns, (n,).
+
+    Touching are those with a facet that may meet the ice or another wall, and all simplices.
+    """
+    topology, tags = block.mesh.topology, block.facet_tags
+    owned = topology.index_map(topology.dim).size_local
+    if compat.cell_name(block.mesh) not in ("quadrilateral", "hexahedron"):
+        return np.full(owned, TOUCHING, dtype=np.int32)
+    meeting = [block.tags[name] for name in ("contact", "walls") if name in block.tags]
+    facets = tags.indices[np.isin(tags.values, meeting)]
+    kinds = np.full(owned, INSIDE, dtype=np.int32)
+    kinds[compat.facet_cell_pairs(block.mesh, facets)[0]] = TOUCHING
+    return kinds
