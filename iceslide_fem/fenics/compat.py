@@ -245,6 +245,13 @@ def midpoints(mesh: Any, facets: IntArray) -> FloatArray:
     ).reshape(-1, 3)
 
 
+def middles_of_cells(mesh: Any) -> FloatArray:
+    """Middles (n, 3) of the cells that this rank owns."""
+    dim = mesh.topology.dim
+    owned = np.arange(mesh.topology.index_map(dim).size_local, dtype=np.int32)
+    return np.array(dolfinx.mesh.compute_midpoints(mesh, dim, owned)).reshape(-1, 3)
+
+
 def cell_measure(mesh: Any, kinds: IntArray) -> Any:
     """Measure over the cells; its part (k) are those with number k among the `kinds` (n,) of the
     cells that this rank owns.

@@ -9,18 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iceslide_fem.fenics import compat
-from iceslide_fem.fenics.compat import ufl
+from iceslide_fem.fenics.compat import MPI, ufl
 from iceslide_fem.materials import MooneyRivlin
+from iceslide_fem.mesh.profile import CONTACT_HEIGHT
 from iceslide_fem.mesh.rubber import RubberMesh
 
-# The displacement is quadratic. Where the rubber may touch something its whole energy is taken at
-# 3 x 3 x 3 points, so that no corner of a cell is crushed; inside, its volumetric part at 2 x 2 x 2
-# points, because with more the cells beside the plate lock (see docs/elements.md).
+# The displacement is quadratic. Where the rubber may touch something, and in the lower half of the
+# block, its whole energy is taken at 3 x 3 x 3 points, so that no corner of a cell is crushed; in
+# the other cells its volumetric part at 2 x 2 x 2, because with more those at the plate lock (see
+# docs/elements.md).
 DEGREE = 2
 QUADRATURE_DEGREE, VOLUME_DEGREE = 5, 3
-TOUCHING, INSIDE = 1, 2  # parts of the measure over the cells
+WHOLE, SPLIT = 1, 2  # parts of the measure over the cells: of whose energy, and of whose parts
+ROUNDING = 1e-6  # of the height: a layer in the middle of the block belongs to the lower half
 # The elastic energy (J; J/m in a slice) as a UFL functional: given a displacement, a material, and
-# the measure over the cells with its parts TOUCHING and INSIDE.
+# the measure over the cells with its parts WHOLE and SPLIT.
 Energy = Callable[[Any, MooneyRivlin, Any], Any]
 
 
@@ -60,22 +63,25 @@ def stored_energy(u: Any, material: MooneyRivlin, dx: Any) -> Any:
     """Elastic energy (J; J/m in a slice) of the displacement `u` as a UFL functional."""
     whole, volume = ({"quadrature_degree": one} for one in (QUADRATURE_DEGREE, VOLUME_DEGREE))
     F = ufl.grad(u)
-    touching = energy_density(F, material) * dx(TOUCHING, metadata=whole)
-    inside = isochoric_energy(F, material) * dx(INSIDE, metadata=whole)
-    return touching + inside + volumetric_energy(F, material) * dx(INSIDE, metadata=volume)
+    together = energy_density(F, material) * dx(WHOLE, metadata=whole)
+    isochoric = isochoric_energy(F, material) * dx(SPLIT, metadata=whole)
+    return together + isochoric + volumetric_energy(F, material) * dx(SPLIT, metadata=volume)
 
 
 def kinds_of_cells(block: RubberMesh) -> NDArray[np.int32]:
-    """TOUCHING or INSIDE of every cell that this rank owns, (n,).
+    """WHOLE or SPLIT of every cell that this rank owns, (n,). Collective.
 
-    Touching are those with a facet that may meet the ice or another wall, and all simplices.
+    WHOLE are those with a facet that may meet the ice or another wall, those in the lower half of
+    the block, and all simplices.
     """
-    topology, tags = block.mesh.topology, block.facet_tags
-    owned = topology.index_map(topology.dim).size_local
-    if compat.cell_name(block.mesh) not in ("quadrilateral", "hexahedron"):
-        return np.full(owned, TOUCHING, dtype=np.int32)
+    mesh, tags = block.mesh, block.facet_tags
+    z = compat.middles_of_cells(mesh)[:, mesh.geometry.dim - 1]
+    top = mesh.geometry.x[:, mesh.geometry.dim - 1].max(initial=0.0)
+    upper = z > (CONTACT_HEIGHT + ROUNDING) * mesh.comm.allreduce(float(top), op=MPI.MAX)
+    kinds = np.where(upper, SPLIT, WHOLE).astype(np.int32)
     meeting = [block.tags[name] for name in ("contact", "walls") if name in block.tags]
     facets = tags.indices[np.isin(tags.values, meeting)]
-    kinds = np.full(owned, INSIDE, dtype=np.int32)
-    kinds[compat.facet_cell_pairs(block.mesh, facets)[0]] = TOUCHING
+    kinds[compat.facet_cell_pairs(mesh, facets)[0]] = WHOLE
+    if compat.cell_name(mesh) not in ("quadrilateral", "hexahedron"):
+        kinds[:] = WHOLE
     return kinds

@@ -16,7 +16,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
 from iceslide_fem.materials import MooneyRivlin
 from iceslide_fem.rubber.contact_surface import space_degree
-from iceslide_fem.rubber.element import INSIDE, QUADRATURE_DEGREE, VOLUME_DEGREE
+from iceslide_fem.rubber.element import QUADRATURE_DEGREE, SPLIT, VOLUME_DEGREE
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 
 # Rows and columns of the six components of a symmetric tensor, in VTK's order; in a slice they are
@@ -125,7 +125,7 @@ class Gradients:
 class CellPoints(Gradients):
     """The same reference points in all of some cells: stress and energy there.
 
-    Inside the rubber the pressure is that of the points at which the element keeps its volume: the
+    In cells whose volumetric energy is taken at fewer points the pressure is that at these: the
     linear function through them. Between them J swings about it, and nothing resists.
     """
 
@@ -133,21 +133,21 @@ class CellPoints(Gradients):
         """`points` (q, d) on the reference cell, in the local `cells` of this rank's own."""
         super().__init__(rubber, cells, points)
         self._material = rubber.material
-        self._inside = rubber.kinds[cells] == INSIDE
-        if not self._inside.any():
+        self._split = rubber.kinds[cells] == SPLIT
+        if not self._split.any():
             return
         name = compat.cell_name(rubber.mesh)
         kept = compat.quadrature(name, VOLUME_DEGREE)[0]
         linear = compat.basix_lagrange(name, 1)
         here, there = (np.array(linear.tabulate(0, x))[0, ..., 0] for x in (points, kept))
-        self._kept = Gradients(rubber, cells[self._inside], kept)
+        self._kept = Gradients(rubber, cells[self._split], kept)
         self._between = np.linalg.solve(there.T, here.T)  # (points where it is kept, q)
 
     def stress_and_energy(self, u: Array) -> Array:
         """The six components of the Cauchy stress (Pa) and the energy density (J/m3), (c, q, 7)."""
         at = Deformation.of(self.deformation(u))
-        if self._inside.any():
-            at.J[self._inside] = np.linalg.det(self._kept.deformation(u)) @ self._between
+        if self._split.any():
+            at.J[self._split] = np.linalg.det(self._kept.deformation(u)) @ self._between
         stress = cauchy_stress(at, self._material)
         six = [stress[..., row, column] for row, column in SIX]
         return np.stack([*six, strain_energy(at, self._material)], axis=-1)
