@@ -21,10 +21,12 @@ from iceslide_fem.mesh.shape import BlockShape, Channel, Slot, Wave
 # its edges the strain hardly varies over the height. Sizes are in reference cells; a slope of 4
 # makes cells 1 + 4 times larger one height (or lateral size) away from the edge or the bottom.
 CELLS = {2: 16.0, 3: 6.0}  # by dimension
-# In 3-D cells are so much shorter along x, the direction of sliding, along which pressure, film and
-# heat vary most: of a cube, and by the root of its length less in a longer block, where edges are a
-# smaller part of the contact. That makes their errors alike (docs/accuracy.md).
-SHORTER_ALONG_X = {2: 1.0, 3: 1.75}
+# Cells are so much shorter along x, the direction of sliding, along which pressure, film and heat
+# vary most: of a block as long as tall, and the less the longer it is, because edges are a smaller
+# part of its contact. Over the height, where little varies, they are so much longer. That makes
+# their errors alike (docs/accuracy.md).
+SHORTER_ALONG_X = {2: 1.3, 3: 2.6}
+LONGER_ALONG_Z = 4.0 / 3.0
 FLAT, FEWEST_CELLS = 0.5, 2.0
 EDGE_CELL, EDGE_SLOPE = 0.42, 4.0
 LARGEST_CELL = 4.0
@@ -163,8 +165,8 @@ def reference_cells(block: BlockShape, refinement: float) -> tuple[list[float], 
     cells = CELLS[dimension] * math.sqrt(min(1.0, block.height / (FLAT * lateral)))
     size = min(lateral, block.height)
     cell = size / (max(cells, FEWEST_CELLS) * refinement)
-    shorter = max(SHORTER_ALONG_X[dimension] * math.sqrt(min(1.0, size / lengths[0])), 1.0)
-    return [cell / shorter, *[cell] * (dimension - 1)], size
+    shorter = max(SHORTER_ALONG_X[dimension] * min(1.0, size / lengths[0]), 1.0)
+    return [cell / shorter, *[cell] * (dimension - 2), cell * LONGER_ALONG_Z], size
 
 
 def from_edge(
