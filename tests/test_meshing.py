@@ -112,11 +112,11 @@ def test_one_cell_where_there_is_no_room():
 @pytest.mark.parametrize(
     "scene, counts",
     [
-        (a_scene("slice"), {"nx": 20, "nz": 20}),
-        (a_scene("block"), {"nx": 14, "ny": 4, "nz": 8}),
-        (a_scene("block", length=20e-3, height=6e-3, width=10e-3), {"nx": 14, "ny": 5, "nz": 8}),
-        (a_scene("slice", refinement=2.0), {"nx": 42, "nz": 42}),
-        (a_scene("block", refinement=2.0), {"nx": 28, "ny": 8, "nz": 16}),
+        (a_scene("slice"), {"nx": 26, "nz": 20}),
+        (a_scene("block"), {"nx": 18, "ny": 4, "nz": 6}),
+        (a_scene("block", length=20e-3, height=6e-3, width=10e-3), {"nx": 14, "ny": 5, "nz": 6}),
+        (a_scene("slice", refinement=2.0), {"nx": 50, "nz": 42}),
+        (a_scene("block", refinement=2.0), {"nx": 36, "ny": 8, "nz": 12}),
     ],
 )
 def test_divisions_of_a_cube(scene, counts):
@@ -297,14 +297,14 @@ def test_a_disk_that_fills_leaves_no_half_mesh(cache, monkeypatch):
 def test_an_unusable_cache_is_not_used(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("ICESLIDE_CACHE", str(tmp_path / "file" / "cache"))
-    assert len(rubber_meshing.tagged_rubber(a_scene("slice")).cells) == 20 * 20
+    assert len(rubber_meshing.tagged_rubber(a_scene("slice")).cells) == 26 * 20
 
 
 def test_meshes_are_written_on_request(tmp_path):
     paths = files.write_mesh(a_scene("block"), tmp_path / "meshes")
     assert [path.name for path in paths] == ["a-scene_rubber.msh", "a-scene_ice.msh"]
     written = gmsh_model.load(paths[0], 3, "rubber")
-    assert len(written.cells) == 14 * 4 * 8
+    assert len(written.cells) == 18 * 4 * 6
     assert list(written.facets) == ["contact", "plate", "symmetry"]
 
 

@@ -23,10 +23,10 @@ from iceslide_fem.mesh.shape import BlockShape, Channel, Slot, Wave
 CELLS = {2: 16.0, 3: 6.0}  # by dimension
 # Cells are so much shorter along x, the direction of sliding, along which pressure, film and heat
 # vary most: of a block as long as tall, and the less the longer it is, because edges are a smaller
-# part of its contact. Over the height, where little varies, they are so much longer. That makes
-# their errors alike (docs/accuracy.md).
-SHORTER_ALONG_X = {2: 1.3, 3: 2.6}
-LONGER_ALONG_Z = 4.0 / 3.0
+# part of its contact. Over the height of a block in 3-D they are so much longer, because there they
+# cost most and tell least. That makes their errors alike (docs/accuracy.md).
+SHORTER_ALONG_X = {2: 1.2, 3: 2.25}
+LONGER_ALONG_Z = {2: 1.0, 3: 4.0 / 3.0}
 FLAT, FEWEST_CELLS = 0.5, 2.0
 EDGE_CELL, EDGE_SLOPE = 0.42, 4.0
 LARGEST_CELL = 4.0
@@ -166,7 +166,7 @@ def reference_cells(block: BlockShape, refinement: float) -> tuple[list[float], 
     size = min(lateral, block.height)
     cell = size / (max(cells, FEWEST_CELLS) * refinement)
     shorter = max(SHORTER_ALONG_X[dimension] * min(1.0, size / lengths[0]), 1.0)
-    return [cell / shorter, *[cell] * (dimension - 2), cell * LONGER_ALONG_Z], size
+    return [cell / shorter, *[cell] * (dimension - 2), cell * LONGER_ALONG_Z[dimension]], size
 
 
 def from_edge(
