@@ -531,7 +531,7 @@ def test_med_families_and_gmsh_groups_are_names():
 @pytest.mark.parametrize("model", ["slice", "block"])
 def test_sipes_are_cut_out_of_the_box(model):
     sizes = "length=20mm width=10mm height=6mm sipes=2 sipe_width=0.6mm sipe_depth=4mm".split()
-    changes = [f"model={model}", "numerics.refinement=0.5", *(f"rubber.{size}" for size in sizes)]
+    changes = [f"model={model}", "numerics.refinement=1", *(f"rubber.{size}" for size in sizes)]
     scene = load_scene(ROOT / "cases" / "tread_block.toml", changes)
     rubber = rubber_meshing.rubber_mesh(scene, WORLD)
     half_width = 1.0 if model == "slice" else 5e-3

@@ -38,8 +38,8 @@ MAX_ITERATIONS = 60
 ROUNDING = 1e-11  # of the plate's force, which rounding of the elastic forces may leave
 MOST_TANGENTS = 8  # where that many do not help, a shorter step costs less than more of them
 # So many iterations with kept factors are worth it: new ones cost as much as five in a slice,
-# twenty in a block.
-PATIENCE = 12
+# twenty in a block, but with new ones the next steps take fewer, too.
+PATIENCE = 7
 # What the contact may leave in a change by kept factors, of the residual to reach.
 REST = 0.2
 # Of a change by the factors of where it starts; by those of an earlier place of the same solve,
