@@ -26,7 +26,9 @@ START = start_petsc()
 
 
 def made(model, comm, *more):
-    return build_block(load_scene(CASE, [f"model={model}", "numerics.refinement=0.75", *more]), comm)
+    return build_block(
+        load_scene(CASE, [f"model={model}", "numerics.refinement=0.75", *more]), comm
+    )
 
 
 def bulge(block):
