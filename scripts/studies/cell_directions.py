@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from scripts.studies.blocks import Slide
 
 # How many times shorter cells are along x, y, z than by default, where those of a cube are shorter
-# along x: the second row is a cube with cells alike.
-ALIKE = (1.0 / box.SHORTER_ALONG_X[3], 1.0, 1.0)
+# along x and longer along z: the second row is a cube with cells alike.
+ALIKE = (1.0 / box.SHORTER_ALONG_X[3], 1.0, box.LONGER_ALONG_Z[3])
 FACTORS: tuple[tuple[float, float, float], ...] = (
     (1.0, 1.0, 1.0),
     ALIKE,

@@ -27,7 +27,7 @@ ELEMENTS: dict[str, Energy] = {
     "Q2": fully_integrated(QUADRATURE_DEGREE),
     DEFAULT: stored_energy,
 }
-REFINEMENTS = {"slice": (0.5, 0.7, 1.0, 1.4, 2.0, 4.0), "block": (0.5, 0.7, 1.0, 2.0)}
+REFINEMENTS = {"slice": (0.5, 0.7, 1.0, 2.0), "block": (0.5, 0.7, 1.0, 2.0)}
 QUICK = (0.35, 0.7)
 TIMES = 1000  # at which mu(t) is compared
 
