@@ -245,7 +245,7 @@ def midpoints(mesh: Any, facets: IntArray) -> FloatArray:
     ).reshape(-1, 3)
 
 
-def middles_of_cells(mesh: Any) -> FloatArray:
+def cell_midpoints(mesh: Any) -> FloatArray:
     """Middles (n, 3) of the cells that this rank owns."""
     dim = mesh.topology.dim
     owned = np.arange(mesh.topology.index_map(dim).size_local, dtype=np.int32)

@@ -75,13 +75,11 @@ def kinds_of_cells(block: RubberMesh) -> NDArray[np.int32]:
     the block, and all simplices.
     """
     mesh, tags = block.mesh, block.facet_tags
-    z = compat.middles_of_cells(mesh)[:, mesh.geometry.dim - 1]
+    z = compat.cell_midpoints(mesh)[:, mesh.geometry.dim - 1]
     top = mesh.geometry.x[:, mesh.geometry.dim - 1].max(initial=0.0)
-    upper = z > (CONTACT_HEIGHT + ROUNDING) * mesh.comm.allreduce(float(top), op=MPI.MAX)
-    kinds = np.where(upper, SPLIT, WHOLE).astype(np.int32)
+    split = z > (CONTACT_HEIGHT + ROUNDING) * mesh.comm.allreduce(float(top), op=MPI.MAX)
+    split &= compat.cell_name(mesh) in ("quadrilateral", "hexahedron")
     meeting = [block.tags[name] for name in ("contact", "walls") if name in block.tags]
     facets = tags.indices[np.isin(tags.values, meeting)]
-    kinds[compat.facet_cell_pairs(mesh, facets)[0]] = WHOLE
-    if compat.cell_name(mesh) not in ("quadrilateral", "hexahedron"):
-        kinds[:] = WHOLE
-    return kinds
+    split[compat.facet_cell_pairs(mesh, facets)[0]] = False
+    return np.where(split, SPLIT, WHOLE).astype(np.int32)

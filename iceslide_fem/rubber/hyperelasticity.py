@@ -23,7 +23,8 @@ class HyperelasticBody:
     """Forms of the rubber block and its displacement Function `u`.
 
     plate: blocked dofs on the rigid plate (this rank's, ghosts included); symmetry: blocked dofs
-    that do not move in y; kinds: of this rank's own cells, as `kinds_of_cells` has them.
+    that do not move in y; kinds: of this rank's own cells, as `kinds_of_cells` has them, and dx the
+    measure over the cells with these parts.
     """
 
     def __init__(
@@ -50,7 +51,7 @@ class HyperelasticBody:
             for value in (material.C10, material.C01, material.D1)
         )
         self.kinds = kinds_of_cells(block)
-        dx = compat.cell_measure(self.mesh, self.kinds)
+        self.dx = dx = compat.cell_measure(self.mesh, self.kinds)
         functional = energy(self.u, MooneyRivlin(*constants), dx)
         test, trial = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
         residual = ufl.derivative(functional, self.u, test)

@@ -42,7 +42,6 @@ from iceslide_fem.rubber.element import (
     Energy,
     energy_density,
     isochoric_energy,
-    kinds_of_cells,
     stored_energy,
     volumetric_energy,
 )
@@ -141,28 +140,29 @@ class MixedRubber(HyperelasticBody):
         pressures = compat.polynomial_space(block.mesh, 1)
         self._pressure = fem.Function(pressures)
         rule = {"quadrature_degree": QUADRATURE_DEGREE}
-        parts = compat.cell_measure(block.mesh, kinds_of_cells(block))
-        dx = parts(metadata=rule)
-        mixed = dx if everywhere else parts(SPLIT, metadata=rule)
+
+        def mixed(dx: Any) -> Any:
+            return dx(metadata=rule) if everywhere else dx(SPLIT, metadata=rule)
 
         def dilatation(u: Any) -> Any:
             return ufl.det(ufl.Identity(3) + ufl.grad(u)) - 1.0
 
-        def energy(u: Any, material: MooneyRivlin, _: Any) -> Any:
+        def energy(u: Any, material: MooneyRivlin, dx: Any) -> Any:
             F = ufl.grad(u)
-            total = isochoric_energy(F, material) * dx + self._pressure * dilatation(u) * mixed
+            total = isochoric_energy(F, material) * dx(metadata=rule)
+            total += self._pressure * dilatation(u) * mixed(dx)
             if not everywhere:
-                total += volumetric_energy(F, material) * parts(WHOLE, metadata=rule)
+                total += volumetric_energy(F, material) * dx(WHOLE, metadata=rule)
             return total
 
         super().__init__(block, material, 2, energy)
         test, trial = ufl.TestFunction(pressures), ufl.TrialFunction(pressures)
-        moments = test * dilatation(self.u) * mixed
+        moments = test * dilatation(self.u) * mixed(self.dx)
         self._moments = compat.form(moments)
         moved = ufl.TrialFunction(self.space)
         self._slope = compat.form(ufl.derivative(moments, self.u, moved))
         self._integrals = compat.create_vector(pressures)
-        mass = compat.form(trial * test * dx)
+        mass = compat.form(trial * test * self.dx(metadata=rule))
         self._coupling = compat.create_matrix(self._slope)
         self._stiffness = self._inverse(mass, 2.0 / material.D1)
         self._product: PETSc.Mat | None = None
