@@ -38,23 +38,22 @@ def open_page(chromium):
 
     Its keywords are those of playwright's `new_context`: `color_scheme="dark"`, `offline=True`,
     `viewport={"width": 390, "height": 844}`. After the test no page may have thrown an error,
-    written one to the console, or asked the network for something it did not get: a test that
-    wants such a thing empties `page.complaints` after having looked.
+    written one to the console, or asked the network for something it did not get, unless it was
+    opened with `meant`, a text of such a complaint ("status of 422"). It is said beforehand, as
+    a browser may complain long after the answer that it complains about.
     """
     contexts, complaints = [], []
 
-    def listen(page):
-        page.on("pageerror", lambda error: complaints.append(f"thrown: {error}"))
-        page.on(
-            "console",
-            lambda said: said.type == "error" and complaints.append(f"console: {said.text}"),
-        )
-        page.complaints = complaints
-
-    def open_new(**options):
+    def open_new(meant=None, **options):
         contexts.append(chromium.new_context(**options))
         page = contexts[-1].new_page()
-        listen(page)
+
+        def note(complaint):
+            if meant is None or meant not in complaint:
+                complaints.append(complaint)
+
+        page.on("pageerror", lambda error: note(f"thrown: {error}"))
+        page.on("console", lambda said: said.type == "error" and note(f"console: {said.text}"))
         return page
 
     yield open_new
