@@ -1,7 +1,7 @@
 """Headless Chromium for the tests of pages: Debian's package `chromium`, driven by playwright.
 
-Import `chromium` and `open_page` into a test module. Where there is no browser its tests are
-skipped.
+`chromium` and `open_page` are fixtures of all tests, imported once: a process can start no second
+driver beside the first. Where there is no browser the tests that ask for one are skipped.
 """
 
 import shutil

@@ -6,6 +6,7 @@ does, also where one file of tests is run alone.
 from contextlib import suppress
 
 import pytest
+from browser import chromium, open_page  # noqa: F401
 
 import iceslide_fem  # noqa: F401
 

@@ -8,7 +8,6 @@ from urllib.parse import parse_qs, urlencode
 import numpy as np
 import pytest
 from app_server import fixtures
-from browser import chromium, open_page  # noqa: F401
 
 from iceslide_fem.app import line, point
 from iceslide_fem.run.point import point_history
@@ -30,7 +29,7 @@ def drawn(page, count="drawn"):
     return int(page.evaluate(f"document.documentElement.dataset.{count} ?? 0"))
 
 
-def opened(open_page, served, state="", **options):  # noqa: F811
+def opened(open_page, served, state="", **options):
     """A page whose first curves are there."""
     page = open_page(**options)
     page.goto(served.address + state)
@@ -60,7 +59,7 @@ def shown(page, quantity):
     return page.locator(f"#point-numbers div:has(dt:text-is('{quantity}')) dd").inner_text()
 
 
-def test_every_slider_redraws_the_curve_of_the_library(served, open_page):  # noqa: F811
+def test_every_slider_redraws_the_curve_of_the_library(served, open_page):
     page = opened(open_page, served, "#tab=point&contact=constants")
     wait_drawn(page)
     for slider in point.SLIDERS:
@@ -88,7 +87,7 @@ def _tables(page):
     return tomllib.loads(text)
 
 
-def test_a_pinned_curve_stays_and_the_address_gives_all_of_it_again(served, open_page):  # noqa: F811
+def test_a_pinned_curve_stays_and_the_address_gives_all_of_it_again(served, open_page):
     page = opened(open_page, served)
     wait_drawn(page)
     page.click("#pin")
@@ -105,7 +104,7 @@ def test_a_pinned_curve_stays_and_the_address_gives_all_of_it_again(served, open
     assert "ice temperature" in other.locator("#chart-map").get_attribute("aria-label")
 
 
-def test_a_click_on_the_map_takes_over_its_values(served, open_page):  # noqa: F811
+def test_a_click_on_the_map_takes_over_its_values(served, open_page):
     page = opened(open_page, served)
     until(lambda: page.locator("#chart-map .u-over").count() == 1)
     page.locator("#chart-map").scroll_into_view_if_needed()
@@ -119,7 +118,7 @@ def test_a_click_on_the_map_takes_over_its_values(served, open_page):  # noqa: F
     assert "mean μ" in page.locator("#map-value").inner_text()
 
 
-def test_wrong_input_marks_its_field_with_the_sentence_of_the_command(served, open_page):  # noqa: F811
+def test_wrong_input_marks_its_field_with_the_sentence_of_the_command(served, open_page):
     page = opened(open_page, served, meant=REFUSED)
     wait_drawn(page)
     field = page.locator("[id='point-load.pressure']")
@@ -131,7 +130,7 @@ def test_wrong_input_marks_its_field_with_the_sentence_of_the_command(served, op
     until(lambda: page.locator("[aria-invalid]").count() == 0)
 
 
-def test_the_page_needs_no_network(served, open_page):  # noqa: F811
+def test_the_page_needs_no_network(served, open_page):
     page = open_page()
     asked = []
     page.on("request", lambda request: asked.append(request.url))
@@ -144,7 +143,7 @@ def test_the_page_needs_no_network(served, open_page):  # noqa: F811
     assert asked and all(url.startswith((served.address, "data:")) for url in asked)
 
 
-def test_two_pages_at_once_do_not_disturb_each_other(served, open_page):  # noqa: F811
+def test_two_pages_at_once_do_not_disturb_each_other(served, open_page):
     pages = [opened(open_page, served, f"#tab=point&load.speed={v}+m/s") for v in (1, 4)]
     for page in pages:
         wait_drawn(page)
@@ -159,7 +158,7 @@ def test_two_pages_at_once_do_not_disturb_each_other(served, open_page):  # noqa
         until(lambda: np.isclose(float(shown(page, "mean μ").split()[0]), mean, rtol=6e-3))  # noqa: B023
 
 
-def test_without_the_token_the_browser_shows_what_to_do(served, open_page):  # noqa: F811
+def test_without_the_token_the_browser_shows_what_to_do(served, open_page):
     page = open_page(meant="status of 403")
     root = served.address[: served.address[:-1].rindex("/") + 1]
     for wrong in (root, root + "wrong/"):
@@ -167,7 +166,7 @@ def test_without_the_token_the_browser_shows_what_to_do(served, open_page):  # n
         assert "iceslide app" in page.locator("body").inner_text()
 
 
-def test_every_slider_of_the_line_redraws_what_the_library_computes(served, open_page):  # noqa: F811
+def test_every_slider_of_the_line_redraws_what_the_library_computes(served, open_page):
     page = opened(open_page, served, "#tab=line")
     wait_drawn(page, count="lines")
     picture = dict(profile="picture", image=PICTURE, legend="556,42,583,378", crop="0,0,540,420")
@@ -203,7 +202,7 @@ def test_every_slider_of_the_line_redraws_what_the_library_computes(served, open
     assert page.locator("#snippet pre").inner_text().startswith(f"iceslide footprint {PICTURE}")
 
 
-def test_the_address_of_a_scene_gives_all_of_it_again(served, open_page):  # noqa: F811
+def test_the_address_of_a_scene_gives_all_of_it_again(served, open_page):
     rows = '[["-10 degC", "2.64 mPa*s"], ["0 degC", "1.79 mPa*s"]]'
     page = opened(open_page, served, "#tab=scene")
     page.evaluate(
@@ -224,7 +223,7 @@ def test_the_address_of_a_scene_gives_all_of_it_again(served, open_page):  # noq
 
 
 @pytest.mark.fe
-def test_a_scene_is_checked_run_cancelled_and_run_on(served, open_page):  # noqa: F811
+def test_a_scene_is_checked_run_cancelled_and_run_on(served, open_page):
     pytest.importorskip("iceslide_fem.fenics.compat")
     page = opened(open_page, served, "#tab=scene", meant=REFUSED)
     page.fill("#scene-name", "a/b")
@@ -257,7 +256,7 @@ def test_a_scene_is_checked_run_cancelled_and_run_on(served, open_page):  # noqa
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("width", [390, 1300])
-def test_every_tab_fits_and_is_readable(served, open_page, scheme, width):  # noqa: F811
+def test_every_tab_fits_and_is_readable(served, open_page, scheme, width):
     page = opened(open_page, served, color_scheme=scheme, viewport={"width": width, "height": 844})
     for tab in ("point", "line", "scene"):
         page.click(f"#tab-{tab}")

@@ -14,7 +14,6 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # the outputs' writers need it
 
-from browser import chromium, open_page  # noqa: E402, F401
 from runs import a_scene, rows_of, write_run  # noqa: E402
 from written_fields import write_fields  # noqa: E402
 
@@ -450,7 +449,7 @@ def drawn_in(page, path):
     page.wait_for_selector("body[data-ready]")
 
 
-def test_every_kind_of_drawing_is_drawn_without_a_network(pages, open_page):  # noqa: F811
+def test_every_kind_of_drawing_is_drawn_without_a_network(pages, open_page):
     page = open_page(offline=True)
     for name in ("hexahedra", "ladder", "footprint"):
         drawn_in(page, pages[name])
@@ -459,7 +458,7 @@ def test_every_kind_of_drawing_is_drawn_without_a_network(pages, open_page):  # 
         assert page.locator("#trouble").is_hidden()
 
 
-def test_slider_keys_and_schemes(pages, open_page):  # noqa: F811
+def test_slider_keys_and_schemes(pages, open_page):
     seen = {}
     for name, view in VIEWS.items():
         page = open_page(offline=True, **view)
