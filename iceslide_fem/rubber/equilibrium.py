@@ -38,8 +38,8 @@ MAX_ITERATIONS = 60
 ROUNDING = 1e-11  # of the plate's force, which rounding of the elastic forces may leave
 MOST_TANGENTS = 8  # where that many do not help, a shorter step costs less than more of them
 # So many iterations with kept factors are worth it: new ones cost as much as five in a slice,
-# twenty in a block, but with new ones the next steps take fewer, too.
-PATIENCE = 7
+# twenty in a block, but with new ones the next steps take fewer, too. By dimension.
+PATIENCE = {2: 3, 3: 7}
 # What the contact may leave in a change by kept factors, of the residual to reach.
 REST = 0.2
 # Of a change by the factors of where it starts; by those of an earlier place of the same solve,
@@ -102,19 +102,20 @@ class Equilibrium:
         surface: ContactSurface,
         penalty: float,
         prefix: str = "rubber_",
-        patience: int = PATIENCE,
+        patience: int | None = None,
     ) -> None:
         """`penalty` in Pa/m; `prefix` selects PETSc options of the linear solver.
 
-        A tangent is kept if `patience` iterations like the last one would reach the tolerance; 0 is
-        full Newton.
+        A tangent is kept if `patience` iterations like the last one would reach the tolerance, or
+        PATIENCE of them; 0 is full Newton.
         """
         self.rubber, self.surface, self.penalty = rubber, surface, penalty
         self._tangent = Tangent(rubber, surface, prefix)
         self._residual = rubber.create_vector()
         self._plate_imbalance: float | None = 0.0  # None: the plate is held
         self._carried = 0.0  # by the plate, N
-        self._patience, self._enough = patience, 0.0
+        self._patience = PATIENCE[rubber.mesh.geometry.dim] if patience is None else patience
+        self._enough = 0.0
         self._has_tangent = False
         self._contact: ContactState  # where the imbalance was last found, and its traction
         self._traction: Traction
