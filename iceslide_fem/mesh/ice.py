@@ -39,15 +39,18 @@ def patch_lines(
     """
     block, refinement = block_shape(scene), scene.numerics.refinement
     cells, size = reference_cells(block, refinement)
-    margin = max(scene.ice.margin, margin)
+    margin, widest = max(scene.ice.margin, margin), max(cells[:-1])
     lines = []
     axes = zip(
         box_lines(block, refinement)[:-1], cells[:-1], footprint or block.ranges, strict=True
     )
     for rubber, cell, (low, high) in axes:
         beyond = from_edge(margin, cell, size)[1:] if margin > 0.0 else np.empty(0)
-        # The rubber's elements are quadratic, the ice's linear: a line through their middles, too.
-        inner = np.interp(np.arange(0.0, len(rubber) - 0.5, 0.5), np.arange(len(rubber)), rubber)
+        # The rubber's elements are quadratic, the ice's linear: a line through their middles, too;
+        # fewer where they are short for the sake of pressure, as heat spreads along both axes.
+        count = len(rubber) - 1
+        halves = round(2.0 * count * math.sqrt(cell / widest))
+        inner = np.interp(np.linspace(0.0, count, halves + 1), np.arange(count + 1), rubber)
         inner = low + (inner - inner[0]) * (high - low) / (inner[-1] - inner[0])
         lines.append(np.concatenate([low - beyond[::-1], inner, high + beyond]))
     if block.symmetric:
