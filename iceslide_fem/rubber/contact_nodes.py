@@ -109,12 +109,10 @@ class ContactNodes:
         loads[:-1][self._fixed[acting[:-1]]] = 0.0
         return loads
 
-    def resultant(self, acting: NDArray[np.intp]) -> csr_matrix:
-        """From loads where they are `acting` (a) to their resultant (d), as it counts."""
-        component = self._unknowns[acting[:-1]] % self._dim
-        places = component, np.arange(component.size)
-        counts = np.full(component.size, RESULTANT)
-        return csr_matrix((counts, places), shape=(self._dim, acting.size))
+    def resultant(self, acting: NDArray[np.intp]) -> Array:
+        """From loads where they are `acting` (a) to their resultant, as it counts: (d, a)."""
+        component = np.append(self._unknowns[acting[:-1]] % self._dim, -1)  # the plate's: none
+        return RESULTANT * (component == np.arange(self._dim)[:, None])
 
     def everywhere(self, loads: Array, acting: NDArray[np.intp]) -> Array:
         """Loads (k, n) of those (k, a) that are `acting`."""
