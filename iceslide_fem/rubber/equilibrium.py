@@ -37,11 +37,11 @@ from iceslide_fem.rubber.tangent import Tangent
 MAX_ITERATIONS = 60
 ROUNDING = 1e-11  # of the plate's force, which rounding of the elastic forces may leave
 MOST_TANGENTS = 8  # where that many do not help, a shorter step costs less than more of them
-# So many iterations with kept factors are worth it: new ones cost as much as five in a slice,
-# twenty in a block, but with new ones the next steps take fewer, too. By dimension. Each tangent of
-# a solve makes it more: new ones at every iteration go back and forth over points that touch.
-PATIENCE = {2: 3, 3: 7}
-MORE_PATIENCE = 2
+# So many iterations with kept factors are worth it, by dimension: new ones cost as much as five in
+# a slice, twenty in a block, but with new ones the next steps take fewer, too. And so many more for
+# each tangent that a solve has had: with new ones at every iteration slices go back and forth over
+# points that touch.
+PATIENCE = {2: (3, 2), 3: (7, 0)}
 # What the contact may leave in a change by kept factors, of the residual to reach.
 REST = 0.2
 # Of a change by the factors of where it starts; by those of an earlier place of the same solve,
@@ -108,15 +108,16 @@ class Equilibrium:
     ) -> None:
         """`penalty` in Pa/m; `prefix` selects PETSc options of the linear solver.
 
-        A tangent is kept if `patience` iterations like the last one (by default PATIENCE), and
-        after others in the same solve some more, would reach the tolerance; 0 is full Newton.
+        A tangent is kept if `patience` iterations like the last one, by default PATIENCE, would
+        reach the tolerance; 0 is full Newton.
         """
         self.rubber, self.surface, self.penalty = rubber, surface, penalty
         self._tangent = Tangent(rubber, surface, prefix)
         self._residual = rubber.create_vector()
         self._plate_imbalance: float | None = 0.0  # None: the plate is held
         self._carried = 0.0  # by the plate, N
-        self._patience = PATIENCE[rubber.mesh.geometry.dim] if patience is None else patience
+        by_dimension = PATIENCE[rubber.mesh.geometry.dim]
+        self._patience = by_dimension if patience is None else (patience, 0)
         self._enough = 0.0
         self._has_tangent = False
         self._contact: ContactState  # where the imbalance was last found, and its traction
@@ -168,7 +169,7 @@ class Equilibrium:
                 trial = self._trial(force, law, tolerance, change, dampings)
             if trial.accepted:
                 size, safe, fresh = trial.size, values.copy(), False
-                patience = self._patience * (1.0 + MORE_PATIENCE * tangents)
+                patience = self._patience[0] + tangents * self._patience[1]
                 soon = size * trial.contraction**patience <= tolerance
                 self._has_tangent = (soon or trial.damping < 1.0) and not self._tangent.worn
                 following = trial.following if self._has_tangent else None
