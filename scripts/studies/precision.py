@@ -24,7 +24,7 @@ from scripts.studies.common import ROOT, options, run_words, table
 CASES = {  # each with what else is changed
     "thesis_1bar": (),
     "thesis_5bar": (),
-    "tread_block": ("model=block", "numerics.refinement=1.6"),
+    "tread_block": ("model=block", "numerics.refinement=1.75"),
 }
 MOMENT = ("load.duration=0.1ms", "numerics.refinement=0.5")
 TIMES = 400  # at which mu(t) is compared
