@@ -10,19 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_matrix, csr_matrix
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI
-
-# Entries up to which a product with a full matrix takes less time than what SciPy does before one
-# with a sparse one.
-FULL = 10_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,28 +31,14 @@ class Placement:
     share: Array
     shape: tuple[int, ...]
 
-    @cached_property
-    def reading(self) -> csr_matrix | Array:
-        """From values of the nodes to those of the points."""
-        shape = len(self.node), math.prod(self.shape)
-        return _quickest(csr_matrix(self._entries, shape=shape))
+    def read(self, nodes: Array) -> Array:
+        """Values (n,) at the points of those (N,) at the nodes."""
+        return np.asarray(np.einsum("nc,nc->n", self.share, nodes[self.node]))
 
-    @cached_property
-    def giving(self) -> csc_matrix | Array:
-        """From amounts of the points to those of the nodes: its transpose."""
-        shape = math.prod(self.shape), len(self.node)
-        return _quickest(csc_matrix(self._entries, shape=shape))
-
-    @property
-    def _entries(self) -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
-        n, corners = self.node.shape
-        first = np.arange(0, n * corners + 1, corners, dtype=np.int32)
-        return self.share.ravel(), self.node.ravel(), first
-
-
-def _quickest(matrix: csr_matrix | csc_matrix) -> csr_matrix | csc_matrix | Array:
-    """The matrix as products with it take least time: a small one is full."""
-    return matrix.toarray() if math.prod(matrix.shape) <= FULL else matrix
+    def given(self, amounts: Array) -> Array:
+        """What the nodes get, (N,), of amounts (n,) that the points give."""
+        shares = (self.share * amounts[:, None]).ravel()
+        return np.bincount(self.node.ravel(), shares, math.prod(self.shape))
 
 
 @lru_cache(maxsize=2)
@@ -161,13 +142,14 @@ class SurfaceGrid:
 
     def interpolate(self, grid: Array, at: Placement) -> Array:
         """Values (n,) of a grid function (nodes,) at points."""
-        return np.asarray(at.reading @ grid)
+        return at.read(grid)
 
     def scatter(self, amounts: Array, at: Placement) -> Array:
         """What the points of all ranks give to each node, (nodes,) or (kinds, nodes). Collective.
 
         `amounts`, (n,) or (kinds, n), are extensive: heat, area, force.
         """
-        grid = np.ascontiguousarray((at.giving @ amounts.T).T)
+        kinds = [at.given(kind) for kind in np.atleast_2d(amounts)]
+        grid = np.reshape(kinds, (*amounts.shape[:-1], self.n_nodes))
         self.comm.Allreduce(MPI.IN_PLACE, grid, op=MPI.SUM)
         return grid
