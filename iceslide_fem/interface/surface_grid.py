@@ -38,7 +38,7 @@ class Placement:
     def given(self, amounts: Array) -> Array:
         """What the nodes get, (N,), of amounts (n,) that the points give."""
         shares = (self.share * amounts[:, None]).ravel()
-        return np.bincount(self.node.ravel(), shares, math.prod(self.shape))
+        return np.asarray(np.bincount(self.node.ravel(), shares, math.prod(self.shape)), dtype=float)
 
 
 @lru_cache(maxsize=2)
