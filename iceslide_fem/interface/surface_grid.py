@@ -37,8 +37,8 @@ class Placement:
 
     def given(self, amounts: Array) -> Array:
         """What the nodes get, (N,), of amounts (n,) that the points give."""
-        shares = (self.share * amounts[:, None]).ravel()
-        return np.asarray(np.bincount(self.node.ravel(), shares, math.prod(self.shape)), dtype=float)
+        shares, count = (self.share * amounts[:, None]).ravel(), math.prod(self.shape)
+        return np.asarray(np.bincount(self.node.ravel(), shares, count), dtype=float)
 
 
 @lru_cache(maxsize=2)
