@@ -41,7 +41,7 @@ MOST_TANGENTS = 8  # where that many do not help, a shorter step costs less than
 # a slice, twenty in a block, but with new ones the next steps take fewer, too. And so many more for
 # each tangent that a solve has had: with new ones at every iteration slices go back and forth over
 # points that touch.
-PATIENCE = {2: (3, 2), 3: (7, 0)}
+PATIENCE = {2: (3, 3), 3: (7, 0)}
 # What the contact may leave in a change by kept factors, of the residual to reach.
 REST = 0.2
 # Of a change by the factors of where it starts; by those of an earlier place of the same solve,
