@@ -48,19 +48,3 @@ def replace_file(path: Path, content: str | bytes, durable: bool = True) -> None
         except OSError:
             temporary.unlink(missing_ok=True)
             raise
-
-
-def write_unlisted(path: Path, content: bytes) -> None:
-    """Write a file that nothing names yet: an error leaves nothing, a crash perhaps half of it.
-
-    That spares a renaming, which some disks take longer for than for the file. One that is there
-    already may be named: it is replaced as a whole. Raises OutputError.
-    """
-    if path.exists():
-        return replace_file(path, content, durable=False)
-    with writing(path):
-        try:
-            path.write_bytes(content)
-        except OSError:
-            path.unlink(missing_ok=True)
-            raise

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from iceslide_fem.files import replace_file, write_unlisted, writing
+from iceslide_fem.files import replace_file, writing
 from iceslide_fem.output.grids import Grid
 from iceslide_fem.output.vtu import vtu
 
@@ -38,7 +38,7 @@ class Fields:
             self._folder.mkdir(parents=True, exist_ok=True)
         for name, grid in grids.items():
             if grid is not None:
-                write_unlisted(self._folder / files[name], vtu(grid).encode())
+                replace_file(self._folder / files[name], vtu(grid), durable=False)
         self._comm.Barrier()
         if self._comm.rank == 0:
             for name in grids:
