@@ -207,7 +207,7 @@ def test_changes_by_old_factors_follow_the_secant(monkeypatch):
         system = equilibrium_of("quadrilateral")
         force = press(system, sliding, 0.4 * BAR)
         system._linearise()
-        system._patience = 60, 0
+        system._patience = 60
         found = system.solve(2.5 * force, sliding, 1e-9 * force)
         assert found.tangents == 0
         iterations.append(found.iterations)

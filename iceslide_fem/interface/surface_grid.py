@@ -22,35 +22,24 @@ from iceslide_fem.fenics.compat import MPI
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Where points lie: nodes around each and their weights, which add up to 1, (n, corners).
-
-    shape: of the grid.
+    """Where points lie on a grid: nodes around each and their weights, which add up to 1,
+    (n, corners).
     """
 
     node: NDArray[np.int32]
     share: Array
-    shape: tuple[int, ...]
-
-    def read(self, nodes: Array) -> Array:
-        """Values (n,) at the points of those (N,) at the nodes."""
-        return np.asarray(np.einsum("nc,nc->n", self.share, nodes[self.node]))
-
-    def given(self, amounts: Array) -> Array:
-        """What the nodes get, (N,), of amounts (n,) that the points give."""
-        shares, count = (self.share * amounts[:, None]).ravel(), math.prod(self.shape)
-        return np.asarray(np.bincount(self.node.ravel(), shares, count), dtype=float)
 
 
 @lru_cache(maxsize=2)
 def part_of(at: Placement, index: bytes) -> Placement:
     """Placement of the points with the numbers (int64) in `index`. The last two are known."""
     some = np.frombuffer(index, dtype=np.int64)
-    return Placement(at.node[some], at.share[some], at.shape)
+    return Placement(at.node[some], at.share[some])
 
 
 def own_points(n: int) -> Placement:
     """Placement of `n` points each of which is a node of its own."""
-    return Placement(np.arange(n, dtype=np.int32)[:, None], np.ones((n, 1)), (n,))
+    return Placement(np.arange(n, dtype=np.int32)[:, None], np.ones((n, 1)))
 
 
 class Contacts(NamedTuple):
@@ -94,7 +83,7 @@ class SurfaceGrid:
         self.shape = tuple(line.size for line in lines)
         self.n_nodes = int(np.prod(self.shape))
         own_nodes = own.astype(np.int32)[:, None]
-        self._own_nodes = Placement(own_nodes, np.ones((own.size, 1)), self.shape)
+        self._own_nodes = Placement(own_nodes, np.ones((own.size, 1)))
         self._widths = [np.diff(line) for line in lines]
         area = np.ones(1)
         for width in self._widths:
@@ -127,7 +116,7 @@ class SurfaceGrid:
             first = share * (1.0 - fraction)[:, None]
             last = share * fraction[:, None]
             share = np.stack([first, last], axis=-1).reshape(corners)
-        return Placement(node, share, self.shape)
+        return Placement(node, share)
 
     def own_nodes(self) -> Placement:
         """Placement of points that are this rank's nodes themselves."""
@@ -142,14 +131,16 @@ class SurfaceGrid:
 
     def interpolate(self, grid: Array, at: Placement) -> Array:
         """Values (n,) of a grid function (nodes,) at points."""
-        return at.read(grid)
+        return np.asarray(np.einsum("nc,nc->n", at.share, grid[at.node]))
 
     def scatter(self, amounts: Array, at: Placement) -> Array:
         """What the points of all ranks give to each node, (nodes,) or (kinds, nodes). Collective.
 
         `amounts`, (n,) or (kinds, n), are extensive: heat, area, force.
         """
-        kinds = [at.given(kind) for kind in np.atleast_2d(amounts)]
-        grid = np.reshape(kinds, (*amounts.shape[:-1], self.n_nodes))
+        node, kinds = at.node.ravel(), np.atleast_2d(amounts)
+        shares = ((at.share * kind[:, None]).ravel() for kind in kinds)
+        sums = [np.bincount(node, one, self.n_nodes) for one in shares]
+        grid = np.reshape(sums, (*amounts.shape[:-1], self.n_nodes))
         self.comm.Allreduce(MPI.IN_PLACE, grid, op=MPI.SUM)
         return grid

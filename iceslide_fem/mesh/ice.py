@@ -31,7 +31,8 @@ WINDOW_BULGE = 0.05  # the same sideways: 0.002 where a soft cube's friction ris
 def patch_lines(
     scene: Any, footprint: Sequence[tuple[float, float]] | None = None, margin: float = 0.0
 ) -> list[Lines]:
-    """Surface lines (x, and y in a block) of attached ice: the rubber's, stretched to the contact.
+    """Surface lines (x, and y in a block) of attached ice, in proportion to the rubber's, which are
+    stretched to the contact: two for each, in a block fewer along x.
 
     footprint: ranges of x (and y) in contact, m, by default those of the undeformed block; the
     ice exceeds it by `ice.margin`, and at least by `margin` (m), on each side. y begins at 0 below
@@ -48,9 +49,10 @@ def patch_lines(
         beyond = from_edge(margin, cell, size)[1:] if margin > 0.0 else np.empty(0)
         # The rubber's elements are quadratic, the ice's linear: a line through their middles, too;
         # fewer where they are short for the sake of pressure, as heat spreads along both axes.
-        count = len(rubber) - 1
-        halves = round(2.0 * count * math.sqrt(cell / widest))
-        inner = np.interp(np.linspace(0.0, count, halves + 1), np.arange(count + 1), rubber)
+        of_rubber = len(rubber) - 1
+        of_ice = round(2.0 * of_rubber * math.sqrt(cell / widest))
+        places = np.linspace(0.0, of_rubber, of_ice + 1)
+        inner = np.interp(places, np.arange(of_rubber + 1), rubber)
         inner = low + (inner - inner[0]) * (high - low) / (inner[-1] - inner[0])
         lines.append(np.concatenate([low - beyond[::-1], inner, high + beyond]))
     if block.symmetric:

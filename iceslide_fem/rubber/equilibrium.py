@@ -117,7 +117,7 @@ class Equilibrium:
         self._plate_imbalance: float | None = 0.0  # None: the plate is held
         self._carried = 0.0  # by the plate, N
         by_dimension = PATIENCE[rubber.mesh.geometry.dim]
-        self._patience = by_dimension if patience is None else (patience, 0)
+        self._patience, self._more_patience = by_dimension if patience is None else (patience, 0)
         self._enough = 0.0
         self._has_tangent = False
         self._contact: ContactState  # where the imbalance was last found, and its traction
@@ -169,7 +169,7 @@ class Equilibrium:
                 trial = self._trial(force, law, tolerance, change, dampings)
             if trial.accepted:
                 size, safe, fresh = trial.size, values.copy(), False
-                patience = self._patience[0] + tangents * self._patience[1]
+                patience = self._patience + tangents * self._more_patience
                 soon = size * trial.contraction**patience <= tolerance
                 self._has_tangent = (soon or trial.damping < 1.0) and not self._tangent.worn
                 following = trial.following if self._has_tangent else None
