@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -47,4 +48,23 @@ def replace_file(path: Path, content: str | bytes, durable: bool = True) -> None
             os.replace(temporary, path)
         except OSError:
             temporary.unlink(missing_ok=True)
+            raise
+
+
+def replace_end(path: Path, at: int, content: bytes) -> None:
+    """Write `content` over what the file has from byte `at` on, all at once.
+
+    Raises OutputError; the file then is what it was.
+    """
+    with writing(path), open(path, "r+b", buffering=0) as file:
+        file.seek(at)
+        before = file.read()
+        try:
+            file.seek(at)
+            if file.write(content) < len(content):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        except OSError:
+            file.truncate(at + len(before))
+            file.seek(at)
+            file.write(before)
             raise

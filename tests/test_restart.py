@@ -370,13 +370,19 @@ def test_a_file_that_cannot_grow_keeps_whole_rows(tmp_path):
         "from collections import namedtuple\n"
         "from pathlib import Path\n"
         "from iceslide_fem.errors import OutputError\n"
-        "from iceslide_fem.files import replace_file\n"
+        "from iceslide_fem.files import replace_end, replace_file\n"
         "from iceslide_fem.output.table import Table\n"
         "folder = Path(sys.argv[1])\n"
         "replace_file(folder / 'whole', 'old')\n"
+        "replace_file(folder / 'list', 'one end')\n"
+        "replace_end(folder / 'list', 4, b'two end')\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))\n"
         "try:\n"
         "    replace_file(folder / 'whole', 'new' * 100)\n"
+        "except OutputError as error:\n"
+        "    print(error)\n"
+        "try:\n"
+        "    replace_end(folder / 'list', 8, b'three ' * 100 + b'end')\n"
         "except OutputError as error:\n"
         "    print(error)\n"
         "Row = namedtuple('Row', 'a b')\n"
@@ -385,13 +391,17 @@ def test_a_file_that_cannot_grow_keeps_whole_rows(tmp_path):
         "        table.row(Row(number, 1e-9 * number))\n"
     )
     done = subprocess.run([sys.executable, "-c", code, tmp_path], capture_output=True, text=True)
-    assert "cannot write" in done.stdout and "File too large" in done.stdout
+    refused = done.stdout.splitlines()
+    assert [Path(line.split(":")[0]).name for line in refused] == ["whole", "list"]
+    assert refused[0].startswith("cannot write") and refused[0].endswith("File too large")
+    assert refused[1].startswith("cannot write") and refused[1].endswith("No space left on device")
     assert "OutputError: cannot write" in done.stderr and "table.csv" in done.stderr
     lines = (tmp_path / "table.csv").read_text().split("\n")
     assert lines[-1] == "" and len(lines) > 8
     assert all(line.count(",") == 1 for line in lines[:-1])
     assert (tmp_path / "whole").read_text() == "old"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["table.csv", "whole"]
+    assert (tmp_path / "list").read_text() == "one two end"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["list", "table.csv", "whole"]
 
 
 def test_what_cannot_be_written_is_named(tmp_path):

@@ -21,7 +21,7 @@ from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import Traction, blend
 from iceslide_fem.rubber.equilibrium import Solution, TractionLaw
 
-FIRST_STRAIN = 0.08
+FIRST_STRAIN = 0.15
 FIRST_RAMP = 0.25
 SMALLEST_PATH_STEP = 1e-3
 EASY_ITERATIONS = 6
