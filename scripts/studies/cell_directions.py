@@ -148,7 +148,9 @@ def main() -> None:
             refinement, cells, rules, folder = 0.25, FACTORS[:2], RULES[:2], Path(name)
             changes.append("load.duration=0.2ms")
             steps *= 35  # in the 7 ms that a reference's steps are told by
-        fine = Known.of(reference(folder / f"{CASE}_block", LOOSE, steps, changes, refinement))
+        fine = Known.of(
+            reference(folder / f"{CASE}_block", CASE, LOOSE, steps, changes, refinement)
+        )
     coarse = [f"numerics.tolerance={LOOSE}", f"numerics.refinement={refinement}"]
     scene = case(CASE, *changes, *coarse)
     head: tuple[str, ...]

@@ -1,6 +1,6 @@
-"""Seconds and error of the thesis_1bar case in 3-D and 2-D, with continuum ice.
+"""Seconds and error of a case in 3-D and 2-D: thesis_1bar with continuum ice, or another as it is.
 
-The error is that of mu(t) over all 7 ms against a run with a mesh twice as fine and steps at
+The error is that of mu(t) over all of its time against a run with a mesh twice as fine and steps at
 least four times as fine; references are kept in a folder and computed once. Each timed run is a
 process of its own, started after its forms were compiled. With `--repeats` all are made as many
 times, in turn, and times are medians. A reference once made serves for any `--refinement`: its own
@@ -28,8 +28,13 @@ from iceslide_fem.results import Run, differences, read_run
 from iceslide_fem.scene import Scene
 from scripts.studies.common import ROOT, case, options, processor_seconds, run_words, table
 
-LIMITS = {"slice": 1.5, "block": 14.0}  # s at a tolerance of 1e-2
-SCENE = ROOT / "cases" / "thesis_1bar.toml"
+CHANGES = {"thesis_1bar": ["ice.heat=continuum"], "tread_block": []}
+# s on one rank at a tolerance of 1e-2
+LIMITS = {
+    ("thesis_1bar", "slice"): 1.5,
+    ("thesis_1bar", "block"): 14.0,
+    ("tread_block", "slice"): 1.5,
+}
 HEAD = ("tree", "tolerance", "ranks", "unknowns", "steps", "seconds", "processor s",
         "largest", "rms", "mean", "of mean mu")  # fmt: skip
 
@@ -50,9 +55,10 @@ def median(runs: list[Timed]) -> Timed:
     return Timed(runs[-1].run, seconds, processor)
 
 
-def make(tree: Path, out: Path, ranks: int, changes: list[str]) -> Timed:
-    """Run the case with the package of `tree`."""
-    words = [word for word in run_words(SCENE, out, *changes, ranks=ranks) if word != "--force"]
+def make(tree: Path, name: str, out: Path, ranks: int, changes: list[str]) -> Timed:
+    """Run the case `name` with the package of `tree`."""
+    file = ROOT / "cases" / f"{name}.toml"
+    words = [word for word in run_words(file, out, *changes, ranks=ranks) if word != "--force"]
     paths = os.environ | {"PYTHONPATH": str(tree)}
     spent = processor_seconds(words, check=True, cwd=tree, env=paths)
     run = read_run(out)
@@ -63,6 +69,7 @@ def ice_share(scene: Scene) -> float:
     """The ice's share of the steps on one rank: its stages less what the film takes of them."""
     from iceslide_fem.coupling.sliding import Sliding
     from iceslide_fem.fenics.start import start_petsc
+    from iceslide_fem.film.ice_heat import Column
     from iceslide_fem.film.law import FilmOnIce
     from iceslide_fem.interface.ice_continuum import Continuum
     from scripts.studies.blocks import slid  # starts MPI, after which nothing runs under mpirun
@@ -84,23 +91,26 @@ def ice_share(scene: Scene) -> float:
         with patch.object(owner, name, timed):
             yield
 
-    with clocked(Sliding, "advance"), clocked(Continuum, "stage"), clocked(FilmOnIce, "solve"):
+    ice = Continuum if scene.ice.heat == "continuum" else Column
+    with clocked(Sliding, "advance"), clocked(ice, "stage"), clocked(FilmOnIce, "solve"):
         slid(scene)
     return (spent["stage"] - spent["solve"]) / spent["advance"]
 
 
-def reference(folder: Path, loose: float, steps: int, changes: list[str], refinement: float) -> Run:
-    """The fine run in `folder`, made if it is not there.
+def reference(
+    folder: Path, name: str, loose: float, steps: int, changes: list[str], refinement: float
+) -> Run:
+    """The fine run of the case `name` in `folder`, made if it is not there.
 
     Steps are as tolerance^0.8 (docs/accuracy.md): four times as many at a sixth.
     """
     if not (folder / "summary.json").is_file():
         fine = [
-            f"numerics.max_step={7e-3 / (4 * steps)}",
+            f"numerics.max_step={case(name).load.duration / (4 * steps)}",
             f"numerics.tolerance={loose / 6.0}",
             f"numerics.refinement={2.0 * refinement}",
         ]
-        make(ROOT, folder, 2, [*changes, *fine])
+        make(ROOT, name, folder, 2, [*changes, *fine])
     run = read_run(folder)
     summary = run.summary
     print(
@@ -112,6 +122,7 @@ def reference(folder: Path, loose: float, steps: int, changes: list[str], refine
 
 def main() -> None:
     parser = options(__doc__)
+    parser.add_argument("--case", choices=CHANGES, default="thesis_1bar")
     parser.add_argument("--model", choices=("slice", "block"), default="slice")
     parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--tolerances", nargs="+", default=["1e-2", "1e-3"])
@@ -120,11 +131,11 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=1)
     parser.add_argument("--against", type=Path, help="folder with another version of the package")
     arguments = parser.parse_args()
-    model = arguments.model
-    scene = [f"model={model}", "ice.heat=continuum"]
+    name, model = arguments.case, arguments.model
+    scene = [f"model={model}", *CHANGES[name]]
     trees = [ROOT] + ([arguments.against.resolve()] if arguments.against else [])
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
         runs: dict[tuple[str, int, Path], list[Timed]] = defaultdict(list)
         for repeat in range(arguments.repeats):
             for tolerance, ranks, tree in product(arguments.tolerances, arguments.ranks, trees):
@@ -135,14 +146,14 @@ def main() -> None:
                 out = folder / f"{tolerance}_{ranks}_{trees.index(tree)}"
                 if not repeat:
                     warm = out.with_suffix(".warm")
-                    make(tree, warm, ranks, [*scene, *numerics, "load.duration=20us"])
-                timed = make(tree, out, ranks, [*scene, *numerics])
+                    make(tree, name, warm, ranks, [*scene, *numerics, "load.duration=20us"])
+                timed = make(tree, name, out, ranks, [*scene, *numerics])
                 runs[tolerance, ranks, tree].append(timed)
         found = {which: median(timed) for which, timed in runs.items()}
         loose = max(float(tolerance) for tolerance in arguments.tolerances)
         steps = min(timed.run.summary["steps"] for timed in found.values())
-        kept = arguments.references / f"thesis_1bar_{model}"
-        fine = reference(kept, loose, steps, scene, arguments.refinement)
+        kept = arguments.references / f"{name}_{model}"
+        fine = reference(kept, name, loose, steps, scene, arguments.refinement)
         rows = []
         for (tolerance, ranks, tree), (run, seconds, processor) in found.items():
             error = np.abs(differences(run, fine))
@@ -166,10 +177,11 @@ def main() -> None:
             if len(walls) > 1:
                 print(f"{tolerance}: {arguments.ranks[-1]} ranks {walls[0] / walls[-1]:.2f} times "
                       f"as fast as {arguments.ranks[0]}")  # fmt: skip
-        first = case("thesis_1bar", *scene, f"numerics.tolerance={arguments.tolerances[0]}")
+        first = case(name, *scene, f"numerics.tolerance={arguments.tolerances[0]}")
         share = ice_share(first)
         print(f"share of the ice in the steps at {arguments.tolerances[0]}: {share:.1%}")
-        print(f"limit: {LIMITS[model]:g} s on one rank at 1e-2")
+        if (name, model) in LIMITS:
+            print(f"limit: {LIMITS[name, model]:g} s on one rank at 1e-2")
 
 
 if __name__ == "__main__":
