@@ -88,7 +88,7 @@ class BesidePlate:
     def _lying(self, u: Array) -> Lying | None:
         """The points that have risen above the plate's plane; None of this rank. Collective."""
         level = self._height + lift_of(self._plate, u, self._comm)
-        z = self._surface.nodes[..., -1] + u[self._surface.dofs, -1]
+        z = self._surface.nodes[..., -1] + u[:, -1][self._surface.dofs]
         highest, lowest = z.max(axis=1), z.min(axis=1)
         facets = np.flatnonzero(highest + BULGE * (highest - lowest) > level)
         if not facets.size:
@@ -106,5 +106,5 @@ def lift_of(plate: Any, u: Array, comm: MPI.Comm) -> float:
     """Upward displacement (m) of the `plate`'s blocked dofs, of all `u` (blocked dofs, d).
     Collective.
     """
-    own = u[plate, -1]
-    return float(comm.allreduce(float(own[0]) if own.size else -np.inf, op=MPI.MAX))
+    own = float(u[plate[0], -1]) if plate.size else -np.inf
+    return float(comm.allreduce(own, op=MPI.MAX))

@@ -21,8 +21,8 @@ from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import Traction, blend
 from iceslide_fem.rubber.equilibrium import Solution, TractionLaw
 
-FIRST_STRAIN = 0.15
-FIRST_RAMP = 0.25
+FIRST_STRAIN = 0.075
+FIRST_RAMP = 0.65
 SMALLEST_PATH_STEP = 1e-3
 EASY_ITERATIONS = 6
 # Steps of a plate that is lowered, of the height; and the share of the largest load found at which

@@ -8,6 +8,8 @@ follows the slip by a slope that belongs to the step. That part is exact in ever
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from iceslide_fem.arrays import Array
@@ -97,9 +99,11 @@ class Tangent:
         By the nodal forces alone the block would stay while friction changes evenly at many nodes,
         and then have to make good for it in one step. Collective.
         """
-        resultant = RESULTANT * residual.array.reshape(-1, self._dim).sum(axis=0)
+        forces = residual.array.reshape(-1, self._dim)
+        # a sum over rows as short takes ten times as long
+        resultant = RESULTANT * (np.ones(len(forces)) @ forces)
         self._comm.Allreduce(MPI.IN_PLACE, resultant, op=MPI.SUM)
-        return float(np.linalg.norm([residual.norm(), plate or 0.0, *resultant]))
+        return math.hypot(residual.norm(), plate or 0.0, *resultant)
 
     def factorise(self, contact: Array) -> None:
         """Assemble and factorise at the present displacements.
