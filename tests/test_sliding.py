@@ -306,7 +306,7 @@ def test_a_run_whose_end_recedes_stops_with_a_checkpoint():
     [
         (1, "before sliding, when its mesh is made"),
         (2, "before sliding, when pressing it at"),
-        (5, "before sliding, when bringing it to"),
+        (4, "before sliding, when bringing it to"),
         (30, "at t = 0.* ms of 7 ms"),
     ],
 )
