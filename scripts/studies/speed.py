@@ -5,7 +5,8 @@ least four times as fine; references are kept in a folder and computed once. Eac
 process of its own, started after its forms were compiled. With `--repeats` all are made as many
 times, in turn, and times are medians. A reference once made serves for any `--refinement`: its own
 is printed. With `--against TREE` the same runs are made by the package in
-that folder, too, one after the other, and the ratio of their times is printed. The ice's share of
+that folder, too, one after the other, and the ratios of their times are printed, that of the
+quickest, which other work on the machine has disturbed least, among them. The ice's share of
 the steps is that of its stages without the film's, by a clock around each.
 """
 
@@ -170,8 +171,12 @@ def main() -> None:
             if tree != ROOT:
                 new = found[tolerance, ranks, ROOT]
                 wall = timed.seconds / new.seconds
+                old, least = (
+                    min(one.seconds for one in runs[tolerance, ranks, of]) for of in (tree, ROOT)
+                )
                 print(f"{tolerance}, {ranks} ranks: {wall:.2f} times as fast as {tree.name}, "
-                      f"{timed.processor / new.processor:.2f} by the processor")  # fmt: skip
+                      f"{timed.processor / new.processor:.2f} by the processor, {old / least:.2f} "
+                      f"by the quickest runs ({old:.2f} and {least:.2f} s)")  # fmt: skip
         for tolerance in arguments.tolerances:
             walls = [found[tolerance, n, ROOT].seconds for n in arguments.ranks]
             if len(walls) > 1:
