@@ -150,7 +150,7 @@ class ContactSurface:
 
     def total(self, density: Array, area: Array) -> float:
         """Integral over all ranks of `density` (f, q) with the weights `area` (f, q)."""
-        return float(self.comm.allreduce(float(np.vdot(density, area)), op=MPI.SUM))
+        return float(self.comm.allreduce(float(np.sum(density * area)), op=MPI.SUM))
 
 
 def contact_surface(
