@@ -8,7 +8,7 @@ export OMPI_MCA_rmaps_base_oversubscribe=1
 export OMPI_MCA_hwloc_base_binding_policy=none # two runs at once would share the first cores
 # The same for Open MPI 5.
 export PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe PRTE_MCA_hwloc_default_binding_policy=none
-export HWLOC_HIDE_ERRORS=2 # a container without /sys is nothing to tell
+export HWLOC_HIDE_ERRORS=2 # of a container without /sys, for mpirun itself
 if [ "$(id -u)" = 0 ]; then
     export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 fi

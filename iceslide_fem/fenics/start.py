@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 
@@ -22,6 +23,8 @@ def start_petsc(options: Sequence[str] = ()) -> None:
     Where PETSc runs already (a second run from Python), it takes them from now on. Raises
     SceneError if DOLFINx is not installed.
     """
+    # Open MPI's hwloc else tells of a container without /sys, before our own sentence.
+    os.environ.setdefault("HWLOC_HIDE_ERRORS", "2")
     try:
         with contextlib.suppress(ModuleNotFoundError):
             # the PyPI wheel has to load its own MPI before anything else does

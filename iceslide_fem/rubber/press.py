@@ -21,6 +21,8 @@ from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import Traction, blend
 from iceslide_fem.rubber.equilibrium import Solution, TractionLaw
 
+# The first load, as a strain, and how far the first solve goes on the way to the sliding speed:
+# less makes more solves, more fails or takes many tangents where sharp edges fold.
 FIRST_STRAIN = 0.075
 FIRST_RAMP = 0.65
 SMALLEST_PATH_STEP = 1e-3
