@@ -4,13 +4,15 @@ unknowns would take.
 
 Each run presses the block and slides it for a moment, in a process of its own. Seconds are per
 step of the slide, memory is that of one process. What stands for more unknowns than were run is
-calculated from the two largest runs and printed as such. Every run is kept in
+calculated from the largest runs, by the exponents between the last two and by how each part grows,
+and printed as such. Every run is kept in
 results/studies/limits.jsonl as it comes, from where --go-on takes it.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -44,6 +46,10 @@ SIZES = (5e3, 1.2e4, 3e4, 6e4, 1.2e5, 2.5e5)
 QUICK_SIZES = (2e3, 5e3)
 CLUSTER = 2e6  # unknowns, calculated from runs with at least so many
 ENOUGH = 5e4
+# How parts grow with the unknowns in space, with factors in nested dissection's order, n log n
+# counted as n (A. George, SIAM J. Numer. Anal. 10 (1973) 345; R. J. Lipton, D. J. Rose and
+# R. E. Tarjan, ibid. 16 (1979) 346); memory as solves at most.
+GROWTH = {"factors": 2.0, "solves": 4.0 / 3.0}
 # What the calculation assumes of it: cores as fast as this one, so many, and their efficiency.
 CORES, EFFICIENCY = 64, 0.5
 KEPT = RESULTS / "limits.jsonl"
@@ -63,13 +69,13 @@ class Point(NamedTuple):
 
 
 def changes_for(size: float) -> list[str]:
-    """Changes of the scene with which its rubber has about `size` unknowns."""
+    """Changes of the scene with which its rubber has `size` unknowns, or a few more."""
     low, high = 0.05, 4.0
     for _ in range(30):
         middle = (low * high) ** 0.5
         found = unknowns(case("tread_block", "model=block", f"numerics.refinement={middle}"))
         low, high = (middle, high) if found.rubber < size else (low, middle)
-    return ["model=block", f"numerics.refinement={high:.4f}"]
+    return ["model=block", f"numerics.refinement={math.ceil(1e4 * high) / 1e4}"]
 
 
 def measured(solver: str, ranks: int, size: float, duration: str, limit: float) -> Point | str:
@@ -114,6 +120,12 @@ def exponent(points: list[Point], value: str) -> float:
     one, other = points[-2:]
     grown = np.log(getattr(other, value) / getattr(one, value))
     return float(grown / np.log(other.rubber / one.rubber))
+
+
+def by_parts(point: Point, size: float) -> float:
+    """Seconds per step with `size` unknowns, each part grown by itself."""
+    grown = size / point.rubber
+    return sum(own * grown ** GROWTH.get(part, 1.0) for part, own in point.parts.items())
 
 
 def picture(series: dict[tuple[str, int], list[Point]]) -> Figure:
@@ -182,11 +194,17 @@ def main() -> None:
         if ranks > 1 or len(points) < 2 or points[-1].rubber < ENOUGH:
             continue
         grown = CLUSTER / points[-1].rubber
-        seconds = points[-1].seconds * grown ** exponent(points, "seconds")
         memory = points[-1].memory * grown ** exponent(points, "memory") / 1e3
-        print(f"calculated, not run: {CLUSTER:.0f} unknowns, {solver}: {memory:.0f} GB in all, "
-              f"{seconds:.0f} s per step on one core, {seconds / (CORES * EFFICIENCY):.0f} s on "
-              f"{CORES} cores at an efficiency of {EFFICIENCY:.0%}")  # fmt: skip
+        most = points[-1].memory * grown ** GROWTH["solves"] / 1e3
+        print(f"calculated, not run: {CLUSTER:.0f} unknowns, {solver}: {memory:.0f} GB in all "
+              f"by the exponent, {most:.0f} GB if all grows as factors do")  # fmt: skip
+        seconds = {"by the exponent": points[-1].seconds * grown ** exponent(points, "seconds")}
+        if solver != "iterative":
+            large = (point for point in points if point.rubber >= ENOUGH)
+            seconds |= {f"part by part from {one.rubber}": by_parts(one, CLUSTER) for one in large}
+        for way, alone in seconds.items():
+            print(f"{way}: {alone:.0f} s per step on one core, {alone / (CORES * EFFICIENCY):.0f} "
+                  f"s on {CORES} cores at an efficiency of {EFFICIENCY:.0%}")  # fmt: skip
     if series:
         draw(picture(series), arguments.pictures / "limits.png")
 
