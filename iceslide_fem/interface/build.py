@@ -28,9 +28,10 @@ from iceslide_fem.rubber.block import Block
 # between its points and it, of the resistance of the layers that the shortest heating reaches. 25
 # times that moves mu(t) by eight times the tolerance where points saturate (docs/accuracy.md).
 CONDENSED, LINK = 0.005, 3e-4
-# How far (K) its points and it may disagree, relative to the tolerance, and at least: the stiffer
-# the link, the more of a temperature is rounding.
-AGREEMENT, LEAST_AGREEMENT = 1e-2, 1e-5
+# How far (K) its points and it may disagree, relative to the tolerance. Much less closely found,
+# what single points give would be arbitrary: temperatures differ by as little over the link. The
+# stiffer that is, the more of them is rounding, by so much (K) over the tolerance.
+AGREEMENT, ROUNDING = 1e-2, 1e-11
 
 
 def carrier_of(block: Block, layers_for: float | None = None) -> Attached | OnRubber | OnIce:
@@ -113,7 +114,7 @@ def _continuum(block: Block, surface: list[Lines], heated: Array) -> Continuum:
 
 def agreement(tolerance: float) -> float:
     """How far (K) points and continuum ice may disagree at a tolerance."""
-    return max(AGREEMENT * tolerance, LEAST_AGREEMENT)
+    return max(AGREEMENT * tolerance, ROUNDING / tolerance)
 
 
 def _footprint(block: Block) -> tuple[Array, list[tuple[float, float]]]:
