@@ -303,7 +303,9 @@ def solvers(quick: bool) -> Iterable[Chart]:
                         capture_output=True, text=True,
                     )  # fmt: skip
                     if ended.returncode:
-                        last = (ended.stderr.strip().splitlines() or ["no message"])[-1][:100]
+                        lines = ended.stderr.splitlines()
+                        told = [line for line in lines if line.startswith("iceslide: ")]
+                        last = (told or ["no message"])[-1][:100]
                         curves[f"{name}, {ranks}"] = [Dot(np.nan, np.nan, last, ("", ""))]
                         continue
                     summary = json.loads((Path(folder) / "summary.json").read_text())
