@@ -303,10 +303,8 @@ def solvers(quick: bool) -> Iterable[Chart]:
                         capture_output=True, text=True,
                     )  # fmt: skip
                     if ended.returncode:
-                        lines = ended.stderr.splitlines()
-                        told = [line for line in lines if line.startswith("iceslide: ")]
-                        last = (told or ["no message"])[-1][:100]
-                        curves[f"{name}, {ranks}"] = [Dot(np.nan, np.nan, last, ("", ""))]
+                        told = common.fault(ended.stderr)[:100]
+                        curves[f"{name}, {ranks}"] = [Dot(np.nan, np.nan, told, ("", ""))]
                         continue
                     summary = json.loads((Path(folder) / "summary.json").read_text())
                 exact = exact or summary["mu_mean"]

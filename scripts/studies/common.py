@@ -25,6 +25,7 @@ from iceslide_fem.scene import Scene, load_scene
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "results" / "studies"
+FAULTS = ("iceslide: ", "SimulationStopped: ")  # before the sentence of commands, of Python
 Result = TypeVar("Result")
 
 # --- options and pictures
@@ -129,6 +130,13 @@ def iceslide_words(*words: str) -> list[str]:
 def on_ranks(words: list[str], ranks: int) -> list[str]:
     """The command line on several processes."""
     return (["mpirun", "-n", str(ranks)] if ranks > 1 else []) + words
+
+
+def fault(stderr: str) -> str:
+    """Why a run has failed, as it says itself; "fails" where it says nothing."""
+    lines = stderr.splitlines()
+    told = (line.partition(mark)[2] for line in lines for mark in FAULTS if mark in line)
+    return next(told, "fails")
 
 
 def processor_seconds(words: Sequence[str], **options: Any) -> float:

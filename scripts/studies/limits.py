@@ -5,8 +5,8 @@ unknowns would take.
 Each run presses the block and slides it for a moment, in a process of its own. Seconds are per
 step of the slide, memory is that of one process. What stands for more unknowns than were run is
 calculated from the largest runs, by the exponents between the last two and by how each part grows,
-and printed as such. Every run is kept in
-results/studies/limits.jsonl as it comes, from where --go-on takes it.
+and printed as such. Every run is kept in results/studies/limits.jsonl as it comes, from where
+--go-on takes it.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from scripts.studies.common import (
     ROOT,
     case,
     draw,
+    fault,
     on_ranks,
     options,
     picture_options,
@@ -99,8 +100,7 @@ def measured(solver: str, ranks: int, size: float, duration: str, limit: float) 
         except subprocess.TimeoutExpired:
             return f"takes longer than {limit:.0f} s"
         if done.returncode:
-            told = [line for line in done.stderr.splitlines() if "SimulationStopped: " in line]
-            return told[0].partition(": ")[2] if told else "fails"
+            return fault(done.stderr)
         found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     steps = found["steps"]
     parts = {name: seconds / steps for name, seconds in found["parts"].items()}
