@@ -26,7 +26,7 @@ from iceslide_fem.commands.report import report
 from iceslide_fem.commands.run import run
 from iceslide_fem.commands.sweep import sweep
 from iceslide_fem.commands.view import view
-from iceslide_fem.errors import IceslideError, OutputError
+from iceslide_fem.errors import IceslideError, OutputError, SceneError
 from iceslide_fem.launch import on_one_process, rank, stop_all_ranks
 from iceslide_fem.roughness.options import roughness
 from iceslide_fem.screen import patient_screen
@@ -76,6 +76,9 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
     has left a checkpoint, 1 a fault of the program.
     Under mpirun every rank does the same and rank 0 alone prints.
     """
+    if argv is None and sys.getfilesystemencoding() == "ascii":  # names of files are UTF-8
+        os.environ["PYTHONUTF8"] = "1"
+        os.execv(sys.executable, sys.orig_argv)
     with patient_screen() as faults:
         code = _exit_code(argv)
     if faults and code == 0:
@@ -91,6 +94,7 @@ def _exit_code(argv: Sequence[str] | None) -> int:
             stack.enter_context(contextlib.redirect_stdout(silence))
             stack.enter_context(contextlib.redirect_stderr(silence))
         try:
+            _check_text(sys.argv[1:] if argv is None else argv)
             app(args=argv, prog_name="iceslide")
         except SystemExit as end:  # typer's own: 0 done, 2 wrong usage
             return int(end.code or 0)
@@ -104,6 +108,17 @@ def _exit_code(argv: Sequence[str] | None) -> int:
             stop_all_ranks(1)
             return 1
     return 0
+
+
+def _check_text(words: Sequence[str]) -> None:
+    """Raise SceneError if one of the `words` is not UTF-8: Python holds its bytes as surrogates."""
+    for word in words:
+        try:
+            word.encode()
+        except UnicodeEncodeError:
+            raise SceneError(
+                f'"{word}" is not in UTF-8: rename the file, or set the locale (LC_ALL=C.UTF-8)'
+            ) from None
 
 
 if __name__ == "__main__":

@@ -51,7 +51,7 @@ def exit_code(*arguments: str) -> int:
 
 def iceslide(*arguments: str, **kwargs) -> subprocess.CompletedProcess:
     command = [sys.executable, "-m", "iceslide_fem.cli", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, **kwargs)
+    return subprocess.run(command, capture_output=True, encoding="utf-8", **kwargs)
 
 
 def test_help_loads_nothing_heavy():
@@ -84,6 +84,34 @@ with imports_that_stay():  # once is enough
 assert gc.get_freeze_count() == kept
 """
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_names_are_utf8_in_the_c_locale():
+    words = "info", CASE, "--set", "rubber.compound=ü"
+    done = iceslide(*words, env=os.environ | {"PYTHONUTF8": "0", "LC_ALL": "C"})
+    assert done.returncode == 2
+    assert done.stderr.startswith('iceslide: rubber.compound = "ü" is not known')
+
+
+def test_a_name_that_is_no_utf8_is_refused_in_a_sentence():
+    done = iceslide("info", b"sc\xe4ne.toml")
+    assert done.returncode == 2
+    assert done.stderr == (
+        'iceslide: "sc ne.toml" is not in UTF-8: rename the file, or set the locale '
+        "(LC_ALL=C.UTF-8)\n"
+    )
+
+
+@pytest.mark.parametrize("home", ["/proc", "/proc/none"])
+def test_a_home_that_cannot_be_written_stops_no_run(tmp_path, home):
+    pytest.importorskip("iceslide_fem.fenics.compat")
+    variables = {"HOME": home, "TMPDIR": str(tmp_path), "XDG_CACHE_HOME": "", "ICESLIDE_CACHE": ""}
+    words = "info", CASE, "--set", "model=slice"
+    done = iceslide(*words, env=os.environ | variables)
+    assert done.returncode == 0, done.stderr
+    kept = tmp_path / f"iceslide-{os.getuid()}"
+    assert done.stderr.count(f"kept in {kept} (ICESLIDE_CACHE") == 1
+    assert [*kept.glob("rubber-*.msh")] and kept.stat().st_mode & 0o77 == 0
 
 
 def test_run_passes_scene_directory_and_petsc_options(simulated, capsys):

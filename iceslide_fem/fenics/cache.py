@@ -5,21 +5,53 @@ from __future__ import annotations
 import contextlib
 import functools
 import hashlib
+import json
 import os
 import platform
-import struct
 import sys
+import tempfile
+from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
+from iceslide_fem.errors import SceneError
 from iceslide_fem.files import writing
+from iceslide_fem.launch import rank
+
+SEAL = ".sealed"  # of a compiled module: its files and their sizes
+LOCK = "lock"
 
 
 def cache_folder() -> Path:
-    """`$ICESLIDE_CACHE`, or `iceslide/` under `$XDG_CACHE_HOME` (`~/.cache`)."""
+    """`$ICESLIDE_CACHE`, or `iceslide/` under `$XDG_CACHE_HOME` (`~/.cache`).
+
+    Where that cannot be written it is a folder under the temporary one, which is said once.
+    Raises SceneError if another user owns it.
+    """
     if folder := os.environ.get("ICESLIDE_CACHE"):
         return Path(folder)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "iceslide"
+    base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    return _writable_cache(Path(base) / "iceslide")
+
+
+@functools.cache
+def _writable_cache(usual: Path) -> Path:
+    with contextlib.suppress(OSError):
+        usual.mkdir(parents=True, exist_ok=True)
+        if os.access(usual, os.W_OK):
+            return usual
+    folder = Path(tempfile.gettempdir()) / f"iceslide-{os.getuid()}"
+    with writing(folder):
+        folder.mkdir(mode=0o700, exist_ok=True)
+    if folder.is_symlink() or folder.stat().st_uid != os.getuid():  # code is loaded from it
+        raise SceneError(f"{folder} belongs to another user: name a folder by ICESLIDE_CACHE")
+    if rank() == 0:
+        print(
+            f"Note: {usual} cannot be written: compiled forms and meshes are kept in {folder} "
+            "(ICESLIDE_CACHE names another place).",
+            file=sys.stderr,
+        )
+    return folder
 
 
 def processor() -> str:
@@ -33,43 +65,48 @@ def processor() -> str:
 
 @contextlib.contextmanager
 def sole_compiler(folder: Path) -> Iterator[None]:
-    """Be the only process that compiles forms into `folder`, clearing what is unfinished or cut.
+    """Be the only process that compiles into `folder`, in which every module is whole.
 
-    FFCx waits ten seconds for a form that another process compiles, and gives up: for ever, if
-    that process was killed, because its source stays behind without a library. The lock waits
-    as long as it takes, and the system releases it when its holder dies. Raises OutputError where
-    nothing can be written.
+    A process that is killed, or a full disk, leaves parts of a module behind. FFCx takes its source
+    for the sign that another process compiles it, and waits. So a module gets a seal with the
+    sizes of its files once it is whole, and a module without a valid seal is removed. The lock is
+    released by the system when its holder dies. Raises OutputError where nothing can be written.
     """
     import fcntl  # not on Windows, where nothing is compiled
 
     with writing(f"compiled forms to {folder} (ICESLIDE_CACHE is another place for them)"):
         folder.mkdir(parents=True, exist_ok=True)
-        lock = open(folder / "lock", "w")
+        lock = open(folder / LOCK, "w")
     with lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        there = set(os.listdir(folder))
-        for source in there:
-            if source.endswith(".c") and f"{source}.cached" not in there:
-                (folder / source).unlink(missing_ok=True)
-        _clear_cut_libraries(folder)
+        for files in _modules(folder).values():
+            if not _is_whole(files):
+                for name in files:
+                    (folder / name).unlink(missing_ok=True)
         yield
+        for module, files in _modules(folder).items():
+            if f"{module}{SEAL}" not in files:
+                with contextlib.suppress(OSError), open(folder / f"{module}{SEAL}", "w") as seal:
+                    json.dump({name: entry.stat().st_size for name, entry in files.items()}, seal)
 
 
-@functools.cache  # once in a process: they do not change any more
-def _clear_cut_libraries(folder: Path) -> None:
-    """Forget forms whose library is not whole (a full disk, a crash): no run could load them."""
-    for library in folder.glob("*.so"):
-        if not _is_whole(library):
-            for part in folder.glob(f"{library.name.split('.')[0]}.*"):
-                part.unlink(missing_ok=True)
+def _modules(folder: Path) -> dict[str, dict[str, os.DirEntry[str]]]:
+    """Files of every compiled module, by its name: that of a file before its first dot."""
+    modules: dict[str, dict[str, os.DirEntry[str]]] = defaultdict(dict)
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.name != LOCK and entry.is_file(follow_symlinks=False):
+                modules[entry.name.partition(".")[0]][entry.name] = entry
+    return modules
 
 
-def _is_whole(library: Path) -> bool:
-    """Whether an ELF file (64 bits, little-endian) reaches to the end of its section headers."""
-    with open(library, "rb") as file:
-        header = file.read(64)
-    if not header.startswith(b"\x7fELF\x02\x01") or len(header) < 64:
-        return sys.platform != "linux" and len(header) == 64
-    (offset,) = struct.unpack_from("<Q", header, 0x28)
-    size, count = struct.unpack_from("<HH", header, 0x3A)
-    return library.stat().st_size >= offset + size * count
+def _is_whole(files: dict[str, os.DirEntry[str]]) -> bool:
+    """Whether the `files` of a module are those that its seal names."""
+    seal = next((entry for name, entry in files.items() if name.endswith(SEAL)), None)
+    try:
+        sealed = json.loads(Path(seal.path).read_bytes()) if seal is not None else {}
+    except (OSError, ValueError):
+        return False
+    return bool(sealed) and all(
+        name in files and files[name].stat().st_size == size for name, size in sealed.items()
+    )

@@ -1,10 +1,9 @@
 """Every difference between DOLFINx 0.5.2 and 0.11, and nothing else.
 
 The rest of the package takes DOLFINx from here (`from iceslide_fem.fenics.compat import MPI, PETSc,
-fem, ufl`), because this module loads the wheel's start-up module first where there is one, keeps
-the C compiler's log of every form off the screen, and lets one process at a time compile. What
-is the same in all versions (`fem.Function`, `fem.dirichletbc`, `ufl.Measure`, ...) has no
-function here.
+fem, ufl`), because this module loads the wheel's start-up module first where there is one, and lets
+one process at a time compile (`jit`). What is the same in all versions (`fem.Function`,
+`fem.dirichletbc`, `ufl.Measure`, ...) has no function here.
 """
 
 from __future__ import annotations
@@ -12,10 +11,9 @@ from __future__ import annotations
 import functools
 import inspect
 import itertools
-import logging
-from collections.abc import Callable, Sequence
-from contextlib import nullcontext
-from typing import Any, TypeVar
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
 from unittest import mock
 
 try:  # the PyPI wheel has to load its own MPI before anything else does
@@ -34,7 +32,8 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from iceslide_fem.fenics.cache import cache_folder, processor, sole_compiler
+from iceslide_fem.fenics.cache import cache_folder, processor
+from iceslide_fem.fenics.jit import compile_alone, failing_in_one_sentence
 
 IntArray = NDArray[np.int32]
 FloatArray = NDArray[np.float64]
@@ -64,46 +63,29 @@ _JIT_DEFAULTS = (
     else jit.DOLFINX_DEFAULT_JIT_PARAMETERS
 )
 _JIT_DEFAULTS["cache_dir"] = (COMPILED, _JIT_DEFAULTS["cache_dir"][-1])
-_Compiling = TypeVar("_Compiling", bound=Callable[..., Any])
 
 
-def compiling(communicator: Callable[..., Any]) -> Callable[[_Compiling], _Compiling]:
-    """Guard what compiles forms or C; `communicator` is its mesh's, found from its arguments.
+@contextmanager
+def _unchanged(objects: list[Any]) -> Iterator[None]:
+    """Leave the meshes of forms as they are, whose coordinate elements FFCx 0.5 changes in place.
 
-    DOLFINx compiles on the first rank of it, while its others wait: that of a mesh on every rank
-    for itself is each rank.
+    It does so on the rank that compiles only: what later forms are called, and so where they are
+    kept, would differ between ranks.
     """
-
-    def guarding(task: _Compiling) -> _Compiling:
-        # cffi resets the root logger to INFO while it compiles, so a level set once does not last
-        @functools.wraps(task)
-        def quiet(*args: Any, **kwargs: Any) -> Any:
-            root, disabled = logging.getLogger(), logging.root.manager.disable
-            level = root.level
-            logging.disable(logging.INFO)
-            compiles = communicator(*args, **kwargs).rank == 0
-            try:
-                with sole_compiler(COMPILED) if compiles else nullcontext():
-                    return task(*args, **kwargs)
-            finally:
-                logging.disable(disabled)
-                root.setLevel(level)
-
-        return quiet  # type: ignore[return-value]
-
-    return guarding
+    forms = [part for part in objects if isinstance(part, ufl.Form)] if not _HAS_BASIX_UFL else []
+    domains = {id(domain): domain for form in forms for domain in form.ufl_domains()}.values()
+    elements = [domain.ufl_coordinate_element() for domain in domains]
+    try:
+        yield
+    finally:
+        for domain, element in zip(domains, elements, strict=True):
+            domain._ufl_coordinate_element = element
 
 
-def _of_mesh(mesh: Any, *_: Any) -> Any:
-    return mesh.comm
+compile_alone(COMPILED, _unchanged)
 
 
-def _of_form(expression: Any) -> Any:
-    first = expression[0] if isinstance(expression, list) else expression
-    return first.ufl_domain().ufl_cargo().comm
-
-
-@compiling(_of_mesh)
+@failing_in_one_sentence
 def scalar_space(mesh: Any, degree: int) -> Any:
     """Continuous Lagrange space of scalars of the given degree."""
     if _HAS_BASIX_UFL:
@@ -111,7 +93,7 @@ def scalar_space(mesh: Any, degree: int) -> Any:
     return fem.FunctionSpace(mesh, ("Lagrange", degree))
 
 
-@compiling(_of_mesh)
+@failing_in_one_sentence
 def vector_space(mesh: Any, degree: int) -> Any:
     """Continuous Lagrange space of vectors with as many components as the mesh has dimensions."""
     if _HAS_BASIX_UFL:
@@ -119,7 +101,7 @@ def vector_space(mesh: Any, degree: int) -> Any:
     return fem.VectorFunctionSpace(mesh, ("Lagrange", degree))
 
 
-@compiling(_of_mesh)
+@failing_in_one_sentence
 def polynomial_space(mesh: Any, degree: int) -> Any:
     """Complete polynomials of the given degree in every quadrilateral or hexahedron, no continuity.
 
@@ -130,7 +112,7 @@ def polynomial_space(mesh: Any, degree: int) -> Any:
     return fem.FunctionSpace(mesh, ("DPC", degree))
 
 
-@compiling(_of_form)
+@failing_in_one_sentence
 def form(expression: Any) -> Any:
     """Compile a UFL form (or a list of them) for this machine's processor."""
     options = {"cffi_extra_compile_args": COMPILER_FLAGS}
@@ -139,7 +121,7 @@ def form(expression: Any) -> Any:
     return fem.form(expression, jit_params=options)
 
 
-@compiling(lambda value, space: space.mesh.comm)
+@failing_in_one_sentence
 def expression(value: Any, space: Any) -> Any:
     """`fem.Expression` of a UFL expression at the interpolation points of `space`."""
     points = space.element.interpolation_points
@@ -281,7 +263,7 @@ def quadrature(name: str, degree: int) -> tuple[FloatArray, FloatArray]:
     return np.array(points), np.array(weights)
 
 
-@compiling(lambda model, comm, *_: comm)
+@failing_in_one_sentence
 def mesh_from_gmsh(
     model: Any, comm: MPI.Comm, rank: int, gdim: int, owners: Callable[[Any], IntArray]
 ) -> tuple[Any, Any, Any]:

@@ -11,7 +11,8 @@ from importlib import util
 from pathlib import Path
 from typing import Any
 
-from iceslide_fem.fenics.compat import COMPILED, COMPILER_FLAGS, compiling
+from iceslide_fem.fenics.compat import COMPILED, COMPILER_FLAGS
+from iceslide_fem.fenics.jit import compiled_into
 from iceslide_fem.parallel import from_root
 
 # Prototypes of our own: those of ctypes.pythonapi are shared with whoever sets them.
@@ -35,7 +36,12 @@ def compiled(sources: Sequence[Path], comm: Any, libraries: Sequence[str] = ()) 
     words = "\n".join([text, *COMPILER_FLAGS, *libraries])
     name = f"{sources[0].stem}_{hashlib.sha256(words.encode()).hexdigest()[:16]}"
     library = COMPILED / f"{name}{sysconfig.get_config_var('EXT_SUFFIX')}"
-    _compile(comm, library, header, text, libraries)
+
+    def make() -> None:
+        if not library.is_file():
+            _make(library, header, text, libraries)
+
+    from_root(lambda: compiled_into(COMPILED, make), comm)
     return _loaded(library)
 
 
@@ -43,11 +49,6 @@ def address(module: Any, name: str) -> int:
     """Of a function in `scipy.linalg.cython_blas` or `cython_lapack`, for compiled code."""
     capsule = module.__pyx_capi__[name]
     return int(_POINTER_OF(capsule, _NAME_OF(capsule)))
-
-
-@compiling(lambda comm, *_: comm)
-def _compile(comm: Any, library: Path, header: str, text: str, libraries: Sequence[str]) -> None:
-    from_root(lambda: None if library.is_file() else _make(library, header, text, libraries), comm)
 
 
 def _make(library: Path, header: str, text: str, libraries: Sequence[str]) -> None:
