@@ -8,10 +8,17 @@ from contextlib import suppress
 import pytest
 from browser import chromium, open_page  # noqa: F401
 
-import iceslide_fem  # noqa: F401
+from iceslide_fem.launch import started_by_mpirun
 
 with suppress(ImportError):
     import dolfinx_solver  # noqa: F401
+
+
+def pytest_configure(config):
+    if started_by_mpirun():
+        from ranks_agree import RanksAgree
+
+        config.pluginmanager.register(RanksAgree())
 
 
 @pytest.fixture
