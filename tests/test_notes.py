@@ -113,6 +113,9 @@ def test_run_info_and_summary_have_the_notes(tmp_path, capsys):
     for command in (["info", *words], ["run", *words, "--out", str(tmp_path / "run")]):
         with pytest.raises(SystemExit):
             main(command)
-        assert capsys.readouterr().out.count("Note: ice.cell has no effect") == 1
-    warnings = json.loads((tmp_path / "run" / "summary.json").read_text())["warnings"]
-    assert warnings == ['ice.cell has no effect with model = "point"']
+        printed = capsys.readouterr().out
+        assert printed.count("Note: ice.cell has no effect") == 1
+        assert printed.count("does not melt: the film law has no dry friction") == 1
+    unused, dry = json.loads((tmp_path / "run" / "summary.json").read_text())["warnings"]
+    assert unused == 'ice.cell has no effect with model = "point"'
+    assert dry.startswith("the ice does not melt: ")

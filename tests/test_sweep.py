@@ -352,3 +352,28 @@ def test_slices_run_in_processes_and_failures_are_listed(tmp_path):
     again = subprocess.run(command, capture_output=True, text=True)
     assert "2 of them done before" in again.stdout and "2 to run" in again.stdout
     assert times == {path: path.stat().st_mtime for path in tmp_path.glob("cases/*/summary.json")}
+
+
+def test_a_sweep_before_any_case_is_done_has_a_page(tmp_path):
+    scenes = ["--set", SLICE[0], "--vary", "load.pressure=1bar,2bar"]
+    words = [sys.executable, "-m", "iceslide_fem.cli", "sweep", str(CASE), *scenes]
+    done = subprocess.run(
+        [*words, "--no-run", "--out", str(tmp_path)], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert "2 not run: not computed yet" in done.stdout and "No variable" not in done.stdout
+    assert "0 of them done" in (tmp_path / "report.html").read_text()
+
+
+def test_it_is_said_where_the_film_law_has_no_dry_friction(tmp_path):
+    plan = point_plan("load.speed=0.003,3 m/s", overrides=["ice.temperature=-25degC"])
+    for _ in range(2):  # computed, and found
+        said = []
+        run_sweep(plan, tmp_path, None, said.append)
+        assert sum("in 2 of 2 cases the ice does not melt" in line for line in said) == 1
+        with open(tmp_path / "sweep.csv", newline="") as file:
+            warnings = [row["warnings"] for row in csv.DictReader(file)]
+        assert all("no dry friction" in text for text in warnings)
+    said = []
+    run_sweep(point_plan("load.speed=3,4 m/s"), tmp_path / "warm", None, said.append)
+    assert not any("does not melt" in line for line in said)

@@ -14,6 +14,7 @@ from iceslide_fem.app.form import Texts
 from iceslide_fem.app.slider import Slider
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
+from iceslide_fem.film.doubts import WITHOUT_MELTING, partly_dry
 from iceslide_fem.footprint.balance import SlidingLine, doubts
 from iceslide_fem.footprint.case import FootprintCase, PixelBox
 from iceslide_fem.footprint.line import (
@@ -238,7 +239,7 @@ def curves(texts: Texts) -> dict[str, Any]:
         "mu": line.mu.tolist(),
         "state": state_names(line.state),
     }
-    film = {}
+    film, dry = {}, []
     if case.film_law == "yes":
         found = film_line(pressure, dx, case.parameters, CONTACT_TABLES["B"])
         touching = pressure > 0.0
@@ -248,10 +249,12 @@ def curves(texts: Texts) -> dict[str, Any]:
             "film_mu": mu.tolist(),
         }
         film = {"film_mu": float(found.shear.sum() / pressure.sum())}
+        melting = float(found.melting[touching].mean())
+        dry = partly_dry(melting) if melting else [f"The ice does not melt: {WITHOUT_MELTING}"]
     balance = line.balance
     sliding = SlidingLine(float(pressure[pressure > 0.0].mean()), case.speed, case.slip)
     return {
-        "notes": doubts(line.mu_mean, sliding),
+        "notes": [*doubts(line.mu_mean, sliding), *dry],
         "series": series,
         "numbers": {
             "mu_mean": line.mu_mean,

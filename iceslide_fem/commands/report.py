@@ -51,6 +51,10 @@ def leave_report(folder: Path) -> None:
 
     try:
         write([folder])
-    except (IceslideError, ArithmeticError, LookupError, OSError, TypeError, ValueError) as error:
-        # The results are whole, and better than a page about them.
+    except IceslideError as error:
         typer.echo(f"Note: no report.html: {error}.")
+    except (ArithmeticError, LookupError, OSError, TypeError, ValueError) as error:
+        typer.echo(
+            "Note: no report.html: its page has a fault of the program "
+            f"({type(error).__name__}: {error}); the results are whole."
+        )

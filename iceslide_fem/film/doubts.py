@@ -7,11 +7,19 @@ THINNEST_FILM = 1e-9  # m
 # Nearly three times the largest value that the thesis prints, 0.55.
 LARGEST_FRICTION = 1.5
 IN_DOUBT = f"the thesis's largest is 0.55, and above {LARGEST_FRICTION:g} it is in doubt"
+WITHOUT_MELTING = (
+    "the film law has no dry friction, so mu there is that of the water film that it begins with. "
+    "On cold or slow ice that does not melt measured friction is many times higher "
+    "(docs/theory.md, what is not in the model)"
+)
+MOST = 0.5  # of the contact, from which on ice that does not melt decides mu
 
 
-def doubts(height: float, friction: float) -> list[str]:
-    """A sentence each, without its full stop, on the least film height (m) and the largest mu."""
-    found = []
+def doubts(height: float, friction: float, melts: bool) -> list[str]:
+    """A sentence each, without its full stop, on the least film height (m), the largest mu, and ice
+    that never melts.
+    """
+    found = [] if melts else [f"the ice does not melt: {WITHOUT_MELTING}"]
     if height < THINNEST_FILM:
         found.append(
             f"the film gets {1e9 * height:.2g} nm thin: below {1e9 * THINNEST_FILM:g} nm there are "
@@ -20,3 +28,10 @@ def doubts(height: float, friction: float) -> list[str]:
     if friction > LARGEST_FRICTION:
         found.append(f"mu rises to {friction:.3g}: {IN_DOUBT}")
     return found
+
+
+def partly_dry(melting: float) -> list[str]:
+    """The same on a contact of which the fraction `melting`, not 0, has melted."""
+    if not 0.0 < melting < 1.0 - MOST:
+        return []
+    return [f"on {1.0 - melting:.0%} of the contact the ice does not melt: {WITHOUT_MELTING}"]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iceslide_fem.arrays import Mask
-from iceslide_fem.film.doubts import doubts
+from iceslide_fem.film.doubts import doubts, partly_dry
 from iceslide_fem.footprint.balance import STATES, classify
 from iceslide_fem.footprint.balance import doubts as doubts_of_balance
 from iceslide_fem.footprint.case import FootprintCase
@@ -116,8 +116,11 @@ def summary(result: Survey) -> dict[str, Any]:
         **({"line": {"pixels": int(contact.size), "row": case.row}} if case.one_line else {}),
         "source": str(case.source),
         "warnings": doubts(
-            float(film.height[contact].min()), float(film.friction(footprint)[contact].max())
+            float(film.height[contact].min()),
+            float(film.friction(footprint)[contact].max()),
+            bool(film.melting[contact].any()),
         )
+        + partly_dry(float(film.melting[contact].mean()))
         + [
             f"{MODELS[name]}: {sentence}"
             for name, model in result.models.items()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from iceslide_fem.film.doubts import WITHOUT_MELTING
 from iceslide_fem.planning.cost import point_rows
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.notes import ENVELOPE, LARGEST_FRICTION
@@ -24,6 +25,8 @@ def _film(scene: Scene) -> list[str]:
             f"films of a point get {readable(min(heights), 'm')} to {readable(max(heights), 'm')} "
             f"high; {readable(low, 'm')} to {readable(high, 'm')} are known to work"
         )
+    if scene.friction.law == "film" and not any(row.melted_fraction for row in rows):
+        found.append(f"the ice below a point does not melt: {WITHOUT_MELTING}")
     largest = max(rows, key=lambda row: row.mu)
     if largest.mu > LARGEST_FRICTION and largest.time_s > 0.0:
         found.append(f"friction of a point rises to {largest.mu:.3g}")

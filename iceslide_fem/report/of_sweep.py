@@ -37,13 +37,14 @@ def page_of_sweep(folder: Path) -> Page:
     done = int((data["status"] == DONE).sum())
     count = int(data["status"].size)
     left = "" if done == count else f"{count - done} of {count} cases are not done."
+    charts = _charts(data, keys)
     over = ", ".join(f"{key} ({data.sizes[key]} values)" for key in keys) or "nothing"
     return Page(
         title=f"{data.attrs.get('name') or folder.name}: sweep of {count} cases",
         summary=f"{count} cases over {over}, {done} of them done, model {data.attrs.get('model')}.",
         stopped=left,
         sections=[
-            Section("curves", "Curves", _charts(data, keys)),
+            *([Section("curves", "Curves", charts)] if charts else []),
             Section("results", "Every case", [*_cases(data, keys), *_error(table)]),
             Section("warnings", "Warnings", _warnings(data, table)),
             Section("scene", "What the cases share", _scene(data, keys)),
@@ -57,6 +58,8 @@ def page_of_sweep(folder: Path) -> Page:
 
 
 def _charts(data: xr.Dataset, keys: list[str]) -> list[Chart | HeatMap]:
+    if "mu_mean" not in data:  # no case is done
+        return []
     numeric = [key for key in keys if data[key].dtype.kind in "if" and data.sizes[key] > 1]
     charts: list[Chart | HeatMap] = []
     for key in numeric:

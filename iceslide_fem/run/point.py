@@ -69,7 +69,8 @@ def _film_history(scene: Scene) -> tuple[list[HistoryRow], dict[str, Any]]:
         result = simulate(conditions, observe=observe, rubber=rubber_columns(scene), **settings)
     entries, rows = point_summary(result, 0), history.rows
     thinnest = min(row.film_height_m for row in rows)
-    entries["warnings"] = doubts(thinnest, float(result.mu_peak[0]))
+    melts = entries["melt_onset_s"] is not None
+    entries["warnings"] = doubts(thinnest, float(result.mu_peak[0]), melts)
     return rows, entries
 
 
@@ -229,7 +230,8 @@ def point_doubts(conditions: Conditions, result: PointResult, number: int) -> li
     """
     mu = float(result.mu_peak[number])
     viscous = float(conditions.loads().viscous[number])
-    return doubts(viscous / (mu * float(conditions.pressure[number])), mu)
+    thinnest = viscous / (mu * float(conditions.pressure[number]))
+    return doubts(thinnest, mu, not np.isnan(result.melt_onset[number]))
 
 
 def point_summary(result: PointResult, number: int) -> dict[str, Any]:

@@ -105,5 +105,6 @@ class Results:
                 "pressures that the table of k, D and H_V does not cover: its nearest end was taken"
             )
         if math.isfinite(self.thinnest_film):  # else friction is by another law
-            found += doubts(self.thinnest_film, max(mu for _, mu in self.rows))
+            melts = self.melt_onset is not None
+            found += doubts(self.thinnest_film, max(mu for _, mu in self.rows), melts)
         return found

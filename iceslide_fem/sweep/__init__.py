@@ -16,6 +16,7 @@ from pathlib import Path
 import xarray as xr
 
 from iceslide_fem.errors import SceneError
+from iceslide_fem.film.doubts import WITHOUT_MELTING
 from iceslide_fem.folder import claimed, clear_results, results_in
 from iceslide_fem.scene.fingerprint import scene_hash
 from iceslide_fem.sweep.outcome import DONE, NOT_RUN, CaseResult, read_outcome
@@ -94,6 +95,8 @@ def _run_sweep(
                 say(f"[{number}/{len(others)}] {_described(plan, case, outcome)}")
     finally:
         dataset = write_sweep(folder, plan, [outcomes[case.name] for case in plan.cases])
+    for line in _without_melting(plan, outcomes):
+        say(line)
     return dataset
 
 
@@ -102,6 +105,20 @@ def failures(dataset: xr.Dataset) -> list[str]:
     status, reason = dataset["status"].values.ravel(), dataset["reason"].values.ravel()
     kept = Counter((kind, why) for kind, why in zip(status, reason, strict=True) if kind != DONE)
     return [f"{count} {kind}: {why}" for (kind, why), count in kept.most_common()]
+
+
+def _without_melting(plan: Plan, outcomes: dict[str, CaseResult]) -> list[str]:
+    """A line on cases with the film law whose ice does not melt; none if there is no such case."""
+    found = [
+        outcomes[case.name].summary["melt_onset_s"] is None
+        for case in plan.cases
+        if case.scene.friction.law == "film" and outcomes[case.name].status == DONE
+    ]
+    if not any(found):
+        return []
+    return [
+        f"Note: in {sum(found)} of {len(found)} cases the ice does not melt: {WITHOUT_MELTING}."
+    ]
 
 
 def _found(plan: Plan, folder: Path, say: Callable[[str], None]) -> dict[str, CaseResult]:

@@ -19,7 +19,7 @@ from iceslide_fem.sweep.outcome import CURVES, DONE, SAMPLES, CaseResult
 from iceslide_fem.sweep.plan import Plan
 
 CURVE_UNITS = {"mu": "1", "film_height_m": "m"}
-_TEXT = ("case", "scene_hash", "status", "reason")
+_TEXT = ("case", "scene_hash", "status", "reason", "warnings")
 
 
 def write_sweep(folder: Path, plan: Plan, outcomes: Sequence[CaseResult]) -> xr.Dataset:
@@ -31,6 +31,7 @@ def write_sweep(folder: Path, plan: Plan, outcomes: Sequence[CaseResult]) -> xr.
             "scene_hash": scene_hash(case.scene),
             "status": outcome.status,
             "reason": outcome.reason,
+            "warnings": "; ".join(outcome.summary.get("warnings") or []),
         }
         | given
         | _entries(outcome.summary)
@@ -75,6 +76,7 @@ def done_points(folder: Path) -> dict[str, CaseResult]:
     try:
         cases = dataset["case"].values.ravel()
         status = dataset["status"].values.ravel()
+        warnings = dataset["warnings"].values.ravel()
         curves = {name: dataset[name].values.reshape(-1, SAMPLES) for name in CURVES}
     except (KeyError, ValueError) as error:
         raise SceneError(f"{folder / 'sweep.nc'} is not what a sweep writes ({error})") from None
@@ -87,7 +89,8 @@ def done_points(folder: Path) -> dict[str, CaseResult]:
         case: CaseResult(
             DONE,
             "",
-            {name: _plain(values[number]) for name, values in entries.items()},
+            {name: _plain(values[number]) for name, values in entries.items()}
+            | {"warnings": [str(text) for text in warnings[number : number + 1] if text]},
             {name: values[number] for name, values in curves.items()},
         )
         for number, case in enumerate(cases)
@@ -114,7 +117,7 @@ def to_dataset(
     for name in table:
         if name in _TEXT:
             data[name] = (keys, table[name].fillna("").to_numpy(dtype=str).reshape(plan.shape))
-        elif name not in inputs[0] and name.split(".")[0] not in ("versions", "warnings"):
+        elif name not in inputs[0] and name.split(".")[0] != "versions":
             data[name] = (keys, table[name].to_numpy(dtype=float).reshape(plan.shape))
     missing = np.full(SAMPLES, np.nan)
     for name in CURVES:
@@ -140,18 +143,13 @@ def to_dataset(
 
 
 def _entries(summary: Mapping[str, Any]) -> dict[str, Any]:
-    """The numbers of a summary, its versions and its warnings; the rest is in other columns."""
+    """The numbers of a summary and its versions; the rest is in other columns."""
     numbers = {
         key: value
         for key, value in summary.items()
         if key != "stopped" and (value is None or isinstance(value, int | float))
     }
-    warnings = summary.get("warnings")
-    return (
-        numbers
-        | flat({"versions": summary.get("versions", {})})
-        | ({"warnings": "; ".join(warnings)} if warnings else {})
-    )
+    return numbers | flat({"versions": summary.get("versions", {})})
 
 
 def _plain(value: Any) -> float | None:
