@@ -52,6 +52,8 @@ SNAP_STEP, SNAP_SHARE = 1e-5, 1e-3
 # that starts or rests are nothing but the solver's tolerance. A tenth of it takes five to twenty
 # times the steps, to the same work (docs/loads.md).
 LEAST_FRICTION = 1e-2
+# Under a law whose friction does not follow the slip speed an error of it still is one of the heat.
+LEAST_ELASTICITY = 0.1
 
 
 class Refused(ArithmeticError):
@@ -113,15 +115,19 @@ class StepError:
             return np.inf
         return self._mean(error, friction) / self._local_tolerance
 
-    def of_motion(self, error: Array, dt: float, area: Array) -> float:
-        """Error (m, of all dofs) of the block's motion: by its stress, and by its slip speed."""
+    def of_motion(self, error: Array, dt: float, area: Array, elasticity: float = 1.0) -> float:
+        """Error (m, of all dofs) of the block's motion: by its stress, and by its slip speed.
+
+        `elasticity`: of friction with the slip speed, v / F dF/dv; 1 of a film. As much as
+        LEAST_ELASTICITY counts in any case, because slip makes heat.
+        """
         surface, scene = self._block.surface, self._block.scene
         nodal = error.reshape(self._block.rubber.displacements.shape)
         size = np.linalg.norm(surface.displacements(nodal), axis=-1).ravel()
         stress = (
             scene.mooney_rivlin.youngs_modulus / self._block.height / scene.load.pressures.smallest
         )
-        speed = 1.0 / (dt * scene.load.speeds.mean)
+        speed = min(max(elasticity, LEAST_ELASTICITY), 1.0) / (dt * scene.load.speeds.mean)
         return self._mean(size, area) * max(stress, speed) / self._local_tolerance
 
     def of_coupling(self, before: InterfaceStep, after: InterfaceStep) -> float:

@@ -133,7 +133,8 @@ class Trials:
             raise Refused("block and film do not agree", 0.4)
 
         motion = law.end(start.motion, time, values.copy())
-        drift = self._error.of_motion(law.local_error(start.motion, motion), dt, before.area)
+        local, elasticity = law.local_error(start.motion, motion), self._elasticity(laws[-1], loads)
+        drift = self._error.of_motion(local, dt, before.area, elasticity)
         if drift > 1.0:
             raise Refused("the block moves too fast", float(step_factor(drift, 2)))
 
@@ -198,6 +199,16 @@ class Trials:
             if self._error.is_jump(force, foreseen):
                 end = law.turned(start.motion, end)
         return end, swing
+
+    def _elasticity(self, sheared: Sheared, loads: ContactLoads) -> float:
+        """Of friction with the slip speed, v / F dF/dv: 1 of a film. Collective."""
+        block = self._block
+        if not block.friction.is_own:
+            return 1.0
+        shear, _, by_speed = sheared(loads.pressure, loads.speed)
+        force = block.total(np.abs(shear), loads.area)
+        rise = block.total(np.abs(by_speed * loads.speed), loads.area)
+        return rise / force if force else 1.0
 
     def _laws(self, passage: Passage) -> list[Sheared]:
         """Shear on the interface as it is after each step of `passage`. Collective."""

@@ -106,15 +106,17 @@ class OwnFilm(NamedTuple):
     loads: OwnLoads
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
-        """What the law makes of the ice's answer; what would warm it above T_m melts it."""
-        answer, q_ice = self._heated(ice)
-        _, warmer = self._heated(
-            ice._replace(
-                offset=ice.offset + WARMER,
-                melted_flux=ice.melted_flux - WARMER / ice.resistance,
-            )
-        )
+        """What the law makes of the ice's answer; what would warm it above T_m melts it.
+
+        The heat falls with the ice's temperature as the law lets it where the ice does not melt,
+        and by what holds the ice at T_m where it does: across that corner there is no slope.
+        """
+        answer = self._response(ice)
+        colder = ice.melted_flux - WARMER / ice.resistance
+        warmer = self._response(ice._replace(offset=ice.offset + WARMER, melted_flux=colder))
         melting = answer.heat > ice.melted_flux
+        fall = np.clip(ice.resistance * (answer.heat - warmer.heat) / WARMER, 0.0, 1.0)
+        q_ice = np.minimum(answer.heat, ice.melted_flux)
         return FilmStage(
             self.log_height,
             self.squeezed_height,
@@ -125,17 +127,16 @@ class OwnFilm(NamedTuple):
             melting,
             np.zeros_like(melting),
             np.full_like(q_ice, -1.0),
-            np.clip(ice.resistance * (q_ice - warmer) / WARMER, 0.0, 1.0),
+            np.where(melting, 1.0, fall),
             np.zeros_like(q_ice),
             answer.memory,
         )
 
-    def _heated(self, ice: Surface) -> tuple[Answer, Array]:
+    def _response(self, ice: Surface) -> Answer:
         T_m = ice.solid.melting_temperature
         surface = protocol.Surface(ice.offset, ice.resistance, T_m, ice.melted_flux)
         loads = self.loads
-        answer = loads.law.respond(loads.pressure, loads.speed, self.memory, surface, self.dt)
-        return answer, np.minimum(answer.heat, ice.melted_flux)
+        return loads.law.respond(loads.pressure, loads.speed, self.memory, surface, self.dt)
 
 
 class OwnFriction:
