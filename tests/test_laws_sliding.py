@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
+from pathlib import Path
+
 from test_laws import BAD, LAWS, aged, ageing, page_law  # noqa: E402
 from test_passing import passing  # noqa: E402
 from test_sliding import slide, started, thesis  # noqa: E402
@@ -11,14 +13,17 @@ from test_sliding import slide, started, thesis  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.restart import gathered, resumed  # noqa: E402
 from iceslide_fem.coupling.step_error import StepError  # noqa: E402
-from iceslide_fem.errors import SimulationStopped  # noqa: E402
+from iceslide_fem.errors import SceneError, SimulationStopped  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
+from iceslide_fem.film.own_law import law_of  # noqa: E402
 from iceslide_fem.output.history import interface_fields, slide_row  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.run.point import point_history  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
+from iceslide_fem.simulate import run  # noqa: E402
 
 pytestmark = pytest.mark.fe
+ROOT = Path(__file__).parent.parent
 COMMS = MPI.COMM_WORLD, MPI.COMM_SELF
 COARSE = ("numerics.refinement=0.5", "numerics.tolerance=1e-2", "load.duration=0.1ms")
 
@@ -204,3 +209,38 @@ def test_coulomb_is_its_number_in_3d():
     for _ in range(3):
         ledger.add(accepted := sliding.advance())
     assert slide_row(sliding, ledger, accepted).mu == pytest.approx(0.2, rel=1e-9)
+
+
+def stribeck(folder, fastest, slowest):
+    """A scene whose mu falls in a line from `slowest` at rest to `fastest` at 5 m/s."""
+    rows = [f"{t},{v},{mu}" for t in (-40, 0) for v, mu in ((0, slowest), (5, fastest))]
+    (folder / "table.csv").write_text("\n".join(["temperature_C,speed_m_s,mu", *rows]))
+    starts = 'load.speed=[["0ms","0m/s"],["1ms","2m/s"],["2ms","0m/s"]]'
+    law = ["friction.law=coulomb", f"friction.table={folder / 'table.csv'}"]
+    return load_scene(ROOT / "cases" / "thesis_1bar.toml", ["model=slice", starts, *law])
+
+
+def test_friction_that_falls_with_speed_is_refused_where_a_block_cannot_follow(tmp_path):
+    falls = stribeck(tmp_path, 0.1, 0.4)
+    with pytest.raises(SceneError, match="6 kPa.s/m at 1.* without inertia has no motion then"):
+        law_of(falls)
+    heavy = falls.rubber.model_copy(update={"inertia": True})
+    with pytest.raises(SceneError, match="sticks and slips faster than any step"):
+        law_of(falls.model_copy(update={"rubber": heavy}))
+    mild = stribeck(tmp_path, 0.3, 0.4)  # 2 kPa s/m, below sqrt(rho G) / 8 = 3.1
+    assert law_of(mild.model_copy(update={"rubber": heavy})) is not None
+    rises = stribeck(tmp_path, 0.4, 0.1)
+    assert law_of(rises) is not None
+    at_one_speed = falls.load.model_copy(update={"speed": 2.0})
+    stribeck(tmp_path, 0.1, 0.4)
+    assert law_of(falls.model_copy(update={"load": at_one_speed})) is not None
+
+
+def test_constant_friction_over_continuum_ice_takes_the_steps_of_columns(tmp_path):
+    """Points that begin to melt one after the other do not shorten steps: mu does not change."""
+    changes = ["ice.heat=continuum", "load.pressure=3bar", "load.duration=0.2ms"]
+    scene = load_scene(ROOT / "cases" / "laws" / "coulomb.toml", changes)
+    summary = run(scene, tmp_path, pictures=False)
+    assert summary["melt_onset_s"] is not None
+    assert summary["mu_mean"] == pytest.approx(0.2, rel=1e-12)
+    assert summary["rejected_steps"] == 0 and summary["steps"] <= 60

@@ -22,6 +22,7 @@ from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.laws import protocol
 from iceslide_fem.laws.bound import Answer, BoundLaw
 from iceslide_fem.laws.load import coulomb, own_law
+from iceslide_fem.laws.weakening import check_weakening
 from iceslide_fem.scene import Scene
 
 # Rubber and ice touch: a layer of water that hardly resists heat (m).
@@ -31,6 +32,13 @@ WARMER = 1e-4  # K, by which the fall of the heat with temperature is found
 
 def law_of(scene: Scene) -> BoundLaw | None:
     """The scene's own law, or None with the film's. Runs a law's file; raises SceneError."""
+    law = _made(scene)
+    if law is not None:
+        check_weakening(scene, law)
+    return law
+
+
+def _made(scene: Scene) -> BoundLaw | None:
     friction = scene.friction
     if friction.law == "film":
         return None

@@ -1,0 +1,58 @@
+"""Friction that falls with the slip speed: which scenes have no motion under it, or none to follow.
+
+Where the shear falls with the slip speed, tau' = d tau / d v < 0, a disturbance of wave number k on
+elastic rubber grows at the rate G k / |tau'| without inertia: the shorter it is the faster, so that
+no mesh and no step follows it. With inertia, shear waves carry energy away as long as |tau'| is
+below sqrt(rho G), and beyond that it is the same (J. R. Rice, N. Lapusta, K. Ranjith, J. Mech.
+Phys. Solids 49 (2001) 1865). Steady sliding at one speed begins with its solution and stays; a
+speed that changes disturbs it.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.laws.bound import BoundLaw
+from iceslide_fem.scene import Scene
+from iceslide_fem.scene.units import readable
+
+EDGE = 8.0  # times the mean pressure that an edge of a sheared block carries (docs/laws.md)
+SPEEDS = 60  # at which the shear is asked for
+SLOWEST = 1e-3  # m/s, of these but 0
+
+
+def check_weakening(scene: Scene, law: BoundLaw) -> None:
+    """Raise SceneError if the `law` falls with the slip speed more than a block can follow."""
+    if scene.model == "point" or scene.load.speeds.is_constant:
+        return
+    fall, where = _steepest_fall(scene, law)
+    G, density = scene.mooney_rivlin.shear_modulus, scene.rubber.density
+    most = sqrt(density * G) / EDGE if scene.rubber.inertia else 0.0
+    if fall <= most:
+        return
+    allowed = readable(sqrt(density * G) / EDGE, "Pa*s/m")
+    fate = "sticks and slips faster than any step" if most else "without inertia has no motion then"
+    raise SceneError(
+        f"the friction of {law.name} falls with the slip speed, by up to "
+        f"{readable(fall, 'Pa*s/m')} at {readable(where, 'm/s')}, and load.speed changes: a block "
+        f"{fate}; allowed: a constant load.speed, friction that does not fall, or rubber.inertia = "
+        f"true and a fall of at most {allowed} (docs/laws.md)"
+    )
+
+
+def _steepest_fall(scene: Scene, law: BoundLaw) -> tuple[float, float]:
+    """Largest -d tau / d v (Pa s/m) up to the highest speed of the scene, and the speed (m/s)."""
+    fastest = max(scene.load.speeds.largest, 2.0 * SLOWEST)
+    speeds = np.append(0.0, np.geomspace(SLOWEST, fastest, SPEEDS - 1))
+    pressure = np.full(SPEEDS, scene.load.pressures.largest)
+    fall, where = 0.0, 0.0
+    for temperature in (scene.ice.temperature, scene.ice.melting_temperature):
+        memory, warm = law.initial(SPEEDS), np.full(SPEEDS, temperature)
+        shear = law.shear(pressure, speeds, memory, warm)[0]
+        falls = -np.diff(shear) / np.diff(speeds)
+        if np.isfinite(falls).all() and falls.max() > max(fall, 1e-9 * pressure[0]):
+            fall, where = float(falls.max()), float(speeds[1:][falls.argmax()])
+    return fall, where
