@@ -25,7 +25,8 @@ from iceslide_fem.scene.command_options import (
     option_names,
 )
 from iceslide_fem.scene.input_file import InputFile
-from iceslide_fem.scene.units import Quantity, to_si
+from iceslide_fem.scene.units import Quantity
+from iceslide_fem.units import to_si
 
 # What two pixels of 17.5 um, the source's mesh, can show: the published table is of such waves.
 SOURCE_WAVE = 35e-6

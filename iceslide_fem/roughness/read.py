@@ -16,8 +16,8 @@ import pandas as pd
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
+from iceslide_fem.files import is_regular
 from iceslide_fem.roughness.surface import Surface
-from iceslide_fem.scene.input_file import is_regular
 
 SQUARE = 1e-3  # relative difference of a pixel's sides
 SMALLEST, LARGEST = 1e-9, 1e-2  # sides of a pixel, m
