@@ -212,7 +212,7 @@ def _separator(lines: Sequence[Line], allowed: Sequence[str | None]) -> str | No
         having = [line for line in looked_at if separator is None or separator in line]
         if 2 * len(having) < len(looked_at) and lines[-1].text not in having:
             continue
-        cells = [cell for line in having for cell in split(line, separator)]
+        cells = [cell for line in looked_at for cell in split(line, separator)]
         share = sum(map(_may_be_a_number, cells)) / len(cells)
         if share > most:
             best, most = separator, share

@@ -10,6 +10,7 @@ from iceslide_fem.files import check_regular
 
 LARGEST_TABLE = 10_000_000  # bytes
 LARGEST_MAP = 400_000_000
+ZEROS = 0.7  # of every second byte, in UTF-16 without a mark
 _MARKS = (
     (codecs.BOM_UTF8, "utf-8-sig"),
     (codecs.BOM_UTF32_LE, "utf-32"),  # begins like that of UTF-16
@@ -43,8 +44,12 @@ def read_text(path: Path, said: str, largest: int = LARGEST_TABLE) -> str:
 def decoded(data: bytes) -> str:
     """Text of the bytes of a file. Raises ValueError if they are no text."""
     encoding = next((name for mark, name in _MARKS if data.startswith(mark)), None)
-    if encoding is None and b"\0" in data[:1000]:
-        encoding = "utf-16-le" if data[1:2] == b"\0" else "utf-16-be"
+    if encoding is None and b"\0" in data:
+        begin = data[:1000]
+        zeros = [begin[first::2].count(0) / max(len(begin[first::2]), 1) for first in (0, 1)]
+        if max(zeros) < ZEROS:
+            raise ValueError("zeros are no text")
+        encoding = "utf-16-le" if zeros[1] > zeros[0] else "utf-16-be"
     if encoding is not None:
         text = data.decode(encoding)
         if "\0" in text:
