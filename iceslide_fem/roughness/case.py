@@ -79,7 +79,7 @@ class RoughnessCase(CommandOptions):
 
     surface: Path
     pixel: Length | None = None
-    height_unit: Annotated[float, BeforeValidator(_unit)] = 1.0
+    height_unit: Annotated[float, BeforeValidator(_unit)] | None = None
     compound: str | None = None
     modulus: Annotated[float, Quantity("Pa", "1 kPa", "100 GPa"), Number] | None = None
     scene: InputFile | None = None
