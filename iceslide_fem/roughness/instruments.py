@@ -1,9 +1,8 @@
-"""Height maps in instruments' own formats: two of them here, others by the library surfalize."""
+"""Height maps in four formats of instruments, which no library reads rightly."""
 
 from __future__ import annotations
 
 import struct
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +10,10 @@ import numpy as np
 from iceslide_fem.errors import SceneError
 from iceslide_fem.roughness.height_map import HeightMap
 
-# Formats of surfalize whose sizes and heights tests hold against files of known ones.
-VERIFIED = {".al3d", ".gwy", ".opd", ".os3d", ".plu", ".plux", ".sdf", ".sur", ".vk3", ".vk4"}
-VERIFIED |= {".vk6", ".vk7"}
 _METROPRO = (b"\x88\x1b\x03\x6f", b"\x88\x1b\x03\x70", b"\x88\x1b\x03\x71")
 _PHASE_RESOLUTION = {0: 4096, 1: 32768, 2: 131072}  # of a fringe, by the header's phase_res
 _NO_PHASE = 2147483640
+_PLU_TOPOGRAPHY, _PLU_MISSING = 3, 1000001.0
 _TRUEMAP = b"Binary TrueMap Data File v2.0"
 
 
@@ -78,39 +75,40 @@ def read_truemap(path: Path) -> HeightMap:
     )
 
 
-def read_by_surfalize(path: Path) -> HeightMap:
-    """Any format that surfalize knows; it is not installed with this program. Raises SceneError."""
+def read_sensofar(path: Path) -> HeightMap:
+    """The topography in a .plu file of Sensofar; heights and sides in um.
+
+    The layout is that of Gwyddion's sensofar.c: 500 bytes, then rows, columns and heights. Raises
+    SceneError.
+    """
+    data = path.read_bytes()
     try:
-        import surfalize
-        from surfalize.file.common import FileHandler
-    except ImportError:
-        raise SceneError(
-            f"{path}: read here are .npy, .csv, .txt, .xyz, .asc, .x3p, .dat, .tmd and .toml; "
-            "pip install surfalize reads many instruments' formats, too"
-        ) from None
-    suffix = path.suffix.lower()
-    known = sorted(FileHandler.get_supported_formats_read() - {".xyz", ".sflz"})
-    if suffix not in known:
-        raise SceneError(
-            f'{path}: maps of "{suffix}" are not read; surfalize reads {", ".join(known)}'
-        )
+        dx, dy = struct.unpack_from("<2f", data, 404)
+        (kind,) = struct.unpack_from("<I", data, 428)
+        rows, columns = struct.unpack_from("<2I", data, 500)
+        heights = np.frombuffer(data, "<f4", rows * columns, 508).reshape(rows, columns)
+    except (struct.error, ValueError):
+        raise SceneError(f"{path} is not a whole .plu file of Sensofar") from None
+    if kind != _PLU_TOPOGRAPHY or heights.size == 0:
+        raise SceneError(f"{path} has measurements of the kind {kind}; allowed: 3, a topography")
+    heights = np.where(heights == _PLU_MISSING, np.nan, 1e-6 * heights.astype(float))
+    return HeightMap(heights, (1e-6 * abs(dx), 1e-6 * abs(dy)))
+
+
+def read_zeta(path: Path) -> HeightMap:
+    """The map in a .zmg file of KLA Zeta: unsigned whole numbers of steps, all in um.
+
+    The layout is that of Gwyddion's zmgfile.c. Raises SceneError.
+    """
+    data = path.read_bytes()
     try:
-        with warnings.catch_warnings(), np.errstate(all="ignore"):
-            warnings.simplefilter("ignore")
-            # It goes through all formats if that of the suffix fails, and says so in a warning.
-            warnings.filterwarnings("error", "The file suffix indicates")
-            found = surfalize.Surface.load(path)
-            heights = 1e-6 * np.ma.filled(np.ma.asarray(found.data, dtype=float), np.nan)
-            sides = 1e-6 * float(found.step_x), 1e-6 * float(found.step_y)
-    except Exception as error:  # whatever a damaged file makes of a library
-        said = " ".join(str(error).split()) or type(error).__name__
-        raise SceneError(f"{path} cannot be read by surfalize as {suffix}: {said[:200]}") from None
-    if heights.ndim != 2 or heights.size == 0:
-        raise SceneError(f"{path} has no map of heights in it")
-    if suffix in VERIFIED:
-        return HeightMap(heights, sides)
-    note = (
-        f"unverified: no test holds what surfalize reads from {suffix} against a file of known "
-        "size; compare size and rms height with those of the instrument"
-    )
-    return HeightMap(heights, sides, (note,))
+        if not data.startswith(b"Zeta-Instruments"):
+            raise ValueError
+        columns, rows, _, dx, dy, dz = struct.unpack_from("<3I3f", data, 85)
+        (remark,) = struct.unpack_from("<I", data, 117)
+        heights = np.frombuffer(data, "<u2", rows * columns, 205 + remark).reshape(rows, columns)
+    except (struct.error, ValueError):
+        raise SceneError(f"{path} is not a whole .zmg file of Zeta") from None
+    if heights.size == 0:
+        raise SceneError(f"{path} has no heights in it")
+    return HeightMap(1e-6 * dz * heights.astype(float), (1e-6 * dx, 1e-6 * dy))

@@ -9,13 +9,25 @@ import numpy as np
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import is_regular
+from iceslide_fem.roughness.by_surfalize import read_by_surfalize
 from iceslide_fem.roughness.height_map import SQUARE, HeightMap, check_heights, squared
-from iceslide_fem.roughness.instruments import read_by_surfalize, read_metropro, read_truemap
+from iceslide_fem.roughness.instruments import (
+    read_metropro,
+    read_sensofar,
+    read_truemap,
+    read_zeta,
+)
 from iceslide_fem.roughness.surface import Surface
 from iceslide_fem.roughness.text_map import read_text_map
 from iceslide_fem.roughness.x3p import read_x3p
 
 SMALLEST, LARGEST = 1e-9, 1e-2  # sides of a pixel, m
+_INSTRUMENTS = {
+    ".dat": read_metropro,
+    ".plu": read_sensofar,
+    ".tmd": read_truemap,
+    ".zmg": read_zeta,
+}
 IN_UNITS = {".npy", ".csv", ".txt", ".xyz", ".asc", ".dem", ".x3p"}  # --height-unit is of these
 
 
@@ -64,9 +76,7 @@ def _read(path: Path, suffix: str, unit: float | None) -> HeightMap:
         return read_x3p(path, unit)
     if suffix in IN_UNITS:
         return read_text_map(path, unit)
-    if suffix == ".dat":
-        return read_metropro(path)
-    return read_truemap(path) if suffix == ".tmd" else read_by_surfalize(path)
+    return _INSTRUMENTS.get(suffix, read_by_surfalize)(path)
 
 
 def _numpy(path: Path, unit: float | None) -> HeightMap:
