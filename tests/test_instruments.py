@@ -1,6 +1,7 @@
 """Instruments' files of known size and rms, written byte by byte from their published layouts."""
 
 import io
+import json
 import struct
 import zipfile
 import zlib
@@ -8,6 +9,7 @@ import zlib
 import numpy as np
 import pytest
 
+from iceslide_fem.cli import main
 from iceslide_fem.errors import SceneError
 from iceslide_fem.roughness.read import read_surface
 
@@ -348,20 +350,29 @@ def test_pixels_that_are_not_square_are_made_so(tmp_path):
     assert "are made square, 2 um, by cubic splines along y" in found.notes[0]
 
 
-def test_what_is_not_verified_is_said(tmp_path):
+def test_what_is_not_verified_is_said(tmp_path, capsys):
+    """FITS as surfalize has it from one instrument: no published layout says so."""
     pytest.importorskip("surfalize")
-    head = bytearray(3468)
-    struct.pack_into("<2d", head, 16, 0.0, 6.0)
-    head[1076:1092] = b"27.11.2026 10:00"
-    struct.pack_into("<2I2d", head, 1368, COLUMNS, ROWS, 2.0, 2.0)
-    counts = np.rint(65534 * (HEIGHTS - HEIGHTS.min()) / np.ptp(HEIGHTS)).astype("<u2")
-    (tmp_path / "a.nms").write_bytes(bytes(head) + counts.tobytes())
-    try:
-        found = read_surface(tmp_path / "a.nms", None, None)
-    except SceneError as refusal:
-        assert "pixels of" in str(refusal)
-    else:
-        assert found.notes[0].startswith("unverified: no test holds what surfalize reads from .nms")
+
+    def block(cards):
+        return "".join(card.ljust(80) for card in [*cards, "END"]).ljust(2880).encode()
+
+    first = ["SIMPLE  =                    T", "UNITX = 'um'", "UNITZ = 'um'"]
+    first += ["UnitMultiplicatorDeltas = 1", "UnitMultiplicatorHeights = 1"]
+    first += [f"DELTAX = {1e6 * SIDE}", f"DELTAY = {1e6 * SIDE}"]
+    second = ["XTENSION= 'IMAGE   '", "BITPIX = -64", "NAXIS = 2", f"NAXIS1 = {COLUMNS}"]
+    second += [f"NAXIS2 = {ROWS}", "EXTNAME = 'HEIGHTS'"]
+    heights = (1e6 * HEIGHTS).astype(">f8").tobytes()
+    (tmp_path / "a.fits").write_bytes(block(first) + block(second) + heights.ljust(5760, b"\0"))
+    found = read_surface(tmp_path / "a.fits", None, None)
+    assert found.notes[0].startswith("unverified: no test holds what surfalize reads from .fits")
+    words = ["--pressures", "1bar:2bar:2", "--definition", "thesis", "--out", str(tmp_path / "out")]
+    with pytest.raises(SystemExit) as ended:
+        main(["roughness", str(tmp_path / "a.fits"), *words])
+    assert ended.value.code == 0
+    assert "Note: a.fits: unverified: no test holds" in capsys.readouterr().out
+    warnings = json.loads((tmp_path / "out" / "surface.json").read_text())["warnings"]
+    assert any("unverified" in warning for warning in warnings)
 
 
 @pytest.mark.parametrize(
@@ -385,7 +396,9 @@ def test_damaged_files_are_a_sentence(name, content, words, tmp_path):
     assert words in str(refusal.value) and "\n" not in str(refusal.value)
 
 
-@pytest.mark.parametrize("name", sorted({name for name, _, _ in BY_SURFALIZE}) + ["a.nms", "a.zon"])
+@pytest.mark.parametrize(
+    "name", sorted({name for name, _, _ in BY_SURFALIZE}) + ["a.lext", "a.zon"]
+)
 @pytest.mark.parametrize("content", [b"", b"\1\2\3" * 400, b"1 2 3\n2 3 4\n3 4 5\n"])
 def test_whatever_a_library_makes_of_damage_is_a_sentence(name, content, tmp_path):
     pytest.importorskip("surfalize")

@@ -13,7 +13,8 @@ from iceslide_fem.roughness.height_map import HeightMap
 # Formats of surfalize whose sizes and heights tests hold against files of known ones.
 VERIFIED = {".al3d", ".gwy", ".opd", ".os3d", ".plux", ".sdf", ".sur", ".vk3", ".vk4"}
 VERIFIED |= {".vk6", ".vk7"}
-NOT_READ = {".xyz", ".sflz", ".x3p", ".dat", ".plu", ".tmd", ".zmg"}  # by surfalize
+# By surfalize: some are read here; of .nms the sources contradict each other on the pixel's unit.
+NOT_READ = {".xyz", ".sflz", ".x3p", ".dat", ".plu", ".tmd", ".zmg", ".nms"}
 
 
 def read_by_surfalize(path: Path) -> HeightMap:

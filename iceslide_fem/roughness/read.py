@@ -66,7 +66,7 @@ def read_surface(path: Path, pixel: float | None, height_unit: float | None) -> 
         )
     found = squared(found, str(path))
     assert found.sides is not None
-    return Surface(found.heights, found.sides[0], periodic=False, notes=found.notes)
+    return Surface(found.heights, found.sides[0], False, max(sides), found.notes)
 
 
 def _read(path: Path, suffix: str, unit: float | None) -> HeightMap:

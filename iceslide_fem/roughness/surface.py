@@ -21,14 +21,21 @@ FEWEST_PIXELS = 16  # along either side
 class Surface:
     """Heights (m) on square pixels, rows along y, asperities up: away from the rubber.
 
-    pixel: m. A periodic surface continues at its opposite side. notes: what a person should know
-    of the file that it is from, sentences.
+    pixel: m. A periodic surface continues at its opposite side. measured: the longest distance of
+    measured heights, m, where it is more than a pixel. notes: what a person should know of the file
+    that it is from, sentences.
     """
 
     heights: Array
     pixel: float
     periodic: bool
+    measured: float = 0.0
     notes: tuple[str, ...] = ()
+
+    @property
+    def resolution(self) -> float:
+        """The distance of heights that no wave may have too few of, m."""
+        return max(self.pixel, self.measured)
 
     @property
     def size(self) -> tuple[float, float]:

@@ -147,7 +147,7 @@ def _surfaces(
     measured = statistics(surface)
     if wave is None:
         return iter([surface]), None, measured
-    _check_resolution(case.definition, wave, surface.pixel, 0.5 * min(surface.size))
+    _check_resolution(case.definition, wave, surface.resolution, 0.5 * min(surface.size))
     return iter([low_passed(surface, wave)]), wave, measured
 
 
