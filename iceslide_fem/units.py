@@ -72,6 +72,7 @@ def si_unit(text: str, unit: str) -> str | None:
     As headings of tables write them: C and °C, N/cm2 for N/cm^2, "-" and "1" for none.
     """
     written = text.strip().replace("²", "^2").replace("³", "^3")
+    written = written.replace("Âµ", "µ").replace("Î¼", "μ")  # UTF-8 that was read as Latin-1
     if not unit:
         return "" if written in ("-", "1", "") else None
     written = re.sub(r"(?<=[A-Za-zµμ])([23])(?![0-9])", r"^\1", written)

@@ -331,6 +331,30 @@ def test_formats_that_surfalize_reads(name, write, options, holes, tmp_path):
     assert check(tmp_path / name, write, options, holes).notes == ()
 
 
+def test_surf_files_that_gwyddion_has_written(tmp_path):
+    """It calls surfaces profiles, by SCRATCH and csm."""
+    pytest.importorskip("surfalize")
+
+    def write(heights):
+        data = bytearray(surf(heights))
+        struct.pack_into("<h", data, 18, 1)
+        data[20:80] = b"SCRATCH".ljust(30) + b"csm".ljust(30)
+        return bytes(data)
+
+    check(tmp_path / "a.sur", write, {}, False)
+
+
+def test_rows_of_alicona_are_padded(tmp_path):
+    """To eight bytes, which an odd number of columns does not fill."""
+    pytest.importorskip("surfalize")
+    whole = alicona(HEIGHTS)
+    at = len(whole) - 4 * HEIGHTS.size
+    head = whole[:at].replace(padded(str(COLUMNS), 30), padded(str(COLUMNS - 1), 30))
+    (tmp_path / "a.al3d").write_bytes(head + whole[at:])
+    found = read_surface(tmp_path / "a.al3d", None, None)
+    assert found.heights == pytest.approx(HEIGHTS[:, :-1], abs=1e-11)
+
+
 def test_every_verified_format_has_a_file_here():
     from iceslide_fem.roughness.by_surfalize import VERIFIED
 

@@ -29,6 +29,12 @@ def test_every_encoding_and_end_of_line(encoding, end, tmp_path):
     assert table.numbers().tolist() == [[1.5, 2.25], [-3.0, 4.0]]
 
 
+def test_a_spreadsheet_is_no_text(tmp_path):
+    (tmp_path / "a.csv").write_bytes(b"PK\3\4 and so on")
+    with pytest.raises(SceneError, match="is a spreadsheet or an archive; save it as CSV"):
+        read_table(tmp_path / "a.csv", "the table")
+
+
 def test_utf_16_is_told_without_a_mark():
     for encoding in ("utf-16-le", "utf-16-be"):
         assert decoded("1;2\n".encode(encoding)) == "1;2\n"
@@ -97,6 +103,8 @@ def test_rows_of_missing_values_stay_and_a_last_separator_goes():
         ("1;2\n3;1_000\n", '"1_000" is not a number'),
         ("1;2\n3;4;5\n3;4\n", "line 2 has 3 values; the others have 2"),
         ("1,2\n3\n4,5\n", "line 2 has 1 value; the others have 2"),
+        ('a;b\n1;="2,5"\n3;4\n', 'column 2 (b): "="2,5" is not a number'),
+        ("a;b\n1,5;2.5\n3,5;4.5\n", "has decimal commas and decimal points"),
         ("a;b\n", "has no numbers in it"),
         ("\n# only this\n", "has no numbers in it"),
     ],
@@ -148,6 +156,14 @@ def test_units_of_pressure_have_any_spelling():
     for text, pascals in [("N/cm²", 1e4), ("KPA", 1e3), ("Bar", 1e5), ("kp/cm2", 98066.5)]:
         assert to_si(f"1 {si_unit(text, 'Pa')}", "Pa") == pytest.approx(pascals)
     assert si_unit("kg", "Pa") is None and si_unit("", "Pa") is None
+
+
+def test_headings_that_are_padded_or_have_columns_without_names():
+    table = parse("TIME       ;PRESSURE (bar)    ;Status;;\n1 ;2,5 ;ok;;\n2 ;3,5 ;ok;;\n", "t")
+    assert table.heading[:2] == ("TIME", "PRESSURE (bar)")
+    found = find_columns(table, [Wanted("pressure", "Pa")], ["pressure"])
+    assert found["pressure"] == pytest.approx([2.5e5, 3.5e5])
+    assert np.isnan(parse("1\t....\n2\t3\n", "t").numbers()[0, 1])
 
 
 def test_columns_are_found_by_name_in_any_unit_and_order():
@@ -219,6 +235,10 @@ def test_a_contact_table_from_a_spreadsheet(tmp_path):
         "time (ms)\tspeed (km/h)\n0\t3.6\n1.5\t14.4\n",
         ",time_ms,speed_km_per_h\n0,0,3.6\n1,1.5,14.4\n",
         "time;speed\nms;km/h\n0;3,6\n1,5;14,4\n",
+        "time (ms)   speed (km/h)\n0     3.6\n1.5  14.4\n",
+        "time_ms speed_km_per_h\n0 3,6\n1,5 14,4\n",
+        "Unnamed: 0,time_ms,speed_km_per_h\n0,0,3.6\n1,1.5,14.4\n",
+        'sep=;\r\n"time (ms)";"speed (km/h)"\r\n"0";"3,6"\r\n"1,5";"14,4"\r\n',
     ],
 )
 def test_loads_over_time_from_a_spreadsheet(text, tmp_path):

@@ -232,3 +232,77 @@ def test_a_pixel_rounded_in_its_file_has_four_to_the_wave(tmp_path):
     figures = summary(result)
     assert figures["measured"]["rms_height"] == pytest.approx(0.5e-6, rel=0.05)
     assert figures["rms_height_m"] <= figures["measured"]["rms_height"]
+
+
+ZYGO = """Zygo XYZ Data File - Format 1
+0 3 0 0 "Fri Nov 27 10:00:00 2026"
+0 0 24 18 1 255
+10 20 24 18
+""
+""
+""
+0 0.5 6.328e-07 0.5 1 0 2.5e-06 1787677163
+3 2 0 0 0 666666 0 ""
+0 0 1 33 0 0 0.1 60.4318 2 50
+0 1 100 0 0 0 0 0 0 0
+0 ""
+1 5 0
+#
+"""
+
+
+def test_xyz_files_of_zygo_have_their_pixel_in_the_head(tmp_path):
+    points = np.column_stack([X.ravel() + 10, Y.ravel() + 20, 1e6 * HEIGHTS.ravel()])
+    body = "".join(f"{x:.0f} {y:.0f} {z:.9g}\n" for x, y, z in points)
+    (tmp_path / "a.xyz").write_text(ZYGO + body + "#\n")
+    assert "read as um, as MetroPro writes" in check(tmp_path / "a.xyz").notes[0]
+    holes = body.split("\n")
+    holes[5] = "15 20 No Data"
+    (tmp_path / "b.xyz").write_text(ZYGO + "\n".join(holes) + "#\n")
+    found = read_surface(tmp_path / "b.xyz", None, 1e-6)
+    assert np.isnan(found.heights[0, 5]) and np.isfinite(found.heights).sum() == HEIGHTS.size - 1
+    (tmp_path / "c.xyz").write_text(ZYGO.replace("2.5e-06", "0") + body)
+    with pytest.raises(SceneError, match="has no pixel size in its head"):
+        read_surface(tmp_path / "c.xyz", None, None)
+    (tmp_path / "d.asc").write_text("Zygo ASCII Data File - Format 2\n0 3 0 0\n#\n1 2 3\n#\n")
+    with pytest.raises(SceneError, match="is a Zygo ASCII file, which is not read"):
+        read_surface(tmp_path / "d.asc", None, None)
+
+
+@pytest.mark.parametrize("in_nm", [0, 1])
+def test_ascii_files_of_wyko(in_nm, tmp_path):
+    factor = 1e9 if in_nm else 1e9 / (632.8 / 2)
+    values = factor * HEIGHTS[::-1].T  # lines are columns, from below
+    text = f"Wyko ASCII Data File Format 0\t{in_nm}\t1\nX Size\t{COLUMNS}\nY Size\t{ROWS}\n"
+    text += "Block Name\tType\tLength\tValue\nPixel_size\t7\t4\t0.0025\nWavelength\t7\t4\t632.8\n"
+    text += "Mult\t7\t4\t2\nRAW_DATA\t3\t48\t\n" + rows(values)
+    (tmp_path / "a.asc").write_text(text + "Intensity\t3\t48\t\n" + rows(values))
+    check(tmp_path / "a.asc")
+    (tmp_path / "b.asc").write_text(text.replace(f"{values[3, 4]:.9g}", "Bad"))
+    assert np.isnan(read_surface(tmp_path / "b.asc", None, None).heights).sum() == 1
+    (tmp_path / "c.asc").write_text(text.replace("Mult", "Malt").replace("Pixel_size", "Size"))
+    with pytest.raises(SceneError, match="head of a Wyko ASCII file that is not whole"):
+        read_surface(tmp_path / "c.asc", None, None)
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "# File Format = ASCII\n# x-pixels = 24\n# y-pixels = 18\n# x-length = 60000\n"
+        "# y-length = 45000\n# x-unit = nm\n# y-unit = nm\n# z-unit = nm\n",
+        "# Kanal: Topographie\n# Breite: 60,00 µm\n# Höhe: 45,00 µm\n# Einheiten: nm\n",
+        "# Canal : Topo\n# Largeur : 60 µm\n# Hauteur : 45 µm\n# Unités : nm\n",
+        "# Channel: Topo\n# Width: 60 Âµm\n# Height: 45 Âµm\n# Value units: nm\n",
+    ],
+)
+def test_heads_of_other_programs_and_languages(head, tmp_path):
+    (tmp_path / "a.txt").write_text(head + rows(1e9 * HEIGHTS), encoding="utf-8")
+    check(tmp_path / "a.txt")
+
+
+def test_esri_grids_of_unequal_sides(tmp_path):
+    text = ESRI.replace("cellsize 2.5", "dx 2.5\ndy 5.0").replace("nrows 18", "nrows 9")
+    (tmp_path / "a.asc").write_text(text + rows(1e6 * HEIGHTS[::2], " "))
+    found = read_surface(tmp_path / "a.asc", None, 1e-6)
+    assert found.pixel == pytest.approx(SIDE) and found.heights.shape == (17, 24)
+    assert found.heights[::2] == pytest.approx(HEIGHTS[::2], abs=1e-11)

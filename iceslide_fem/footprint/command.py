@@ -130,8 +130,8 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("largest pressure", f"{footprint['max_pressure_Pa'] / BAR:.4g} bar"),
         ("load", f"{footprint['load_N']:.5g} N (pressures times {footprint['load_factor']:.4g})"),
         *(
-            [("high pressure is read where", f"it is {colours['high_where']}")]
-            if (colours := figures.get("colours", {})).get("high_where")
+            [("high pressure is read where", f"it is {figures['colours']['high_where']}")]
+            if "high_where" in figures.get("colours", {})
             else []
         ),
         *(

@@ -190,12 +190,13 @@ def _check_states(state: NDArray[np.uint8] | None, contact: Mask, said: str) -> 
 def _with_own_maps(read: ReadFootprint, case: FootprintCase) -> ReadFootprint:
     """With the temperatures and states that were given, which must have the same pixels."""
     shape, contact = read.pressure_map.pressure.shape, read.pressure_map.contact
-    notes, maps = read.notes, []
-    for path, reader in ((case.temperature_map, read_temperatures), (case.state_map, read_states)):
-        given = None if path is None else reader(path)
-        maps.append(None if given is None else given.values)
-        notes += given.notes if given is not None else ()
-    temperature, state = maps
+    notes, temperature, state = read.notes, None, None
+    if case.temperature_map is not None:
+        given = read_temperatures(case.temperature_map)
+        temperature, notes = given.values, notes + given.notes
+    if case.state_map is not None:
+        given = read_states(case.state_map)
+        state, notes = given.values.astype(np.uint8), notes + given.notes
     for option, values in (("--temperature-map", temperature), ("--state-map", state)):
         if values is not None and values.shape != shape:
             raise SceneError(

@@ -23,7 +23,7 @@ from iceslide_fem.footprint.pressures import (
 from iceslide_fem.footprint.sensor_frames import is_sensor_text, read_frame
 from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.tables.cells import TextTable, parse, read_table
-from iceslide_fem.tables.columns import Wanted, column_unit, find_columns, to_si_units
+from iceslide_fem.tables.columns import Wanted, column_unit, find_columns, has_index, to_si_units
 from iceslide_fem.tables.grid import grid
 from iceslide_fem.tables.text import LARGEST_MAP, read_text
 
@@ -83,7 +83,7 @@ def read_states(path: Path) -> GivenMap:
     given = _read_map(path, "--state-map", "", None, None)
     values = np.nan_to_num(given.values, nan=0.0)
     _check_states(values, f"--state-map {path}")
-    return given._replace(values=values.astype(np.uint8))
+    return given._replace(values=values)
 
 
 def read_profile(path: Path, unit: str | None = None) -> Profile:
@@ -96,8 +96,7 @@ def read_profile(path: Path, unit: str | None = None) -> Profile:
     wanted = (X, PRESSURE, TEMPERATURE, STATE)
     table, given = _with_pressure_unit(table, unit)
     found = find_columns(table, wanted, ("x", "pressure"))
-    strange = len(table.heading) - len(found) - (table.heading[0].strip() == "")
-    if strange:
+    if len(table.heading) > len(found) + has_index(table):
         known = ", ".join(column.heading for column in wanted)
         name = _unknown(table)
         raise SceneError(f'{table.said} has a column "{name[:40]}"; allowed: {known}')
@@ -141,7 +140,7 @@ def _unknown(table: TextTable) -> str:
     """The first heading that is none of a profile."""
     for i, name in enumerate(table.heading):
         one = replace(table, heading=tuple("" if j != i else name for j in range(table.width)))
-        if name and not find_columns(one, (X, PRESSURE, TEMPERATURE, STATE), ()):
+        if i >= has_index(table) and not find_columns(one, (X, PRESSURE, TEMPERATURE, STATE), ()):
             return name
     return ""
 

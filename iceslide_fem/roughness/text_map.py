@@ -11,20 +11,29 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
 from iceslide_fem.roughness.height_map import HeightMap
+from iceslide_fem.roughness.instrument_text import read_instrument_text
 from iceslide_fem.tables.cells import TextTable, number, parse
-from iceslide_fem.tables.columns import column_unit
+from iceslide_fem.tables.columns import column_unit, has_index
 from iceslide_fem.tables.grid import grid
 from iceslide_fem.tables.text import LARGEST_MAP, read_text
 from iceslide_fem.units import si_unit, to_si
 
 _VALUE = re.compile(r"\s*([^:=\d]*?)\s*[:=]?\s*([-+0-9.,eE]+)\s*([^\s\d]*)\s*")
 _UNIT_OF_KEY = re.compile(r"(.*?)\s*[\[(]\s*(.+?)\s*[\])]")
-_HEIGHTS = re.compile(r"heights?|höhe|topograph\w*|values?|z|data", re.IGNORECASE)
-_IN_UNIT = re.compile(
-    r"[\[(]\s*(\S{1,10}?)\s*[\])]|\bin\s+(\S{1,10}?)(?=[\s.,;]|$)|\bunits?\b[\s:=]+(\S{1,10})"
+_HEIGHTS = re.compile(
+    r"heights?|höhe|topograph\w*|values?|\bz\b|data|valor\w*|hodnot|einheiten|unités", re.IGNORECASE
 )
-_WHOLE = {"width": 0, "x size": 0, "x length": 0, "breite": 0, "x range": 0, "length x": 0}
-_WHOLE |= {"height": 1, "y size": 1, "y length": 1, "höhe": 1, "y range": 1, "length y": 1}
+_IN_UNIT = re.compile(
+    r"[\[(]\s*(\S{1,10}?)\s*[\])]|\bin\s+(\S{1,10}?)(?=[\s.,;]|$)|\b(?:units?|einheiten|unités|valore?|hodnot)\b"
+    r"[\s:=]+(\S{1,10})",
+    re.IGNORECASE,
+)
+# "Width" and "Height" in the languages in which Gwyddion writes them.
+_WIDTHS = ("width", "breite", "largeur", "larghezza", "anchura", "largura", "šířka")
+_TALLS = ("height", "höhe", "hauteur", "altezza", "altura", "výška")
+_UNIT_OF_SIDES = re.compile(r"\s*xy?[\s_-]*units?\s*[:=]\s*(\S+)\s*", re.IGNORECASE)
+_WHOLE = dict.fromkeys((*_WIDTHS, "x size", "x length", "x range", "length x"), 0)
+_WHOLE |= dict.fromkeys((*_TALLS, "y size", "y length", "y range", "length y"), 1)
 _ONE = {"pixel width": 0, "dx": 0, "x step": 0, "x spacing": 0, "x pixel size": 0, "spacing x": 0}
 _ONE |= {"pixel height": 1, "dy": 1, "y step": 1, "y spacing": 1, "y pixel size": 1, "spacing y": 1}
 _BOTH = {"pixel size", "pixel", "pixelsize", "spacing", "sampling interval", "lateral resolution"}
@@ -39,18 +48,20 @@ def read_text_map(path: Path, unit: float | None) -> HeightMap:
     text = read_text(path, "the map", LARGEST_MAP)
     if re.match(r"\s*(ncols|nrows)[ \t]+[0-9]", text, re.IGNORECASE):
         return _esri(text, str(path), unit)
+    if (found := read_instrument_text(text, str(path), unit)) is not None:
+        return found
     table = parse(text, str(path))
     places = _point_columns(table)
     if places is not None:
         return _points(table, places, unit)
-    found = grid(table)
+    values, left_out = grid(table)
     lines = [*table.above, *(table.heading if len(set(table.heading)) == 1 else ())]
     factor, notes = _height_unit(lines, str(path), unit)
-    sides = _sides(lines, found.values.shape)
-    notes += tuple(found.notes)
+    sides = _sides(lines, values.shape)
+    notes += left_out
     if sides is not None:
         notes += (f"its header gives pixels of {1e6 * sides[0]:.4g} x {1e6 * sides[1]:.4g} um",)
-    return HeightMap(found.values * factor, sides, notes)
+    return HeightMap(values * factor, sides, notes)
 
 
 def _height_unit(
@@ -86,13 +97,14 @@ def _one_unit(
 def _sides(lines: Sequence[str], shape: tuple[int, ...]) -> tuple[float, float] | None:
     """Sides of a pixel (m) that a header gives; None if it gives none."""
     sides: list[float | None] = [None, None]
+    common = next((m[1] for line in lines if (m := _UNIT_OF_SIDES.fullmatch(line))), "")
     for line in lines:
         if (match := _VALUE.fullmatch(line)) is None:
             continue
         key, digits, unit = match.groups()
         if (bracketed := _UNIT_OF_KEY.fullmatch(key)) is not None:
             key, unit = bracketed[1], bracketed[2]
-        given = si_unit(unit, "m")
+        given = si_unit(unit or common, "m")
         try:
             length = number(digits, "," if "," in digits else ".")
         except ValueError:
@@ -120,7 +132,7 @@ def _point_columns(table: TextTable) -> tuple[int, int, int] | None:
     if all(names.count(name) == 1 for name in "xyz"):
         x, y, z = (names.index(name) for name in "xyz")
         return x, y, z
-    if table.width == 4 and table.heading and table.heading[0] == "":
+    if table.width == 4 and has_index(table):
         return 1, 2, 3
     return (0, 1, 2) if table.width == 3 and len(table.lines) > 3 else None
 

@@ -20,18 +20,19 @@ from iceslide_fem.errors import SceneError
 from iceslide_fem.tables.text import LARGEST_TABLE, read_text
 
 REMARKS = ("#", "%", "//")
-# Words for a value that is missing, in small letters; so are stars and dashes of any number.
+# Words for a value that is missing, in small letters; so are stars, dashes and dots.
 MISSING = {"", "nan", "-nan", "na", "n/a", "#n/a", "#nv", "null", "none", "bad", "nodata", "?"}
 MISSING |= {"#num!", "#zahl!", "#div/0!", "#value!", "#wert!", "1.#qnan", "-1.#ind", "1.#ind"}
-SEPARATORS = (";", "\t", ",", None)  # None: blanks
+SEPARATORS: tuple[str | None, ...] = (";", "\t", ",", None)  # None: blanks
 LOOKED_AT = 400  # lines that decide on the separator, spread over the file
-_STARS = re.compile(r"\*+|-+")
+_STARS = re.compile(r"\*+|-+|\.{2,}")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?")
 _INFINITE = re.compile(r"([+-]?)inf(?:inity)?", re.IGNORECASE)
 _LIKE_A_NUMBER = re.compile(r"[+-]?[0-9.,'’]*[0-9][0-9.,'’]*(?:[eEdD][+-]?[0-9]+)?")
 _IN_THOUSANDS = re.compile(r"[+-]?[0-9]{1,3}([.,'’\s])[0-9]{3}(?:(\1[0-9]{3})+|(?!\1)[.,][0-9]*)?")
 _EITHER = re.compile(r"[+-]?[1-9][0-9]{0,2}[.,][0-9]{3}")  # 1,234: thousand, or one and a bit
 _UNIT_BELOW = re.compile(r"[\[(]?[^\s\d]*\S?[\])]?")  # of a heading, in a row of its own
+_NAME_AND_UNIT = re.compile(r"[^\s(\[]+(?:\s*[(\[][^)\]]*[)\]])?")
 _MINUS = str.maketrans("\N{MINUS SIGN}\N{EN DASH}", "--")
 
 
@@ -149,7 +150,7 @@ def parse(text: str, said: str) -> TextTable:
                 f"{said}: line {line.number} has {count} value{'s' * (count != 1)}; "
                 f"the others have {usual}"
             )
-    heads = [[cell.strip('"').strip() for cell in split(line.text, separator)] for line in before]
+    heads = [_names(line.text, separator, usual) for line in before]
     width = usual - _ends_in_separators(heads[-1] if heads else [], data, separator, usual)
     heading, units, above = _heading(heads, width)
     decimal = _decimal(said, data, separator)
@@ -189,7 +190,9 @@ def number(cell: str, decimal: str = ".") -> float:
 
 def _lines(text: str) -> tuple[list[str], list[Line], Sequence[str | None]]:
     """Remarks without their marks, all other lines that hold something, possible separators."""
-    remarks, lines, separators = [], [], SEPARATORS
+    remarks: list[str] = []
+    lines: list[Line] = []
+    separators = SEPARATORS
     for number_, line in enumerate(text.rstrip("\x1a").splitlines(), start=1):
         bare = line.strip(" \N{NO-BREAK SPACE}")
         if number_ == 1 and (given := re.fullmatch(r'"?sep=(.)"?', bare)):  # as Excel has it
@@ -233,6 +236,14 @@ def _is_word(cell: str) -> bool:
             continue
         return False
     return _LIKE_A_NUMBER.fullmatch(cell.strip('"').translate(_MINUS)) is None
+
+
+def _names(line: str, separator: str | None, count: int) -> list[str]:
+    """Cells of a line above the rows; between blanks a unit in brackets belongs to its name."""
+    cells = [cell.strip('"').strip() for cell in split(line, separator)]
+    if separator is None and len(cells) != count:
+        return _NAME_AND_UNIT.findall(line)
+    return cells
 
 
 def _usual(counts: Sequence[int]) -> int:

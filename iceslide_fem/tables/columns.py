@@ -31,6 +31,11 @@ class Wanted(NamedTuple):
         return f"{self.name}_{unit}" if unit else self.name
 
 
+def has_index(table: TextTable) -> bool:
+    """Whether the first column is one of row numbers, as pandas writes it."""
+    return bool(table.heading) and table.heading[0].casefold() in ("", "unnamed: 0", "index")
+
+
 def heading_unit(heading: str, unit: str) -> str | None:
     """The unit that a heading names, if it is one of `unit` (SI, "" of a pure number), else None.
 
@@ -152,7 +157,7 @@ def columns_of_two(
     Raises SceneError, which has the `example` of a heading.
     """
     places = list(range(table.width))
-    if table.width == 3 and table.heading and table.heading[0].casefold() in ("", "unnamed: 0"):
+    if table.width == 3 and has_index(table):
         del places[0]
     if len(places) != 2 or not table.heading:
         raise SceneError(f"{table.said} has no header of two columns with units, as in {example}")

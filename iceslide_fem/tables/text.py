@@ -36,13 +36,17 @@ def read_text(path: Path, said: str, largest: int = LARGEST_TABLE) -> str:
             return decoded(path.read_bytes())
     except OSError as error:
         reason = error.strerror or str(error)
-    except ValueError:  # no text, or a name that no file can have
+    except ValueError as error:  # no text, or a name that no file can have
         reason = "it is not a text file"
+        if "archive" in str(error):
+            reason = "it is a spreadsheet or an archive; save it as CSV"
     raise SceneError(f"cannot read {said} {path}: {reason}")
 
 
 def decoded(data: bytes) -> str:
     """Text of the bytes of a file. Raises ValueError if they are no text."""
+    if data.startswith(b"PK\x03\x04"):
+        raise ValueError("an archive is no text")
     encoding = next((name for mark, name in _MARKS if data.startswith(mark)), None)
     if encoding is None and b"\0" in data:
         begin = data[:1000]
