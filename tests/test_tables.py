@@ -8,9 +8,9 @@ import pytest
 from iceslide_fem.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.contact_file import read_contact_table
-from iceslide_fem.tables.cells import parse, read_table
 from iceslide_fem.tables.columns import Wanted, find_columns, heading_unit
 from iceslide_fem.tables.grid import grid
+from iceslide_fem.tables.layout import parse, read_table
 from iceslide_fem.tables.text import decoded, read_text
 from iceslide_fem.units import si_unit, to_si
 

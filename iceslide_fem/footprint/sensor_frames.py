@@ -9,7 +9,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
-from iceslide_fem.tables.cells import parse
+from iceslide_fem.tables.layout import parse
 from iceslide_fem.units import si_unit, to_si
 
 _FRAME = re.compile(r"^Frame[ \t,;]+([0-9]+).*$", re.MULTILINE | re.IGNORECASE)

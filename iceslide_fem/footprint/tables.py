@@ -22,9 +22,10 @@ from iceslide_fem.footprint.pressures import (
 )
 from iceslide_fem.footprint.sensor_frames import is_sensor_text, read_frame
 from iceslide_fem.materials import ZERO_CELSIUS
-from iceslide_fem.tables.cells import TextTable, parse, read_table
+from iceslide_fem.tables.cells import TextTable
 from iceslide_fem.tables.columns import Wanted, column_unit, find_columns, has_index, to_si_units
 from iceslide_fem.tables.grid import grid
+from iceslide_fem.tables.layout import parse, read_table
 from iceslide_fem.tables.text import LARGEST_MAP, read_text
 
 LARGEST = 4e7  # values of a map

@@ -8,7 +8,7 @@ import numpy as np
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.roughness.height_map import HeightMap
-from iceslide_fem.tables.cells import parse
+from iceslide_fem.tables.layout import parse
 
 _MICROMETRE = 1e-6
 

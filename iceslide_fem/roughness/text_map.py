@@ -12,9 +12,10 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
 from iceslide_fem.roughness.height_map import HeightMap
 from iceslide_fem.roughness.instrument_text import read_instrument_text
-from iceslide_fem.tables.cells import TextTable, number, parse
+from iceslide_fem.tables.cells import TextTable, number
 from iceslide_fem.tables.columns import column_unit, has_index
 from iceslide_fem.tables.grid import grid
+from iceslide_fem.tables.layout import parse
 from iceslide_fem.tables.text import LARGEST_MAP, read_text
 from iceslide_fem.units import si_unit, to_si
 
@@ -149,7 +150,10 @@ def _points(table: TextTable, places: tuple[int, int, int], option: float | None
             f"{axis} in {unit}" for axis, unit in zip("xyz", named, strict=True) if unit
         )
         notes = (f"its heading has {units}",)
-    points = [table.column(i) for i in places]
+    if table.width == len(places):
+        points = list(table.numbers().T[list(places)])
+    else:
+        points = [table.column(i) for i in places]
     if np.isnan(points[0]).any() or np.isnan(points[1]).any():
         raise SceneError(f"{table.said} has points without x or y")
     columns, dx = _places(table.said, points[0], "x")

@@ -1,5 +1,5 @@
 """The one reader of tables in text files, whichever program has written them.
 
-`text` decodes, `cells` finds separators, decimal marks and headings and gives numbers, `columns`
-gives columns by name in SI units, `grid` gives maps. Imports the ground floor only.
+`text` decodes, `layout` finds separators, decimal marks and headings, `cells` has the numbers,
+`columns` gives columns by name in SI units, `grid` gives maps. Imports the ground floor only.
 """

@@ -1,38 +1,27 @@
-"""Cells of a table in text: separators, decimal marks, headings; and the numbers in them.
-
-What a whole file says decides, not one line. What could be read in two ways is refused.
-"""
+"""Cells of a table in text: how a line is split, and the numbers in its cells."""
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import re
-from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple, NoReturn
 
 import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
-from iceslide_fem.tables.text import LARGEST_TABLE, read_text
 
-REMARKS = ("#", "%", "//")
 # Words for a value that is missing, in small letters; so are stars, dashes and dots.
 MISSING = {"", "nan", "-nan", "na", "n/a", "#n/a", "#nv", "null", "none", "bad", "nodata", "?"}
 MISSING |= {"#num!", "#zahl!", "#div/0!", "#value!", "#wert!", "1.#qnan", "-1.#ind", "1.#ind"}
-SEPARATORS: tuple[str | None, ...] = (";", "\t", ",", None)  # None: blanks
-LOOKED_AT = 400  # lines that decide on the separator, spread over the file
 _STARS = re.compile(r"\*+|-+|\.{2,}")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?")
 _INFINITE = re.compile(r"([+-]?)inf(?:inity)?", re.IGNORECASE)
 _LIKE_A_NUMBER = re.compile(r"[+-]?[0-9.,'’]*[0-9][0-9.,'’]*(?:[eEdD][+-]?[0-9]+)?")
 _IN_THOUSANDS = re.compile(r"[+-]?[0-9]{1,3}([.,'’\s])[0-9]{3}(?:(\1[0-9]{3})+|(?!\1)[.,][0-9]*)?")
-_EITHER = re.compile(r"[+-]?[1-9][0-9]{0,2}[.,][0-9]{3}")  # 1,234: thousand, or one and a bit
-_UNIT_BELOW = re.compile(r"[\[(]?[^\s\d]*\S?[\])]?")  # of a heading, in a row of its own
-_NAME_AND_UNIT = re.compile(r"[^\s(\[]+(?:\s*[(\[][^)\]]*[)\]])?")
 _MINUS = str.maketrans("\N{MINUS SIGN}\N{EN DASH}", "--")
 
 
@@ -68,14 +57,14 @@ class TextTable:
     def numbers(self) -> Array:
         """All values, (rows, columns), NaN where one is missing. Raises SceneError."""
         values = np.empty((len(self.lines), self.width))
-        for row, cells in enumerate(self.rows()):
-            text = self.lines[row].text
+        for row, (_, text) in enumerate(self.lines):
             try:
-                if "_" in text or (self.decimal == "," and "." in text):
+                if "_" in text or (self.decimal == "," and ("." in text or '"' in text)):
                     raise ValueError
-                points = [c.replace(",", ".") for c in cells] if self.decimal == "," else cells
-                values[row] = list(map(float, points))
+                points = text.replace(",", ".") if self.decimal == "," else text
+                values[row] = list(map(float, split(points, self.separator)[: self.width]))
             except ValueError:
+                cells = split(text, self.separator)[: self.width]
                 values[row] = [self.number(row, i, cell) for i, cell in enumerate(cells)]
         return values
 
@@ -110,65 +99,22 @@ class TextTable:
         raise SceneError(f"{self.said}: {reason}")
 
 
-def read_table(path: Path, said: str, largest: int = LARGEST_TABLE) -> TextTable:
-    """The table in the file at `path`. `said`: what messages call it, before its path.
-
-    Raises SceneError, one sentence, if it cannot be read, holds no numbers or rows of different
-    lengths, or could be read in two ways.
-    """
-    return parse(read_text(path, said, largest), f"{said} {path}")
-
-
-def parse(text: str, said: str) -> TextTable:
-    """The table that a text holds; see `read_table`."""
-    remarks, lines, separators = _lines(text)
-    if not any(line.text.strip() for line in lines):
-        raise SceneError(f"{said} has no numbers in it")
-    separator = _separator(lines, separators)
-    if separator != "\t":
-        lines = [line for line in lines if line.text.strip()]
-    counts = [len(split(line.text, separator)) for line in lines]
-    usual = _usual(counts)
-    start = next(
-        (
-            i
-            for i, line in enumerate(lines)
-            if counts[i] == usual and _begins(split(line.text, separator))
-        ),
-        None,
-    )
-    if start is None:
-        raise SceneError(f"{said} has no numbers in it")
-    before, data = lines[:start], lines[start:]
-    for line, count in [
-        *zip(before, counts, strict=False),
-        *zip(data, counts[start:], strict=True),
-    ]:
-        words = line.number < data[0].number and any(map(_is_word, split(line.text, separator)))
-        if count != usual and not words:
-            raise SceneError(
-                f"{said}: line {line.number} has {count} value{'s' * (count != 1)}; "
-                f"the others have {usual}"
-            )
-    heads = [_names(line.text, separator, usual) for line in before]
-    width = usual - _ends_in_separators(heads[-1] if heads else [], data, separator, usual)
-    heading, units, above = _heading(heads, width)
-    decimal = _decimal(said, data, separator)
-    above_text = [*remarks, *(line.text for line in before[:above])]
-    return TextTable(
-        said, tuple(above_text), heading, units, tuple(data), width, separator, decimal
-    )
-
-
 def split(line: str, separator: str | None) -> list[str]:
     """Cells of a line, without the blanks around them; a quoted cell may hold the separator."""
-    if separator is None:
-        return re.split(r"[ \t]+", line.strip(" \t"))
+    if separator is None:  # no-break blanks, which split() takes for blanks, separate nothing
+        return line.split() if line.isascii() else re.split(r"[ \t]+", line.strip(" \t"))
+    cells = line.split(separator)
     if '"' in line:
-        cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
-    else:
-        cells = line.split(separator)
+        with contextlib.suppress(csv.Error):  # a cell too long for any number
+            cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
     return [cell.strip() for cell in cells]
+
+
+def count(line: str, separator: str | None) -> int:
+    """How many cells `split` gives."""
+    if separator is None or '"' in line:
+        return len(split(line, separator))
+    return line.count(separator) + 1
 
 
 def number(cell: str, decimal: str = ".") -> float:
@@ -188,46 +134,12 @@ def number(cell: str, decimal: str = ".") -> float:
     raise ValueError
 
 
-def _lines(text: str) -> tuple[list[str], list[Line], Sequence[str | None]]:
-    """Remarks without their marks, all other lines that hold something, possible separators."""
-    remarks: list[str] = []
-    lines: list[Line] = []
-    separators = SEPARATORS
-    for number_, line in enumerate(text.rstrip("\x1a").splitlines(), start=1):
-        bare = line.strip(" \N{NO-BREAK SPACE}")
-        if number_ == 1 and (given := re.fullmatch(r'"?sep=(.)"?', bare)):  # as Excel has it
-            separators = (given[1],)
-        elif bare.startswith(REMARKS):
-            remarks.append(bare.lstrip("#%/").strip())
-        elif bare:
-            lines.append(Line(number_, bare))
-    return remarks, lines, separators
+def may_be_a_number(cell: str) -> bool:
+    """Whether a cell is a number, one with any marks between thousands, or missing."""
+    return not is_word(cell) or like_a_number(cell) is not None
 
 
-def _separator(lines: Sequence[Line], allowed: Sequence[str | None]) -> str | None:
-    """The separator that leaves most cells numbers, in lines from everywhere in the file."""
-    if len(allowed) == 1:
-        return allowed[0]
-    step = max(1, len(lines) // LOOKED_AT)
-    looked_at = [line.text for line in [*lines[::step], lines[-1]]]
-    best, most = None, -1.0
-    for separator in allowed:
-        having = [line for line in looked_at if separator is None or separator in line]
-        if 2 * len(having) < len(looked_at) and lines[-1].text not in having:
-            continue
-        cells = [cell for line in looked_at for cell in split(line, separator)]
-        share = sum(map(_may_be_a_number, cells)) / len(cells)
-        if share > most:
-            best, most = separator, share
-    return best
-
-
-def _may_be_a_number(cell: str) -> bool:
-    text = cell.strip('"').translate(_MINUS)
-    return not _is_word(cell) or _LIKE_A_NUMBER.fullmatch(text) is not None
-
-
-def _is_word(cell: str) -> bool:
+def is_word(cell: str) -> bool:
     """Whether a cell is neither a number, with whatever decimal mark, nor missing."""
     for decimal in ".,":
         try:
@@ -235,106 +147,10 @@ def _is_word(cell: str) -> bool:
         except ValueError:
             continue
         return False
-    return _LIKE_A_NUMBER.fullmatch(cell.strip('"').translate(_MINUS)) is None
+    return like_a_number(cell) is None
 
 
-def _names(line: str, separator: str | None, count: int) -> list[str]:
-    """Cells of a line above the rows; between blanks a unit in brackets belongs to its name."""
-    cells = [cell.strip('"').strip() for cell in split(line, separator)]
-    if separator is None and len(cells) != count:
-        return _NAME_AND_UNIT.findall(line)
-    return cells
-
-
-def _usual(counts: Sequence[int]) -> int:
-    """The most frequent number of cells; of several that of the last line."""
-    often = Counter(counts)
-    most = max(often.values())
-    candidates = [count for count, times in often.items() if times == most]
-    return counts[-1] if counts[-1] in candidates else candidates[-1]
-
-
-def _begins(cells: Sequence[str]) -> bool:
-    """Whether a row is one of values: it has a number, or nothing but missing ones."""
-    return not all(map(_is_word, cells)) and (
-        any(not _is_word(cell) and cell.strip('"').lower() not in MISSING for cell in cells)
-        or not any(map(_is_word, cells))
-    )
-
-
-def _ends_in_separators(
-    head: Sequence[str], data: Sequence[Line], separator: str | None, width: int
-) -> int:
-    """1 if a separator ends every row, which makes no column; else 0.
-
-    Without a heading, empty cells elsewhere may mean that the last column is missing throughout:
-    so it is if the first one, or the one before the last, is as well.
-    """
-    if separator is None or width < 2 or any(line.text[-1] != separator for line in data):
-        return 0
-    if head and (len(head) == width - 1 or (len(head) == width and head[-1] == "")):
-        return 1
-    rows = [split(line.text, separator) for line in data]
-    return 0 if all(row[0] == "" for row in rows) or all(row[-2] == "" for row in rows) else 1
-
-
-def _heading(
-    heads: Sequence[Sequence[str]], width: int
-) -> tuple[tuple[str, ...], tuple[str, ...], int]:
-    """Names, units of a second row below them, and how many lines are above."""
-    fits = [len(head) in (width, width + 1) and head[width:] in ([], [""]) for head in heads]
-    if not fits or not fits[-1]:
-        return (), (), len(heads)
-    last = tuple(heads[-1][:width])
-    if (
-        len(heads) > 1
-        and fits[-2]
-        and all(re.fullmatch(r"[\[(]?[^\s\d]*\S?[\])]?", c) for c in last)
-    ):
-        return tuple(heads[-2][:width]), tuple(c.strip("[]()") for c in last), len(heads) - 2
-    return last, (), len(heads) - 1
-
-
-def _decimal(said: str, data: Sequence[Line], separator: str | None) -> str:
-    """The decimal mark of all rows. Raises SceneError if it is unclear, or thousands are marked."""
-    quoted = separator == ","  # commas are in cells only where these are quoted
-    commas: set[str] = set()
-    points: set[str] = set()
-    whole = False  # numbers of four digits or more without any mark: thousands have none
-    for line in data:
-        if "," not in line.text and (separator != ";" or "." not in line.text):
-            whole = whole or re.search(r"(?<![0-9.,])[0-9]{4}", line.text) is not None
-            continue
-        if quoted and '"' not in line.text:
-            continue
-        for cell in split(line.text, separator):
-            text = cell.strip('"').translate(_MINUS)
-            if _LIKE_A_NUMBER.fullmatch(text):
-                if "," in text:
-                    commas.add(text)
-                elif text.count(".") == 1:  # dates have two
-                    points.add(text)
-                whole = whole or re.fullmatch(r"[+-]?[0-9]{4,}", text) is not None
-    for text in sorted(commas | points):
-        if text.count(",") > 1 or ("," in text and "." in text):
-            raise SceneError(
-                f'{said} has "{text}", with marks between thousands; allowed: numbers without them'
-            )
-    if commas:
-        unclear, mark = all(map(_EITHER.fullmatch, commas)), ","
-    else:
-        unclear, mark = bool(points) and all(map(_EITHER.fullmatch, points)), "."
-        unclear = unclear and separator == ";"
-    if unclear and not whole:
-        text = min(commas or points)
-        raise SceneError(
-            f'{said}: "{text}" could have a mark between thousands or a decimal one, '
-            "and no other number tells; allowed: numbers without marks between thousands, and one "
-            "that shows the decimal mark, say 0.5"
-        )
-    if commas and points:
-        raise SceneError(
-            f'{said} has decimal commas and decimal points ("{sorted(commas)[0]}", '
-            f'"{sorted(points)[0]}"); allowed: one of them'
-        )
-    return mark
+def like_a_number(cell: str) -> str | None:
+    """The text of a cell that has digits and marks only, without quotes; else None."""
+    text = cell.strip('"').translate(_MINUS)
+    return text if _LIKE_A_NUMBER.fullmatch(text) else None

@@ -9,7 +9,8 @@ from typing import NamedTuple, NoReturn
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
-from iceslide_fem.tables.cells import TextTable, read_table
+from iceslide_fem.tables.cells import TextTable
+from iceslide_fem.tables.layout import read_table
 from iceslide_fem.units import si_unit, to_si
 
 _IN_BRACKETS = re.compile(r"\s*(.*?)\s*(?:\(\s*(.*?)\s*\)|\[\s*(.*?)\s*\]|<(.*)>)\s*")
