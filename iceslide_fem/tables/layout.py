@@ -25,7 +25,7 @@ from iceslide_fem.tables.text import LARGEST_TABLE, read_text
 
 REMARKS = ("#", "%", "//")
 SEPARATORS: tuple[str | None, ...] = (";", "\t", ",", None)  # None: blanks
-LOOKED_AT = 400  # lines that decide on the separator, spread over the file
+LOOKED_AT, MOST_CELLS = 400, 10_000  # that decide on the separator, from all over the file
 _EITHER = re.compile(r"[+-]?[1-9][0-9]{0,2}[.,][0-9]{3}")  # 1,234: thousand, or one and a bit
 _FOUR_DIGITS = re.compile(r"(?<![0-9.,])[0-9]{4}")
 _TWO_COMMAS = re.compile(r",[0-9]*,")
@@ -108,6 +108,7 @@ def _separator(lines: Sequence[Line], allowed: Sequence[str | None]) -> str | No
         if 2 * len(having) < len(looked_at) and lines[-1].text not in having:
             continue
         cells = [cell for line in looked_at for cell in split(line, separator)]
+        cells = cells[:: len(cells) // MOST_CELLS + 1]
         share = sum(map(may_be_a_number, cells)) / len(cells)
         if share > most:
             best, most = separator, share
