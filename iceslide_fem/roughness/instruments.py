@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import struct
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.roughness.height_map import HeightMap
@@ -15,6 +17,13 @@ _PHASE_RESOLUTION = {0: 4096, 1: 32768, 2: 131072}  # of a fringe, by the header
 _NO_PHASE = 2147483640
 _PLU_TOPOGRAPHY, _PLU_MISSING = 3, 1000001.0
 _TRUEMAP = b"Binary TrueMap Data File v2.0"
+
+
+def _matrix(data: bytes, kind: str, rows: int, columns: int, start: int) -> NDArray[Any]:
+    """Numbers (rows, columns) from byte `start` on. Raises ValueError if they are cut off."""
+    if start + rows * columns * np.dtype(kind).itemsize > len(data):
+        raise ValueError("cut off")
+    return np.frombuffer(data, kind, rows * columns, start).reshape(rows, columns)
 
 
 def read_metropro(path: Path) -> HeightMap:
@@ -37,7 +46,7 @@ def read_metropro(path: Path) -> HeightMap:
         (resolution,) = struct.unpack_from(">h", data, 218)
         (inverted,) = struct.unpack_from(">h", data, 232)
         first = start + 2 * width * height * buckets
-        phase = np.frombuffer(data, ">i4", rows * columns, first).reshape(rows, columns)
+        phase = _matrix(data, ">i4", rows, columns, first)
     except (struct.error, ValueError):
         raise SceneError(f"{path} is a MetroPro file that is cut off") from None
     if resolution not in _PHASE_RESOLUTION or phase.size == 0:
@@ -61,7 +70,7 @@ def read_truemap(path: Path) -> HeightMap:
         if not data.startswith(_TRUEMAP) or end < 33:
             raise ValueError
         columns, rows, length, width = struct.unpack_from("<2I2f", data, end)
-        heights = np.frombuffer(data, "<f4", rows * columns, end + 24).reshape(rows, columns)
+        heights = _matrix(data, "<f4", rows, columns, end + 24)
     except (struct.error, ValueError):
         raise SceneError(f"{path} is not a whole TrueMap file, version 2.0") from None
     if heights.size == 0:
@@ -86,7 +95,7 @@ def read_sensofar(path: Path) -> HeightMap:
         dx, dy = struct.unpack_from("<2f", data, 404)
         (kind,) = struct.unpack_from("<I", data, 428)
         rows, columns = struct.unpack_from("<2I", data, 500)
-        heights = np.frombuffer(data, "<f4", rows * columns, 508).reshape(rows, columns)
+        heights = _matrix(data, "<f4", rows, columns, 508)
     except (struct.error, ValueError):
         raise SceneError(f"{path} is not a whole .plu file of Sensofar") from None
     if kind != _PLU_TOPOGRAPHY or heights.size == 0:
@@ -106,7 +115,7 @@ def read_zeta(path: Path) -> HeightMap:
             raise ValueError
         columns, rows, _, dx, dy, dz = struct.unpack_from("<3I3f", data, 85)
         (remark,) = struct.unpack_from("<I", data, 117)
-        heights = np.frombuffer(data, "<u2", rows * columns, 205 + remark).reshape(rows, columns)
+        heights = _matrix(data, "<u2", rows, columns, 205 + remark)
     except (struct.error, ValueError):
         raise SceneError(f"{path} is not a whole .zmg file of Zeta") from None
     if heights.size == 0:

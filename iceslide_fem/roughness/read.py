@@ -44,7 +44,8 @@ def read_surface(path: Path, pixel: float | None, height_unit: float | None) -> 
     if height_unit is not None and suffix not in IN_UNITS:
         raise SceneError(f"--height-unit has no meaning for {path}: its format says units itself")
     try:
-        found = _read(path, suffix, height_unit)
+        with np.errstate(all="ignore"):  # what a damaged file makes infinite is said below
+            found = _read(path, suffix, height_unit)
     except OSError as error:
         raise SceneError(f"cannot read {path}: {error.strerror or error}") from None
     check_heights(found.heights, str(path))
