@@ -62,6 +62,12 @@ def test_separators_and_decimal_marks(separator, comma, ends):
     assert table.numbers().tolist() == VALUES
 
 
+def test_cells_that_are_empty_beside_decimal_commas():
+    table = parse("a\tb\tc\n118816,80\t\t\n\t250598,15\t\n", "t")
+    assert table.width == 3 and table.separator == "\t"
+    assert np.nan_to_num(table.numbers()).tolist() == [[118816.8, 0, 0], [0, 250598.15, 0]]
+
+
 def test_quotes_remarks_blank_lines_and_the_separator_of_excel():
     text = 'sep=,\n# a remark\n% another\n"a","b"\n\n"0,5","1,25"\n"2","3"\n'
     table = parse(text, "the table")
@@ -210,6 +216,16 @@ def test_names_and_numbers_of_rows_and_columns_are_no_values(text):
     found = grid(parse(text, "t"))
     assert found.values.tolist() == [[5.5, 6, 7, 9], [8, 9.5, 1, 3]]
     assert len(found.notes) == (0 if text.startswith("5.5") else 1)
+
+
+def test_a_last_column_that_is_missing_or_a_separator_that_ends_rows_is_said():
+    found = grid(parse(";1;2;\n;3;4;\n", "t"))
+    assert found.values.shape == (2, 4)
+    assert found.notes[0].startswith("its last column is empty throughout and is taken for missing")
+    found = grid(parse("1;2;\n;4;\n1;2;\n", "t"))
+    assert found.values.shape == (3, 2)
+    assert found.notes[0].startswith("a separator ends every row, which is taken for no further")
+    assert grid(parse("1;2;\n3;4;\n", "t")).notes == ()
 
 
 def test_a_first_row_that_could_be_either_is_refused():

@@ -38,7 +38,7 @@ class TextTable:
 
     above: remarks and lines before the heading; heading: names of the columns, () without any;
     units: of a second row of the heading, () without any; width: number of columns; separator:
-    None is blanks; decimal: the decimal mark.
+    None is blanks; decimal: the decimal mark; ended: a separator ends every row.
     """
 
     said: str
@@ -49,6 +49,7 @@ class TextTable:
     width: int
     separator: str | None
     decimal: str
+    ended: bool = False
 
     def rows(self) -> Iterator[list[str]]:
         """Cells of each row."""

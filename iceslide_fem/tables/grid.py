@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.tables.cells import TextTable, number
+from iceslide_fem.tables.cells import MISSING, TextTable, number
 
 EVEN = 1e-3  # of their distance, by which places may miss an even grid
 
@@ -31,6 +31,10 @@ def grid(table: TextTable) -> Grid:
         notes = ["its first row and column hold places, which are left out"]
         return Grid(values, tuple(notes))
     values, notes = table.numbers(), []
+    if np.isnan(values[:, -1]).all() and table.separator is not None and not table.heading:
+        notes.append("its last column is empty throughout and is taken for missing values")
+    if table.ended and np.isnan(values).any():
+        notes.append("a separator ends every row, which is taken for no further column")
     if table.heading and table.heading[0] == "" and _counts(values[:, 0]):
         values = values[:, 1:]
         notes.append("its first column numbers the rows and is left out")
@@ -110,9 +114,6 @@ def _written_whole(cells: list[str]) -> bool:
 
 
 def _all_whole(table: TextTable, skip: int = 0) -> bool:
-    """Whether all values below the first row are written without decimals."""
-    return all(
-        cell.strip('"').lstrip("+-").isdigit()
-        for cells in list(table.rows())[1:]
-        for cell in cells[skip:]
-    )
+    """Whether all values below the first row are written without decimals, or missing."""
+    cells = (cell.strip('"').lstrip("+-") for row in list(table.rows())[1:] for cell in row[skip:])
+    return all(cell.isdigit() or cell.lower() in MISSING for cell in cells)

@@ -27,6 +27,7 @@ REMARKS = ("#", "%", "//")
 SEPARATORS: tuple[str | None, ...] = (";", "\t", ",", None)  # None: blanks
 LOOKED_AT, MOST_CELLS = 400, 10_000  # that decide on the separator, from all over the file
 _EITHER = re.compile(r"[+-]?[1-9][0-9]{0,2}[.,][0-9]{3}")  # 1,234: thousand, or one and a bit
+_SHEET_ERROR = re.compile(r"#(?:N/A|NV|NUM|ZAHL|DIV|VALUE|WERT)\b", re.IGNORECASE)
 _FOUR_DIGITS = re.compile(r"(?<![0-9.,])[0-9]{4}")
 _TWO_COMMAS = re.compile(r",[0-9]*,")
 _UNIT_BELOW = re.compile(r"[\[(]?[^\s\d]*\S?[\])]?")  # of a heading, in a row of its own
@@ -71,12 +72,13 @@ def parse(text: str, said: str) -> TextTable:
                 f"the others have {usual}"
             )
     heads = [_names(line.text, separator, usual) for line in before]
-    width = usual - _ends_in_separators(heads[-1] if heads else [], data, separator, usual)
+    ended = _ends_in_separators(heads[-1] if heads else [], data, separator, usual)
+    width = usual - ended
     heading, units, above = _heading(heads, width)
     decimal = _decimal(said, data, separator)
-    above_text = [*remarks, *(line.text for line in before[:above])]
+    said_above = (*remarks, *(line.text for line in before[:above]))
     return TextTable(
-        said, tuple(above_text), heading, units, tuple(data), width, separator, decimal
+        said, said_above, heading, units, tuple(data), width, separator, decimal, bool(ended)
     )
 
 
@@ -89,7 +91,7 @@ def _lines(text: str) -> tuple[list[str], list[Line], Sequence[str | None]]:
         bare = line.strip(" \N{NO-BREAK SPACE}")
         if number_ == 1 and (given := re.fullmatch(r'"?sep=(.)"?', bare)):  # as Excel has it
             separators = (given[1],)
-        elif bare.startswith(REMARKS):
+        elif bare.startswith(REMARKS) and not _SHEET_ERROR.match(bare):
             remarks.append(bare.lstrip("#%/").strip())
         elif bare:
             lines.append(Line(number_, bare))
@@ -97,21 +99,26 @@ def _lines(text: str) -> tuple[list[str], list[Line], Sequence[str | None]]:
 
 
 def _separator(lines: Sequence[Line], allowed: Sequence[str | None]) -> str | None:
-    """The separator that leaves most cells numbers, in lines from everywhere in the file."""
+    """The separator by which most lines, or without any such line most cells, are numbers.
+
+    Lines from everywhere in the file are looked at; of equals the first one is taken.
+    """
     if len(allowed) == 1:
         return allowed[0]
-    step = max(1, len(lines) // LOOKED_AT)
+    step = len(lines) // LOOKED_AT + 1
     looked_at = [line.text for line in [*lines[::step], lines[-1]]]
-    best, most = None, -1.0
+    best, most = None, (-1.0, -1.0)
     for separator in allowed:
         having = [line for line in looked_at if separator is None or separator in line]
         if 2 * len(having) < len(looked_at) and lines[-1].text not in having:
             continue
-        cells = [cell for line in looked_at for cell in split(line, separator)]
-        cells = cells[:: len(cells) // MOST_CELLS + 1]
-        share = sum(map(may_be_a_number, cells)) / len(cells)
-        if share > most:
-            best, most = separator, share
+        rows = [split(line, separator) for line in looked_at]
+        step = sum(map(len, rows)) // MOST_CELLS + 1
+        shares = [[may_be_a_number(cell) for cell in row[::step]] for row in rows]
+        whole = sum(map(all, shares)) / len(shares)
+        found = whole, 0.0 if whole else sum(map(sum, shares)) / sum(map(len, shares))
+        if found > most:
+            best, most = separator, found
     return best
 
 
@@ -149,7 +156,9 @@ def _ends_in_separators(
     """
     if separator is None or width < 2 or any(line.text[-1] != separator for line in data):
         return 0
-    if head and (len(head) == width - 1 or (len(head) == width and head[-1] == "")):
+    if len(head) == width:
+        return 1 if head[-1] == "" else 0
+    if len(head) == width - 1:
         return 1
     rows = [split(line.text, separator) for line in data]
     return 0 if all(row[0] == "" for row in rows) or all(row[-2] == "" for row in rows) else 1
