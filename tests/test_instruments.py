@@ -85,9 +85,11 @@ def zmg(heights):
 
 def wyko(heights, aspect=1.0, kind="<f4"):
     """Wyko/Vision OPD: Gwyddion's wykofile.c; columns upwards, in wavelengths (nm) over mult."""
-    wavelength, mult = 633.0, 2
+    wavelength, mult = 633.0, 2 if kind == "<f4" else 300
     values = 1e9 * heights / (wavelength / mult)
-    values = np.where(np.isnan(values), 1e38, values)
+    bad = [1e38] if kind == "<f4" else [32766, 32767]
+    values = values if kind == "<f4" else np.rint(values)
+    values[np.isnan(values)] = np.resize(bad, np.isnan(values).sum())
     columns = np.rot90(values, -1).astype(kind)  # (columns, rows)
     array = struct.pack("<3H", *columns.shape, np.dtype(kind).itemsize) + columns.tobytes()
     blocks = [
@@ -278,6 +280,7 @@ OWN = [
 ]
 BY_SURFALIZE = [
     ("a.opd", wyko, {}),
+    ("a.opd", wyko, {"kind": "<i2"}),
     ("a.sur", surf, {}),
     ("a.sur", surf, {"bits": 16, "units": ("\N{MICRO SIGN}m",) * 3}),
     ("a.sur", surf, {"packed": True}),

@@ -13,6 +13,7 @@ from iceslide_fem.roughness.height_map import HeightMap
 # Formats of surfalize whose sizes and heights tests hold against files of known ones.
 VERIFIED = {".al3d", ".gwy", ".opd", ".os3d", ".plux", ".sdf", ".sur", ".vk3", ".vk4"}
 VERIFIED |= {".vk6", ".vk7"}
+_OPD_BAD = 32766  # marks a missing height of 16 bits, as 32767 does (Gwyddion's wykofile.c)
 # By surfalize: some are read here; of .nms the sources contradict each other on the pixel's unit.
 NOT_READ = {".xyz", ".sflz", ".x3p", ".dat", ".plu", ".tmd", ".zmg", ".nms"}
 
@@ -40,6 +41,9 @@ def read_by_surfalize(path: Path) -> HeightMap:
             warnings.filterwarnings("error", "The file suffix indicates")
             found = surfalize.Surface.load(path)
             heights = 1e-6 * np.ma.filled(np.ma.asarray(found.data, dtype=float), np.nan)
+            if suffix == ".opd":
+                wave = 1e-6 * found.metadata["Wavelength"] / found.metadata["Mult"]
+                heights[np.abs(heights) > (_OPD_BAD - 0.5) * abs(wave)] = np.nan
             sides = 1e-6 * float(found.step_x), 1e-6 * float(found.step_y)
     except Exception as error:  # whatever a damaged file makes of a library
         said = " ".join(str(error).split()) or type(error).__name__

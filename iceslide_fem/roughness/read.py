@@ -28,7 +28,7 @@ _INSTRUMENTS = {
     ".tmd": read_truemap,
     ".zmg": read_zeta,
 }
-IN_UNITS = {".npy", ".csv", ".txt", ".xyz", ".asc", ".dem", ".x3p"}  # --height-unit is of these
+IN_UNITS = {".npy", ".csv", ".txt", ".xyz", ".asc", ".x3p"}  # --height-unit is of these
 
 
 def read_surface(path: Path, pixel: float | None, height_unit: float | None) -> Surface:
