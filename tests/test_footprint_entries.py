@@ -267,6 +267,15 @@ def test_places_without_a_value_touch_nowhere(tmp_path):
     assert read.pressure_map.pressure == pytest.approx(np.array(expected, dtype=float))
 
 
+def test_a_list_of_points_is_no_map(tmp_path):
+    points = [f"{x},{y},{100 + x}" for y in range(4) for x in range(5)]
+    for heading in ("x_mm,y_mm,pressure_kPa\n", "", "X (mm),Y (mm),p (kPa)\n"):
+        (tmp_path / "map").write_text(heading + "\n".join(points))
+        given = {"pressure_map": str(tmp_path / "map"), "pressure_unit": "kPa", **SIZE}
+        with pytest.raises(SceneError, match="is a list of points x, y and value"):
+            read_footprint(FootprintCase.of(given))
+
+
 def test_temperatures_may_be_in_kelvin(tmp_path):
     (tmp_path / "p").write_text("2e5 3e5\n")
     (tmp_path / "t").write_text("# temperature [K]\n270.15;271,5\n".replace("270.15", "270,15"))

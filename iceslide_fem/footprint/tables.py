@@ -24,7 +24,7 @@ from iceslide_fem.footprint.sensor_frames import is_sensor_text, read_frame
 from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.tables.cells import TextTable
 from iceslide_fem.tables.columns import Wanted, column_unit, find_columns, has_index, to_si_units
-from iceslide_fem.tables.grid import grid
+from iceslide_fem.tables.grid import grid, is_list_of_points
 from iceslide_fem.tables.layout import parse, read_table
 from iceslide_fem.tables.text import LARGEST_MAP, read_text
 
@@ -159,6 +159,11 @@ def _read_map(path: Path, option: str, si: str, unit: str | None, frame: int | N
             read = read_frame(text, said, frame)
             return GivenMap(read.pressure, "Pa", read.size, (read.note,))
         table = parse(text, said)
+        if is_list_of_points(table):
+            raise SceneError(
+                f"{said} is a list of points x, y and value; allowed: a map, its rows across and "
+                "its columns along the direction of travel"
+            )
         values, left_out = grid(table)
         notes = tuple(f"{option}: {note}" for note in left_out)
         named = units_named([*table.above, *table.heading], si) if si else []

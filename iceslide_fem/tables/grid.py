@@ -60,6 +60,17 @@ def grid(table: TextTable) -> Grid:
     return Grid(values, tuple(notes))
 
 
+def is_list_of_points(table: TextTable) -> bool:
+    """Whether a table has columns x and y beside others, by its heading or by all of its places."""
+    names = {name[:1].casefold() for name in table.heading if name[1:2] in ("", " ", "_", "(", "[")}
+    if {"x", "y"} <= names:
+        return True
+    if table.width != 3 or len(table.lines) < 9:
+        return False
+    x, y, _ = (np.unique(column).size for column in table.numbers().T)
+    return bool(min(x, y) > 1 and x * y == len(table.lines))
+
+
 def _corner(table: TextTable) -> Array | None:
     """Values of a table whose first row and column are labels, with an empty or a named corner."""
     rows = table.rows()
