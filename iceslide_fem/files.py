@@ -1,4 +1,4 @@
-"""Files that are whole at any moment, and what is said when one cannot be written."""
+"""Files: which may be read; written ones are whole at any moment; what is said if one cannot be."""
 
 from __future__ import annotations
 
@@ -9,6 +9,26 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from iceslide_fem.errors import OutputError, SceneError
+
+
+def is_regular(path: Path) -> bool:
+    """Whether `path` is a regular file that can be looked at."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a name too long, a folder one may not look into
+        return False
+
+
+def check_regular(path: Path, what: str) -> None:
+    """Raise SceneError if `path`, of which the message speaks as `what`, is no regular file."""
+    try:
+        special = path.exists() and not path.is_file()
+    except (OSError, ValueError) as error:  # a name that no file can have
+        raise SceneError(
+            f"cannot read {what} {path}: {getattr(error, 'strerror', error)}"
+        ) from None
+    if special:
+        raise SceneError(f"cannot read {what} {path}: it is not a regular file")
 
 
 def check_writable(out: Path) -> None:

@@ -12,7 +12,8 @@ import typer
 from iceslide_fem.cli import app
 from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.scene.rows import RowsOf
-from iceslide_fem.scene.units import Quantity, to_si
+from iceslide_fem.scene.units import Quantity
+from iceslide_fem.units import to_si
 
 ROOT = Path(__file__).parent.parent
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]

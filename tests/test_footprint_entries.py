@@ -132,7 +132,7 @@ def test_maps_have_any_separator_which_may_end_a_row(separator, tmp_path):
 def test_a_map_that_is_an_archive_is_a_sentence(tmp_path):
     (tmp_path / "map.npy").write_bytes(b"PK\x03\x04, as archives begin")
     case = FootprintCase.of({"pressure_map": str(tmp_path / "map.npy"), **SIZE})
-    with pytest.raises(SceneError, match="is no table of numbers"):
+    with pytest.raises(SceneError, match="is no matrix of numbers that NumPy"):
         read_footprint(case)
 
 
@@ -195,6 +195,171 @@ def test_options_of_the_macroscopic_model_reach_it(files):
     assert case.moving.effusivity == pytest.approx((3.0 * 900.0 * 1000.0) ** 0.5)
 
 
+@pytest.mark.parametrize(("unit", "pascals"), [("kPa", 1e3), ("bar", 1e5), ("psi", 6894.757)])
+def test_pressures_have_the_unit_that_their_file_or_the_option_says(unit, pascals, tmp_path):
+    numbers = "\n".join(" ".join(f"{p / pascals:.9g}" for p in row) for row in MAP)
+    (tmp_path / "named").write_text(f"Pressure [{unit}]\n{numbers}\n")
+    (tmp_path / "plain").write_text(numbers + "\n")
+    np.save(tmp_path / "map.npy", MAP / pascals)
+    named = {"pressure_map": str(tmp_path / "named"), **SIZE}
+    plain = {"pressure_map": str(tmp_path / "plain"), "pressure_unit": unit, **SIZE}
+    saved = {"pressure_map": str(tmp_path / "map.npy"), "pressure_unit": unit, **SIZE}
+    rows = "\n".join(f"{1e3 * x:.12g};{p / pascals:.9g}" for x, p in zip(X, PRESSURE, strict=True))
+    (tmp_path / "line").write_text(f"x (mm);pressure ({unit})\n{rows}\n")
+    (tmp_path / "bare").write_text(f"x_mm;pressure\n{rows}\n")
+    line = {"line": str(tmp_path / "line")}
+    bare = {"line": str(tmp_path / "bare"), "pressure_unit": unit}
+    for values in (named, plain, saved, line, bare, named | {"pressure_unit": unit}):
+        found = read_footprint(FootprintCase.of(values)).pressure_map.pressure
+        assert found[0] == pytest.approx(np.where(PRESSURE > 1.0, PRESSURE, 0.0), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [
+        (1e-3, "are they in kPa or psi? a heading or --pressure-unit kPa says so"),
+        (1e-5, "bar"),
+        (1e-6, "MPa"),
+        (30.0, "allowed: 0.05 to 50 bar"),
+        (1e4, "allowed: 0 to 1e+07 Pa"),
+    ],
+)
+def test_pressures_of_no_tyre_are_refused_with_their_likely_unit(factor, words, tmp_path):
+    even = np.full((4, 5), 2e5) * factor
+    np.save(tmp_path / "map.npy", even)
+    rows = "".join(f"{x},{p}\n" for x, p in enumerate(even[0]))
+    (tmp_path / "line.csv").write_text("x_mm,pressure_Pa\n" + rows)
+    whole = {"pressure_map": str(tmp_path / "map.npy"), **SIZE}
+    for given in (whole, {"line": str(tmp_path / "line.csv")}, whole | {"load": "3kN"}):
+        with pytest.raises(SceneError) as refusal:
+            read_footprint(FootprintCase.of(given))
+        assert words in str(refusal.value) and "\n" not in str(refusal.value)
+
+
+def test_a_load_of_another_unit_is_refused_and_a_large_factor_said(tmp_path):
+    np.save(tmp_path / "map.npy", MAP)
+    given = {"pressure_map": str(tmp_path / "map.npy"), **SIZE}
+    with pytest.raises(SceneError, match="--load 3 N has a mean pressure of .* none of a tyre"):
+        read_footprint(FootprintCase.of(given | {"load": "3"}))
+    read = read_footprint(FootprintCase.of(given | {"load": "4kN"}))
+    assert read.pressure_map.load == pytest.approx(4000.0) and read.notes == ()
+    read = read_footprint(FootprintCase.of(given | {"load": "200N"}))
+    factor = f"{read.load_factor:.3g}"
+    assert read.notes == (f"--load multiplies the pressures that were read by {factor}",)
+
+
+def test_units_that_contradict_each_other_are_a_sentence(tmp_path):
+    (tmp_path / "map").write_text("p (kPa)\n200 300\n")
+    given = {"pressure_map": str(tmp_path / "map"), **SIZE}
+    with pytest.raises(SceneError, match="--pressure-unit bar contradicts .*map, which is in kPa"):
+        read_footprint(FootprintCase.of(given | {"pressure_unit": "bar"}))
+    with pytest.raises(SceneError, match='--pressure-unit "kg" is not a unit of pressure; allowed'):
+        FootprintCase.of(given | {"pressure_unit": "kg"})
+    with pytest.raises(SceneError, match="--frame 1: .*map has no frames"):
+        read_footprint(FootprintCase.of(given | {"frame": "1"}))
+
+
+def test_places_without_a_value_touch_nowhere(tmp_path):
+    text = ";;;\n;2,5;3;\n;1,5;;\n;;;\n"
+    (tmp_path / "map.csv").write_text("p in bar\n" + text)
+    read = read_footprint(FootprintCase.of({"pressure_map": str(tmp_path / "map.csv"), **SIZE}))
+    expected = [[0, 0, 0, 0], [0, 1.5e5, 0, 0], [0, 2.5e5, 3e5, 0], [0, 0, 0, 0]]
+    assert read.pressure_map.pressure == pytest.approx(np.array(expected, dtype=float))
+
+
+def test_a_list_of_points_is_no_map(tmp_path):
+    points = [f"{x},{y},{100 + x}" for y in range(4) for x in range(5)]
+    for heading in ("x_mm,y_mm,pressure_kPa\n", "", "X (mm),Y (mm),p (kPa)\n"):
+        (tmp_path / "map").write_text(heading + "\n".join(points))
+        given = {"pressure_map": str(tmp_path / "map"), "pressure_unit": "kPa", **SIZE}
+        with pytest.raises(SceneError, match="is a list of points x, y and value"):
+            read_footprint(FootprintCase.of(given))
+
+
+def test_temperatures_may_be_in_kelvin(tmp_path):
+    (tmp_path / "p").write_text("2e5 3e5\n")
+    (tmp_path / "t").write_text("# temperature [K]\n270.15;271,5\n".replace("270.15", "270,15"))
+    maps = {"pressure_map": str(tmp_path / "p"), "temperature_map": str(tmp_path / "t")}
+    read = read_footprint(FootprintCase.of({**maps, **SIZE}))
+    assert read.temperature == pytest.approx(np.array([[270.15, 271.5]]))
+
+
+FRAMES = """\
+DATA_TYPE MOVIE
+VERSION I-Scan 7.60
+ROWS 2
+COLS 3
+ROW_SPACING 8.0 mm
+COL_SPACING 5.0 mm
+UNITS kPa
+ASCII_DATA @@
+
+Frame 7
+B,100.0,200.0
+0.0,150.0,B
+
+Frame 8
+B,200.0,300.0
+0.0,250.0,B
+
+Frame 9
+B,1.0,2.0
+0.0,1.0,B
+@@
+"""
+
+
+def test_frames_of_a_sensor_have_their_units_and_sizes(tmp_path):
+    for name, text in {
+        "a.asf": FRAMES,
+        "b.csv": FRAMES.replace(" mm\n", " mm,,\r\n").replace("\n\n", "\n,,\n"),
+        "c.asf": FRAMES.replace(",", ";").replace(".0", ",0").replace("7,60", "7.60"),
+        "d.asf": FRAMES.replace("8.0 mm", "0.8 cm").replace("kPa", "KPA"),
+    }.items():
+        (tmp_path / name).write_text(text)
+        read = read_footprint(FootprintCase.of({"pressure_map": str(tmp_path / name)}))
+        footprint = read.pressure_map
+        expected = 1e3 * np.array([[0.0, 250.0, 0.0], [0.0, 200.0, 300.0]])
+        assert footprint.pressure == pytest.approx(expected), name
+        assert (footprint.dx, footprint.dy) == pytest.approx((5e-3, 8e-3))
+        assert footprint.load == pytest.approx(750e3 * 40e-6)
+        assert "frame 8 of 3 is read, that of the largest force, in kPa" in read.notes[0]
+    case = FootprintCase.of({"pressure_map": str(tmp_path / "a.asf"), "frame": "7"})
+    assert read_footprint(case).pressure_map.pressure.max() == pytest.approx(200e3)
+    (tmp_path / "n.asf").write_text(FRAMES.replace("kPa", "N").replace("00.0", "0.0"))
+    case = FootprintCase.of({"pressure_map": str(tmp_path / "n.asf"), "frame": "7"})
+    assert read_footprint(case).pressure_map.load == pytest.approx(10.0 + 20.0 + 150.0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "values", "words"),
+    [
+        ("kPa", "RAW", {}, 'has UNITS "RAW" in its head; allowed: a pressure such as kPa'),
+        ("ROWS 2", "ROWS 3", {}, "frame 7 has 2 rows of 3; its head says 3 of 3"),
+        ("ROWS 2\n", "", {}, 'has ROWS "" in its head; allowed: a whole number'),
+        ("8.0 mm", "8.0", {}, 'has ROW_SPACING "8.0" in its head; allowed: say "2.0 mm"'),
+        ("150.0", "x", {}, 'frame 7: row 2 (line 3), column 2: "x" is not a number'),
+        ("kPa", "kPa", {"frame": "3"}, "which has the frames 7 to 9"),
+        ("kPa", "kPa", {"length": 0.5}, "--length 500 mm contradicts the file"),
+        ("Frame ", "Bild ", {}, "has no line Frame 1"),
+    ],
+)
+def test_frames_that_cannot_be_read_are_a_sentence(old, new, values, words, tmp_path):
+    (tmp_path / "a.asf").write_text(FRAMES.replace(old, new))
+    with pytest.raises(SceneError) as refusal:
+        read_footprint(FootprintCase.of({"pressure_map": str(tmp_path / "a.asf")} | values))
+    assert words in str(refusal.value) and "\n" not in str(refusal.value)
+
+
+def test_a_friction_that_no_rubber_has_is_refused(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "map").write_text("6e3 6e3\n")
+    words = ["--pressure-map", "map", *PIXELS, "--viscosity", "5Pa*s", "--out", "out"]
+    assert iceslide("footprint", *words) == 2
+    assert "which no rubber has on ice; allowed: up to 5" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 LINE, PIXELS = "x_m,pressure_Pa\n0,1e5\n1e-3,2e5\n", ["--length", "180mm", "--width", "100mm"]
 
 
@@ -215,28 +380,31 @@ LINE, PIXELS = "x_m,pressure_Pa\n0,1e5\n1e-3,2e5\n", ["--length", "180mm", "--wi
         (LINE, ["--line", "f", "--ice-material", "2,900"], "is not CONDUCTIVITY,DENSITY,HEAT"),
         (LINE, ["--line", "f", "--ice-material", "2,900,1"], 'heat capacity of "2,900,1" is out'),
         (LINE, ["--line", "f", "--air-temperature", "99degC"], "--air-temperature"),
-        ("x_m,p\n0,1\n", ["--line", "f"], 'has a column "p"; allowed: '),
-        ("x_m\n0\n1\n", ["--line", "f"], "needs one column pressure_Pa or pressure_bar"),
+        ("x_m,p\n0,1\n", ["--line", "f"], "given: x_m, p"),
+        ("x_m\n0\n1\n", ["--line", "f"], "has no column pressure_Pa; needed: x_m, pressure_Pa"),
         ("x_m,pressure_Pa\n0,1e5\n", ["--line", "f"], "two or more"),
         ("x_m,pressure_Pa\n0,1e5\n1,nan\n", ["--line", "f"], "no finite number"),
         ("x_mm,pressure_Pa\n0,1\n1,2\n3,1\n", ["--line", "f"], "x must rise in even steps"),
         ("x_mm,pressure_Pa\n0,-1\n1,2\n", ["--line", "f"], "has pressures from -1 to 2 Pa"),
         ("x_mm,pressure_Pa\n0,0\n1,0\n", ["--line", "f"], "nothing is in contact"),
-        ("x_mm,pressure_Pa,state\n0,1,9\n1,2,1\n", ["--line", "f"], "other states than 0"),
-        ("1 2\n3\n", ["--pressure-map", "f", *PIXELS], "is no table of numbers"),
+        ("x_mm,pressure_bar,state\n0,1,9\n1,2,1\n", ["--line", "f"], "other states than 0"),
+        ("1 2\n3\n", ["--pressure-map", "f", *PIXELS], "line 1 has 2 values; the others have 1"),
         ("1e5 2e5\n", ["--pressure-map", "f"], "--length and --width are missing"),
         ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--legend", "0,0,9,9"], "does not fit"),
         ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--row", "1"], "has rows 0 to 0"),
         ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--threshold", "3e5"], "no pixel is in"),
         ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--state-map", "f"], "other states"),
-        ("9 9\n", ["--pressure-map", "f", *PIXELS, "--temperature-map", "g"], "must be the same"),
-        ("1e5,0;2e5,0\n", ["--pressure-map", "f", *PIXELS], "and with decimal points"),
-        ("1e5,0 2e5,0\n", ["--pressure-map", "f", *PIXELS], "and with decimal points"),
-        ("1e5,,2e5\n2e5,1e5,\n", ["--pressure-map", "f", *PIXELS], "is no table of numbers"),
+        (
+            "9e5 9e5\n",
+            ["--pressure-map", "f", *PIXELS, "--temperature-map", "g"],
+            "must be the same",
+        ),
+        ("1e5,0;2e5,0\n", ["--pressure-map", "f", *PIXELS], "is not a number"),
+        ("1e5,0 2e5,0\n", ["--pressure-map", "f", *PIXELS], "is not a number"),
         ("1e5 2e5\n", ["--pressure-map", "f", *PIXELS, "--load", "1e6"], "allowed: 100 bar"),
         (LINE, ["--line", "f", "--threshold", "3e5"], "no pixel is in contact"),
         (LINE, ["--gaussian", "5m,4bar,1mm"], "is less than a pixel, LENGTH / 540 = 9.26 mm"),
-        ("x_mm,pressure_Pa,state\n0,9,0\n1,9,0\n", ["--line", "f"], "has no contact (0) where"),
+        ("x_mm,pressure_bar,state\n0,9,0\n1,9,0\n", ["--line", "f"], "has no contact (0) where"),
     ],
 )
 def test_wrong_entries_are_a_sentence(text, arguments, words, tmp_path, monkeypatch, capsys):

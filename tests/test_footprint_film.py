@@ -206,7 +206,7 @@ def test_a_contact_file_takes_the_compounds_place(tmp_path):
     (block,) = tread_blocks(footprint)
     scene = tomllib.loads(scene_text("b", block, 1.0, LOCKED, TreadRubber("B", file, 8e-3)))
     assert scene_from_dict(scene).contact_parameters.source == "contact.csv"
-    with pytest.raises(SceneError, match="--contact: .*no column k"):
+    with pytest.raises(SceneError, match="--contact .*no column k"):
         file.write_text("pressure_Pa\n1e5\n")
         FootprintCase.of(
             {"image": "x", "length": 0.1, "width": 0.1, "max_pressure": 5e5, "contact": str(file)}

@@ -266,3 +266,17 @@ def test_wrong_options_are_refused(values, words):
     with pytest.raises(SceneError, match=words) as caught:
         FootprintCase.of({"image": "any.png", **values})
     assert "\n" not in str(caught.value)
+
+
+def test_a_print_in_ink_is_high_where_it_is_dark(tmp_path):
+    path = save(255 - grey_picture(TRUTH, HIGH), tmp_path / "ink.png")
+    with pytest.raises(SceneError, match="bright along its sides.*give --dark-is high for a print"):
+        read(path)
+    other = read(save(grey_picture(TRUTH, HIGH), tmp_path / "bright.png")).pressure_map
+    found = read(path, dark_is="high").pressure_map
+    assert found.pressure == pytest.approx(other.pressure, abs=1.0)
+    turned = read(path, dark_is="high", rotation=7.0).pressure_map
+    share = turned.pixel_area * turned.contact.mean() / turned.pixel_area
+    assert share < other.contact.mean()  # what a rotation adds is paper
+    with pytest.raises(SceneError, match="--dark-is is of grey pictures"):
+        read(path, dark_is="high", colormap="jet")

@@ -149,7 +149,8 @@ def test_a_bad_table_is_one_sentence(load, words):
         ("time (ms), speed (m/s)\n0, fast\n1, 2\n", "row 1"),
         ("time (ms), speed (m/s)\n0, 1, 2\n1, 2\n", "has 3 values"),
         ("time (ms), speed (m/s)\n0, nan\n1, 2\n", "row 1"),
-        ("", "no header"),
+        ("time,speed\n", "has no numbers in it"),
+        ("", "has no numbers in it"),
     ],
 )
 def test_a_bad_file_is_one_sentence(tmp_path, text, words):

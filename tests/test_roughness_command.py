@@ -159,7 +159,7 @@ def test_every_format_gives_the_same_map(heights, tmp_path):
         assert found.pixel == pytest.approx(1e-5) and not found.periodic
     for kind, scale in (("D", 1.0), ("F", 1.0), ("I", 1e-9)):
         x3p(tmp_path / "a.x3p", expected, 1e-5, kind, scale=scale)
-        found = read_surface(tmp_path / "a.x3p", None, 1.0)
+        found = read_surface(tmp_path / "a.x3p", None, None)
         assert found.heights == pytest.approx(expected, abs=1e-9 if kind == "I" else 1e-12)
 
 
@@ -175,7 +175,8 @@ def test_missing_heights_of_every_format(heights, tmp_path):
     np.savetxt(tmp_path / "a.xyz", np.column_stack([10 * x[there], 10 * y[there], holes[there]]))
     for name in ("a.x3p", "a.txt", "a.csv", "a.xyz"):
         pixel = 1e-5 if name in ("a.txt", "a.csv") else None
-        found = read_surface(tmp_path / name, pixel, 1e-6).heights
+        unit = None if name == "a.x3p" else 1e-6
+        found = read_surface(tmp_path / name, pixel, unit).heights
         assert np.array_equal(np.isfinite(found), there), name
         assert found[there] == pytest.approx(1e-6 * holes[there], abs=1e-12)
 
@@ -221,17 +222,28 @@ def test_pixels_of_a_file_have_a_size(pixel, heights, tmp_path):
         ("a.npy", np.full((20, 20), np.inf), ["--pixel", "1um"], "infinite, or none at all"),
         ("a.npy", np.eye(20), ["--pixel", "1 kg"], '--pixel = "1 kg" has the wrong unit'),
         ("a.npy", np.eye(20), ["--pixel", "1um", "--height-unit", "kg"], "not a unit of length"),
-        ("a.csv", b"1,2\n3,4,5\n", ["--pixel", "1um"], "lines with different numbers of values"),
-        ("a.csv", b"1,2\n3,x\n", ["--pixel", "1um"], '"x" is not a number'),
+        ("a.csv", b"1,2\n3,4,5\n", ["--pixel", "1um"], "line 1 has 2 values; the others have 3"),
+        ("a.csv", b"1,2\n3,x\n", ["--pixel", "1um"], 'row 2, column 2: "x" is not a number'),
         ("a.csv", b"\n# nothing\n", ["--pixel", "1um"], "has no numbers in it"),
         ("a.xyz", b"x y z\n", ["--pixel", "1um"], "has no numbers in it"),
-        ("a.txt", b"\xff\xfe\x00\x01", ["--pixel", "1um"], "is not a text file"),
+        ("a.txt", b"\x00\x01\x02\x03", ["--pixel", "1um"], "it is not a text file"),
         ("a.csv", b"1,a,2\n3,4,5\n", ["--pixel", "1um"], '"a" is not a number'),
-        ("a.csv", b"x,y\nTrue,True\n", ["--pixel", "1um"], '"True" is not a number'),
+        ("a.csv", b"x,y\nTrue,True\n", ["--pixel", "1um"], "has no numbers in it"),
         ("a.npy", b"PK\x03\x04, as archives begin", [], "is not an array that NumPy has saved"),
         ("a.xyz", b"0 0 1\n1 0 1\n2.5 0 1\n3 7 1\n", [], "do not lie on a regular grid"),
+        (
+            "a.xyz",
+            b"0 0 1\n1 0 1\n0 9 1\n1 9 2\n0 18 0\n1 18 1\n0 27 1\n1 27 2\n",
+            ["--height-unit", "um"],
+            "2 x 28 pixels",
+        ),
         ("a.xyz", b"0 0 1\n0 1 1\n0 2 1\n0 3 1\n", [], "all points have the same x"),
-        ("a.xyz", b"0 0 1\n1 0 1\n0 2 1\n1 2 1\n", [], "they must be square"),
+        (
+            "a.xyz",
+            b"0 0 1\n1 0 1\n0 1 1\n1 1 1\n",
+            ["--height-unit", "um"],
+            "2 x 2 pixels; allowed: 16 or more",
+        ),
         ("a.x3p", b"not a zip archive", [], "is not an X3P file that can be read"),
         ("a.toml", b"rms_height =", [], "is not valid TOML"),
         ("a.toml", SPEC.replace("hurst", "hurts").encode(), [], "did you mean hurst?"),
@@ -239,7 +251,7 @@ def test_pixels_of_a_file_have_a_size(pixel, heights, tmp_path):
         ("a.toml", SPEC.replace('"5.8 um"', "5.8").encode(), [], "a plain number is in m"),
         ("a.toml", (SPEC + "rms_slope = 0.3").encode(), [], "give one of rms_height and rms_slope"),
         ("a.toml", SPEC.replace("175 um", "60 um").encode(), [], "must not fall in this order"),
-        ("a.toml", SPEC.replace("70 um", "35 um").encode(), [], "has 2.2 pixels of 15.62 um"),
+        ("a.toml", SPEC.replace("70 um", "35 um").encode(), [], "has 2.24 pixels of 15.62 um"),
         ("a.toml", (SPEC + "skewness = -2").encode(), ["--realisations", "0"], "--realisations"),
         ("a.toml", SPEC.encode(), ["--pixel", "1um"], "--pixel has no meaning"),
         ("a.toml", SPEC.encode(), ["--shortest-wave", "50um"], "is shorter than that of"),
@@ -306,7 +318,7 @@ def test_vendors_formats_need_an_optional_reader(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "surfalize", None)
     (tmp_path / "a.sur").write_bytes(b"x")
     with pytest.raises(SceneError, match="pip install surfalize"):
-        read_surface(tmp_path / "a.sur", None, 1.0)
+        read_surface(tmp_path / "a.sur", None, None)
 
 
 def test_shipped_tables_are_of_one_surface():

@@ -10,7 +10,7 @@ import pytest
 from iceslide_fem.errors import SceneError
 from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.toml import parsed, read_scene
-from iceslide_fem.scene.units import readable, to_si
+from iceslide_fem.units import readable, to_si
 
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 
@@ -32,7 +32,7 @@ def written(folder, text):
 def test_a_unit_that_is_a_computation_is_not_evaluated():
     """Pint would compute 9**9**9, with 369 million digits."""
     code = (
-        "from iceslide_fem.scene.units import to_si\n"
+        "from iceslide_fem.units import to_si\n"
         "for text in ('1 9**9**9*Pa', '1 Pa*9^9^9', '1 ((km^9)^9)^9/((m^9)^9)^9', '1 m^9^9'):\n"
         "    try: to_si(text, 'Pa')\n"
         "    except ValueError as error: print(error)\n"

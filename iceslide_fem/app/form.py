@@ -12,7 +12,8 @@ from iceslide_fem.errors import SceneError
 from iceslide_fem.materials import COMPOUNDS, ZERO_CELSIUS
 from iceslide_fem.scene import Scene, parsed, put, scene_from_dict
 from iceslide_fem.scene.rows import RowsOf
-from iceslide_fem.scene.units import Quantity, readable
+from iceslide_fem.scene.units import Quantity
+from iceslide_fem.units import readable
 
 Texts = Mapping[str, str]
 

@@ -18,8 +18,12 @@ def footprint(
         typer.Argument(metavar="IMAGE", help="PNG, JPEG or TIFF.", show_default=False),
     ] = None,
     pressure_map: Annotated[
-        Text, option("FILE", "Pressures in Pa, .npy or text, instead of a picture.")
+        Text, option("FILE", "Pressures, .npy, text or a sensor's frames, instead of a picture.")
     ] = None,
+    pressure_unit: Annotated[
+        Text, option("UNIT", "Of pressures whose file does not say: kPa, bar, psi.", "Pa")
+    ] = None,
+    frame: Annotated[Text, option("N", "Of a sensor's file.", "that of the largest force")] = None,
     line: Annotated[
         Text, option("CSV", "One line: columns x_m, pressure_Pa, perhaps temperature_C, state.")
     ] = None,
@@ -42,6 +46,9 @@ def footprint(
         option(
             "PA", "No contact up to here.", "5 % of the scale above its low end; of numbers 1 Pa"
         ),
+    ] = None,
+    dark_is: Annotated[
+        Text, option("WHAT", "Pressure where a grey picture is dark: high (an ink print) or low.")
     ] = None,
     colormap: Annotated[Text, option("NAME", "A colour map of matplotlib; else grey.")] = None,
     legend: Annotated[

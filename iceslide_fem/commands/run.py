@@ -111,7 +111,7 @@ def _resumed(
 
 def _time(text: str, duration: float) -> float:
     """Seconds of "2 ms", a time within a run's `duration` (s)."""
-    from iceslide_fem.scene.units import to_si
+    from iceslide_fem.units import to_si
 
     try:
         time = to_si(text, "s")

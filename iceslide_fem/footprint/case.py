@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     BeforeValidator,
@@ -21,6 +21,7 @@ from iceslide_fem.footprint.jaeger import TABLE_1_ICE, TABLE_1_RUBBER
 from iceslide_fem.footprint.line import LINE_PIXELS
 from iceslide_fem.footprint.macroscopic import Macroscopic
 from iceslide_fem.footprint.passing import Ride
+from iceslide_fem.footprint.pressures import UNITS
 from iceslide_fem.materials import (
     BAR,
     CONTACT_TABLES,
@@ -40,6 +41,7 @@ from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.messages import missing
 from iceslide_fem.scene.rows import names_a_file
 from iceslide_fem.scene.units import Quantity
+from iceslide_fem.units import si_unit
 
 THRESHOLD = 0.05  # of the range of pressures
 # Of pressures that are numbers, Pa: what a Gaussian has far out, which no tyre presses with.
@@ -54,16 +56,22 @@ OF_A_PICTURE = (
     "background",
     "rotation",
     "crop",
+    "dark_is",
 )
 OF_A_MAP = ("length", "width", "row", "temperature_map", "state_map")
 NEEDED = {
     "image": ("length", "width", "max_pressure"),
-    "pressure_map": ("length", "width"),
+    "pressure_map": (),  # length and width, unless its file says them
     "line": (),
     "gaussian": (),
 }
-OF_AN_AREA = (*OF_A_PICTURE, *OF_A_MAP, "load")
-UNFIT = {"image": (), "pressure_map": OF_A_PICTURE, "line": OF_AN_AREA, "gaussian": OF_AN_AREA}
+OF_AN_AREA = (*OF_A_PICTURE, *OF_A_MAP, "load", "frame")
+UNFIT = {
+    "image": ("pressure_unit", "frame"),
+    "pressure_map": OF_A_PICTURE,
+    "line": OF_AN_AREA,
+    "gaussian": (*OF_AN_AREA, "pressure_unit"),
+}
 LOWEST_SCALE = 0.1 * BAR  # for its high end: a tyre's mean pressure is some bar
 
 
@@ -136,22 +144,33 @@ PixelBox = Annotated[Box, BeforeValidator(_box)]
 GaussianText = Annotated[tuple[float, float, float], BeforeValidator(_gaussian)]
 
 
+def _pressure_unit(value: Any) -> Any:
+    """A unit of pressure."""
+    if (unit := si_unit(value, "Pa") if isinstance(value, str) else None) is None:
+        raise ValueError(
+            f'--pressure-unit "{value}" is not a unit of pressure; allowed: {", ".join(UNITS)}'
+        )
+    return unit
+
+
 class FootprintCase(CommandOptions):
     """A footprint and how it slides; SI units. Its keys are the options of the command.
 
-    One of image, pressure_map (a table of Pa) and line (a profile) is read, or gaussian is made,
-    the profile of fig. 6 (length in m, peak in Pa, standard deviation in m); of image and map, row
-    takes one line of pixels, counted from the top. temperature_map (degC) and state_map (1 dry, 2
-    mixed, 3 wet) replace what modules 2 and 3 compute; they have the pixels of the pressure.
-    length, width: of the picture after rotation and cropping, along and across the direction of
-    travel (m). min_pressure and max_pressure: ends of the colour scale (Pa). rotation: degrees
-    counter-clockwise, to turn the direction of travel to the right. slip, of film and moving
-    source: 1 is a locked wheel. thesis_slip and thesis_time (s) enter (3.2) and (3.3) alone.
-    contact: a file with k, D, H_V over pressure instead of the compound's. air_temperature (K): of
-    the tread before it touches, else the ice's. ice_material, tread_material, water_conductivity:
-    of the macroscopic model, else table 1; the ice's is that below the film, too. viscosity (Pa
-    s, or a CSV file of it over temperature), initial_height (m), melting_temperature (K),
-    latent_heat (J/kg): of film and ice. aggregate: of (1.2), g/m2.
+    One of image, pressure_map (a table of pressures, in Pa unless its file or pressure_unit says
+    another unit, or frames of a sensor, of which `frame` is read, else that of the largest force)
+    and line (a profile) is read, or gaussian is made, the profile of fig. 6 (length in m, peak in
+    Pa, standard deviation in m); of image and map, row takes one line of pixels from the top.
+    temperature_map (degC) and state_map (1 dry, 2 mixed, 3 wet) replace what modules 2 and 3
+    compute; they have the pixels of the pressure. length, width: of the picture after rotation and
+    cropping, along and across the direction of travel (m). dark_is: the pressure where a grey
+    picture is dark, high or low. min_pressure and max_pressure: ends of the colour scale (Pa).
+    rotation: degrees counter-clockwise, to turn the direction of travel to the right. slip, of film
+    and moving source: 1 is a locked wheel. thesis_slip and thesis_time (s) enter (3.2) and (3.3)
+    alone. contact: a file with k, D, H_V over pressure instead of the compound's. air_temperature
+    (K): of the tread before it touches, else the ice's. ice_material, tread_material,
+    water_conductivity: of the macroscopic model, else table 1; the ice's is that below the film,
+    too. viscosity (Pa s, or a CSV file of it over temperature), initial_height (m),
+    melting_temperature (K), latent_heat (J/kg): of film and ice. aggregate: of (1.2), g/m2.
     """
 
     model_config = ConfigDict(alias_generator=_named)
@@ -173,6 +192,9 @@ class FootprintCase(CommandOptions):
     background: str = "white"
     rotation: Annotated[float, Quantity("", "-360", "360"), Number] = 0.0
     crop: PixelBox | None = None
+    dark_is: Literal["high", "low"] | None = None
+    pressure_unit: Annotated[str, BeforeValidator(_pressure_unit)] | None = None
+    frame: Annotated[int, Field(ge=0, le=10_000_000)] | None = None
     load: Annotated[float, Quantity("N", "1 N", "1e6 N"), Number] | None = None
     speed: Annotated[float, Quantity("m/s", "0.001 m/s", "100 m/s"), Number] = 3.0
     slip: Annotated[float, Quantity("", "1e-6", "1"), Number] = 1.0
@@ -250,6 +272,10 @@ class FootprintCase(CommandOptions):
                 f"--threshold ({self.threshold / BAR:g} bar) is not between --min-pressure "
                 f"({low / BAR:g} bar) and --max-pressure ({high / BAR:g} bar)"
             )
+        if self.dark_is is not None and (self.colormap or self.legend):
+            raise ValueError(
+                "--dark-is is of grey pictures: it does not fit --colormap or --legend"
+            )
         if self.colormap is not None and self.legend is not None:
             raise ValueError("--colormap and --legend contradict each other; give one of them")
         return self
@@ -272,6 +298,11 @@ class FootprintCase(CommandOptions):
             raise ValueError(
                 "--scenes takes the blocks of a whole footprint: it does not fit one line"
             )
+
+    @property
+    def in_grey(self) -> bool:
+        """Whether a picture is taken as a grey scale."""
+        return self.image is not None and self.legend is None and self.colormap is None
 
     @property
     def one_line(self) -> bool:

@@ -21,7 +21,7 @@ from iceslide_fem.footprint.line_output import draw_line, line_columns, line_tex
 from iceslide_fem.footprint.map_file import Maps, write_maps
 from iceslide_fem.footprint.outlines import outline_text
 from iceslide_fem.footprint.reading import ReadFootprint, read_footprint
-from iceslide_fem.footprint.survey import MODELS, Survey, summary, survey
+from iceslide_fem.footprint.survey import MODELS, Survey, check_friction, summary, survey
 from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.progress import LongTask
 from iceslide_fem.scene.fingerprint import versions
@@ -51,6 +51,7 @@ def _run(case: FootprintCase, out: Path, begun: float) -> dict[str, Any]:
         result = survey(
             case, read, lambda share: shown.show(share, f"film below {share:.0%} of the pixels")
         )
+    check_friction(result)
     if case.one_line:
         _write_line(result, out)
     else:
@@ -128,6 +129,11 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("mean pressure", f"{footprint['mean_pressure_Pa'] / BAR:.4g} bar"),
         ("largest pressure", f"{footprint['max_pressure_Pa'] / BAR:.4g} bar"),
         ("load", f"{footprint['load_N']:.5g} N (pressures times {footprint['load_factor']:.4g})"),
+        *(
+            [("high pressure is read where", f"it is {figures['colours']['high_where']}")]
+            if "high_where" in figures.get("colours", {})
+            else []
+        ),
         *(
             [("distance to the colour bar", f"median {colours['median_distance']:.3f}")]
             if (colours := figures.get("colours"))

@@ -12,7 +12,7 @@ from PIL import Image, ImageOps, UnidentifiedImageError
 from PIL.ImageColor import getrgb
 
 from iceslide_fem.errors import SceneError
-from iceslide_fem.scene.input_file import check_regular
+from iceslide_fem.files import check_regular
 
 Picture = NDArray[np.uint8]
 FORMATS = ("PNG", "JPEG", "TIFF")

@@ -24,14 +24,18 @@ from iceslide_fem.footprint.colours import (
 from iceslide_fem.footprint.image import colour, cut, read_picture, rotate
 from iceslide_fem.footprint.line import as_map, gaussian_profile
 from iceslide_fem.footprint.pressure_map import PressureMap, pressure_from_values
+from iceslide_fem.footprint.pressures import HIGHEST, check_plausible
 from iceslide_fem.footprint.tables import (
-    HIGHEST,
     read_pressures,
     read_profile,
     read_states,
     read_temperatures,
 )
 from iceslide_fem.materials import BAR
+from iceslide_fem.scene.messages import missing
+
+BRIGHT = 0.5  # of the grey scale
+FACTORS = 0.2, 5.0  # of a given load on pressures that were read, beyond which it is said
 
 
 class ReadFootprint(NamedTuple):
@@ -41,6 +45,7 @@ class ReadFootprint(NamedTuple):
     unclear: pixels whose value is that of a neighbour; both None of pressures that were given as
     numbers. load_factor: by which a given load changed all pressures. temperature (K) and state
     (ny, nx): those that were given, or None. left: x of the map's left side in the data, m.
+    notes: what a person should know of how it was read, sentences.
     """
 
     pressure_map: PressureMap
@@ -50,6 +55,7 @@ class ReadFootprint(NamedTuple):
     temperature: Array | None = None
     state: NDArray[np.uint8] | None = None
     left: float = 0.0
+    notes: tuple[str, ...] = ()
 
 
 def read_footprint(case: FootprintCase) -> ReadFootprint:
@@ -70,7 +76,11 @@ def read_footprint(case: FootprintCase) -> ReadFootprint:
                 f"--load {case.load:g} N takes pressures up to {high / BAR:.4g} bar on the "
                 f"{1e4 * footprint.contact_area:.4g} cm2 in contact; allowed: {HIGHEST / BAR:g} bar"
             )
-        read = read._replace(pressure_map=footprint, load_factor=factor)
+        check_plausible(footprint.pressure, f"--load {case.load:g} N", "Pa")
+        notes = read.notes
+        if not FACTORS[0] <= factor <= FACTORS[1]:
+            notes += (f"--load multiplies the pressures that were read by {factor:.3g}",)
+        read = read._replace(pressure_map=footprint, load_factor=factor, notes=notes)
     return read if case.row is None else _one_row(read, case.row)
 
 
@@ -78,8 +88,8 @@ def _read_picture(case: FootprintCase) -> ReadFootprint:
     assert case.image is not None and case.max_pressure is not None
     assert case.length is not None and case.width is not None
     background = None if case.background == "none" else colour(case.background)
-    in_grey = case.legend is None and case.colormap is None
-    around = (0, 0, 0) if in_grey else background or (255, 255, 255)
+    white = (255, 255, 255) if case.dark_is == "high" else (0, 0, 0)
+    around = white if case.in_grey else background or (255, 255, 255)
     picture = read_picture(case.image, around)
     bar = None
     if case.legend is not None:
@@ -92,6 +102,8 @@ def _read_picture(case: FootprintCase) -> ReadFootprint:
     if case.crop is not None:
         picture = cut(picture, case.crop, "crop")
     reading: Reading = read_grey(picture) if bar is None else read_colours(picture, bar, background)
+    if case.in_grey:
+        reading = _dark_or_bright(reading, case)
     footprint = pressure_from_values(
         reading.value,
         case.min_pressure,
@@ -102,11 +114,49 @@ def _read_picture(case: FootprintCase) -> ReadFootprint:
     return ReadFootprint(footprint, reading.distance[::-1], reading.unclear[::-1])
 
 
+def _dark_or_bright(reading: Reading, case: FootprintCase) -> Reading:
+    """A grey reading whose high values are where --dark-is has them, else where it is bright.
+
+    Raises SceneError where that is not given and the picture's sides are mostly bright, as paper.
+    """
+    value = reading.value
+    if case.dark_is == "high":
+        return reading._replace(value=1.0 - value)
+    sides = np.concatenate([value[0], value[-1], value[:, 0], value[:, -1]])
+    if case.dark_is is None and float(np.median(sides)) > BRIGHT:
+        raise SceneError(
+            f"{case.image} is bright along its sides, where bright would be high pressure; "
+            "give --dark-is high for a print in ink, --dark-is low if bright is high indeed"
+        )
+    return reading
+
+
 def _read_map(case: FootprintCase) -> ReadFootprint:
-    assert case.pressure_map is not None and case.length is not None and case.width is not None
-    pressure = _touching(read_pressures(case.pressure_map)[::-1], case)
+    assert case.pressure_map is not None
+    given = read_pressures(case.pressure_map, case.pressure_unit, case.frame)
+    length, width = case.length, case.width
+    if given.size is not None:
+        length, width = (
+            _one_size(*pair)
+            for pair in zip(("length", "width"), (length, width), given.size, strict=True)
+        )
+    if length is None or width is None:
+        absent = [name for name in ("length", "width") if getattr(case, name) is None]
+        raise SceneError(missing([f"--{name}" for name in absent]))
+    pressure = _touching(given.values[::-1], case)
     rows, columns = pressure.shape
-    return ReadFootprint(PressureMap(pressure, case.length / columns, case.width / rows))
+    footprint = PressureMap(pressure, length / columns, width / rows)
+    return ReadFootprint(footprint, notes=given.notes)
+
+
+def _one_size(name: str, option: float | None, said: float) -> float:
+    """The size (m) that the file says. Raises SceneError if the option contradicts it."""
+    if option is not None and abs(option - said) > 1e-3 * said:
+        raise SceneError(
+            f"--{name} {1e3 * option:.4g} mm contradicts the file of --pressure-map, whose sensors "
+            f"cover {1e3 * said:.4g} mm; leave it out"
+        )
+    return said
 
 
 def _touching(pressure: Array, case: FootprintCase) -> Array:
@@ -122,7 +172,7 @@ def _touching(pressure: Array, case: FootprintCase) -> Array:
 
 def _read_line(path: Path, case: FootprintCase) -> ReadFootprint:
     """A profile as a map of one row, 1 m wide."""
-    profile = read_profile(path)
+    profile = read_profile(path, case.pressure_unit)
     line = as_map(_touching(profile.pressure, case), profile.dx)
     state = None if profile.state is None else profile.state[None]
     _check_states(state, line.contact, f"state of --line {path}")
@@ -140,8 +190,13 @@ def _check_states(state: NDArray[np.uint8] | None, contact: Mask, said: str) -> 
 def _with_own_maps(read: ReadFootprint, case: FootprintCase) -> ReadFootprint:
     """With the temperatures and states that were given, which must have the same pixels."""
     shape, contact = read.pressure_map.pressure.shape, read.pressure_map.contact
-    temperature = None if case.temperature_map is None else read_temperatures(case.temperature_map)
-    state = None if case.state_map is None else read_states(case.state_map)
+    notes, temperature, state = read.notes, None, None
+    if case.temperature_map is not None:
+        given = read_temperatures(case.temperature_map)
+        temperature, notes = given.values, notes + given.notes
+    if case.state_map is not None:
+        given = read_states(case.state_map)
+        state, notes = given.values.astype(np.uint8), notes + given.notes
     for option, values in (("--temperature-map", temperature), ("--state-map", state)):
         if values is not None and values.shape != shape:
             raise SceneError(
@@ -155,7 +210,7 @@ def _with_own_maps(read: ReadFootprint, case: FootprintCase) -> ReadFootprint:
     if state is not None:
         state = state[::-1]
         _check_states(state, contact, "--state-map")
-    return read._replace(temperature=temperature, state=state)
+    return read._replace(temperature=temperature, state=state, notes=notes)
 
 
 def _one_row(read: ReadFootprint, row: int) -> ReadFootprint:
@@ -178,4 +233,5 @@ def _one_row(read: ReadFootprint, row: int) -> ReadFootprint:
         read.load_factor,
         None if read.temperature is None else read.temperature[here],
         None if read.state is None else read.state[here],
+        notes=read.notes,
     )

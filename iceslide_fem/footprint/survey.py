@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iceslide_fem.arrays import Mask
+from iceslide_fem.errors import SceneError
 from iceslide_fem.film.doubts import doubts, partly_dry
 from iceslide_fem.footprint.balance import STATES, classify
 from iceslide_fem.footprint.balance import doubts as doubts_of_balance
@@ -27,6 +28,9 @@ MODELS = {
     "moving_source": "moving source",
     "given": "temperatures as given",
 }
+
+
+LARGEST_MEAN = 5.0  # mu of the film law, mean over the footprint
 
 
 class Survey(NamedTuple):
@@ -89,6 +93,17 @@ def survey(
     )
 
 
+def check_friction(result: Survey) -> None:
+    """Raise SceneError if the film law's mean friction is none that rubber has on ice."""
+    mu = result.film.mean_friction(result.read.pressure_map)
+    if not 0.0 <= mu <= LARGEST_MEAN:
+        raise SceneError(
+            f"the film law finds a mean mu of {mu:.4g} under {result.case.source}, which no rubber "
+            f"has on ice; allowed: up to {LARGEST_MEAN:g}; check the pressures and their unit, the "
+            "speed, --viscosity and --initial-height"
+        )
+
+
 def summary(result: Survey) -> dict[str, Any]:
     """All figures of a survey, for summary.json; SI units as in the names."""
     case, read, film = result.case, result.read, result.film
@@ -101,7 +116,7 @@ def summary(result: Survey) -> dict[str, Any]:
             "load_factor": read.load_factor,
             "gaussian_line": {"peak_Pa": line.peak, "centre_m": line.centre, "sigma_m": line.sigma},
         },
-        **_colours(read),
+        **_colours(read, case),
         "film": {
             "mu_mean": film.mean_friction(footprint),
             "mean_film_height_m": float(film.height[contact].mean()),
@@ -115,7 +130,8 @@ def summary(result: Survey) -> dict[str, Any]:
         **{name: _heat_summary(model, contact) for name, model in result.models.items()},
         **({"line": {"pixels": int(contact.size), "row": case.row}} if case.one_line else {}),
         "source": str(case.source),
-        "warnings": doubts(
+        "warnings": list(read.notes)
+        + doubts(
             float(film.height[contact].min()),
             float(film.friction(footprint)[contact].max()),
             bool(film.melting[contact].any()),
@@ -130,7 +146,7 @@ def summary(result: Survey) -> dict[str, Any]:
     }
 
 
-def _colours(read: ReadFootprint) -> dict[str, Any]:
+def _colours(read: ReadFootprint, case: FootprintCase) -> dict[str, Any]:
     """How well a picture was read; nothing where none was."""
     if read.distance is None or read.unclear is None:
         return {}
@@ -142,6 +158,8 @@ def _colours(read: ReadFootprint) -> dict[str, Any]:
         "far_share": float((distance > FAR).mean()),
         "unclear_share": float(read.unclear[contact].mean()),
     }
+    if case.in_grey:
+        return {"colours": figures | {"high_where": "dark" if case.dark_is == "high" else "bright"}}
     return {"colours": figures}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 from zipfile import BadZipFile
@@ -11,14 +12,27 @@ from numpy.typing import NDArray
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
+from iceslide_fem.files import check_regular
 from iceslide_fem.footprint.balance import State
-from iceslide_fem.materials import BAR, ZERO_CELSIUS
-from iceslide_fem.scene.input_file import check_regular, read_text
+from iceslide_fem.footprint.pressures import (
+    check_plausible,
+    check_pressures,
+    pressure_unit,
+    units_named,
+)
+from iceslide_fem.footprint.sensor_frames import is_sensor_text, read_frame
+from iceslide_fem.materials import ZERO_CELSIUS
+from iceslide_fem.tables.cells import TextTable
+from iceslide_fem.tables.columns import Wanted, column_unit, find_columns, has_index, to_si_units
+from iceslide_fem.tables.grid import grid, is_list_of_points
+from iceslide_fem.tables.layout import parse, read_table
+from iceslide_fem.tables.text import LARGEST_MAP, read_text
 
 LARGEST = 4e7  # values of a map
 EVEN = 1e-3  # of dx, by which the x of a profile may miss an even grid
-HIGHEST = 100.0 * BAR
 COLDEST, WARMEST = -100.0, 100.0  # degC
+X, PRESSURE = Wanted("x", "m"), Wanted("pressure", "Pa")
+TEMPERATURE, STATE = Wanted("temperature", "K"), Wanted("state", "")
 
 
 class Profile(NamedTuple):
@@ -34,122 +48,149 @@ class Profile(NamedTuple):
     state: NDArray[np.uint8] | None
 
 
-def read_pressures(path: Path) -> Array:
-    """Pressures (Pa) of a map (ny, nx) from a file, its first row on top; 0 where it has NaN."""
-    values = np.nan_to_num(_read_map(path, "--pressure-map"), nan=0.0)
-    _check_pressures(values, f"--pressure-map {path}")
-    return values
-
-
-def read_temperatures(path: Path) -> Array:
-    """Temperatures (K) of a map in degC."""
-    celsius = _read_map(path, "--temperature-map")
-    _check_temperatures(celsius, f"--temperature-map {path}")
-    return celsius + ZERO_CELSIUS
-
-
-def read_states(path: Path) -> NDArray[np.uint8]:
-    """`State` of a map: 1 dry, 2 mixed, 3 wet, 0 no contact."""
-    values = np.nan_to_num(_read_map(path, "--state-map"), nan=0.0)
-    _check_states(values, f"--state-map {path}")
-    return values.astype(np.uint8)
-
-
-def read_profile(path: Path) -> Profile:
-    """A profile from CSV with a head: x_m (or x_mm), pressure_Pa (or pressure_bar), and perhaps
-    temperature_C and state.
-
-    x is the middle of each pixel, evenly spaced, in the direction of travel. Raises SceneError.
+class GivenMap(NamedTuple):
+    """A map (ny, nx) of a file, its first row on top. unit: that in which it is written; size:
+    (length, width) in m if the file says so; notes: what was done with it, sentences.
     """
-    said = f"--line {path}"
-    head, *lines = [
-        line for line in read_text(path, "the profile").splitlines() if line.strip()
-    ] or [""]
-    names = [name.strip() for name in head.split(",")]
-    known = {"x_m", "x_mm", "pressure_Pa", "pressure_bar", "temperature_C", "state"}
-    for name in names:
-        if name not in known:
-            raise SceneError(
-                f'{said} has a column "{name[:40]}"; allowed: {", ".join(sorted(known))}'
-            )
-    if len(set(names)) < len(names):
-        raise SceneError(f"{said} has a column twice")
-    try:
-        rows = np.array([[float(cell) for cell in line.split(",")] for line in lines])
-    except ValueError:
-        raise SceneError(f"{said}: every row below the head must be {len(names)} numbers") from None
-    if rows.ndim != 2 or rows.shape[1:] != (len(names),) or len(rows) < 2:
-        raise SceneError(
-            f"{said}: below the head there must be rows of {len(names)} numbers, two or more"
-        )
-    if not np.isfinite(rows).all():
-        raise SceneError(f"{said} has a value that is no finite number")
-    columns = dict(zip(names, rows.T, strict=True))
 
-    def one_of(first: str, second: str, factor: float) -> Array:
-        if (first in columns) == (second in columns):
-            raise SceneError(f"{said} needs one column {first} or {second}")
-        return columns[first] if first in columns else factor * columns[second]
+    values: Array
+    unit: str
+    size: tuple[float, float] | None = None
+    notes: tuple[str, ...] = ()
 
-    x, pressure = one_of("x_m", "x_mm", 1e-3), one_of("pressure_Pa", "pressure_bar", BAR)
+
+def read_pressures(path: Path, unit: str | None = None, frame: int | None = None) -> GivenMap:
+    """Pressures (Pa) of a map from a file; 0 where it has NaN.
+
+    unit: of values in files that do not say, else Pa; frame: of a file of several.
+    """
+    said = f"--pressure-map {path}"
+    given = _read_map(path, "--pressure-map", "Pa", unit, frame)
+    values = np.nan_to_num(given.values, nan=0.0)
+    check_pressures(values, said, given.unit)
+    check_plausible(values, said, given.unit)
+    return given._replace(values=values)
+
+
+def read_temperatures(path: Path) -> GivenMap:
+    """Temperatures (K) of a map in degC, or in the unit that its file names."""
+    given = _read_map(path, "--temperature-map", "K", None, None)
+    _check_temperatures(given.values - ZERO_CELSIUS, f"--temperature-map {path}")
+    return given
+
+
+def read_states(path: Path) -> GivenMap:
+    """`State` of a map: 1 dry, 2 mixed, 3 wet, 0 no contact."""
+    given = _read_map(path, "--state-map", "", None, None)
+    values = np.nan_to_num(given.values, nan=0.0)
+    _check_states(values, f"--state-map {path}")
+    return given._replace(values=values)
+
+
+def read_profile(path: Path, unit: str | None = None) -> Profile:
+    """A profile from a table with the columns x_m, pressure_Pa, and perhaps temperature_C, state.
+
+    Headings may name other units; `unit` is that of a pressure whose heading names none. x is the
+    middle of each pixel, evenly spaced, in the direction of travel. Raises SceneError.
+    """
+    table = read_table(path, "--line")
+    wanted = (X, PRESSURE, TEMPERATURE, STATE)
+    table, given = _with_pressure_unit(table, unit)
+    found = find_columns(table, wanted, ("x", "pressure"))
+    if len(table.heading) > len(found) + has_index(table):
+        known = ", ".join(column.heading for column in wanted)
+        name = _unknown(table)
+        raise SceneError(f'{table.said} has a column "{name[:40]}"; allowed: {known}')
+    x, pressure = found["x"], found["pressure"]
+    if len(x) < 2:
+        raise SceneError(f"{table.said} has {len(x)} row of numbers; allowed: two or more")
+    for name, values in found.items():
+        if not np.isfinite(values).all():
+            row = int(np.flatnonzero(~np.isfinite(values))[0])
+            raise SceneError(f"{table.said}: {name} has no finite number in row {row + 1}")
     dx = float(x[-1] - x[0]) / (x.size - 1)
     if dx <= 0.0 or np.abs(np.diff(x) - dx).max() > EVEN * dx:
-        raise SceneError(f"{said}: x must rise in even steps, the direction of travel")
+        raise SceneError(f"{table.said}: x must rise in even steps, the direction of travel")
     if not 1e-6 <= dx <= 0.1:
-        raise SceneError(f"{said}: x rises by {dx:.3g} m; allowed: 1e-6 to 0.1 m")
-    _check_pressures(pressure, said)
-    temperature = state = None
-    if "temperature_C" in columns:
-        _check_temperatures(columns["temperature_C"], said)
-        temperature = columns["temperature_C"] + ZERO_CELSIUS
-    if "state" in columns:
-        _check_states(columns["state"], said)
-        state = columns["state"].astype(np.uint8)
+        raise SceneError(f"{table.said}: x rises by {dx:.3g} m; allowed: 1e-6 to 0.1 m")
+    check_pressures(pressure, table.said, given)
+    check_plausible(pressure, table.said, given)
+    temperature, state = found.get("temperature"), None
+    if temperature is not None:
+        _check_temperatures(temperature - ZERO_CELSIUS, table.said)
+    if "state" in found:
+        _check_states(found["state"], table.said)
+        state = found["state"].astype(np.uint8)
     return Profile(dx, float(x[0]), pressure, temperature, state)
 
 
-def _read_map(path: Path, option: str) -> Array:
-    """A table of numbers (ny, nx): .npy, or text with commas, semicolons or blanks."""
+def _with_pressure_unit(table: TextTable, unit: str | None) -> tuple[TextTable, str]:
+    """The table with the unit of its pressure in the heading, and that unit."""
+    heading = [name.strip() for name in table.heading]
+    plain = [i for i, name in enumerate(heading) if name.casefold() == PRESSURE.name]
+    units = [column_unit(table, i, "Pa") for i in range(len(heading))]
+    named = [each for each in units if each is not None]
+    given = pressure_unit(named, unit, table.said)
+    if len(plain) == 1 and not named and unit is not None:
+        heading[plain[0]] = f"pressure ({unit})"
+        table = replace(table, heading=tuple(heading))
+    return table, given
+
+
+def _unknown(table: TextTable) -> str:
+    """The first heading that is none of a profile."""
+    for i, name in enumerate(table.heading):
+        one = replace(table, heading=tuple("" if j != i else name for j in range(table.width)))
+        if i >= has_index(table) and not find_columns(one, (X, PRESSURE, TEMPERATURE, STATE), ()):
+            return name
+    return ""
+
+
+def _read_map(path: Path, option: str, si: str, unit: str | None, frame: int | None) -> GivenMap:
+    """A table of numbers (ny, nx) in the unit `si`: .npy, text, or a sensor's frames."""
+    said = f"{option} {path}"
     check_regular(path, f"the map of {option}")
-    try:
-        if path.suffix.lower() == ".npy":
-            values = np.load(path, allow_pickle=False)
-        else:
-            text = read_text(path, f"the map of {option}")
-            values = np.array(
-                [_cells(line) for line in text.splitlines() if line.strip()], dtype=float
+    notes: tuple[str, ...] = ()
+    if path.suffix.lower() == ".npy":
+        values, named = _numpy(path, said), []
+    else:
+        text = read_text(path, f"the map of {option}", LARGEST_MAP)
+        if is_sensor_text(text) and si == "Pa":
+            read = read_frame(text, said, frame)
+            return GivenMap(read.pressure, "Pa", read.size, (read.note,))
+        table = parse(text, said)
+        if is_list_of_points(table):
+            raise SceneError(
+                f"{said} is a list of points x, y and value; allowed: a map, its rows across and "
+                "its columns along the direction of travel"
             )
-        values = np.asarray(values, dtype=float)
-    except (EOFError, OSError, TypeError, ValueError, BadZipFile):
+        values, left_out = grid(table)
+        notes = tuple(f"{option}: {note}" for note in left_out)
+        named = units_named([*table.above, *table.heading], si) if si else []
+    if frame is not None:
+        raise SceneError(f"--frame {frame}: {said} has no frames")
+    if min(values.shape) < 1 or values.shape[1] < 2 or values.size > LARGEST:
         raise SceneError(
-            f"{option} {path} is no table of numbers; allowed: .npy, or text with as many numbers "
-            "in every row, between commas, semicolons or blanks, and with decimal points"
-        ) from None
-    if values.ndim != 2 or min(values.shape) < 1 or values.shape[1] < 2 or values.size > LARGEST:
-        raise SceneError(
-            f"{option} {path} has the shape {values.shape}; allowed: rows and columns, at "
+            f"{said} has the shape {values.shape}; allowed: rows and columns, at "
             f"least 1 x 2 and at most {LARGEST:.0e} values"
         )
     if np.isinf(values).any():
-        raise SceneError(f"{option} {path} has a value that is infinite")
-    return values
+        raise SceneError(f"{said} has a value that is infinite")
+    if si == "Pa":
+        given = pressure_unit(named, unit, said)
+    else:
+        given = named[0] if named else {"K": "degC"}.get(si, si)
+    return GivenMap(to_si_units(values, given, si) if si else values, given, None, notes)
 
 
-def _cells(line: str) -> list[str]:
-    """Cells of a row; one separator, which may follow the last of them, too."""
-    separator = next((mark for mark in ";," if mark in line), None)
-    cells = line.split(separator)
-    return cells[:-1] if separator and not cells[-1].strip() else cells
-
-
-def _check_pressures(values: Array, said: str) -> None:
-    low, high = float(values.min()), float(values.max())
-    if low < 0.0 or high > HIGHEST:
-        raise SceneError(
-            f"{said} has pressures from {low:.4g} to {high:.4g} Pa; allowed: 0 to {HIGHEST:.0e} Pa"
-        )
-    if not high > 0.0:
-        raise SceneError(f"{said}: no pressure is above 0, nothing is in contact")
+def _numpy(path: Path, said: str) -> Array:
+    try:
+        values = np.load(path, allow_pickle=False)
+        if not isinstance(values, np.ndarray) or values.ndim != 2:
+            raise ValueError
+        return np.asarray(values, dtype=float)
+    except (EOFError, OSError, TypeError, ValueError, BadZipFile):
+        raise SceneError(f"{said} is no matrix of numbers that NumPy has saved") from None
 
 
 def _check_temperatures(celsius: Array, said: str) -> None:

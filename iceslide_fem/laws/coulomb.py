@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,14 +9,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.errors import SceneError
 from iceslide_fem.laws.protocol import Contact, Response, Surface
 from iceslide_fem.materials import ZERO_CELSIUS
+from iceslide_fem.tables.columns import Wanted, read_columns
 
 if TYPE_CHECKING:  # takes long to import, and only tables need it
     from scipy.interpolate import RegularGridInterpolator
 
-COLUMNS = ("temperature_C", "speed_m_s", "mu")
+COLUMNS = (
+    Wanted("temperature", "K", ("T",)),
+    Wanted("speed", "m/s", ("v", "speed_m_s")),
+    Wanted("mu", ""),
+)
 # The temperature and the heat that makes it are found by so many bisections, to 1e-12 of a kelvin.
 BISECTIONS = 50
 LARGEST = 10.0  # mu, of a table
@@ -56,38 +59,25 @@ class Coulomb:
 
 
 def read_table(path: Path) -> RegularGridInterpolator:
-    """mu from a CSV file with the columns temperature_C, speed_m_s and mu; all combinations.
+    """mu from a table with the columns temperature_C, speed_m_per_s and mu; all combinations.
 
     Raises SceneError, one sentence.
     """
     from scipy.interpolate import RegularGridInterpolator
 
-    try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.DictReader(file, skipinitialspace=True))
-    except (OSError, ValueError, csv.Error) as error:
-        raise SceneError(f"friction.table: cannot read {path}: {error}") from None
-    try:
-        values = np.array([[float(row[name]) for name in COLUMNS] for row in rows])
-    except (KeyError, TypeError, ValueError):
-        raise SceneError(
-            f"friction.table: {path} needs the columns {', '.join(COLUMNS)} and numbers in them"
-        ) from None
+    table, found = read_columns(path, "friction.table", COLUMNS, [each.name for each in COLUMNS])
+    values = np.column_stack([found[column.name] for column in COLUMNS])
     if (
-        not len(values)
-        or not np.isfinite(values).all()
+        not np.isfinite(values).all()
         or not 0.0 <= values[:, 2].min() <= values[:, 2].max() <= LARGEST
     ):
-        raise SceneError(
-            f"friction.table: {path} needs rows of finite numbers, and mu of 0 to {LARGEST:g}"
-        )
+        table.refuse(f"needs rows of finite numbers, and mu of 0 to {LARGEST:g}")
+    values[:, 0] -= ZERO_CELSIUS
     axes = [np.unique(values[:, i]) for i in (0, 1)]
     order = np.lexsort((values[:, 1], values[:, 0]))
     full = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
     if not np.array_equal(values[order][:, :2], full):
-        raise SceneError(
-            f"friction.table: {path} needs every combination of its temperatures and speeds once"
-        )
+        table.refuse("needs every combination of its temperatures and speeds once")
     # An axis of one value is one of two equal ones, so that it can be interpolated.
     mu = values[order][:, 2].reshape([axis.size for axis in axes])
     for i, axis in enumerate(axes):

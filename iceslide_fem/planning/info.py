@@ -17,7 +17,7 @@ from iceslide_fem.materials import (
 from iceslide_fem.planning.cost import Cost, estimate
 from iceslide_fem.planning.simplifications import simplifications
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.units import readable
+from iceslide_fem.units import readable
 
 
 class Row(NamedTuple):

@@ -6,7 +6,7 @@ from iceslide_fem.film.doubts import WITHOUT_MELTING
 from iceslide_fem.planning.cost import point_rows
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.notes import ENVELOPE, LARGEST_FRICTION
-from iceslide_fem.scene.units import readable
+from iceslide_fem.units import readable
 
 
 def warnings(scene: Scene) -> list[str]:

@@ -25,7 +25,8 @@ from iceslide_fem.scene.command_options import (
     option_names,
 )
 from iceslide_fem.scene.input_file import InputFile
-from iceslide_fem.scene.units import Quantity, to_si
+from iceslide_fem.scene.units import Quantity
+from iceslide_fem.units import to_si
 
 # What two pixels of 17.5 um, the source's mesh, can show: the published table is of such waves.
 SOURCE_WAVE = 35e-6
@@ -78,7 +79,7 @@ class RoughnessCase(CommandOptions):
 
     surface: Path
     pixel: Length | None = None
-    height_unit: Annotated[float, BeforeValidator(_unit)] = 1.0
+    height_unit: Annotated[float, BeforeValidator(_unit)] | None = None
     compound: str | None = None
     modulus: Annotated[float, Quantity("Pa", "1 kPa", "100 GPa"), Number] | None = None
     scene: InputFile | None = None

@@ -48,6 +48,13 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
     """The main figures of the surface as names and readable values."""
     cut, fit = figures["cut_offs"], figures["spectrum_fit"]
     wave = cut["shortest_wave_m"]
+    measured = figures["measured"]
+
+    def before(name: str, factor: float, unit: str) -> str:
+        if measured is None or wave is None:
+            return ""
+        return f"; {factor * measured[name]:.3g}{unit} with all waves of the map"
+
     pixels, sides = figures["pixels"], [1e3 * side for side in cut["size_m"]]
     return [
         ("rubber", f"{figures['rubber']}, E* = {figures['modulus_Pa'] / 1e6:.4g} MPa"),
@@ -56,8 +63,8 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
             f"{pixels[0]} x {pixels[1]} pixels, {sides[0]:.3g} x {sides[1]:.3g} mm",
         ),
         ("realisations", str(figures["realisations"])),
-        ("rms height", f"{1e6 * figures['rms_height_m']:.3g} um"),
-        ("rms slope", f"{figures['rms_slope']:.3g}"),
+        ("rms height", f"{1e6 * figures['rms_height_m']:.3g} um{before('rms_height', 1e6, ' um')}"),
+        ("rms slope", f"{figures['rms_slope']:.3g}{before('rms_slope', 1.0, '')}"),
         ("skewness", f"{figures['skewness']:.3g}"),
         (
             "spectrum",

@@ -15,8 +15,8 @@ def roughness(
         Path,
         typer.Argument(
             metavar="SURFACE",
-            help="Height map of the rubber (.npy, .csv, .txt, .xyz, .x3p), or a surface.toml that "
-            "generates one.",
+            help="Height map of the rubber (.npy, text, .x3p, instruments' formats), or a "
+            "surface.toml that generates one.",
             show_default=False,
         ),
     ],
@@ -34,7 +34,7 @@ def roughness(
         Text, option("M", "Remove shorter waves.", "35um for a map, with hydrodynamic")
     ] = None,
     pixel: Annotated[Text, option("M", "Pixel of a map that does not say: 17.5um.")] = None,
-    height_unit: Annotated[Text, option("UNIT", "Of heights that do not say: um.", "m")] = None,
+    height_unit: Annotated[Text, option("UNIT", "Of lengths that do not say: um.", "m")] = None,
     out: Annotated[
         Path | None, folder_option("Where to write; else results/<name of the surface>.")
     ] = None,

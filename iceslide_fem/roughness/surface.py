@@ -21,12 +21,21 @@ FEWEST_PIXELS = 16  # along either side
 class Surface:
     """Heights (m) on square pixels, rows along y, asperities up: away from the rubber.
 
-    pixel: m. A periodic surface continues at its opposite side.
+    pixel: m. A periodic surface continues at its opposite side. measured: the longest distance of
+    measured heights, m, where it is more than a pixel. notes: what a person should know of the file
+    that it is from, sentences.
     """
 
     heights: Array
     pixel: float
     periodic: bool
+    measured: float = 0.0
+    notes: tuple[str, ...] = ()
+
+    @property
+    def resolution(self) -> float:
+        """The distance of heights that no wave may have too few of, m."""
+        return max(self.pixel, self.measured)
 
     @property
     def size(self) -> tuple[float, float]:
@@ -90,7 +99,7 @@ def levelled(surface: Surface) -> Surface:
         raise SceneError("the map is flat: all of its heights lie in one plane")
     if not surface.periodic:
         z = np.block([[z, z[:, ::-1]], [z[::-1], z[::-1, ::-1]]])
-    return Surface(z, surface.pixel, periodic=True)
+    return replace(surface, heights=z, periodic=True)
 
 
 def _filled(z: Array, missing: Mask) -> Array:

@@ -29,6 +29,7 @@ from iceslide_fem.roughness.surface import (
 
 STEEP = 0.6  # rms slope beyond which the half-space is not to be relied on
 STEEPEST = 10.0  # that a surface may have: a cliff of 84 degrees at every place
+PIXEL_ROUNDING = 1e-3  # of a pixel's side, in files that have it to few digits
 NEARLY_FULL = 0.9  # share of contact
 COLUMNS = (
     "pressure_Pa",
@@ -42,7 +43,8 @@ class Survey(NamedTuple):
     """What was found. found: (realisations, pressures, `Parameters`); shown: some contacts.
 
     surface: the first realisation as it was pressed; statistics: of every realisation; cut_off:
-    its shortest wave, m (None: all that the pixels show); shown: number of the pressure -> Contact.
+    its shortest wave, m (None: all that the pixels show); shown: number of the pressure -> Contact;
+    measured: of a map with all its waves.
     """
 
     case: RoughnessCase
@@ -53,6 +55,7 @@ class Survey(NamedTuple):
     shown: dict[int, Contact]
     iterations: int
     error: float
+    measured: Statistics | None = None
 
     @property
     def mean(self) -> Parameters[Array]:
@@ -69,7 +72,7 @@ class Survey(NamedTuple):
 
 def survey(case: RoughnessCase) -> Survey:
     """Press all realisations; raises SceneError if the surface cannot be read or resolved."""
-    surfaces, cut_off = _surfaces(case)
+    surfaces, cut_off, measured = _surfaces(case)
     modulus = case.rubber[1]
     middle = len(case.pressures) // 2
     first: Surface | None = None
@@ -91,7 +94,9 @@ def survey(case: RoughnessCase) -> Survey:
         first = first or surface
         found.append(rows)
     assert first is not None  # there is one realisation at least
-    return Survey(case, first, described, cut_off, np.array(found), shown, iterations, error)
+    return Survey(
+        case, first, described, cut_off, np.array(found), shown, iterations, error, measured
+    )
 
 
 def parameters(
@@ -114,8 +119,12 @@ def _check_slope(case: RoughnessCase, figures: Statistics) -> None:
         )
 
 
-def _surfaces(case: RoughnessCase) -> tuple[Iterator[Surface], float | None]:
-    """Periodic surfaces without waves below the cut-off, and the cut-off (m)."""
+def _surfaces(
+    case: RoughnessCase,
+) -> tuple[Iterator[Surface], float | None, Statistics | None]:
+    """Periodic surfaces without waves below the cut-off, the cut-off (m), and figures of a map as
+    it was measured, levelled, with all its waves.
+    """
     wave = case.shortest_wave
     if case.surface.suffix.lower() == ".toml":
         if case.pixel is not None:
@@ -129,23 +138,24 @@ def _surfaces(case: RoughnessCase) -> tuple[Iterator[Surface], float | None]:
         _check_resolution(case.definition, wave or spec.shortest_wave, spec.pixel, spec.size)
         every = (generate(spec, number) for number in range(case.realisations))
         if wave is None:
-            return every, spec.shortest_wave
-        return (low_passed(surface, wave) for surface in every), wave
+            return every, spec.shortest_wave, None
+        return (low_passed(surface, wave) for surface in every), wave, None
 
     surface = levelled(read_surface(case.surface, case.pixel, case.height_unit))
     if wave is None and case.definition == "hydrodynamic":
         wave = SOURCE_WAVE
+    measured = statistics(surface)
     if wave is None:
-        return iter([surface]), None
-    _check_resolution(case.definition, wave, surface.pixel, 0.5 * min(surface.size))
-    return iter([low_passed(surface, wave)]), wave
+        return iter([surface]), None, measured
+    _check_resolution(case.definition, wave, surface.resolution, 0.5 * min(surface.size))
+    return iter([low_passed(surface, wave)]), wave, measured
 
 
 def _check_resolution(definition: Definition, wave: float, pixel: float, size: float) -> None:
     """Raise SceneError if the shortest wave has too few pixels, or the map too few waves."""
-    if definition == "hydrodynamic" and wave < PIXELS_PER_WAVE * pixel * (1.0 - 1e-9):
+    if definition == "hydrodynamic" and wave < PIXELS_PER_WAVE * pixel * (1.0 - PIXEL_ROUNDING):
         raise SceneError(
-            f"the shortest wave, {1e6 * wave:.4g} um, has {wave / pixel:.2g} pixels of "
+            f"the shortest wave, {1e6 * wave:.4g} um, has {wave / pixel:.4g} pixels of "
             f"{1e6 * pixel:.4g} um; allowed: {PIXELS_PER_WAVE:g} or more (give a longer "
             "--shortest-wave, or --definition thesis)"
         )
@@ -185,6 +195,7 @@ def summary(result: Survey) -> dict[str, Any]:
         "rms_height_m": float(figures[:, 0].mean()),
         "rms_slope": float(figures[:, 1].mean()),
         "skewness": float(figures[:, 2].mean()),
+        "measured": None if result.measured is None else result.measured._asdict(),
         "spectrum_fit": None if fit is None else {"hurst": fit.hurst, "rolloff_m": fit.rolloff},
         "cut_offs": {
             "shortest_wave_m": result.cut_off,
@@ -209,7 +220,7 @@ def summary(result: Survey) -> dict[str, Any]:
 def warnings(result: Survey) -> list[str]:
     """What a person should know before using the table; one sentence each."""
     slope = max(each.rms_slope for each in result.statistics)
-    found = []
+    found = [f"{result.case.surface.name}: {note}" for note in result.surface.notes]
     if slope > STEEP:
         found.append(
             f"the rms slope is {slope:.2f}: above {STEEP:g} rubber is strained too much for the "

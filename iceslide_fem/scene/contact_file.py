@@ -2,55 +2,41 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.materials import ContactTable
-from iceslide_fem.scene.input_file import read_text
+from iceslide_fem.tables.columns import Wanted, read_columns
 
-# Column, lowest and highest value allowed (both included).
+# Column, lowest and highest value allowed (both included), SI.
 COLUMNS = (
-    ("pressure_Pa", 10.0, 1e9),
-    ("k", 1e-6, 1.0),
-    ("D_m", 1e-8, 1e-2),
-    ("H_V_m", 1e-12, 1e-2),
+    (Wanted("pressure", "Pa", ("p", "nominal pressure")), 10.0, 1e9),
+    (Wanted("k", ""), 1e-6, 1.0),
+    (Wanted("D", "m"), 1e-8, 1e-2),
+    (Wanted("H_V", "m"), 1e-12, 1e-2),
 )
 
 
 def read_contact_table(path: Path, key: str) -> ContactTable:
-    """Table from a CSV file with the columns pressure_Pa, k, D_m, H_V_m; more are left alone.
+    """Table from a file with the columns pressure_Pa, k, D_m, H_V_m; more are left alone.
 
-    Rows in ascending pressure, two or more; lines that begin with # are remarks. k must not fall
-    and H_V not rise with pressure. Raises SceneError, one sentence that names `key`, otherwise.
+    Other units are named in the heading, as in "pressure (bar)". Rows in ascending pressure, two
+    or more; lines that begin with # are remarks. k must not fall and H_V not rise with pressure.
+    Raises SceneError, one sentence that names `key`, otherwise.
     """
-    text = read_text(path, key)
-    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
-    table = csv.DictReader(lines, skipinitialspace=True)
-    try:
-        heading = [name.strip() for name in table.fieldnames or []]
-        table.fieldnames = heading
-        entries = list(table)
-    except csv.Error as error:
-        raise SceneError(f"{key}: {path} is no table: {error}") from None
-    missing = [name for name, _, _ in COLUMNS if name not in heading]
-    if missing:
-        if ";" in "".join(heading):
-            raise SceneError(f"{key}: {path} has semicolons between its columns; allowed: commas")
-        raise SceneError(
-            f"{key}: {path} has no column {missing[0]}; needed: "
-            f"{', '.join(name for name, _, _ in COLUMNS)}"
-        )
-    twice = next((name for name, _, _ in COLUMNS if heading.count(name) > 1), None)
-    if twice is not None:
-        raise SceneError(f"{key}: {path} has the column {twice} twice")
-    rows = [
-        tuple(_number(row[column[0]], column, number, f"{key}: {path}") for column in COLUMNS)
-        for number, row in enumerate(entries, start=1)
-    ]
+    wanted = [column for column, _, _ in COLUMNS]
+    table, found = read_columns(path, key, wanted, [column.name for column in wanted])
+    for column, low, high in COLUMNS:
+        for row, value in enumerate(found[column.name]):
+            if not low <= value <= high:
+                said = "is missing" if value != value else f"= {value:g} is out of range"
+                raise SceneError(
+                    f"{table.said}: row {row + 1} (line {table.lines[row].number}): "
+                    f"{column.heading} {said}; allowed: {low:g} to {high:g}"
+                )
+    rows = list(zip(*(found[column.name].tolist() for column in wanted), strict=True))
     if len(rows) < 2:
-        raise SceneError(f"{key}: {path} has {len(rows)} pressures; allowed: 2 or more")
-    pressure, k, D, H_V = zip(*rows, strict=True)
+        raise SceneError(f"{table.said} has {len(rows)} pressure; allowed: 2 or more")
     for number, (now, after) in enumerate(zip(rows[:-1], rows[1:], strict=True), start=1):
         for wrong, what in (
             (after[0] <= now[0], "pressure_Pa must rise from row to row"),
@@ -58,18 +44,6 @@ def read_contact_table(path: Path, key: str) -> ContactTable:
             (after[3] > now[3], "H_V_m must not rise when the pressure rises"),
         ):
             if wrong:
-                raise SceneError(f"{key}: {path}, rows {number} and {number + 1}: {what}")
+                raise SceneError(f"{table.said}: rows {number} and {number + 1}: {what}")
+    pressure, k, D, H_V = zip(*rows, strict=True)
     return ContactTable(path.name, pressure, k, D, H_V)
-
-
-def _number(text: object, column: tuple[str, float, float], row: int, where: str) -> float:
-    name, low, high = column
-    try:
-        value = float(str(text))
-    except ValueError:
-        raise SceneError(f'{where}, row {row}: {name} = "{text}" is not a number') from None
-    if not low <= value <= high:
-        raise SceneError(
-            f"{where}, row {row}: {name} = {value:g} is out of range; allowed: {low:g} to {high:g}"
-        )
-    return value

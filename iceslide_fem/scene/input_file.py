@@ -9,16 +9,9 @@ from pydantic import AfterValidator
 from pydantic_core import PydanticCustomError
 
 from iceslide_fem.errors import SceneError
+from iceslide_fem.files import check_regular, is_regular
 
 LARGEST_TEXT = 10_000_000  # bytes
-
-
-def is_regular(path: Path) -> bool:
-    """Whether `path` is a regular file that can be looked at."""
-    try:
-        return path.is_file()
-    except (OSError, ValueError):  # a name too long, a folder one may not look into
-        return False
 
 
 def _regular(path: Path) -> Path:
@@ -30,18 +23,6 @@ def _regular(path: Path) -> Path:
 InputFile = Annotated[
     Path, AfterValidator(_regular)
 ]  # as pydantic's FilePath, but never an OSError
-
-
-def check_regular(path: Path, what: str) -> None:
-    """Raise SceneError if `path`, of which the message speaks as `what`, is no regular file."""
-    try:
-        special = path.exists() and not path.is_file()
-    except (OSError, ValueError) as error:  # a name that no file can have
-        raise SceneError(
-            f"cannot read {what} {path}: {getattr(error, 'strerror', error)}"
-        ) from None
-    if special:
-        raise SceneError(f"cannot read {what} {path}: it is not a regular file")
 
 
 def read_text(path: Path, what: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -11,9 +10,9 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
-from iceslide_fem.scene.input_file import read_text
+from iceslide_fem.tables.columns import Wanted, read_columns
 
-COLUMNS = ("x_m", "y_m")
+COLUMNS = (Wanted("x", "m"), Wanted("y", "m"), Wanted("ring", ""))
 MOST_POINTS = 2000
 SMALLEST, LARGEST = 1e-5, 0.3  # m
 
@@ -21,31 +20,20 @@ SMALLEST, LARGEST = 1e-5, 0.3  # m
 def read_outline(path: Path, key: str) -> tuple[Array, ...]:
     """Polygons (n, 2), m: the block seen from above, the outer one first, then its holes.
 
-    A CSV file with the columns x_m and y_m, and `ring` (a whole number) where there are holes: the
-    rows of a ring are the corners of one closed polygon, one after the other. Lines that begin with
-    # are remarks. Raises SceneError, one sentence that names `key`, otherwise.
+    A table with the columns x_m and y_m (or other units), and `ring` (a whole number) where there
+    are holes: the rows of a ring are the corners of one closed polygon, one after the other. Lines
+    that begin with # are remarks. Raises SceneError, one sentence that names `key`, otherwise.
     """
     return _read(path, key, path.stat().st_mtime_ns if path.exists() else 0)
 
 
 @lru_cache(maxsize=4)  # a scene asks for its shape several times
 def _read(path: Path, key: str, changed: int) -> tuple[Array, ...]:
-    where = f"{key}: {path}"
-    text = read_text(path, key)
-    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
-    table = csv.DictReader(lines, skipinitialspace=True)
-    names = [name.strip() for name in table.fieldnames or []]
-    table.fieldnames = names
-    for name in COLUMNS:
-        if name not in names:
-            raise SceneError(f"{where} has no column {name}; needed: {', '.join(COLUMNS)}")
-    rings: dict[str, list[tuple[float, float]]] = {}
-    for number, row in enumerate(table, start=1):
-        try:
-            point = (float(row["x_m"]), float(row["y_m"]))
-        except (TypeError, ValueError):
-            raise SceneError(f"{where}, row {number}: x_m and y_m are not both numbers") from None
-        rings.setdefault((row.get("ring") or "").strip(), []).append(point)
+    table, found = read_columns(path, key, COLUMNS, ("x", "y"))
+    where, none = table.said, np.zeros(len(table.lines))
+    rings: dict[float, list[tuple[float, float]]] = {}
+    for ring, x, y in zip(found.get("ring", none), found["x"], found["y"], strict=True):
+        rings.setdefault(float(ring), []).append((float(x), float(y)))
     polygons = [_polygon(where, points) for points in rings.values()]
     if not polygons:
         raise SceneError(f"{where} has no points")

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 import json
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +13,12 @@ from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from iceslide_fem.errors import SceneError
-from iceslide_fem.scene.input_file import read_text
-from iceslide_fem.scene.units import Quantity, to_si
+from iceslide_fem.scene.units import Quantity
+from iceslide_fem.tables.columns import columns_of_two
+from iceslide_fem.tables.layout import read_table
 
 MOST_ROWS = 10_000
 SUFFIX = ".csv"
-_HEADING = re.compile(r"\s*(.*?)\s*[\[(]\s*(.*?)\s*[\])]\s*")  # time (ms), pressure [bar]
 
 Rows = tuple[tuple[float, float], ...]
 
@@ -98,34 +97,17 @@ class RowsOf:
 
     def _read(self, path: Path) -> list[tuple[float, float]]:
         """Rows of the file at `path`, in SI."""
+        example = f'"{self.what} ({self.over.unit}), value ({self.value.unit})"'
         try:
-            lines = [
-                line
-                for line in read_text(path, "the table").splitlines()
-                if line.strip() and not line.startswith("#")
-            ]
+            table = read_table(path, "the table")
+            over, value, places = columns_of_two(table, (self.over.unit, self.value.unit), example)
+            for i in places:
+                for row, number in enumerate(table.column(i)):
+                    if not isfinite(number):
+                        table.refuse(f"{table.place(row, i)}: no finite number")
         except SceneError as error:
             raise _fault(f"names no table: {error}") from None
-        header, *rows = list(csv.reader(lines)) or [[]]
-        quantities = (self.over, self.value)
-        units = [_unit(*heading) for heading in zip(header, quantities, strict=False)]
-        if len(header) != 2 or not all(units):
-            raise _fault(
-                f"({path}) has no header of two columns with units, as in "
-                f'"{self.what} ({self.over.unit}), value ({self.value.unit})"'
-            )
-        found = []
-        for number, row in enumerate(rows, start=1):
-            if len(row) != 2:
-                raise _fault(f"row {number} ({path}) has {len(row)} values; allowed: 2")
-            pair = []
-            for text, unit, quantity in zip(row, units, quantities, strict=True):
-                try:
-                    pair.append(to_si(f"{float(text)!r} {unit}", quantity.unit))
-                except ValueError as error:
-                    raise _fault(f'row {number} ({path}): "{text} {unit}" {error}') from None
-            found.append((pair[0], pair[1]))
-        return found
+        return list(zip(map(_tidy, over), map(_tidy, value), strict=True))
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
@@ -139,20 +121,8 @@ class RowsOf:
         )
 
 
-def _unit(heading: str, quantity: Quantity) -> str | None:
-    """The unit that a `heading` names: "speed (m/s)", "speed [m/s]" or "speed_m_per_s"."""
-    if (bracketed := _HEADING.fullmatch(heading)) is not None:
-        return str(bracketed[2])
-    words = heading.strip().split("_")
-    for first in range(1, len(words)):
-        unit = "_".join(words[first:]).replace("_per_", "/").replace("_", "*")
-        unit = {"C": "degC"}.get(unit, unit)
-        try:
-            to_si(f"1 {unit}", quantity.unit)
-        except ValueError:
-            continue
-        return unit
-    return None
+def _tidy(value: float) -> float:
+    return float(f"{value:.15g}")  # 29 um are 2.9e-05, not 2.8999999999999998e-05
 
 
 def _fault(message: str) -> PydanticCustomError:

@@ -26,7 +26,7 @@ from iceslide_fem.scene import (
 )
 from iceslide_fem.scene.fingerprint import fingerprint
 from iceslide_fem.scene.messages import shortened
-from iceslide_fem.scene.units import to_si
+from iceslide_fem.units import to_si
 
 MOST_CASES = 100_000  # of a sweep
 

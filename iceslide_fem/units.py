@@ -1,0 +1,96 @@
+"""Units: the SI value of a text such as "1 bar", and readable text of a value."""
+
+from __future__ import annotations
+
+import re
+from functools import cache, lru_cache
+
+import pint
+
+# Of pressure as people write them; case does not tell them apart, but for mPa.
+_PRESSURES = {"pa": "Pa", "hpa": "hPa", "kpa": "kPa", "mpa": "MPa", "bar": "bar", "mbar": "mbar"}
+_PRESSURES |= {"psi": "psi", "n/cm^2": "N/cm^2", "n/mm^2": "N/mm^2", "kp/cm^2": "kgf/cm^2"}
+LONGEST = 100  # letters of a quantity
+_NUMBER_AND_UNIT = re.compile(
+    r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(.*?)\s*"
+)
+# Pint evaluates arithmetic in a unit, 9**9**9 for ever: names, 1, products, quotients, brackets and
+# exponents of one digit are all that may stand there.
+_PART = re.compile(
+    r"(?P<power>\s*(?:\^|\*\*)\s*[+-]?[0-9](?![\w.])|⁻?[⁰¹²³⁴⁵⁶⁷⁸⁹])"
+    r"|[A-Za-z_µμΩÅ°Δ%][A-Za-z0-9_µμΩÅ°]*|1(?![\w.])|[()*/·⋅\s]"
+)
+
+
+@cache
+def _registry() -> pint.UnitRegistry:
+    return pint.UnitRegistry()
+
+
+@lru_cache(maxsize=4096)
+def to_si(text: str, unit: str) -> float:
+    """Value of `text` ("1 bar", "-4 degC") in the SI `unit`.
+
+    Raises ValueError, with what is wrong with the text, if it has no number, no unit, an unknown
+    unit or a unit of another dimension.
+    """
+    text = text.replace("\N{MINUS SIGN}", "-")  # as pages print it
+    match = _NUMBER_AND_UNIT.fullmatch(text) if len(text) <= LONGEST else None
+    if match is not None and re.match(",[0-9]", match[2]):
+        raise ValueError("has a decimal comma instead of a point")
+    if match is None:
+        raise ValueError("is not a number with a unit")
+    number, given = float(match[1]), match[2]
+    if unit and not given:
+        raise ValueError("has no unit")
+    try:
+        _check_unit(given)
+        value = _registry().Quantity(number, given).to(unit or "dimensionless").magnitude
+    except pint.DimensionalityError:
+        expected = f"in {unit}" if unit else "without a unit"
+        raise ValueError(f"has the wrong unit (a quantity {expected} is expected)") from None
+    except Exception:  # pint lets tokenizer and assertion errors through, besides its own
+        raise ValueError(f'has the unknown unit "{given}"') from None
+    return float(f"{value:.15g}")  # "29 um" is 2.9e-05, not 2.8999999999999998e-05
+
+
+def _check_unit(text: str) -> None:
+    """Raise ValueError if `text` has another part than `_PART` names, or powers of anything else
+    than a name: ((km^9)^9)^9 would be evaluated, too.
+    """
+    at, before = 0, ""
+    while at < len(text):
+        part = _PART.match(text, at)
+        if part is None or (part["power"] and not before[-1:].isalpha()):
+            raise ValueError
+        at, before = part.end(), part[0]
+
+
+def si_unit(text: str, unit: str) -> str | None:
+    """`text` as a unit that `to_si` takes, if it is one of the dimension of the SI `unit`.
+
+    As headings of tables write them: C and °C, N/cm2 for N/cm^2, "-" and "1" for none.
+    """
+    written = text.strip().replace("²", "^2").replace("³", "^3")
+    written = written.replace("Âµ", "µ").replace("Î¼", "μ")  # UTF-8 that was read as Latin-1
+    if not unit:
+        return "" if written in ("-", "1", "") else None
+    written = re.sub(r"(?<=[A-Za-zµμ])([23])(?![0-9])", r"^\1", written)
+    if unit == "Pa":
+        written = _PRESSURES.get(written.casefold() if written != "mPa" else "", written)
+    if unit == "K":
+        written = {"C": "degC", "°C": "degC", "℃": "degC", "deg C": "degC"}.get(written, written)
+    if not written or re.match(r"[0-9.,+\-]", written):
+        return None
+    try:
+        to_si(f"1 {written}", unit)
+    except ValueError:
+        return None
+    return written
+
+
+def readable(value: float, unit: str) -> str:
+    """`value` in `unit` to three digits with the prefix that suits it: 8.8e-5, "m" is "88 µm"."""
+    rounded = float(f"{value:.3g}")  # before a prefix is chosen: no 1000 pm
+    text = f"{_registry().Quantity(rounded, unit).to_compact():.3g~P}"
+    return text.replace("\N{GREEK SMALL LETTER MU}", "\N{MICRO SIGN}")  # versions of pint differ
