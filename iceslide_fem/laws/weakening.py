@@ -17,7 +17,7 @@ import numpy as np
 from iceslide_fem.errors import SceneError
 from iceslide_fem.laws.bound import BoundLaw
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.units import readable
+from iceslide_fem.units import readable
 
 EDGE = 8.0  # times the mean pressure that an edge of a sheared block carries (docs/laws.md)
 SPEEDS = 60  # at which the shear is asked for
