@@ -19,10 +19,10 @@ from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import InterfaceState, Step, surface_errors
 from iceslide_fem.film.law import Film, FilmStage, Remembered, Surface
 from iceslide_fem.film.rubber_heat import RubberHeat
+from iceslide_fem.film.weakening import check_weakening
 from iceslide_fem.laws import protocol
 from iceslide_fem.laws.bound import Answer, BoundLaw
 from iceslide_fem.laws.load import coulomb, own_law
-from iceslide_fem.laws.weakening import check_weakening
 from iceslide_fem.scene import Scene
 
 # Rubber and ice touch: a layer of water that hardly resists heat (m).
