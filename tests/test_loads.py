@@ -70,6 +70,38 @@ def test_a_course_has_its_rows_an_exact_integral_and_holds_beyond(smooth):
         assert course.integral(6.0) == pytest.approx(1.0 + 2.0 + 5.0 + 4.0, rel=1e-14)
 
 
+@pytest.mark.parametrize("near", [1e-1, 1e-2, 1e-3])
+def test_steps_end_on_few_rows_of_a_log_and_lines_between_them_are_near_all(near):
+    t = np.linspace(0.0, 1.0, 3001)
+    noise = 1e-3 * np.random.default_rng(3).uniform(-1.0, 1.0, t.size)
+    log = np.where(t < 0.7, 2.0 + np.sin(8.0 * t), 0.5) + noise  # it stops short at 0.7 s
+    course = Course(tuple(t), tuple(log), 1.0)
+    few = course.sampled(near)
+    ends = np.array([0.0, *few.corners, 1.0])
+    off = np.abs(np.interp(t, ends, few(ends)) - log).max()
+    assert off <= near * log.max() * (1.0 + 1e-12)
+    assert len(few.corners) < {1e-1: 12, 1e-2: 40, 1e-3: 150}[near]
+    np.testing.assert_array_equal(few(t), course(t))  # no value is changed
+    assert (few.largest, few.integral(1.0)) == (course.largest, course.integral(1.0))
+    assert course.sampled(1e-9).corners == course.corners
+
+
+def test_a_log_of_ten_thousand_rows_takes_the_steps_of_its_curve():
+    t = np.linspace(0.0, 7e-3, 10_000)
+    log = [[time, 3.0 + np.sin(1e3 * time)] for time in t]
+    coarse = [[time, 3.0 + np.sin(1e3 * time)] for time in t[:: 9999 // 99]]
+    rows, summaries = [], []
+    for speed in (log, coarse):
+        found = point_history(scene(ice={"temperature": "-4 degC"}, speed=speed, duration=7e-3))
+        rows.append(found[0])
+        summaries.append(found[1])
+    assert summaries[0]["steps"] < 400
+    assert summaries[0]["mu_mean"] == pytest.approx(summaries[1]["mu_mean"], rel=5e-4)
+    time, mu = np.array([(row.time_s, row.mu) for row in rows[0]]).T
+    there = np.interp([row.time_s for row in rows[1]], time, mu)
+    np.testing.assert_allclose(there, [row.mu for row in rows[1]], rtol=2e-3)
+
+
 def test_a_smooth_course_is_level_at_its_ends():
     course = Course((1.0, 2.0), (1.0, 3.0), 3.0, smooth=True)
     np.testing.assert_allclose(course([1.0, 1.25, 1.5, 2.0]), [1.0, 1.3125, 2.0, 3.0])

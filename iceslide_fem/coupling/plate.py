@@ -11,6 +11,7 @@ from iceslide_fem.interface.carriers import ContactLoads
 from iceslide_fem.mesh.ice import window_cell
 from iceslide_fem.rubber.block import Block, SpeedLaw
 from iceslide_fem.rubber.time_discretisation import Rate
+from iceslide_fem.scene.course import SAMPLED
 
 
 class Plate:
@@ -22,7 +23,9 @@ class Plate:
     def __init__(self, block: Block) -> None:
         """Force and speed as the block's scene has them."""
         self._block, load = block, block.scene.load
-        self._pressures, self._speeds = load.pressures, load.speeds
+        near = SAMPLED * block.scene.numerics.tolerance
+        self._pressures = load.pressures.sampled(near)
+        self._speeds = load.speeds.sampled(near)
         self.passing = np.inf
         if block.scene.ice.motion == "sliding":
             self.passing = window_cell(block.scene) / self._speeds.largest

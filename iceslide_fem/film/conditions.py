@@ -11,6 +11,7 @@ from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.point_conditions import Conditions, Loading
 from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns
 from iceslide_fem.scene import Scene
+from iceslide_fem.scene.course import SAMPLED
 
 # Steps of a run whose integrator has no error estimate, unless numerics.max_step is given.
 FIXED_STEPS = 2000
@@ -100,4 +101,7 @@ def scene_loading(scene: Scene) -> Loading | None:
     load = scene.load
     if not load.changes:
         return None
-    return Loading(load.pressures, load.speeds, scene.contact_parameters)
+    near = SAMPLED * scene.numerics.tolerance
+    return Loading(
+        load.pressures.sampled(near), load.speeds.sampled(near), scene.contact_parameters
+    )

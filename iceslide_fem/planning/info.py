@@ -17,6 +17,7 @@ from iceslide_fem.materials import (
 from iceslide_fem.planning.cost import Cost, estimate
 from iceslide_fem.planning.simplifications import simplifications
 from iceslide_fem.scene import Scene
+from iceslide_fem.scene.course import SAMPLED
 from iceslide_fem.units import readable
 
 
@@ -66,7 +67,8 @@ def _load(scene: Scene) -> list[Row]:
     ):
         if not course.is_constant:
             low, high = (readable(value, unit) for value in (course.smallest, course.largest))
-            mean = f"mean {readable(course.mean, unit)}, {len(course.corners)} corners"
+            corners = course.sampled(SAMPLED * scene.numerics.tolerance).corners
+            mean = f"mean {readable(course.mean, unit)}, {len(corners)} corners"
             found.append(Row("load", name, f"{low} to {high}", mean))
     if found:
         way = readable(scene.load.speeds.integral(scene.load.duration), "m")

@@ -15,6 +15,7 @@ from iceslide_fem.laws.bound import BoundLaw
 from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.output.table import HistoryRow, row_of
 from iceslide_fem.scene import Scene
+from iceslide_fem.scene.course import SAMPLED
 
 
 def own_history(scene: Scene, law: BoundLaw) -> tuple[list[HistoryRow], dict[str, Any]]:
@@ -60,8 +61,8 @@ def own_history(scene: Scene, law: BoundLaw) -> tuple[list[HistoryRow], dict[str
 
     walk = moments(
         OwnFriction(law, scene.ice.temperature),
-        load.pressures,
-        load.speeds,
+        load.pressures.sampled(SAMPLED * numerics.tolerance),
+        load.speeds.sampled(SAMPLED * numerics.tolerance),
         duration,
         ice,
         integrator,

@@ -146,6 +146,7 @@ class _History:
 
     def __init__(self, scene: Scene, conditions: Conditions) -> None:
         self._scene = scene
+        self._pressures, self._speeds = scene.load.pressures, scene.load.speeds
         self._area = scene.rubber.length * scene.rubber.width
         self._work = self._ice_heat = self._rubber_heat = self._latent_heat = 0.0
         shear = float(conditions.loads().viscous[0]) / scene.initial_height
@@ -186,20 +187,19 @@ class _History:
         thinned: float = 1.0,
     ) -> HistoryRow:
         """A row; `thinned`: the film's viscosity over that at the ice's initial temperature."""
-        load = self._scene.load
-        pressure = load.pressures.at(time)
+        pressure = self._pressures.at(time)
         missing = self._work - self._ice_heat - self._rubber_heat - self._latent_heat
         row = HistoryRow(
             time_s=time,
             step_s=dt,
-            slip_m=load.speeds.integral(time),
+            slip_m=self._speeds.integral(time),
             mu=shear / pressure,
             film_height_m=height,
             squeezed_height_m=squeezed,
             surface_temperature_C=temperature - ZERO_CELSIUS,
             contact_fraction=1.0,
             nominal_pressure_Pa=pressure,
-            speed_m_per_s=load.speeds.at(time),
+            speed_m_per_s=self._speeds.at(time),
             normal_force_N=pressure * self._area,
             friction_force_N=shear * self._area,
             plate_displacement_m=0.0,

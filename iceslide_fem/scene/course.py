@@ -5,12 +5,12 @@ Before the first row and after the last their values hold.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from iceslide_fem.arrays import Array
 
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 # scipy.interpolate takes longer to import than most scenes take to read: only tables need it.
 _SAME = 1e-12  # of times, relative to the duration
+# How far loads may be from straight lines between steps' ends, of the tolerance: mu follows speed
+# and pressure at once, so that this is its error.
+SAMPLED = 0.3
 
 
 @dataclass(frozen=True)
@@ -26,13 +29,15 @@ class Course:
     """Values (SI) at ascending `times` (s), for a run of `duration` (s).
 
     Between rows `smooth` is a monotone cubic (PCHIP, level at both ends: continuous slope, no
-    overshoot), else straight lines. One value without times holds throughout.
+    overshoot), else straight lines. One value without times holds throughout. `within`: how far
+    straight lines between its corners may be from the rows, relative to the largest value.
     """
 
     times: tuple[float, ...]
     values: tuple[float, ...]
     duration: float
     smooth: bool = False
+    within: float = 0.0
 
     @property
     def is_constant(self) -> bool:
@@ -45,7 +50,7 @@ class Course:
         if self.is_constant:
             return np.full_like(t, self.values[0])
         inside = self._pieces(np.clip(t, self.times[0], self.times[-1]))
-        inside = np.clip(inside, min(self.values), max(self.values))  # rounding apart, it is so
+        inside = np.clip(inside, *self._range)  # rounding apart, it is so
         return np.where(t < self.times[-1], inside, self.values[-1])
 
     def at(self, time: float) -> float:
@@ -79,7 +84,8 @@ class Course:
         if self.is_constant:
             return self.values[0]
         mean = (self.integral(end) - self.integral(start)) / (end - start)
-        return min(max(mean, min(self.values)), max(self.values))  # rounding apart, it is so
+        low, high = self._range
+        return min(max(mean, low), high)  # rounding apart, it is so
 
     def next_corner(self, time: ArrayLike) -> Array:
         """The first row after `time` (s, any shape), infinite if there is none before the end."""
@@ -89,9 +95,23 @@ class Course:
         later = np.searchsorted(self.corners, t + _SAME * self.duration, side="right")
         return np.append(self.corners, np.inf)[later]
 
+    def sampled(self, within: float) -> Course:
+        """The same with fewer corners: a log has more rows than a step needs to see."""
+        return replace(self, within=within)
+
     @cached_property
     def corners(self) -> tuple[float, ...]:
-        """Rows within the run, s; one that is a rounding before the end is the end."""
+        """Rows within the run on which steps end, s; one a rounding before the end is the end."""
+        inside = self._times_inside
+        if not self.within or len(inside) < 2:
+            return inside
+        times = np.array([0.0, *inside, self.duration])
+        kept = _corners(times, self(times), self.within * max(self.values))
+        return tuple(times[kept[1:-1]].tolist())
+
+    @cached_property
+    def _times_inside(self) -> tuple[float, ...]:
+        """All rows within the run, s."""
         end = self.duration * (1.0 - _SAME)
         return tuple(time for time in self.times if 0.0 < time < end)
 
@@ -108,12 +128,22 @@ class Course:
     @property
     def largest(self) -> float:
         """Largest value within the run: monotone between rows, so at one of them or an end."""
-        return max(self.at(time) for time in (0.0, *self.corners, self.duration))
+        return float(self._extremes.max())
 
     @property
     def smallest(self) -> float:
         """Smallest value within the run."""
-        return min(self.at(time) for time in (0.0, *self.corners, self.duration))
+        return float(self._extremes.min())
+
+    @cached_property
+    def _extremes(self) -> Array:
+        """Values among which are the largest and the smallest within the run."""
+        return self(np.array([0.0, *self._times_inside, self.duration]))
+
+    @cached_property
+    def _range(self) -> tuple[float, float]:
+        """Least and largest of all rows."""
+        return min(self.values), max(self.values)
 
     @cached_property
     def _cubic(self) -> Array:
@@ -146,3 +176,24 @@ class Course:
         first[-1], last[-1] = self.values[0], self.values[-1]
         pieces = np.hstack([first, self._cubic, last])
         return PPoly(pieces, np.concatenate([ends[:1], self.times, ends[1:]])).antiderivative()
+
+
+def _corners(times: Array, values: Array, near: float) -> NDArray[np.intp]:
+    """Numbers of rows, the first and the last among them, such that straight lines between them
+    pass all others as `near` as that.
+
+    From each one the line to the furthest row is taken whose slope every row between allows.
+    """
+    kept, count = [0], len(times)
+    while kept[-1] < count - 1:
+        start = kept[-1]
+        furthest, low, high = start + 1, -np.inf, np.inf
+        for row in range(start + 1, count):
+            run, rise = times[row] - times[start], values[row] - values[start]
+            if low <= rise / run <= high:
+                furthest = row
+            low, high = max(low, (rise - near) / run), min(high, (rise + near) / run)
+            if low > high:
+                break
+        kept.append(furthest)
+    return np.array(kept)
