@@ -15,7 +15,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from iceslide_fem.mesh.gmsh_model import IntArray, TaggedMesh
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 
 Floats = NDArray[np.float64]
 
