@@ -1,7 +1,7 @@
 """Elements of Abaqus and CalculiX: their shape by their type's name, and their sides.
 
 An element is read as the shape that it is: C3D8, C3D8R, C3D8H and C3D8RH are hexahedra, CPE4 and
-S4R quadrilaterals. Sides are numbered as in Abaqus' guide, two- and three-dimensional solid elements.
+S4R quadrilaterals. Sides are numbered as in the guide of Abaqus for solid elements.
 """
 
 from __future__ import annotations

@@ -20,6 +20,7 @@ import numpy as np
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.mesh import abaqus, gmsh_model, vtk_cells
+from iceslide_fem.mesh.completeness import gap
 from iceslide_fem.mesh.named_cells import PARTS
 from iceslide_fem.mesh.soundness import Soundness, facets_of, place
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
@@ -77,7 +78,8 @@ def _checked(path: Path, dim: int, unit: str, changed: int, size: int) -> Tagged
     _check_size(path, tagged, unit)
     soundness = Soundness(tagged)
     _check_placement(path, tagged, soundness.outer)
-    fault = soundness.fault(tagged.facets["plate"])
+    near = TOLERANCE * np.ptp(tagged.points[:, -1])
+    fault = soundness.fault(tagged.facets["plate"]) or gap(tagged, soundness.outer, near)
     if fault is not None:
         what, where = fault
         raise SceneError(f"rubber.mesh {path}, near {place(where, unit, UNITS[unit], 6)}: {what}")
@@ -176,9 +178,7 @@ def mesh_size(tagged: TaggedMesh) -> dict[str, float]:
 
 
 def _check_facets(path: Path, tagged: TaggedMesh, outer: IntArray) -> None:
-    """Raise SceneError if a tagged facet is none of the `outer` ones, or tagged twice, or if one
-    that lies on the ice has no tag.
-    """
+    """Raise SceneError if a tagged facet is none of the `outer` ones, or is tagged twice."""
     sets = [outer, *tagged.facets.values()]
     _, numbers = np.unique(np.sort(np.concatenate(sets), axis=1), axis=0, return_inverse=True)
     outside, *named = np.split(numbers.ravel(), np.cumsum([len(part) for part in sets])[:-1])
@@ -194,11 +194,3 @@ def _check_facets(path: Path, tagged: TaggedMesh, outer: IntArray) -> None:
                     f'rubber.mesh {path}: a facet is tagged "{owner[facet]}" and "{name}"'
                 )
             owner[facet] = name
-    near = TOLERANCE * np.ptp(tagged.points[:, -1])
-    on_ice = outer[(tagged.points[outer, -1] <= near).all(axis=1) & ~np.isin(outside, [*owner])]
-    if len(on_ice):
-        x = tagged.points[on_ice[0], 0].mean()
-        raise SceneError(
-            f"rubber.mesh {path}: {len(on_ice)} facets lie on the ice and are not tagged "
-            f'"contact", the first at x = {x:g} m'
-        )
