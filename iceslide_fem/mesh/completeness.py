@@ -36,25 +36,25 @@ def gap(tagged: TaggedMesh, outer: IntArray, near: float) -> Fault | None:
     on_top = (heights >= tagged.points[:, -1].max() - near).all(axis=1)
     lost = on_top & (names != "plate")
     if lost.any():
-        what = 'of the top are not tagged "plate"; the plate must be all of the top'
+        what = 'is part of the top and not tagged "plate", which must be all of it'
         return _fault(lost, what, corners)
     if (names == "symmetry").any():
         lost = (abs(corners[:, :, 1]) <= near).all(axis=1) & free
         if lost.any():
-            return _fault(lost, 'at y = 0 are not tagged "symmetry", like others', corners)
+            return _fault(lost, 'is at y = 0 and not tagged "symmetry" like others', corners)
     lost = on_ice & free
     if lost.any():
-        return _fault(lost, 'lie on the ice and are not tagged "contact"', corners)
+        return _fault(lost, 'lies on the ice and is not tagged "contact"', corners)
     lost = _lost_sides(corners, names, near)
     if lost.any():
         what = (
-            'begin at the ice and have no name, but other sides are tagged "contact": tag the '
-            "lower part of these, too"
+            'begins at the ice and has no name, but another side is tagged "contact": tag the '
+            "lower part of all of this side and of the opposite one"
         )
         return _fault(lost, what, corners)
     lost = _enclosed(outer, heights.mean(axis=1), names, near)
     if lost.any():
-        what = 'have no name and are enclosed by facets tagged "contact" or "walls": a hole in them'
+        what = 'has no name and is enclosed by facets tagged "contact" or "walls": a hole in them'
         return _fault(lost, what, corners)
     return None
 
@@ -67,8 +67,8 @@ def only_lowest(tagged: TaggedMesh) -> bool:
 
 def _fault(lost: Mask, what: str, corners: Floats) -> Fault:
     count = int(lost.sum())
-    facets = f"{count} facets there and elsewhere" if count > 1 else "a facet there"
-    return f"{facets} {what}", corners[np.flatnonzero(lost)[0]].mean(axis=0)
+    like = f" ({count} such facets)" if count > 1 else ""
+    return f"the facet there {what}{like}", corners[np.flatnonzero(lost)[0]].mean(axis=0)
 
 
 def _names(tagged: TaggedMesh, outer: IntArray) -> NDArray[np.str_]:
