@@ -37,7 +37,7 @@ _FACET_OF = {2: {"line"}, 3: {"triangle", "quadrilateral"}}
 
 
 class Block(NamedTuple):
-    """Cells of one kind and name; dim: 1 for lines, 2 for faces, 3 for volumes.
+    """Cells of one kind and name; dim: 1 for lines, 2 for faces, 3 for volumes, 0 for others.
 
     kind: a key of `DIMENSIONS` or `SECOND_ORDER`, or what the file calls one that can't be used;
     nodes (cells, nodes of a cell): numbers of nodes, the corners first.
@@ -73,7 +73,7 @@ def tagged_mesh(path: Path, dim: int, body: str, found: NamedCells) -> TaggedMes
         raise SceneError(
             f'rubber.mesh {path} has no cells tagged "{body}"; tags found: {names_of(found)}'
         )
-    if {block.dim for block in bodies} != {dim}:
+    if {block.dim for block in bodies} - {0} not in (set(), {dim}):
         raise SceneError(f'rubber.mesh {path}: "{body}" must be made of {dim}-dimensional cells')
     kinds = sorted({SECOND_ORDER.get(block.kind, block.kind) for block in bodies})
     if len(kinds) > 1:
