@@ -58,23 +58,36 @@ def load(path: Path, dim: int, body: str) -> TaggedMesh:
         raise SceneError(
             f"rubber.mesh {path} is no input file of Abaqus with a mesh: it has no *ELEMENT"
         )
-    coordinates: list[Floats] = []
+    places = [_nodes(path, template) for template in templates.values()]
+    coordinates = np.concatenate([points for _, points in places])
     elements: list[Elements] = []
     scopes, count, first = {}, 0, 0
-    for name, template in templates.items():
-        numbers, points = _nodes(path, template)
-        scopes[name] = Scope(template.sets, count + np.arange(len(numbers)), numbers, first)
+    for (name, template), (numbers, _) in zip(templates.items(), places, strict=True):
+        here = Scope(template.sets, count + np.arange(len(numbers)), numbers, first)
         for kind, ids, nodes in template.elements:
-            table = np.array(nodes, dtype=np.int64).reshape(len(ids), NODES.get(shape(kind)[1], 0))
-            table = scopes[name].global_nodes(table)
-            elements.append(Elements(kind, *shape(kind), first, table))
-            scopes[name].element_ids.extend(ids)
+            own_dim, form = shape(kind)
+            table = np.array(nodes, dtype=np.int64).reshape(len(ids), NODES.get(form, 0))
+            table = here.global_nodes(table)
+            if form == "line3":
+                table = _ends_first(table, coordinates)
+            elements.append(Elements(kind, own_dim, form, first, table))
+            here.element_ids.extend(ids)
             first += len(ids)
-        coordinates.append(points)
+        scopes[name] = here
         count += len(numbers)
     blocks, node_sets = Names(path, dim, body, scopes, elements).resolved()
-    found = NamedCells(np.arange(count), np.concatenate(coordinates), blocks, node_sets)
+    found = NamedCells(np.arange(count), coordinates, blocks, node_sets)
     return tagged_mesh(path, dim, body, found)
+
+
+def _ends_first(lines: IntArray, coordinates: Floats) -> IntArray:
+    """Lines of three nodes, the middle one last; Abaqus has it second, other programs last."""
+    if not len(lines):
+        return lines
+    one, two, three = coordinates[lines].swapaxes(0, 1)
+    second = np.linalg.norm(two - 0.5 * (one + three), axis=1)
+    last = np.linalg.norm(three - 0.5 * (one + two), axis=1)
+    return np.where((second < last)[:, None], lines[:, [0, 2, 1]], lines)
 
 
 def _templates(path: Path) -> dict[str, _Template]:

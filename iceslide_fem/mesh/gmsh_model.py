@@ -100,7 +100,7 @@ def load(path: Path, dim: int, body: str) -> TaggedMesh:
         _merge(path)
         blocks = []
         for group_dim, group in model.getPhysicalGroups():
-            name = model.getPhysicalName(group_dim, group)
+            name = model.getPhysicalName(group_dim, group).strip(" \0")  # MED fills them up
             for entity in model.getEntitiesForPhysicalGroup(group_dim, group):
                 types, _, nodes = model.mesh.getElements(group_dim, entity)
                 for number, tags in zip(types, nodes, strict=True):

@@ -90,7 +90,8 @@ def _other_format(suffix: str) -> str:
     allowed = f"allowed are {', '.join(READERS)}"
     if suffix in _NASTRAN:
         return f"files of Nastran ({suffix}) have no names for sets of facets; {allowed}"
-    return f'files "*{suffix}" are not read; {allowed}, or save it as one of them with its program'
+    what = f'files "*{suffix}" are not read' if suffix else "its name has no suffix"
+    return f"{what}; {allowed}; save it as one of these with the program that made it"
 
 
 def _check_size(path: Path, tagged: TaggedMesh, unit: str) -> None:

@@ -105,15 +105,16 @@ def _by_vtk(path: Path) -> dict[str, Any]:
         cells = Path(folder) / "cells.npz"
         words = [sys.executable, "-P", str(program), str(path.resolve()), str(cells)]
         done = subprocess.run(words, capture_output=True, text=True, errors="replace")
-        if done.returncode == 0 and cells.exists():
+        faults = [line for line in done.stderr.splitlines() if re.search(r"ERR\||[Ee]rror", line)]
+        if done.returncode == 0 and not faults:
             with np.load(cells) as arrays:
                 return dict(arrays)
-    if done.returncode < 0:
+    said = faults or done.stderr.splitlines()
+    if done.returncode < 0 or not said:
         raise SceneError(f"rubber.mesh {path} can't be read by VTK: the file is damaged")
-    said = re.sub(r"\x1b\[[0-9;]*m", "", done.stderr).strip().splitlines() or [""]
-    faults = [line for line in said if re.search(r"ERR\||[Ee]rror", line)]
-    reason = re.sub(r"^.*(ERR\||: error :|\): )\s*", "", (faults or said)[0])
-    raise SceneError(f"rubber.mesh {path} can't be read by VTK: {reason}; {said[-1]}")
+    reason = re.sub(r"\x1b\[[0-9;]*m", "", said[0])
+    reason = re.sub(r"^.*((ERR|WARN)\||: error :|\): )\s*", "", reason).strip(" .")
+    raise SceneError(f"rubber.mesh {path} can't be read by VTK: {reason}")
 
 
 def _check_xdmf(path: Path) -> None:
