@@ -34,7 +34,7 @@ INSTANCE = "*Instance, name=Block-1, part=Block\n"
 
 
 def read(text, folder, dim=2, name="own.inp"):
-    (folder / name).write_text(text)
+    (folder / name).write_text(text, encoding="utf-8")
     return load_user_mesh(folder / name, dim, "mm")
 
 
@@ -102,6 +102,20 @@ SLICES = {
     + "*SOLID SECTION, ELSET=rubber, MATERIAL=m\n*MATERIAL, NAME=m\n*HYPERELASTIC\n1., 2.\n"
     + "*STEP\n*STATIC\n0.1, 1.\n*END STEP\n",
     "Fortran's numbers": SLICE.replace("-0.5, 0", "-5.0D-1, 0.d0").replace("1.5, 1", "1.5E+00, 1."),
+    "as FreeCAD writes": SLICE.replace("*NODE", "** Nodes\n*Node, NSET=Nall").replace(
+        "ELSET=rubber", "ELSET=Evolumes"
+    )
+    + "*ELSET, ELSET=Eall\nEvolumes\n*ELSET, ELSET=rubber\nEvolumes,\n",
+    "commas at the ends of lines": SLICE.replace("\n", ",\n")
+    .replace("H,", "H, ")
+    .replace("*HEADING,\na slice,\n*NODE,", "*NODE")
+    .replace("rubber,", "rubber")
+    .replace("contact,", "contact")
+    .replace("plate,", "plate"),
+    "GENERATE first, without and with negative increments": SLICE.replace(", ELSET=rubber", "")
+    + "*ELSET, GENERATE, INTERNAL, ELSET=rubber, UNSORTED\n1, 2\n3, 3, -1\n3, 1, -2\n",
+    "an end that Abaqus does not know": SLICE + "*end",
+    "bytes in front, tabs": "\ufeff" + SLICE.replace(", ", "\t,\t"),
     "a part": PART + SIDES + "*End Part\n",
     "a part and its instance": PART
     + SIDES
@@ -118,6 +132,10 @@ SLICES = {
     + "*Elset, elset=_c4, internal, instance=Block-1\n 1,\n"
     + "*Surface, type=ELEMENT, name=contact\n_c1, S1\n_c4, S4\nBlock-1.3, S2\n"
     + "*Nset, nset=plate, instance=BLOCK-1, generate\n 5, 8, 1\n*End Assembly\n",
+    "a surface of the assembly from surfaces of parts": PART
+    + SIDES.replace("=contact", "=low")
+    + f"*End Part\n*Assembly, name=A\n{INSTANCE}*End Instance\n"
+    + "*Surface, name=contact, combine=union\nBlock-1.low\n*End Assembly\n",
     "a mesh in the instance": "*Part, name=Block\n*End Part\n*Assembly, name=A\n"
     + f"{INSTANCE}{NODES}{CELLS}{SIDES}*End Instance\n*End Assembly\n",
     "two parts with the same numbers": PART
@@ -125,6 +143,10 @@ SLICES = {
     + f"*End Part\n*Part, name=Ice\n{NODES}{PLAIN}*Elset, elset=ice\n1, 2\n*End Part\n"
     + f"*Assembly, name=A\n*Instance, name=I, part=Ice\n0., -1.\n*End Instance\n{INSTANCE}"
     + "*End Instance\n*End Assembly\n",
+    "a set of the assembly by one of the same name in a part": PART
+    + SIDES
+    + f"*Elset, elset=low\n1, 2, 3\n*End Part\n*Assembly, name=A\n{INSTANCE}*End Instance\n"
+    + "*Elset, elset=low\nBlock-1.low\n*Elset, elset=rubber, instance=Block-1\nlow\n",
     "one set in part and assembly": PART
     + SIDES
     + f"*End Part\n*Assembly, name=A\n{INSTANCE}*End Instance\n"
@@ -306,10 +328,17 @@ BAD = {
     + PLAIN
     + FACETS
     + "*ELSET, ELSET=rubber, GENERATE\n1, 4\n",
+    'GENERATE takes first, last and increment, not "1, 3, 0"': NODES
+    + PLAIN
+    + FACETS
+    + "*ELSET, ELSET=rubber, GENERATE\n1, 3, 0\n",
     'the set "contact" can\'t be read: there is no \\*ELSET "lower"': SLICE
     + "*ELSET, ELSET=contact\nlower\n",
     'the set "contact" can\'t be read: the set "contact" holds itself': SLICE
     + "*ELSET, ELSET=contact\ncontact\n",
+    'the set "rubber" can\'t be read: the set "rubber" holds itself': PART
+    + SIDES
+    + f"*Elset, elset=rubber\nBlock-1.rubber\n*End Part\n{INSTANCE}*End Instance\n",
     "TYPE=CUTTING SURFACE: allowed are": SLICE + "*SURFACE, TYPE=CUTTING SURFACE, NAME=plate\n1,\n",
     'elements of type CPE4H have no side "S5"': NODES + CELLS + SIDES.replace("S3", "S5"),
     '"SPOS" is no side of elements of type CPE4H': NODES + CELLS + SIDES.replace("S3", "SPOS"),

@@ -1,7 +1,7 @@
 """Meshes in input files of Abaqus and CalculiX (.inp): nodes, elements, parts and their instances.
 
 A flat file, a part without instances and each instance of a part number their nodes and elements
-for themselves. What a name stands for is found by `abaqus_sets`.
+for themselves. What a name stands for is found by `abaqus_names`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from iceslide_fem.errors import SceneError
 from iceslide_fem.mesh.abaqus_cards import Card, items, key, read_cards
 from iceslide_fem.mesh.abaqus_elements import NODES, shape
-from iceslide_fem.mesh.abaqus_sets import Elements, Names, Scope, SetCard
+from iceslide_fem.mesh.abaqus_names import Names
+from iceslide_fem.mesh.abaqus_sets import Elements, Scope, SetCard, Sets
 from iceslide_fem.mesh.named_cells import NamedCells, tagged_mesh
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 
@@ -75,7 +76,7 @@ def load(path: Path, dim: int, body: str) -> TaggedMesh:
             first += len(ids)
         scopes[name] = here
         count += len(numbers)
-    blocks, node_sets = Names(path, dim, body, scopes, elements).resolved()
+    blocks, node_sets = Names(path, dim, body, Sets(scopes, elements)).resolved()
     found = NamedCells(np.arange(count), coordinates, blocks, node_sets)
     return tagged_mesh(path, dim, body, found)
 

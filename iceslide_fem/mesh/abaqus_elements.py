@@ -57,7 +57,7 @@ NODES = {
     "hexahedron20": 20,
     "hexahedron27": 27,
 }
-SIDES = {  # S1, S2, ... by corners
+SIDES: dict[str, list[tuple[int, ...]]] = {  # S1, S2, ... by corners
     "triangle": [(0, 1), (1, 2), (2, 0)],
     "quadrilateral": [(0, 1), (1, 2), (2, 3), (3, 0)],
     "tetrahedron": [(0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)],

@@ -19,7 +19,7 @@ from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 
 Floats = NDArray[np.float64]
 
-FACETS = {
+FACETS: dict[str, list[tuple[int, ...]]] = {
     "triangle": [(0, 1), (1, 2), (2, 0)],
     "quadrilateral": [(0, 1), (1, 2), (2, 3), (3, 0)],
     "tetrahedron": [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)],
