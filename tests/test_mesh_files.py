@@ -19,6 +19,8 @@ from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.grid import tensor_grid  # noqa: E402
 from iceslide_fem.mesh.user_mesh import READERS, load_user_mesh  # noqa: E402
+from iceslide_fem.scene import load_scene  # noqa: E402
+from iceslide_fem.scene.fingerprint import scene_hash  # noqa: E402
 
 pytestmark = pytest.mark.fe
 ROOT = Path(__file__).parent.parent
@@ -133,45 +135,70 @@ def test_every_suffix_is_read_in_small_letters_and_capitals(suffix, dim, tmp_pat
     same(load_user_mesh(tmp_path / f"OWN{suffix.upper()}", dim), box(dim))
 
 
-@pytest.mark.parametrize("cell", ["quadrilateral", "tetrahedron"])
-def test_a_mesh_and_tags_that_dolfinx_has_written(cell, tmp_path):
-    """A grid for the mesh and one for each of the tags, which share its points."""
+def written_by_dolfinx(path, cell="quadrilateral", height=1e-3):
+    """Numbers of cells and of facets by names, of a block whose mesh and tags are in a file."""
     kind = getattr(mesh.CellType, cell)
     flat = cell == "quadrilateral"
-    ends = ([-1e-3, 0.0], [1e-3, 1e-3]) if flat else ([-1e-3, -1e-3, 0.0], [1e-3, 1e-3, 1e-3])
+    ends = ([-1e-3, 0.0], [1e-3, height]) if flat else ([-1e-3, -1e-3, 0.0], [1e-3, 1e-3, height])
     create = mesh.create_rectangle if flat else mesh.create_box
     block = create(MPI.COMM_SELF, [np.array(end) for end in ends], [4] * len(ends[0]), kind)
     dim = block.topology.dim
     block.topology.create_connectivity(dim - 1, dim)
     cells = np.arange(block.topology.index_map(dim).size_local, dtype=np.int32)
 
-    def found_by(low, high):
+    def at(level):
         return mesh.locate_entities_boundary(
-            block, dim - 1, lambda x: (x[dim - 1] >= low) & (x[dim - 1] <= high)
+            block, dim - 1, lambda x: np.isclose(x[dim - 1], level, atol=1e-9)
         )
 
-    tags = {
-        "rubber": (dim, cells),
-        "contact": (dim - 1, found_by(-1e-9, 1e-9)),
-        "plate": (dim - 1, found_by(9.99e-4, 1.01e-3)),
-    }
-    with io.XDMFFile(MPI.COMM_SELF, str(tmp_path / "own.xdmf"), "w") as file:
+    tags = {"rubber": (dim, cells), "contact": (dim - 1, at(0.0)), "plate": (dim - 1, at(height))}
+    with io.XDMFFile(MPI.COMM_SELF, str(path), "w") as file:
         file.write_mesh(block)
         for name, (of, entities) in tags.items():
             tag = mesh.meshtags(block, of, np.sort(entities), np.full(len(entities), 7, np.int32))
             tag.name = name
             geometry = () if compat.VERSION.startswith("0.5") else (block.geometry,)
             file.write_meshtags(tag, *geometry)
+    return {name: len(entities) for name, (_, entities) in tags.items()}
+
+
+@pytest.mark.parametrize("cell", ["quadrilateral", "tetrahedron"])
+def test_a_mesh_and_tags_that_dolfinx_has_written(cell, tmp_path):
+    """A grid for the mesh and one for each of the tags, which share its points."""
+    wanted = written_by_dolfinx(tmp_path / "own.xdmf", cell)
+    dim = 2 if cell == "quadrilateral" else 3
     found = load_user_mesh(tmp_path / "own.xdmf", dim)
-    assert (len(found.cells), found.cell_type) == (len(cells), cell)
-    assert {name: len(part) for name, part in found.facets.items()} == {
-        name: len(entities) for name, (_, entities) in tags.items() if name != "rubber"
-    }
+    assert found.cell_type == cell
+    counts = {name: len(part) for name, part in found.facets.items()}
+    assert {"rubber": len(found.cells), **counts} == wanted
     (tmp_path / "own.h5").rename(tmp_path / "other.h5")
-    (tmp_path / "own.xdmf").touch()
     with pytest.raises(SceneError, match="keeps its data in own.h5, which is not beside it"):
-        load_user_mesh.__globals__["_checked"].cache_clear()
         load_user_mesh(tmp_path / "own.xdmf", dim)
+
+
+@pytest.mark.parametrize("suffix", [".inp", ".xdmf"])
+def test_what_a_mesh_keeps_in_other_files_counts(suffix, tmp_path):
+    """When they change, the mesh is read again, and results are no longer those of the scene."""
+    own = tmp_path / f"own{suffix}"
+    if suffix == ".inp":
+        nodes, card, rest = SLICE.partition("*ELEMENT")
+        data, changed = tmp_path / "nodes.txt", tmp_path / "changed.txt"
+        data.write_text(nodes)
+        changed.write_text(nodes.replace(", 1\n", ", 1.2\n"))
+        own.write_text(f"*Include, Input = nodes.txt\n{card}{rest}")
+    else:
+        data, changed = tmp_path / "own.h5", tmp_path / "changed.h5"
+        written_by_dolfinx(own)
+        written_by_dolfinx(tmp_path / "changed.xdmf", height=1.2e-3)
+    scene = load_scene(ROOT / "cases" / "thesis_1bar.toml", ["model=slice", f"rubber.mesh={own}"])
+    found = []
+    for file in (data, changed):
+        file.replace(data)
+        unit = "mm" if suffix == ".inp" else "m"
+        found.append((scene_hash(scene), load_user_mesh(own, 2, unit).points[:, 1].max()))
+    hashes, heights = zip(*found, strict=True)
+    assert hashes[0] != hashes[1]
+    assert heights == pytest.approx([1.0e-3, 1.2e-3])
 
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]) * 1e-3

@@ -24,6 +24,7 @@ from iceslide_fem.mesh.completeness import gap
 from iceslide_fem.mesh.named_cells import PARTS
 from iceslide_fem.mesh.soundness import Soundness, facets_of, place
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.scene.companions import companions
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}  # of coordinates, in m
 SMALLEST, LARGEST = 1e-5, 0.3  # m; what is smaller or larger was drawn in another unit
@@ -53,16 +54,17 @@ def load_user_mesh(path: Path | str, dim: int, unit: str = "m") -> TaggedMesh:
         status = path.stat()
     except OSError as error:
         raise SceneError(f"rubber.mesh {path} can't be read: {error.strerror}") from None
-    return _checked(path, dim, unit, status.st_mtime_ns, status.st_size)
+    if status.st_size > LARGEST_FILE:
+        raise SceneError(
+            f"rubber.mesh {path} has {status.st_size / 1e6:.0f} MB; allowed: up to "
+            f"{LARGEST_FILE / 1e6:.0f} MB"
+        )
+    changed = [file.stat().st_mtime_ns for file in companions(path)]
+    return _checked(path, dim, unit, (status.st_size, status.st_mtime_ns, *changed))
 
 
 @lru_cache(maxsize=2)  # a scene asks for its mesh several times
-def _checked(path: Path, dim: int, unit: str, changed: int, size: int) -> TaggedMesh:
-    if size > LARGEST_FILE:
-        raise SceneError(
-            f"rubber.mesh {path} has {size / 1e6:.0f} MB; allowed: up to "
-            f"{LARGEST_FILE / 1e6:.0f} MB"
-        )
+def _checked(path: Path, dim: int, unit: str, stamps: tuple[int, ...]) -> TaggedMesh:
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise SceneError(f"rubber.mesh {path}: {_other_format(path.suffix.lower())}")
