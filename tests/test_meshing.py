@@ -432,6 +432,43 @@ def test_a_mesh_of_the_wrong_dimension(tmp_path):
         load_user_mesh(tmp_path / "flat.msh", 3)
 
 
+ONE_CELL_MU = {"attached": 0.22210, "sliding": 0.22530}  # mean, on one rank
+ONE_CELL = """\
+*NODE
+1, -0.5, 0
+2, 0.5, 0
+3, 0.5, 1
+4, -0.5, 1
+*ELEMENT, TYPE=CPE4H, ELSET=rubber
+1, 1, 2, 3, 4
+*SURFACE, NAME=contact
+rubber, S1
+rubber, S2
+rubber, S4
+*SURFACE, NAME=plate
+rubber, S3
+"""
+
+
+@pytest.mark.three
+@pytest.mark.mpi
+@pytest.mark.parametrize("motion", ["attached", "sliding"])
+def test_a_mesh_with_fewer_cells_than_ranks_runs(motion, tmp_path):
+    """All ranks but one have neither cells nor contact: mu(t) is that of one rank."""
+    path = Path(WORLD.bcast(str(tmp_path)))
+    if WORLD.rank == 0:
+        (path / "one.inp").write_text(ONE_CELL)
+    WORLD.barrier()
+    changes = ["model=slice", f"rubber.mesh={path / 'one.inp'}", "rubber.mesh_unit=mm"]
+    changes += [f"ice.motion={motion}", "load.duration=0.2ms", "numerics.tolerance=0.02"]
+    summary = run(load_scene(CASE, changes), path / "out", pictures=False)
+    assert summary["mu_mean"] == pytest.approx(ONE_CELL_MU[motion], rel=1e-3)
+    if WORLD.rank == 0:
+        rows = (path / "out" / "history.csv").read_text().splitlines()
+        force = rows[0].split(",").index("normal_force_N")
+        assert float(rows[-1].split(",")[force]) == pytest.approx(0.1, rel=1e-5)  # 1 bar, 1 mm2
+
+
 @pytest.mark.three
 @pytest.mark.mpi
 def test_a_bad_mesh_is_refused_on_every_rank(tmp_path):
