@@ -148,6 +148,43 @@ def test_sides_across_the_slide_may_be_free_but_not_one_of_them(tmp_path):
         read(siped(3, contact=lambda m: contact(m) | (sides_in_y(m) & (m[:, 1] > 0))), tmp_path)
 
 
+@pytest.mark.parametrize("shape", ["bore", "round corners"])
+def test_nameless_bores_and_sides_beside_round_corners_are_taken(shape, tmp_path):
+    """Contact is the lower face and all sides (bore), or the ends with their round corners."""
+    with gmsh_model.empty_model() as model:
+        block = model.occ.addBox(-2 * MM, -2 * MM, 0, 4 * MM, 4 * MM, 2 * MM)
+        if shape == "bore":
+            bore = model.occ.addCylinder(0, -3 * MM, MM, 0, 6 * MM, 0, 0.5 * MM)
+            model.occ.cut([(3, block)], [(3, bore)])
+            model.occ.synchronize()
+        else:
+            model.occ.synchronize()
+            boxes = {edge: model.getBoundingBox(*edge) for edge in model.getEntities(1)}
+            upright = [tag for (_, tag), span in boxes.items() if span[5] - span[2] > MM]
+            model.occ.fillet([block], upright, [0.5 * MM])
+            model.occ.synchronize()
+        parts = {"plate": [], "contact": []}
+        for dim, face in model.getBoundary(model.getEntities(3), oriented=False):
+            x, y, low, to_x, to_y, high = (value / MM for value in model.getBoundingBox(dim, face))
+            if low > 1.9:
+                parts["plate"].append(face)
+            elif high < 0.1 or (to_x - x < 0.6 if shape != "bore" else abs(x + to_x) > 0.1):
+                parts["contact"].append(face)
+            elif shape == "bore" and to_y - y < 0.1:
+                parts["contact"].append(face)
+        for name, faces in parts.items():
+            model.addPhysicalGroup(2, faces, name=name)
+        model.addPhysicalGroup(3, [tag for _, tag in model.getEntities(3)], name="rubber")
+        gmsh = pytest.importorskip("gmsh")
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 0.5 * MM)
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 12)
+        model.mesh.generate(3)
+        gmsh.write(str(tmp_path / "own.msh"))
+    assert len(parts["plate"]) == 1
+    assert len(parts["contact"]) == {"bore": 1 + 4, "round corners": 1 + 2 + 4}[shape]
+    assert set(load_user_mesh(tmp_path / "own.msh", 3).facets) == {"contact", "plate"}
+
+
 def test_all_of_the_symmetry_plane_is_named(tmp_path):
     whole = siped(3, symmetry=lambda m: m[:, 1] < -1.99)
     half = whole._replace(points=whole.points + [0, 2 * MM, 0])

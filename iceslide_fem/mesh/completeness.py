@@ -1,8 +1,9 @@
 """Whether the named parts of a mesh are whole: a facet that lost its name changes a run in silence.
 
-The plate is all of the top, the symmetry plane all of y = 0. Contact has no hole: it holds all
-facets that lie on the ice; where it goes up a side, it goes up all of it and of the opposite one;
-and what has no name and is enclosed by contact rises above it, as the end of a sipe does.
+The plate is all of the top, the symmetry plane all of y = 0. Contact has no hole. It holds all
+facets that lie on the ice. Where it goes up a flat end of the block, it goes up all of that end and
+of the opposite one. What has no name and is enclosed by contact rises above it or meets it at an
+edge, as ends of sipes and bores do.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ Mask = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 
 STEEP = 0.5  # horizontal part of the unit normal from which a facet is a side, not the lower face
-FACING = 0.9  # horizontal direction of a normal along an axis: a side across it,
-SLANTED = 0.7  # or one that is rather across it than along it
+FLAT = 0.999  # of the horizontal direction of a normal along an axis: the flat end of a block
+SMOOTH = 0.8  # cosine between neighbours that are one surface, not two that meet at an edge
 
 
 def gap(tagged: TaggedMesh, outer: IntArray, near: float) -> Fault | None:
@@ -52,7 +53,7 @@ def gap(tagged: TaggedMesh, outer: IntArray, near: float) -> Fault | None:
             "lower part of all of this side and of the opposite one"
         )
         return _fault(lost, what, corners)
-    lost = _enclosed(outer, heights.mean(axis=1), names, near)
+    lost = _enclosed(outer, corners, names, near)
     if lost.any():
         what = 'has no name and is enclosed by facets tagged "contact" or "walls": a hole in them'
         return _fault(lost, what, corners)
@@ -83,40 +84,47 @@ def _names(tagged: TaggedMesh, outer: IntArray) -> NDArray[np.str_]:
 
 
 def _lost_sides(corners: Floats, names: NDArray[np.str_], near: float) -> Mask:
-    """Nameless facets that begin at the ice, at either end of the block along x or y, where contact
-    goes up at one end at least. Walls of sipes are at no end: rubber stands on the ice beyond them.
+    """Nameless facets that begin at the ice, in the flat ends of the block along x or y, where
+    contact goes up more than half of one end. Walls of sipes are in no end: rubber stands on the
+    ice beyond them.
     """
+    dim = corners.shape[2]
     on_ice = corners[:, :, -1] <= near
     ice = np.unique(corners[on_ice][:, :-1], axis=0)
     normals = planes(corners)[1]
     across = np.linalg.norm(normals[:, :-1], axis=1)
-    facing = abs(normals[:, :-1]) / np.where(across > 0.0, across, 1.0)[:, None]
-    side = (across > STEEP * np.linalg.norm(normals, axis=1)) & ~on_ice.all(axis=1)
+    steep = across > STEEP * np.linalg.norm(normals, axis=1)
     # In a block a side stands on the ice with an edge; with a corner, others do, too.
-    begins = side & (names == "") & (on_ice.sum(axis=1) >= corners.shape[2] - 1)
+    stands = steep & ~on_ice.all(axis=1) & (on_ice.sum(axis=1) >= dim - 1)
     lost = np.zeros(len(corners), dtype=bool)
-    for axis, along in enumerate(facing.T):
-        if not (side & (names == "contact") & (along > FACING)).any():
-            continue
-        for facet in np.flatnonzero(begins & (along > SLANTED)):
+    for axis in range(dim - 1):
+        flat = abs(normals[:, axis]) > FLAT * across
+        named, free = np.zeros(2), np.zeros(2)  # lengths of feet at both ends
+        nameless = []
+        for facet in np.flatnonzero(stands & flat & np.isin(names, ["", "contact", "walls"])):
             foot = corners[facet, on_ice[facet], :-1]
-            beside = np.ones(len(ice), dtype=bool)
-            for other in range(foot.shape[1]):
-                if other != axis:
-                    beside &= ice[:, other] >= foot[:, other].min() - near
-                    beside &= ice[:, other] <= foot[:, other].max() + near
-            line = ice[beside, axis]
-            lost[facet] = (
-                line.max() <= foot[:, axis].max() + near or line.min() >= foot[:, axis].min() - near
+            sides = np.delete(foot, axis, axis=1)
+            beyond = np.delete(ice, axis, axis=1)
+            row = ((beyond >= sides.min(axis=0) - near) & (beyond <= sides.max(axis=0) + near)).all(
+                axis=1
             )
+            first, last = ice[row, axis].min(), ice[row, axis].max()
+            ends = [first >= foot[:, axis].min() - near, last <= foot[:, axis].max() + near]
+            length = np.ptp(sides, axis=0).sum() if dim == 3 else 1.0
+            (named if names[facet] else free)[ends] += length
+            if not names[facet] and any(ends):
+                nameless.append(facet)
+        if (named > free).any():
+            lost[nameless] = True
     return lost
 
 
-def _enclosed(outer: IntArray, middles: Floats, names: NDArray[np.str_], near: float) -> Mask:
-    """Nameless facets in areas that contact (or walls) encloses and that do not rise above it.
+def _enclosed(outer: IntArray, corners: Floats, names: NDArray[np.str_], near: float) -> Mask:
+    """Nameless facets in areas that contact (or walls) encloses, with which they are one surface,
+    and above which they do not rise.
 
     Facets are neighbours by their nodes in a slice, by their edges in a block. What reaches the
-    plate is not enclosed.
+    plate is not enclosed; bores and ends of sipes meet the contact at edges.
     """
     if outer.shape[1] == 2:
         ridges = outer.reshape(-1, 1)
@@ -124,21 +132,24 @@ def _enclosed(outer: IntArray, middles: Floats, names: NDArray[np.str_], near: f
         ridges = np.stack([outer, np.roll(outer, 1, axis=1)], axis=2).reshape(-1, 2)
     _, ridge = np.unique(np.sort(ridges, axis=1), axis=0, return_inverse=True)
     ridge, facet = ridge.ravel(), np.repeat(np.arange(len(outer)), outer.shape[1])
-    free = names[facet] == ""
-    size = len(outer) + int(ridge.max()) + 1
-    links = coo_array(
-        (np.ones(free.sum()), (facet[free], len(outer) + ridge[free])), shape=(size, size)
-    )
+    order = np.argsort(ridge, kind="stable")
+    pairs = facet[order].reshape(-1, 2)  # a sound mesh has two outer facets at every ridge
+    free = names == ""
+    inner = pairs[free[pairs].all(axis=1)]
+    links = coo_array((np.ones(len(inner)), inner.T), shape=(len(outer), len(outer)))
     count, area = connected_components(links, directed=False)
-    # Areas of nameless facets reach their rims; a facet with a name is beside those of its ridges.
-    beside = area[len(outer) + ridge[~free]]
-    bounds = facet[~free]
-    rim = np.full(count, -np.inf)
-    held = np.isin(names[bounds], ["contact", "walls"])
-    np.maximum.at(rim, beside[held], middles[bounds[held]])
-    top = np.full(count, -np.inf)
-    np.maximum.at(top, area[: len(outer)], middles)
-    to_plate = np.zeros(count, dtype=bool)
-    to_plate[beside[names[bounds] == "plate"]] = True
-    hole = ~to_plate & (top <= rim + near)
-    return (names == "") & hole[area[: len(outer)]]
+    rims = pairs[free[pairs].sum(axis=1) == 1]
+    rims = np.where(free[rims[:, :1]], rims, rims[:, ::-1])  # the nameless one first
+    inside, beside = rims.T
+    held = np.isin(names[beside], ["contact", "walls"])
+    normals = planes(corners)[1]
+    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    smooth = abs(np.einsum("ri,ri->r", normals[inside], normals[beside])) > SMOOTH
+    middles = corners[:, :, -1].mean(axis=1)
+    rim, top = np.full((2, count), -np.inf)
+    np.maximum.at(rim, area[inside[held]], middles[beside[held]])
+    np.maximum.at(top, area, middles)
+    hole = top <= rim + near
+    hole &= np.bincount(area[inside[held & smooth]], minlength=count) > 0
+    hole[area[inside[names[beside] == "plate"]]] = False
+    return free & hole[area]
