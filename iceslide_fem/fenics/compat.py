@@ -196,7 +196,7 @@ def cell_name(mesh: Any) -> str:
 
 def cell_dofs(space: Any) -> IntArray:
     """Blocked dofs of every cell, ghosts included: (cells, dofs per cell)."""
-    return _as_rows(space.dofmap.list, _local_cells(space.mesh))
+    return _as_rows(space.dofmap.list, space.dofmap.dof_layout.num_dofs)
 
 
 def facet_cell_pairs(mesh: Any, facets: IntArray) -> tuple[IntArray, IntArray]:
@@ -214,7 +214,8 @@ def facet_cell_pairs(mesh: Any, facets: IntArray) -> tuple[IntArray, IntArray]:
     cells = facet_to_cell.array[facet_to_cell.offsets[facets]]
     owned = cells < mesh.topology.index_map(dim).size_local
     cells, facets = cells[owned], facets[owned]
-    local = _as_rows(cell_to_facet.array, _local_cells(mesh))[cells] == facets[:, None]
+    columns = len(cell_to_facet.array) // max(_local_cells(mesh), 1)
+    local = _as_rows(cell_to_facet.array, max(columns, 1))[cells] == facets[:, None]
     return cells, local.argmax(axis=1).astype(np.int32)
 
 
@@ -315,10 +316,9 @@ def _local_cells(mesh: Any) -> int:
     return int(cells.size_local + cells.num_ghosts)
 
 
-def _as_rows(table: Any, rows: int) -> IntArray:
+def _as_rows(table: Any, columns: int) -> IntArray:
     # an adjacency list in early versions, an array later
-    flat = np.asarray(getattr(table, "array", table), dtype=np.int32).reshape(-1)
-    return flat.reshape(rows, len(flat) // rows) if rows else flat.reshape(0, 1)
+    return np.asarray(getattr(table, "array", table), dtype=np.int32).reshape(-1, columns)
 
 
 def solve_linear(ksp: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec) -> None:

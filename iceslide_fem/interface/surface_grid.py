@@ -141,6 +141,7 @@ class SurfaceGrid:
         node, kinds = at.node.ravel(), np.atleast_2d(amounts)
         shares = ((at.share * kind[:, None]).ravel() for kind in kinds)
         sums = [np.bincount(node, one, self.n_nodes) for one in shares]
-        grid = np.reshape(sums, (*amounts.shape[:-1], self.n_nodes))
+        # NumPy's sum of no points at all is of integers, which MPI must not add to other ranks'.
+        grid = np.array(sums, dtype=float).reshape(*amounts.shape[:-1], self.n_nodes)
         self.comm.Allreduce(MPI.IN_PLACE, grid, op=MPI.SUM)
         return grid

@@ -14,7 +14,7 @@ from typing import Any
 from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics.cache import cache_folder
 from iceslide_fem.mesh import gmsh_model
-from iceslide_fem.mesh.gmsh_model import TaggedMesh
+from iceslide_fem.mesh.tagged import TaggedMesh
 
 _BUILDER = 5  # raise it when the same parameters shall give another mesh
 

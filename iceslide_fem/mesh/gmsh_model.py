@@ -7,11 +7,13 @@ DOLFINx meshes.
 from __future__ import annotations
 
 import itertools
+import os
 import shutil
 import signal
+import sys
 import tempfile
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -21,35 +23,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iceslide_fem.errors import SceneError
+from iceslide_fem.mesh.named_cells import Block, NamedCells, tagged_mesh
 from iceslide_fem.mesh.partition import owners
+from iceslide_fem.mesh.tagged import TaggedMesh
 
 if TYPE_CHECKING:
     from iceslide_fem.fenics.compat import MPI
 
-IntArray = NDArray[np.int64]
-
-_CELLS = {"triangle": 2, "quadrilateral": 3, "tetrahedron": 4, "hexahedron": 5}
+_NUMBERS = {  # of gmsh, by the kinds of `named_cells`
+    "line": 1,
+    "triangle": 2,
+    "quadrilateral": 3,
+    "tetrahedron": 4,
+    "hexahedron": 5,
+    "line3": 8,
+    "triangle6": 9,
+    "quadrilateral9": 10,
+    "tetrahedron10": 11,
+    "hexahedron27": 12,
+    "quadrilateral8": 16,
+    "hexahedron20": 17,
+}
+_NAMES = {number: name for name, number in _NUMBERS.items()}
+_WRONG_START = {
+    ".msh": 'no mesh file of gmsh: its first line is not "$MeshFormat" (scripts of gmsh are not '
+    "run)",
+    ".med": "no MED file: it does not begin as HDF5 does",
+}
 _FACETS = {"triangle": 1, "quadrilateral": 1, "tetrahedron": 2, "hexahedron": 3}
-_NAMES = {number: name for name, number in _CELLS.items()} | {1: "line"}
-_NUMBERS = {name: number for number, name in _NAMES.items()}
-_CORNERS = {"line": 2, "triangle": 3, "quadrilateral": 4, "tetrahedron": 4, "hexahedron": 8}
-
-
-MESH_HEADER = b"$MeshFormat"
-
-
-class TaggedMesh(NamedTuple):
-    """A mesh of one body, undistributed. Nodes of cells and facets are numbered as gmsh does.
-
-    points (n, dim) in m; cell_type triangle, quadrilateral, tetrahedron or hexahedron;
-    cells (m, corners); facets: name -> (k, corners of a facet); body: name of the cells.
-    """
-
-    points: NDArray[np.float64]
-    cell_type: str
-    cells: IntArray
-    facets: Mapping[str, IntArray]
-    body: str
+SIGNATURES = {".msh": b"$MeshFormat", ".med": b"\x89HDF\r\n"}  # the first line of a file
 
 
 class DistributedMesh(NamedTuple):
@@ -92,32 +94,34 @@ def save(tagged: TaggedMesh, path: Path) -> None:
 def load(path: Path, dim: int, body: str) -> TaggedMesh:
     """Read the cells of the physical group `body` and all named sets of facets from a file.
 
-    Raises SceneError where the file is no .msh file of gmsh, or the cells of `body` are missing, of
-    another dimension, of several types or of higher order.
+    Raises SceneError where the file is none of `SIGNATURES`, or as `tagged_mesh` does.
     """
     with empty_model() as model:
         _merge(path)
         blocks = []
         for group_dim, group in model.getPhysicalGroups():
-            name = model.getPhysicalName(group_dim, group)
+            name = model.getPhysicalName(group_dim, group).strip(" \0")  # MED fills them up
             for entity in model.getEntitiesForPhysicalGroup(group_dim, group):
                 types, _, nodes = model.mesh.getElements(group_dim, entity)
                 for number, tags in zip(types, nodes, strict=True):
-                    kind = _NAMES.get(number) or model.mesh.getElementProperties(number)[0]
-                    corners = model.mesh.getElementProperties(number)[3]
-                    blocks.append((name, group_dim, kind, tags.reshape(-1, corners)))
+                    kind, _, _, count, *_ = model.mesh.getElementProperties(number)
+                    kind = _NAMES.get(number, kind)
+                    cells = tags.reshape(-1, count).astype(np.int64)
+                    blocks.append(Block(name, group_dim, kind, cells))
         numbers, coordinates, _ = model.mesh.getNodes()
-    return from_blocks(path, dim, body, numbers, coordinates.reshape(-1, 3), blocks)
+    found = NamedCells(numbers.astype(np.int64), coordinates.reshape(-1, 3), blocks, {})
+    return tagged_mesh(path, dim, body, found)
 
 
 def _merge(path: Path) -> None:
-    """Read a .msh file into the current model.
+    """Read a .msh or .med file into the current model.
 
     gmsh takes anything else for a script and runs it, with the shell commands in it; beside a mesh
     it also looks for a file of options. So it is given a copy, alone, of what begins as a mesh.
     """
+    suffix = ".med" if path.suffix.lower() == ".med" else ".msh"
     with tempfile.TemporaryDirectory() as alone:
-        copy = Path(alone) / "mesh.msh"
+        copy = Path(alone) / f"mesh{suffix}"
         try:
             shutil.copyfile(path, copy)
         except OSError as error:
@@ -126,74 +130,28 @@ def _merge(path: Path) -> None:
             ) from None
         with open(copy, "rb") as file:
             first = file.readline(100).rstrip()
-        if first != MESH_HEADER:
-            raise SceneError(
-                f"rubber.mesh {path} is no mesh file of gmsh: its first line is not "
-                f'"{MESH_HEADER.decode()}" (scripts of gmsh are not run)'
-            )
+        if first != SIGNATURES[suffix].rstrip():
+            raise SceneError(f"rubber.mesh {path} is {_WRONG_START[suffix]}")
         try:
-            gmsh.merge(str(copy))
+            with _quiet_library():
+                gmsh.merge(str(copy))
         except Exception as error:  # gmsh raises nothing more specific
             reason = str(error).strip().replace(str(copy), path.name)
             raise SceneError(f"rubber.mesh {path} can't be read by gmsh: {reason}") from None
 
 
-def from_blocks(
-    path: Path,
-    dim: int,
-    body: str,
-    numbers: IntArray,
-    coordinates: NDArray[np.float64],
-    blocks: list[tuple[str, int, str, IntArray]],
-) -> TaggedMesh:
-    """TaggedMesh of the blocks (name, dimension, element type, nodes) read from a file.
-
-    `numbers` (n,) are the node numbers that the blocks use, `coordinates` (n, 3) their places;
-    nodes that no cell of `body` uses are left out. Raises SceneError as `load` does.
-    """
-    bodies = [block for block in blocks if block[0] == body]
-    if not bodies:
-        found = ", ".join(sorted({block[0] for block in blocks} - {""})) or "none"
-        raise SceneError(f'rubber.mesh {path} has no cells tagged "{body}"; tags found: {found}')
-    if {block[1] for block in bodies} != {dim}:
-        raise SceneError(f'rubber.mesh {path}: "{body}" must be made of {dim}-dimensional cells')
-    kinds = sorted({block[2] for block in bodies})
-    if len(kinds) > 1:
-        raise SceneError(
-            f'rubber.mesh {path}: "{body}" mixes cell types ({", ".join(kinds)}); use one'
-        )
-    kind = kinds[0]
-    if kind not in _CELLS:
-        raise SceneError(
-            f'rubber.mesh {path}: "{body}" is made of {kind} cells; allowed are first-order '
-            f"{', '.join(_CELLS)}"
-        )
-    cells = np.concatenate([block[3] for block in bodies])
-    if len(np.unique(np.sort(cells, axis=1), axis=0)) < len(cells):
-        raise SceneError(f'rubber.mesh {path}: "{body}" holds the same cells twice')
-    used, cells = np.unique(cells, return_inverse=True)
-    sorter = np.argsort(numbers)
-    place = sorter[np.minimum(np.searchsorted(numbers, used, sorter=sorter), len(numbers) - 1)]
-    if not np.array_equal(numbers[place], used):
-        raise SceneError(
-            f'rubber.mesh {path}: cells of "{body}" have nodes that are not in the file'
-        )
-    points = coordinates[place, :dim]
-    facets: dict[str, IntArray] = {}
-    for name, block_dim, facet, nodes in blocks:
-        if name and block_dim == dim - 1:
-            if _NUMBERS.get(facet) != _FACETS[kind]:
-                raise SceneError(
-                    f'rubber.mesh {path}: facets tagged "{name}" are of type {facet}, which is no '
-                    f"facet of a first-order {kind}"
-                )
-            local = np.minimum(np.searchsorted(used, nodes), len(used) - 1)
-            if not np.array_equal(used[local], nodes):
-                raise SceneError(
-                    f'rubber.mesh {path}: facets tagged "{name}" are not part of "{body}"'
-                )
-            facets[name] = np.concatenate([facets[name], local]) if name in facets else local
-    return TaggedMesh(points, kind, cells.reshape(-1, _CORNERS[kind]), facets, body)
+@contextmanager
+def _quiet_library() -> Iterator[None]:
+    """Keep what the MED library prints of a bad file off the screen: it knows no Python."""
+    sys.stderr.flush()
+    screen, nothing = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nothing, 2)
+    try:
+        yield
+    finally:
+        os.dup2(screen, 2)
+        os.close(screen)
+        os.close(nothing)
 
 
 @contextmanager
@@ -237,7 +195,7 @@ def _fill(model: Any, tagged: TaggedMesh) -> None:
     coordinates[:, :dim] = tagged.points
     entity = model.addDiscreteEntity(dim)
     model.mesh.addNodes(dim, entity, np.arange(1, count + 1), coordinates.ravel())
-    model.mesh.addElementsByType(entity, _CELLS[tagged.cell_type], [], tagged.cells.ravel() + 1)
+    model.mesh.addElementsByType(entity, _NUMBERS[tagged.cell_type], [], tagged.cells.ravel() + 1)
     model.addPhysicalGroup(dim, [entity], 1, tagged.body)
     for tag, (name, nodes) in enumerate(tagged.facets.items(), 1):
         if len(nodes):

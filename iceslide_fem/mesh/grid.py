@@ -8,9 +8,9 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.mesh.gmsh_model import IntArray, TaggedMesh
 from iceslide_fem.mesh.patches import mesh_patches, rectangle
 from iceslide_fem.mesh.soundness import outer_facets
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 
 ROUNDING = 1e-10  # of a line's length
 

@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.mesh.box import box_lines, from_edge, reference_cells
-from iceslide_fem.mesh.gmsh_model import TaggedMesh
 from iceslide_fem.mesh.grid import Lines, tensor_grid
 from iceslide_fem.mesh.rubber import block_shape
+from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.scene import Scene
 from iceslide_fem.thermal_layers import layers, node_depths
 

@@ -16,12 +16,13 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
 from iceslide_fem.mesh.box import EDGE_CELL, EDGE_SLOPE, LARGEST_CELL, block_grid, reference_cells
 from iceslide_fem.mesh.cache import cached
-from iceslide_fem.mesh.gmsh_model import IntArray, TaggedMesh, empty_model
+from iceslide_fem.mesh.gmsh_model import empty_model
 from iceslide_fem.mesh.grid import snapped, with_parts
 from iceslide_fem.mesh.profile import CONTACT_HEIGHT, part_choosers
 from iceslide_fem.mesh.sections import NEAR
 from iceslide_fem.mesh.shape import BlockShape
 from iceslide_fem.mesh.soundness import Soundness, place
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 from iceslide_fem.scene.outline_file import area, read_outline
 
 MIRRORED = 1e-6  # of the size: corners nearer than that to mirrored ones are symmetric

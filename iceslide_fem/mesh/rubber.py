@@ -16,11 +16,11 @@ from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.arcs import on_arcs
 from iceslide_fem.mesh.box import box_lines
 from iceslide_fem.mesh.cache import cached
-from iceslide_fem.mesh.gmsh_model import TaggedMesh
 from iceslide_fem.mesh.outline import outline_mesh
 from iceslide_fem.mesh.profile import CONTACT_HEIGHT, block_mesh, count
 from iceslide_fem.mesh.shape import BlockShape, built_in_shape
 from iceslide_fem.mesh.soundness import outer_facets
+from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.mesh.user_mesh import load_user_mesh, mesh_size
 from iceslide_fem.parallel import from_root
 from iceslide_fem.scene import Scene

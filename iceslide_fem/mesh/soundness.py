@@ -15,11 +15,11 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from iceslide_fem.mesh.gmsh_model import IntArray, TaggedMesh
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 
 Floats = NDArray[np.float64]
 
-FACETS = {
+FACETS: dict[str, list[tuple[int, ...]]] = {
     "triangle": [(0, 1), (1, 2), (2, 0)],
     "quadrilateral": [(0, 1), (1, 2), (2, 3), (3, 0)],
     "tetrahedron": [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)],
@@ -152,7 +152,7 @@ class Soundness:
             at = self._points[self._facets[many[0]]].mean(axis=0)
             return f"a facet there belongs to {self._count[self._number[many[0]]]} cells", at
         one, other = self._pairs.T
-        centre, normal = _planes(self._points[self._facets[one]])
+        centre, normal = planes(self._points[self._facets[one]])
         sides = [
             np.einsum("fi,fi->f", self._middles[self._owner[side]] - centre, normal)
             for side in (one, other)
@@ -248,7 +248,7 @@ class Soundness:
         cell, sample = cell[foreign], sample[foreign]
         inside = np.ones(len(cell), dtype=bool)
         for facet in self._per_cell:
-            centre, normal = _planes(self._points[self._cells[cell][:, facet]])
+            centre, normal = planes(self._points[self._cells[cell][:, facet]])
             depth = np.einsum("fi,fi->f", samples[sample] - centre, normal)
             inside &= depth / np.einsum("fi,fi->f", self._middles[cell] - centre, normal) > INSIDE
         if inside.any():
@@ -272,7 +272,7 @@ def _gradients(kind: str) -> Floats:
     return found
 
 
-def _planes(corners: Floats) -> tuple[Floats, Floats]:
+def planes(corners: Floats) -> tuple[Floats, Floats]:
     """Middle and a normal of facets (n, corners, dim)."""
     if corners.shape[-1] == 2:
         along = corners[:, 1] - corners[:, 0]

@@ -6,34 +6,41 @@ hexahedra, first order) named `rubber`, which fill the body once (`soundness`); 
 `contact` (all that may touch the ice, with all that lie on it), `plate` (on the flat top), for half
 a block `symmetry` (at y = 0), and, where walls of sipes shall meet, `walls`.
 
-gmsh files name parts by physical groups. In other files, read by meshio, a name is a cell set, a
-MED family, or cell data of that name that are not zero; facets must be cells of their own.
+The suffix decides who reads a file, and what a name is: a physical group or a MED group
+(`gmsh_model`), a set or a surface (`abaqus`), cell data that are not zero (`vtk_cells`).
 """
 
 from __future__ import annotations
 
-import io
-from collections.abc import Iterator
-from contextlib import redirect_stderr
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from iceslide_fem.errors import SceneError
-from iceslide_fem.mesh import gmsh_model
-from iceslide_fem.mesh.gmsh_model import IntArray, TaggedMesh
+from iceslide_fem.mesh import abaqus, gmsh_model, vtk_cells
+from iceslide_fem.mesh.completeness import gap
+from iceslide_fem.mesh.named_cells import PARTS
 from iceslide_fem.mesh.soundness import Soundness, facets_of, place
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.scene.companions import companions
 
-PARTS = ("contact", "plate", "symmetry", "walls")
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}  # of coordinates, in m
 SMALLEST, LARGEST = 1e-5, 0.3  # m; what is smaller or larger was drawn in another unit
 LARGEST_FILE = 1_000_000_000  # bytes
 TOLERANCE = 1e-6  # of the height, for what must lie in a plane
 
-_MESHIO_KINDS = {"quad": "quadrilateral", "tetra": "tetrahedron"}
+READERS: dict[str, Callable[[Path, int, str], TaggedMesh]] = {  # by suffixes
+    ".msh": gmsh_model.load,
+    ".med": gmsh_model.load,
+    ".inp": abaqus.load,
+    ".xdmf": vtk_cells.load,
+    ".xmf": vtk_cells.load,
+    ".vtu": vtk_cells.load,
+    ".vtk": vtk_cells.load,
+}
+_NASTRAN = (".bdf", ".nas", ".fem", ".dat")
 
 
 def load_user_mesh(path: Path | str, dim: int, unit: str = "m") -> TaggedMesh:
@@ -47,18 +54,21 @@ def load_user_mesh(path: Path | str, dim: int, unit: str = "m") -> TaggedMesh:
         status = path.stat()
     except OSError as error:
         raise SceneError(f"rubber.mesh {path} can't be read: {error.strerror}") from None
-    return _checked(path, dim, unit, status.st_mtime_ns, status.st_size)
+    if status.st_size > LARGEST_FILE:
+        raise SceneError(
+            f"rubber.mesh {path} has {status.st_size / 1e6:.0f} MB; allowed: up to "
+            f"{LARGEST_FILE / 1e6:.0f} MB"
+        )
+    changed = [file.stat().st_mtime_ns for file in companions(path)]
+    return _checked(path, dim, unit, (status.st_size, status.st_mtime_ns, *changed))
 
 
 @lru_cache(maxsize=2)  # a scene asks for its mesh several times
-def _checked(path: Path, dim: int, unit: str, changed: int, size: int) -> TaggedMesh:
-    if size > LARGEST_FILE:
-        raise SceneError(
-            f"rubber.mesh {path} has {size / 1e6:.0f} MB; allowed: up to "
-            f"{LARGEST_FILE / 1e6:.0f} MB"
-        )
-    read = gmsh_model.load if path.suffix == ".msh" else _load_by_meshio
-    tagged = read(path, dim, "rubber")
+def _checked(path: Path, dim: int, unit: str, stamps: tuple[int, ...]) -> TaggedMesh:
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise SceneError(f"rubber.mesh {path}: {_other_format(path.suffix.lower())}")
+    tagged = reader(path, dim, "rubber")
     for name in ("contact", "plate"):
         if name not in tagged.facets:
             found = ", ".join(tagged.facets) or "none"
@@ -70,11 +80,20 @@ def _checked(path: Path, dim: int, unit: str, changed: int, size: int) -> Tagged
     _check_size(path, tagged, unit)
     soundness = Soundness(tagged)
     _check_placement(path, tagged, soundness.outer)
-    fault = soundness.fault(tagged.facets["plate"])
+    near = TOLERANCE * np.ptp(tagged.points[:, -1])
+    fault = soundness.fault(tagged.facets["plate"]) or gap(tagged, soundness.outer, near)
     if fault is not None:
         what, where = fault
         raise SceneError(f"rubber.mesh {path}, near {place(where, unit, UNITS[unit], 6)}: {what}")
     return tagged
+
+
+def _other_format(suffix: str) -> str:
+    allowed = f"allowed are {', '.join(READERS)}"
+    if suffix in _NASTRAN:
+        return f"files of Nastran ({suffix}) have no names for sets of facets; {allowed}"
+    what = f'files "*{suffix}" are not read' if suffix else "its name has no suffix"
+    return f"{what}; {allowed}; save it as one of these with the program that made it"
 
 
 def _check_size(path: Path, tagged: TaggedMesh, unit: str) -> None:
@@ -162,9 +181,7 @@ def mesh_size(tagged: TaggedMesh) -> dict[str, float]:
 
 
 def _check_facets(path: Path, tagged: TaggedMesh, outer: IntArray) -> None:
-    """Raise SceneError if a tagged facet is none of the `outer` ones, or tagged twice, or if one
-    that lies on the ice has no tag.
-    """
+    """Raise SceneError if a tagged facet is none of the `outer` ones, or is tagged twice."""
     sets = [outer, *tagged.facets.values()]
     _, numbers = np.unique(np.sort(np.concatenate(sets), axis=1), axis=0, return_inverse=True)
     outside, *named = np.split(numbers.ravel(), np.cumsum([len(part) for part in sets])[:-1])
@@ -180,57 +197,3 @@ def _check_facets(path: Path, tagged: TaggedMesh, outer: IntArray) -> None:
                     f'rubber.mesh {path}: a facet is tagged "{owner[facet]}" and "{name}"'
                 )
             owner[facet] = name
-    near = TOLERANCE * np.ptp(tagged.points[:, -1])
-    on_ice = outer[(tagged.points[outer, -1] <= near).all(axis=1) & ~np.isin(outside, [*owner])]
-    if len(on_ice):
-        x = tagged.points[on_ice[0], 0].mean()
-        raise SceneError(
-            f"rubber.mesh {path}: {len(on_ice)} facets lie on the ice and are not tagged "
-            f'"contact", the first at x = {x:g} m'
-        )
-
-
-def _load_by_meshio(path: Path, dim: int, body: str) -> TaggedMesh:
-    import meshio  # takes long to import
-
-    said = io.StringIO()
-    try:
-        with redirect_stderr(said):
-            mesh = meshio.read(path)
-    except (Exception, SystemExit) as error:  # on a bad file meshio prints and exits
-        reason = " ".join((said.getvalue() or str(error)).split())
-        raise SceneError(f"rubber.mesh {path} can't be read by meshio: {reason}") from None
-    if mesh.points.ndim != 2 or mesh.points.shape[1] not in (2, 3):
-        raise SceneError(f"rubber.mesh {path}: its points have neither two nor three coordinates")
-    coordinates = np.zeros((len(mesh.points), 3))
-    coordinates[:, : mesh.points.shape[1]] = mesh.points
-    blocks = []
-    for name, number, marked in _names(mesh):
-        if marked.any():
-            cells = mesh.cells[number]
-            kind = _MESHIO_KINDS.get(cells.type, cells.type)
-            blocks.append((name, cells.dim, kind, cells.data[marked].astype(np.int64)))
-    numbers = np.arange(len(coordinates))
-    return gmsh_model.from_blocks(path, dim, body, numbers, coordinates, blocks)
-
-
-def _names(mesh: Any) -> Iterator[tuple[str, int, NDArray[np.bool_]]]:
-    """(name, number of a cell block, which of its cells have that name)."""
-    # MED: an element belongs to one family, which may have several names
-    families = [
-        (name, family) for family, names in getattr(mesh, "cell_tags", {}).items() for name in names
-    ]
-    for number, cells in enumerate(mesh.cells):
-        for name, members in mesh.cell_sets.items():
-            if not name.startswith("gmsh:") and members[number] is not None:
-                yield name, number, np.isin(np.arange(len(cells)), members[number])
-        for name, data in mesh.cell_data.items():
-            values = np.asarray(data[number])
-            if name == "cell_tags":
-                for group, family in families:
-                    yield group, number, values == family
-            elif name == "gmsh:physical":
-                for group, (tag, dim) in mesh.field_data.items():
-                    yield group, number, (values == tag) & (cells.dim == dim)
-            elif values.ndim == 1:
-                yield name, number, values != 0

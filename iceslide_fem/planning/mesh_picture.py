@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from iceslide_fem.errors import SceneError
-from iceslide_fem.mesh.gmsh_model import TaggedMesh
 from iceslide_fem.mesh.rubber import tagged_rubber
 from iceslide_fem.mesh.soundness import outer_facets
+from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.results.png import write_png
 from iceslide_fem.scene import Scene
 

@@ -11,7 +11,9 @@ from iceslide_fem.units import readable
 
 def warnings(scene: Scene) -> list[str]:
     """A sentence each, without its full stop. Raises SceneError if a user's mesh can't be used."""
-    return _film(scene) + ([] if scene.model == "point" else _memory(scene) + _passing(scene))
+    if scene.model == "point":
+        return _film(scene)
+    return _film(scene) + _memory(scene) + _sides(scene) + _passing(scene)
 
 
 def _film(scene: Scene) -> list[str]:
@@ -39,6 +41,21 @@ def _memory(scene: Scene) -> list[str]:
 
     short = shortage(scene)
     return [f"a run is refused, because it {short}"] if short else []
+
+
+def _sides(scene: Scene) -> list[str]:
+    """A mesh whose sides pass through the ice when they lean onto it."""
+    if scene.rubber.mesh is None:
+        return []
+    from iceslide_fem.mesh.completeness import only_lowest
+    from iceslide_fem.mesh.rubber import tagged_rubber
+
+    if not only_lowest(tagged_rubber(scene)):
+        return []
+    return [
+        'the lowest facets of rubber.mesh alone are tagged "contact": its sides pass through the '
+        "ice where they lean onto it"
+    ]
 
 
 def _passing(scene: Scene) -> list[str]:

@@ -13,16 +13,22 @@ import numpy as np
 
 import iceslide_fem
 from iceslide_fem.scene import Scene
+from iceslide_fem.scene.companions import companions
 
 LENGTH = 16  # hexadecimal digits
 
 
 def scene_hash(scene: Scene) -> str:
-    """Hash of `scene` (its name and what it writes apart) and of the files that it names."""
+    """Hash of `scene` (its name and what it writes apart) and of the files that it names, with
+    those that they need beside them.
+    """
     content = scene.as_dict()
     del content["name"], content["output"]
     for (table, key), path in scene.files.items():
-        content[table][key] = hashlib.sha256(path.read_bytes()).hexdigest()
+        digests = [
+            hashlib.sha256(file.read_bytes()).hexdigest() for file in (path, *companions(path))
+        ]
+        content[table][key] = " ".join(digests)
     if ":" in scene.friction.law:
         path, name = scene.friction.law_file
         content["friction"]["law"] = f"{hashlib.sha256(path.read_bytes()).hexdigest()}:{name}"

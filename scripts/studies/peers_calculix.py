@@ -17,7 +17,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.materials import MooneyRivlin
-from iceslide_fem.mesh.gmsh_model import IntArray, TaggedMesh
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 from scripts.studies.common import processor_seconds
 
 # Edges of cells with a node in the middle, and faces, both in CalculiX's order.

@@ -27,9 +27,9 @@ from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.film.friction import FilmFriction
 from iceslide_fem.materials import BAR, COMPOUNDS, MooneyRivlin
 from iceslide_fem.mesh import gmsh_model
-from iceslide_fem.mesh.gmsh_model import TaggedMesh
 from iceslide_fem.mesh.grid import tensor_grid
 from iceslide_fem.mesh.rubber import CONTACT_HEIGHT, RubberMesh
+from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import default_penalty
 from iceslide_fem.rubber.contact_points import contact_points

@@ -1,0 +1,93 @@
+"""The lines of an input file of Abaqus or CalculiX as cards: a keyword, its options, its data.
+
+Keywords and options are the same in capitals and small letters, blanks around them mean nothing,
+a line that begins with `**` is a comment, a keyword line that ends with a comma goes on in the next
+one (Abaqus, input syntax rules).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from iceslide_fem.errors import SceneError
+
+DEEPEST = 10  # *INCLUDE in included files
+_BETWEEN_COMMAS = re.compile(r'(?:[^,"]|"[^"]*"?)+')
+
+
+class Card(NamedTuple):
+    """keyword: in capitals, `*` not with it; options: by names in capitals; data: its lines."""
+
+    keyword: str
+    options: dict[str, str]
+    data: list[str]
+
+    def label(self, option: str) -> str:
+        """A name that the option gives, as it is compared: in small letters, "" without it."""
+        return key(self.options.get(option, ""))
+
+
+def key(name: str) -> str:
+    """A name as it is compared."""
+    return name.strip().strip('"').strip().casefold()
+
+
+def items(line: str) -> list[str]:
+    """What stands between the commas of a data line, without what is empty."""
+    return [item for part in _BETWEEN_COMMAS.findall(line) if (item := part.strip())]
+
+
+def read_cards(path: Path) -> Iterator[Card]:
+    """All cards of a file, with those of the files that it includes.
+
+    Raises SceneError where a file can't be read.
+    """
+    card, begun = Card("", {}, []), ""
+    for line in _lines(path, path, 0):
+        if begun:
+            begun += line
+        elif line.startswith("*"):
+            yield card
+            begun = line
+        else:
+            card.data.append(line)
+            continue
+        if not begun.endswith(","):
+            card, begun = _card(begun), ""
+            if "INPUT" in card.options:  # its data are in another file
+                card.data.extend(_lines(path, _beside(path, card.options["INPUT"]), 1))
+    yield card
+
+
+def _card(line: str) -> Card:
+    keyword, *options = items(line[1:]) or [""]
+    pairs = (option.partition("=")[::2] for option in options)
+    named = {name.strip().upper(): value.strip().strip('"') for name, value in pairs}
+    return Card(" ".join(keyword.upper().split()), named, [])
+
+
+def _lines(main: Path, path: Path, depth: int) -> Iterator[str]:
+    """Lines without comments and blanks around them; those of included files in their place."""
+    if depth > DEEPEST:
+        raise SceneError(f"rubber.mesh {main}: *INCLUDE goes round in a circle, at {path}")
+    try:
+        with open(path, encoding="utf-8-sig", errors="replace") as file:
+            for line in file:
+                line = line.strip()
+                if not line or line.startswith("**"):
+                    continue
+                if line[:8].upper() == "*INCLUDE":
+                    named = _card(line).options.get("INPUT", "")
+                    yield from _lines(main, _beside(path, named), depth + 1)
+                else:
+                    yield line
+    except OSError as error:
+        what = "can't be read" if path == main else f"includes {path}, which can't be read"
+        raise SceneError(f"rubber.mesh {main} {what}: {error.strerror or error}") from None
+
+
+def _beside(path: Path, name: str) -> Path:
+    return path.parent / name.replace("\\", "/")

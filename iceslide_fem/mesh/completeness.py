@@ -1,0 +1,155 @@
+"""Whether the named parts of a mesh are whole: a facet that lost its name changes a run in silence.
+
+The plate is all of the top, the symmetry plane all of y = 0. Contact has no hole. It holds all
+facets that lie on the ice. Where it goes up a flat end of the block, it goes up all of that end and
+of the opposite one. What has no name and is enclosed by contact rises above it or meets it at an
+edge, as ends of sipes and bores do.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from iceslide_fem.mesh.soundness import Fault, planes
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+
+Mask = NDArray[np.bool_]
+Floats = NDArray[np.float64]
+
+STEEP = 0.5  # horizontal part of the unit normal from which a facet is a side, not the lower face
+FLAT = 0.999  # of the horizontal direction of a normal along an axis: the flat end of a block
+SMOOTH = 0.8  # cosine between neighbours that are one surface, not two that meet at an edge
+
+
+def gap(tagged: TaggedMesh, outer: IntArray, near: float) -> Fault | None:
+    """The first facet of `outer` (n, corners) whose name is missing; None if there is none.
+
+    `near` (m): distance below which a node is in a plane. The mesh stands on the ice, at 0.
+    """
+    names = _names(tagged, outer)
+    corners = tagged.points[outer]
+    heights = corners[:, :, -1]
+    free = names == ""
+    on_ice = (heights <= near).all(axis=1)
+    on_top = (heights >= tagged.points[:, -1].max() - near).all(axis=1)
+    lost = on_top & (names != "plate")
+    if lost.any():
+        what = 'is part of the top and not tagged "plate", which must be all of it'
+        return _fault(lost, what, corners)
+    if (names == "symmetry").any():
+        lost = (abs(corners[:, :, 1]) <= near).all(axis=1) & free
+        if lost.any():
+            return _fault(lost, 'is at y = 0 and not tagged "symmetry" like others', corners)
+    lost = on_ice & free
+    if lost.any():
+        return _fault(lost, 'lies on the ice and is not tagged "contact"', corners)
+    lost = _lost_sides(corners, names, near)
+    if lost.any():
+        what = (
+            'begins at the ice and has no name, but another side is tagged "contact": tag the '
+            "lower part of all of this side and of the opposite one"
+        )
+        return _fault(lost, what, corners)
+    lost = _enclosed(outer, corners, names, near)
+    if lost.any():
+        what = 'has no name and is enclosed by facets tagged "contact" or "walls": a hole in them'
+        return _fault(lost, what, corners)
+    return None
+
+
+def only_lowest(tagged: TaggedMesh) -> bool:
+    """Whether contact is no more than flat facets on the ice, so that no side can touch it."""
+    heights = tagged.points[tagged.facets["contact"], -1]
+    return bool(heights.max() <= 1e-6 * np.ptp(tagged.points[:, -1]))
+
+
+def _fault(lost: Mask, what: str, corners: Floats) -> Fault:
+    count = int(lost.sum())
+    like = f" ({count} such facets)" if count > 1 else ""
+    return f"the facet there {what}{like}", corners[np.flatnonzero(lost)[0]].mean(axis=0)
+
+
+def _names(tagged: TaggedMesh, outer: IntArray) -> NDArray[np.str_]:
+    """Name of each outer facet, "" where it has none."""
+    names = np.full(len(outer), "", dtype="U16")
+    for name, facets in tagged.facets.items():
+        both = np.sort(np.concatenate([facets, outer]), axis=1)
+        _, number = np.unique(both, axis=0, return_inverse=True)
+        number = number.ravel()
+        names[np.isin(number[len(facets) :], number[: len(facets)])] = name
+    return names
+
+
+def _lost_sides(corners: Floats, names: NDArray[np.str_], near: float) -> Mask:
+    """Nameless facets that begin at the ice, in the flat ends of the block along x or y, where
+    contact goes up more than half of one end. Walls of sipes are in no end: rubber stands on the
+    ice beyond them.
+    """
+    dim = corners.shape[2]
+    on_ice = corners[:, :, -1] <= near
+    ice = np.unique(corners[on_ice][:, :-1], axis=0)
+    normals = planes(corners)[1]
+    across = np.linalg.norm(normals[:, :-1], axis=1)
+    steep = across > STEEP * np.linalg.norm(normals, axis=1)
+    # In a block a side stands on the ice with an edge; with a corner, others do, too.
+    stands = steep & ~on_ice.all(axis=1) & (on_ice.sum(axis=1) >= dim - 1)
+    lost = np.zeros(len(corners), dtype=bool)
+    for axis in range(dim - 1):
+        flat = abs(normals[:, axis]) > FLAT * across
+        named, free = np.zeros(2), np.zeros(2)  # lengths of feet at both ends
+        nameless = []
+        for facet in np.flatnonzero(stands & flat & np.isin(names, ["", "contact", "walls"])):
+            foot = corners[facet, on_ice[facet], :-1]
+            sides = np.delete(foot, axis, axis=1)
+            beyond = np.delete(ice, axis, axis=1)
+            row = ((beyond >= sides.min(axis=0) - near) & (beyond <= sides.max(axis=0) + near)).all(
+                axis=1
+            )
+            first, last = ice[row, axis].min(), ice[row, axis].max()
+            ends = [first >= foot[:, axis].min() - near, last <= foot[:, axis].max() + near]
+            length = np.ptp(sides, axis=0).sum() if dim == 3 else 1.0
+            (named if names[facet] else free)[ends] += length
+            if not names[facet] and any(ends):
+                nameless.append(facet)
+        if (named > free).any():
+            lost[nameless] = True
+    return lost
+
+
+def _enclosed(outer: IntArray, corners: Floats, names: NDArray[np.str_], near: float) -> Mask:
+    """Nameless facets in areas that contact (or walls) encloses, with which they are one surface,
+    and above which they do not rise.
+
+    Facets are neighbours by their nodes in a slice, by their edges in a block. What reaches the
+    plate is not enclosed; bores and ends of sipes meet the contact at edges.
+    """
+    if outer.shape[1] == 2:
+        ridges = outer.reshape(-1, 1)
+    else:
+        ridges = np.stack([outer, np.roll(outer, 1, axis=1)], axis=2).reshape(-1, 2)
+    _, ridge = np.unique(np.sort(ridges, axis=1), axis=0, return_inverse=True)
+    ridge, facet = ridge.ravel(), np.repeat(np.arange(len(outer)), outer.shape[1])
+    order = np.argsort(ridge, kind="stable")
+    pairs = facet[order].reshape(-1, 2)  # a sound mesh has two outer facets at every ridge
+    free = names == ""
+    inner = pairs[free[pairs].all(axis=1)]
+    links = coo_array((np.ones(len(inner)), inner.T), shape=(len(outer), len(outer)))
+    count, area = connected_components(links, directed=False)
+    rims = pairs[free[pairs].sum(axis=1) == 1]
+    rims = np.where(free[rims[:, :1]], rims, rims[:, ::-1])  # the nameless one first
+    inside, beside = rims.T
+    held = np.isin(names[beside], ["contact", "walls"])
+    normals = planes(corners)[1]
+    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    smooth = abs(np.einsum("ri,ri->r", normals[inside], normals[beside])) > SMOOTH
+    middles = corners[:, :, -1].mean(axis=1)
+    rim, top = np.full((2, count), -np.inf)
+    np.maximum.at(rim, area[inside[held]], middles[beside[held]])
+    np.maximum.at(top, area, middles)
+    hole = top <= rim + near
+    hole &= np.bincount(area[inside[held & smooth]], minlength=count) > 0
+    hole[area[inside[names[beside] == "plate"]]] = False
+    return free & hole[area]

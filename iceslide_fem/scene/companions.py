@@ -1,0 +1,34 @@
+"""Files that a mesh needs beside it: the data of XDMF, what an Abaqus file includes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+_DATA = re.compile(r">\s*([^<>:]+):/")  # of XDMF: name.h5:/where
+_INPUT = re.compile(r'^\s*\*[^*].*\bINPUT\s*=\s*"?([^,"\n]+)', re.IGNORECASE)
+DEEPEST = 10  # files in files
+
+
+def companions(path: Path) -> list[Path]:
+    """The files that `path` names, and those that they name, if they are there; none twice."""
+    return [*dict.fromkeys(_named(path, 0))]
+
+
+def _named(path: Path, depth: int) -> Iterator[Path]:
+    suffix = path.suffix.lower()
+    pattern = {".xdmf": _DATA, ".xmf": _DATA}.get(suffix, _INPUT)
+    if depth == DEEPEST or (depth == 0 and suffix not in (".xdmf", ".xmf", ".inp")):
+        return
+    try:
+        with open(path, encoding="utf-8", errors="replace") as file:
+            names = [name for line in file for name in pattern.findall(line)]
+    except OSError:  # who reads the mesh says so
+        return
+    for name in names:
+        other = path.parent / name.strip().replace("\\", "/")
+        if other.is_file():
+            yield other
+            if pattern is _INPUT:
+                yield from _named(other, depth + 1)
