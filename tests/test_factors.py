@@ -11,6 +11,7 @@ from iceslide_fem.fenics.compat import MPI, SINGLE_BY_MUMPS, PETSc  # noqa: E402
 from iceslide_fem.fenics.dissection import dissected  # noqa: E402
 from iceslide_fem.fenics.halved_factors import HalvedFactors, separator  # noqa: E402
 from iceslide_fem.fenics.mumps import SparseColumns, SpreadMatrix  # noqa: E402
+from iceslide_fem.fenics.native import ints  # noqa: E402
 from iceslide_fem.fenics.shared_factors import SharedFactors  # noqa: E402
 from iceslide_fem.fenics.single_factors import SingleFactors  # noqa: E402
 
@@ -216,3 +217,11 @@ def test_points_that_no_cut_parts_stay_as_they_are(n):
     couples = np.indices((n, n)).reshape(2, -1).astype(np.int32)
     for points in (np.zeros((n, 3)), np.arange(3.0 * n).reshape(n, 3)):
         assert dissected(points, *couples).tolist() == list(range(n))
+
+
+def test_integers_of_64_bits_go_into_c_as_those_of_32():
+    given = np.array([0, 5, 2**31 - 1], dtype=np.int64)
+    assert ints(given).dtype == np.int32 and (ints(given) == given).all()
+    assert ints(given.astype(np.int32)) is not None
+    with pytest.raises(OverflowError, match="2147483648 is no 32-bit integer"):
+        ints(given + 1)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.fenics.native import compiled
+from iceslide_fem.fenics.native import compiled, ints
 
 # MUMPS estimates the room for its factors before it knows the pivots and which rank takes what:
 # so much is added to the estimate, in per cent, and doubled until it is enough.
@@ -164,7 +164,7 @@ class Mumps:
         return array if self._first else self._ffi.NULL
 
     def _ints(self, values: Places) -> Any:
-        return self._ffi.from_buffer("int[]", values)
+        return self._ffi.from_buffer("int[]", ints(values))
 
     def _floats(self, values: Singles) -> Any:
         return self._ffi.from_buffer("float[]", values)

@@ -11,6 +11,9 @@ from importlib import util
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from iceslide_fem.fenics.compat import COMPILED, COMPILER_FLAGS
 from iceslide_fem.fenics.jit import compiled_into
 from iceslide_fem.parallel import from_root
@@ -43,6 +46,19 @@ def compiled(sources: Sequence[Path], comm: Any, libraries: Sequence[str] = ()) 
 
     from_root(lambda: compiled_into(COMPILED, make), comm)
     return _loaded(library)
+
+
+def ints(values: NDArray[Any]) -> NDArray[np.int32]:
+    """Whole numbers as C's int has them: PETSc's have 64 bits where it is built so.
+
+    Raises OverflowError where one does not fit.
+    """
+    if values.dtype == np.int32:
+        return values
+    bounds = np.iinfo(np.int32)
+    if values.size and not bounds.min <= values.min() <= values.max() <= bounds.max:
+        raise OverflowError(f"{values.max()} is no 32-bit integer: the problem is too large")
+    return values.astype(np.int32)
 
 
 def address(module: Any, name: str) -> int:

@@ -11,6 +11,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.fenics.halved_factors import HalvedFactors, separator
 from iceslide_fem.fenics.mumps import SparseColumns, SpreadMatrix, mumps
+from iceslide_fem.fenics.native import ints
 from iceslide_fem.fenics.shared_factors import SharedFactors
 
 
@@ -35,11 +36,12 @@ class SingleFactors:
     def setUp(self, pc: PETSc.PC) -> None:  # noqa: N802 (PETSc's name)
         """Factorise the operator's matrix. Raises NotConverged where MUMPS cannot. Collective."""
         _, matrix = pc.getOperators()
-        *pattern, values = matrix.getValuesCSR()
+        first, columns, values = matrix.getValuesCSR()
+        pattern = ints(first), ints(columns)
         singles = values.astype(np.float32)
         known = self._factors is not None and all(map(np.array_equal, pattern, self._pattern))
         if not self._comm.allreduce(known, op=MPI.LAND):
-            self._pattern = tuple(pattern)
+            self._pattern = pattern
             self.destroy(None)
             self._factors = self._ordered(self._entries(matrix, *pattern))
         if not self._known.factorise(singles):

@@ -33,7 +33,7 @@ from scipy.linalg import cython_blas, cython_lapack
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.fenics.native import address, compiled
+from iceslide_fem.fenics.native import address, compiled, ints
 from iceslide_fem.film.law import Film, FilmOnIce, FilmStage, Surface
 from iceslide_fem.interface.ice_modes import SurfaceModes
 from iceslide_fem.interface.surface_grid import Contacts, Placement, SurfaceGrid, part_of
@@ -75,7 +75,7 @@ class SharedPoints:
         """As C has them, which lives as long as these do. Collective where it is first asked."""
         self._node, self._share = self.of_all(self._at.node), self.of_all(self._at.share)
         n, corners = self._node.shape
-        node = self._ffi.from_buffer("int[]", self._node)
+        node = self._ffi.from_buffer("int[]", ints(self._node))
         share = self._ffi.from_buffer("double[]", self._share)
         fields = {"n": n, "corners": corners, "node": node, "share": share}
         return self._ffi.new("Points *", fields)
