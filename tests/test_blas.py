@@ -56,10 +56,15 @@ def test_a_command_chooses_before_numpy_is_loaded(monkeypatch):
 
 
 def test_other_processors_and_odd_names_are_left_alone(tmp_path, monkeypatch):
-    monkeypatch.setattr(os, "environ", {})
-    (tmp_path / "cpuinfo").write_bytes(b"model name: \xe9\nflags: sse3\n")
-    choose_kernels(tmp_path / "cpuinfo")
-    (tmp_path / "cpuinfo").write_text(f"flags: {AVX512}\n")
+    cpuinfo, environment = tmp_path / "cpuinfo", {}
+    monkeypatch.setattr(os, "environ", environment)
+    cpuinfo.write_bytes(b"model name: \xe9\nflags: sse3\n")
+    choose_kernels(cpuinfo)
+    assert environment == {}
+    cpuinfo.write_text(f"flags: {AVX512}\n")
     monkeypatch.setattr(platform, "machine", lambda: "aarch64")
-    choose_kernels(tmp_path / "cpuinfo")
-    assert "OPENBLAS_CORETYPE" not in os.environ
+    choose_kernels(cpuinfo)
+    assert environment == {}
+    monkeypatch.setattr(platform, "machine", lambda: "x86_64")
+    choose_kernels(cpuinfo)
+    assert environment == {"OPENBLAS_CORETYPE": "SkylakeX"}

@@ -70,10 +70,6 @@ def test_time_and_memory_of_a_run_follow_from_its_steps_and_unknowns():
     assert seconds < found.time < 1.3 * seconds + 2.0
 
 
-def test_there_are_enough_measured_runs():
-    assert len(MEASURED) == 6 and {row[0] for row in MEASURED} == {"slice", "block"}
-
-
 def a_continuum(scene, surface):
     heated = heating_times(scene, float(np.ptp(surface[0])), scene.load.duration)
     return Continuum(

@@ -212,7 +212,7 @@ def test_a_grid_that_is_dissected_takes_a_third_of_the_operations():
     assert np.ptp(points[cut], axis=0).min() == 0
 
 
-@pytest.mark.parametrize("n", [0, 1, 40])
+@pytest.mark.parametrize("n", [2, 40])
 def test_points_that_no_cut_parts_stay_as_they_are(n):
     couples = np.indices((n, n)).reshape(2, -1).astype(np.int32)
     for points in (np.zeros((n, 3)), np.arange(3.0 * n).reshape(n, 3)):
