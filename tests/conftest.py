@@ -14,6 +14,13 @@ with suppress(ImportError):
     import dolfinx_solver  # noqa: F401
 
 
+def pytest_ignore_collect(collection_path, config):
+    """In the quick lane, modules without a quick test are not even imported."""
+    if config.option.markexpr == "quick" and collection_path.name.startswith("test_"):
+        return "mark.quick" not in collection_path.read_text(encoding="utf-8") or None
+    return None
+
+
 def pytest_configure(config):
     if started_by_mpirun():
         from ranks_agree import RanksAgree

@@ -20,7 +20,7 @@ from inp_files import (  # noqa: E402
 from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.mesh.user_mesh import load_user_mesh  # noqa: E402
 
-pytestmark = pytest.mark.fe
+pytestmark = [pytest.mark.fe, pytest.mark.quick]
 
 NODES = SLICE_NODES
 CELLS = f"*ELEMENT, TYPE=CPE4H, ELSET=rubber\n{SLICE_CELLS}"

@@ -134,6 +134,7 @@ def test_without_its_packages_the_command_says_what_to_install(tmp_path):
 # What is answered
 
 
+@pytest.mark.quick
 def test_curves_of_a_point_are_those_of_the_library(served):
     status, answer = served.ask("point", texts=TEXTS)
     scene = scene_from_dict(tomllib.loads(answer["toml"]))
@@ -204,6 +205,7 @@ def test_a_table_of_ones_own(tmp_path, served):
     assert (status, answer["keys"]) == (422, ["film.contact"])
 
 
+@pytest.mark.quick
 def test_the_line_is_that_of_the_library(served):
     status, answer = served.ask("line", texts={"slip": "2e-5", "ice_temperature": "-6 degC"})
     x, pressure = gaussian_profile(0.18, 4e5, line.POINTS, 0.03)
@@ -328,6 +330,7 @@ def test_wrong_input_names_its_fields_with_the_sentence_of_the_command(
     assert answer["keys"] == keys
 
 
+@pytest.mark.quick
 @pytest.mark.parametrize("case", sorted(CASES.glob("*.toml")), ids=lambda path: path.stem)
 def test_scene_files_survive_the_fields(case):
     from iceslide_fem.scene import read_scene

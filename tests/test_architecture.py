@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.quick
+
 PACKAGE = Path(__file__).parent.parent / "iceslide_fem"
 
 # From the ground up; a module or folder imports only what stands below its floor.

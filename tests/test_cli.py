@@ -54,6 +54,7 @@ def iceslide(*arguments: str, **kwargs) -> subprocess.CompletedProcess:
     return subprocess.run(command, capture_output=True, encoding="utf-8", **kwargs)
 
 
+@pytest.mark.quick
 def test_help_loads_nothing_heavy():
     code = (
         "import sys; from iceslide_fem.cli import main\n"
@@ -128,6 +129,7 @@ def test_run_passes_scene_directory_and_petsc_options(simulated, capsys):
     assert printed.splitlines()[-1] == "results/thesis_1bar/summary.json"
 
 
+@pytest.mark.quick
 def test_run_takes_several_overrides_and_a_directory(simulated):
     assert exit_code("run", CASE, "--out", "here", "--set", "name=a", "--set", "model=slice") == 0
     ((scene, out, petsc_options),) = simulated
@@ -261,6 +263,7 @@ def rows_of_info(capsys, *words):
     return {cells[2].strip(): cells[3].strip() for cells in lines if cells[2].strip()}
 
 
+@pytest.mark.quick
 def test_info_of_a_point_has_no_rubber(capsys):
     rows = rows_of_info(capsys, CASE, "--set", "model=point", "--set", "ice.heat=column")
     assert rows["warm layer in ice"] == "88 µm" and rows["friction at t = 0"] == "0.205"

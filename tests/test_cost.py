@@ -33,7 +33,7 @@ from iceslide_fem.run.point import point_history  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 
-pytestmark = pytest.mark.fe
+pytestmark = [pytest.mark.fe, pytest.mark.quick]
 ROOT = Path(__file__).parent.parent
 MEASURED = [
     words

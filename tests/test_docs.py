@@ -15,6 +15,8 @@ from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.units import Quantity
 from iceslide_fem.units import to_si
 
+pytestmark = pytest.mark.quick
+
 ROOT = Path(__file__).parent.parent
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
 

@@ -17,6 +17,8 @@ from iceslide_fem.film.law import (
 )
 from iceslide_fem.materials import MELTING_ENTHALPY, MELTING_TEMPERATURE, WATER_VISCOSITY
 
+pytestmark = pytest.mark.quick
+
 ONE_BAR = {"k": 0.266, "D": 29e-6, "H_V": 2.86e-6}
 H0 = 70e-9
 

@@ -19,6 +19,8 @@ from iceslide_fem.footprint.jaeger import (
 )
 from iceslide_fem.materials import ICE_EFFUSIVITY, MELTING_TEMPERATURE
 
+pytestmark = pytest.mark.quick
+
 SLIDING = SlidingLine(mean_pressure=2e5, speed=3.0, slip=0.5)
 
 

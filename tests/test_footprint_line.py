@@ -16,6 +16,8 @@ from iceslide_fem.footprint.passing import Ride
 from iceslide_fem.footprint.pressure_map import PressureMap
 from iceslide_fem.materials import CONTACT_TABLES, MELTING_TEMPERATURE, Solid
 
+pytestmark = pytest.mark.quick
+
 LENGTH, PEAK = 0.18, 2e5
 PRINTED, MOVING = Macroscopic(), Macroscopic(source="moving", slip=1.0)
 

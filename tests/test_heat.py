@@ -12,6 +12,8 @@ from iceslide_fem.film.law import FilmLoads, FilmStage, Surface
 from iceslide_fem.film.point import Conditions, Record, simulate
 from iceslide_fem.materials import MELTING_ENTHALPY, MELTING_TEMPERATURE, WATER_VISCOSITY
 
+pytestmark = pytest.mark.quick
+
 DURATION = 7e-3
 T_0 = np.array([MELTING_TEMPERATURE - 4.0])
 

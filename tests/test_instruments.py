@@ -13,6 +13,8 @@ from iceslide_fem.cli import main
 from iceslide_fem.errors import SceneError
 from iceslide_fem.roughness.read import read_surface
 
+pytestmark = pytest.mark.quick
+
 ROWS, COLUMNS, SIDE = 18, 24, 2e-6
 Y, X = np.indices((ROWS, COLUMNS))
 # Metres; no two rows or columns are alike, so that nothing may be turned or mirrored unseen.

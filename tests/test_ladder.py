@@ -11,6 +11,8 @@ from iceslide_fem.planning.rungs import Rung, cheapest, on_rung, resolved
 from iceslide_fem.planning.simplifications import simplifications
 from iceslide_fem.scene import load_scene
 
+pytestmark = pytest.mark.quick
+
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 # A stiff, thin block without transverse strain: pressure is uniform but for its edges.
 UNIFORM = [

@@ -15,6 +15,8 @@ from iceslide_fem.scene import load_scene, scene_from_dict, unit_of
 from iceslide_fem.scene.course import Course
 from iceslide_fem.scene.fingerprint import scene_hash
 
+pytestmark = pytest.mark.quick
+
 MS = 1e-3
 LOAD = {"pressure": "1 bar", "speed": "3 m/s", "duration": "2 ms"}
 RAMP = [["0 ms", "1 m/s"], ["0.5 ms", "1 m/s"], ["1.5 ms", "4 m/s"]]

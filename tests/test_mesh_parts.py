@@ -16,7 +16,7 @@ from iceslide_fem.mesh.user_mesh import load_user_mesh  # noqa: E402
 from iceslide_fem.planning.warnings import warnings  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 
-pytestmark = pytest.mark.fe
+pytestmark = [pytest.mark.fe, pytest.mark.quick]
 MM = 1e-3
 ROOT = Path(__file__).parent.parent
 

@@ -16,7 +16,7 @@ from iceslide_fem.mesh.tagged import TaggedMesh  # noqa: E402
 from iceslide_fem.mesh.user_mesh import UNITS, load_user_mesh  # noqa: E402
 from iceslide_fem.scene import Rubber, load_scene  # noqa: E402
 
-pytestmark = pytest.mark.fe
+pytestmark = [pytest.mark.fe, pytest.mark.quick]
 ROOT = Path(__file__).parent.parent
 KINDS = ["triangle", "quadrilateral", "tetrahedron", "hexahedron"]
 TETRAHEDRA = [(0, 1, 2, 6), (0, 1, 5, 6), (0, 3, 2, 6), (0, 3, 7, 6), (0, 4, 5, 6), (0, 4, 7, 6)]

@@ -17,7 +17,7 @@ from iceslide_fem.rubber.time_discretisation import (  # noqa: E402
 )
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 
-pytestmark = pytest.mark.fe
+pytestmark = [pytest.mark.fe, pytest.mark.quick]
 
 DENSITY = 1000.0
 MODULUS = 4.0e6  # E = 4 (C10 + C01) where nu = 0

@@ -7,6 +7,8 @@ import pytest
 from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.notes import buckling_pressure, notes
 
+pytestmark = pytest.mark.quick
+
 CASES = Path(__file__).parent.parent / "cases"
 POINT = ["model=point", "ice.heat=column"]
 

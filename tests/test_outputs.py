@@ -61,6 +61,8 @@ READ_BACK = """
 import json, sys
 from pathlib import Path
 from iceslide_fem.results.snapshots import read_snapshot
+
+pytestmark = pytest.mark.quick
 s = read_snapshot(Path(sys.argv[1]), int(sys.argv[2]))
 print(json.dumps({
     "time": s.time,

@@ -12,6 +12,8 @@ from iceslide_fem.progress import LongTask
 pytest.importorskip("iceslide_fem.fenics.compat")
 from iceslide_fem.run.progress import Progress  # noqa: E402
 
+pytestmark = pytest.mark.quick
+
 
 class Terminal(io.StringIO):
     def isatty(self) -> bool:

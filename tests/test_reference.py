@@ -15,6 +15,8 @@ from iceslide_fem.materials import (
     MooneyRivlin,
 )
 
+pytestmark = pytest.mark.quick
+
 T_0 = MELTING_TEMPERATURE - 4.0
 K1 = reference.melt_coefficient(0.266, 3.0)
 K3 = reference.squeeze_coefficient(1e5, 29e-6)

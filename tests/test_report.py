@@ -15,6 +15,8 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # the outputs' writers need i
 
 from runs import rows_of, write_run  # noqa: E402
 
+pytestmark = pytest.mark.quick
+
 
 @pytest.mark.parametrize("saturation", [None, 5e-3])
 @pytest.mark.parametrize("model, preload", [("point", False), ("block", True)])

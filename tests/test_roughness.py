@@ -24,6 +24,8 @@ from iceslide_fem.roughness.surface import (
 )
 from iceslide_fem.roughness.survey import parameters
 
+pytestmark = pytest.mark.quick
+
 MODULUS = 2.2e6  # E*, Pa
 SPEC = {
     "rms_height": 5.8e-6,

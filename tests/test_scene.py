@@ -12,6 +12,8 @@ from iceslide_fem.errors import SceneError
 from iceslide_fem.materials import COMPOUNDS
 from iceslide_fem.scene import load_scene, scene_from_dict
 
+pytestmark = pytest.mark.quick
+
 CASES = sorted((Path(__file__).parent.parent / "cases").glob("*.toml"))
 CASE = Path(__file__).parent.parent / "cases" / "paper_1bar.toml"
 BASE = {

@@ -12,6 +12,8 @@ from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.toml import parsed, read_scene
 from iceslide_fem.units import readable, to_si
 
+pytestmark = pytest.mark.quick
+
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 
 

@@ -34,6 +34,7 @@ def point_plan(*varied, overrides=()):
     return make_plan(CASE, [*POINT, *overrides], varied)
 
 
+@pytest.mark.quick
 def test_cases_are_all_combinations_the_last_key_fastest():
     plan = point_plan(
         "load.pressure=1bar:5bar:3", "load.speed=1,2 m/s", "ice.heat=column,half-space"
@@ -52,6 +53,7 @@ def test_ranges_carry_units_with_an_offset():
     np.testing.assert_allclose(temperatures, 273.15 + np.arange(-15, 0, 2), rtol=1e-12)
 
 
+@pytest.mark.quick
 @pytest.mark.parametrize(
     ("varied", "words"),
     [
@@ -78,6 +80,7 @@ def test_bad_sweeps_are_one_sentence(varied, words):
     assert words in str(caught.value) and "\n" not in str(caught.value)
 
 
+@pytest.mark.quick
 def test_a_fingerprint_is_of_everything_but_the_name(monkeypatch, tmp_path):
     scene = load_scene(CASE)
     first = fingerprint(scene)
@@ -138,6 +141,7 @@ def test_points_are_those_of_single_runs(tmp_path):
         np.testing.assert_allclose(found["film_height_m"], height, rtol=2e-2)
 
 
+@pytest.mark.quick
 def test_table_has_a_row_per_case_with_inputs_and_results(tmp_path):
     run_sweep(point_plan("load.pressure=1bar,2bar", "ice.heat=column,half-space"), tmp_path, None)
     with open(tmp_path / "sweep.csv", newline="") as file:

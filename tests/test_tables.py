@@ -14,6 +14,8 @@ from iceslide_fem.tables.layout import parse, read_table
 from iceslide_fem.tables.text import decoded, read_text
 from iceslide_fem.units import si_unit, to_si
 
+pytestmark = pytest.mark.quick
+
 VALUES = [[0.5, -1.25, 3.0], [1e-3, 2.0, 40.75]]
 
 

@@ -10,6 +10,8 @@ from iceslide_fem.roughness.case import RoughnessCase
 from iceslide_fem.roughness.read import read_surface
 from iceslide_fem.roughness.survey import summary, survey
 
+pytestmark = pytest.mark.quick
+
 SIDE, ROWS, COLUMNS = 2.5e-6, 18, 24
 Y, X = np.indices((ROWS, COLUMNS))
 HEIGHTS = 3e-6 * np.sin(0.5 * X + 0.2) + 1e-6 * np.cos(0.9 * Y) + 2e-8 * X * Y

@@ -58,6 +58,7 @@ def test_point_has_a_report_only(tmp_path):
     assert done.stdout.split() == [str(tmp_path / "report.png")], done.stderr
 
 
+@pytest.mark.quick
 def test_directory_that_is_no_run_is_said_in_one_sentence(tmp_path):
     done = view(tmp_path)
     assert done.returncode == 2
