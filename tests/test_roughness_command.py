@@ -114,7 +114,7 @@ def test_one_map_has_no_deviations(heights, tmp_path):
     assert np.isnan(result.deviation.k).all() and result.found.shape == (1, 2, 6)
     assert ",,," in table(result)
     raw = survey(RoughnessCase.of(given | {"definition": "thesis"}))
-    assert raw.cut_off is None and raw.surface.heights.shape == (80, 80)
+    assert raw.cut_off is None and raw.surface.heights.shape == (40, 40)
 
 
 def x3p(path, heights, pixel, kind="D", mask=None, scale=1.0):

@@ -13,7 +13,8 @@ from scipy.stats import gamma
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
-from iceslide_fem.roughness.surface import Surface, wave_numbers
+from iceslide_fem.roughness.surface import Surface
+from iceslide_fem.roughness.waves import Waves
 from iceslide_fem.scene.input_file import read_text
 from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.units import Quantity
@@ -119,15 +120,12 @@ def generate(spec: SurfaceSpec, realisation: int = 0) -> Surface:
 
 def _amplitudes(spec: SurfaceSpec) -> Array:
     """Amplitudes of all waves, with the wanted rms height or slope."""
-    q = wave_numbers((spec.pixels, spec.pixels), spec.pixel)
+    waves = Waves((spec.pixels, spec.pixels), spec.pixel)
+    q = waves.q
     knee, end = 2.0 * np.pi / spec.rolloff, 2.0 * np.pi / spec.shortest_wave
     amplitude = np.maximum(q, knee) ** -(1.0 + spec.hurst)
     amplitude[(q > end * (1.0 + 1e-9)) | (q == 0.0)] = 0.0
-    count = np.full(q.shape, 2.0)
-    count[:, 0] = 1.0
-    if spec.pixels % 2 == 0:
-        count[:, -1] = 1.0
-    power = count * amplitude**2
+    power = waves.count * amplitude**2
     if spec.rms_height is not None:
         return np.asarray(amplitude * spec.rms_height / np.sqrt(power.sum()))
     assert spec.rms_slope is not None  # by validation

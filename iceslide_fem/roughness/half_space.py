@@ -1,8 +1,8 @@
 """A rough elastic half-space pressed on a rigid plane, without friction or adhesion.
 
-Periodic, on a grid: displacements by FFT, pressures by bound-constrained conjugate gradients after
-Polonsky and Keer, Wear 231 (1999) 206-219. The directions are preconditioned with the stiffness of
-the half-space, restricted to the contact, which takes a quarter of the iterations.
+Periodic or mirrored, on a grid: displacements by FFT, pressures by bound-constrained conjugate
+gradients after Polonsky and Keer, Wear 231 (1999) 206-219. The directions are preconditioned with
+the stiffness of the half-space, restricted to the contact, which takes a quarter of the iterations.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from math import inf
 from typing import NamedTuple
 
 import numpy as np
-from scipy.fft import irfft2, rfft2
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SimulationStopped
+from iceslide_fem.roughness.waves import Waves
 
 TOLERANCE = 1e-7
 MOST_ITERATIONS = 2000
@@ -34,15 +34,13 @@ class Contact(NamedTuple):
     error: float
 
 
-def compliance(shape: tuple[int, int], pixel: float, modulus: float) -> Array:
-    """Displacement over pressure of the waves that `rfft2` gives: 2 / (E* |q|), m/Pa.
+def compliance(waves: Waves, modulus: float) -> Array:
+    """Displacement over pressure of every wave: 2 / (E* |q|), m/Pa.
 
     Johnson, *Contact Mechanics*, 1985, section 13.2. The mean displacement of a half-space has no
     meaning; it is set to zero. `modulus`: E*, Pa.
     """
-    along_y = 2.0 * np.pi * np.fft.fftfreq(shape[0], pixel)
-    along_x = 2.0 * np.pi * np.fft.rfftfreq(shape[1], pixel)
-    q = np.hypot(along_y[:, None], along_x)
+    q = waves.q
     q[0, 0] = inf
     return np.asarray(2.0 / (modulus * q))
 
@@ -53,39 +51,39 @@ def press(
     modulus: float,
     pressures: Sequence[float],
     tolerance: float = TOLERANCE,
+    periodic: bool = True,
 ) -> Iterator[Contact]:
     """Press the surface on the plane with each mean pressure (Pa) in turn; ascending is quickest.
 
-    heights: m, (rows, columns), periodic, asperities up; pixel: m; modulus: E* = E / (1 - nu^2)
-    of the rubber, Pa. Raises SimulationStopped if the iteration does not converge.
+    heights: m, (rows, columns), asperities up, periodic or else continued by their mirror images;
+    pixel: m; modulus: E* = E / (1 - nu^2) of the rubber, Pa. Raises SimulationStopped if the
+    iteration does not converge.
     """
-    half_space = _HalfSpace((heights.shape[0], heights.shape[1]), pixel, modulus)
+    shape = heights.shape[0], heights.shape[1]
+    half_space = _HalfSpace(Waves(shape, pixel, periodic), modulus)
     heights = heights - heights.mean()
-    shape = np.ones_like(heights)
+    distribution = np.ones_like(heights)
     for mean in pressures:
-        contact = _pressed(heights, half_space, shape * mean, tolerance)
+        contact = _pressed(heights, half_space, distribution * mean, tolerance)
         yield contact
-        shape = contact.pressure / mean
+        distribution = contact.pressure / mean
 
 
 class _HalfSpace:
     """Displacement under a pressure, and the pressure for a displacement, both without means."""
 
-    def __init__(self, shape: tuple[int, int], pixel: float, modulus: float) -> None:
-        self._compliance = compliance(shape, pixel, modulus)
+    def __init__(self, waves: Waves, modulus: float) -> None:
+        self._waves = waves
+        self._compliance = compliance(waves, modulus)
         self._stiffness = np.divide(
             1.0, self._compliance, out=np.zeros_like(self._compliance), where=self._compliance > 0.0
         )
 
     def displacement(self, pressure: Array) -> Array:
-        return self._filtered(self._compliance, pressure)
+        return self._waves.filtered(self._compliance, pressure)
 
     def pressure(self, displacement: Array) -> Array:
-        return self._filtered(self._stiffness, displacement)
-
-    @staticmethod
-    def _filtered(factors: Array, field: Array) -> Array:
-        return np.asarray(irfft2(factors * rfft2(field), s=field.shape, overwrite_x=True))
+        return self._waves.filtered(self._stiffness, displacement)
 
 
 def _pressed(heights: Array, half_space: _HalfSpace, p: Array, tolerance: float) -> Contact:

@@ -12,6 +12,8 @@ from scipy.sparse.linalg import spsolve
 
 from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.errors import SceneError
+from iceslide_fem.roughness.height_map import SQUARE
+from iceslide_fem.roughness.waves import Waves, coarsest
 
 MISSING_AT_MOST = 0.1  # share of the map
 FEWEST_PIXELS = 16  # along either side
@@ -21,9 +23,9 @@ FEWEST_PIXELS = 16  # along either side
 class Surface:
     """Heights (m) on square pixels, rows along y, asperities up: away from the rubber.
 
-    pixel: m. A periodic surface continues at its opposite side. measured: the longest distance of
-    measured heights, m, where it is more than a pixel. notes: what a person should know of the file
-    that it is from, sentences.
+    pixel: m. A periodic surface continues at its opposite side, another one as its mirror image at
+    every side. measured: the longest distance of measured heights, m, where it is more than a
+    pixel. notes: what a person should know of the file that it is from, sentences.
     """
 
     heights: Array
@@ -43,9 +45,15 @@ class Surface:
         rows, columns = self.heights.shape
         return columns * self.pixel, rows * self.pixel
 
+    @property
+    def waves(self) -> Waves:
+        """Its Fourier series."""
+        shape = self.heights.shape[0], self.heights.shape[1]
+        return Waves(shape, self.pixel, self.periodic)
+
 
 class Statistics(NamedTuple):
-    """rms height (m), rms slope (of the gradient's length) and skewness of a periodic surface."""
+    """rms height (m), rms slope (of the gradient's length) and skewness of a surface."""
 
     rms_height: float
     rms_slope: float
@@ -70,11 +78,10 @@ class SpectrumFit(NamedTuple):
 
 
 def levelled(surface: Surface) -> Surface:
-    """Without tilt, with missing heights (NaN) filled, and mirrored so that it is periodic.
+    """Without tilt, and with missing heights (NaN) filled.
 
-    Tilt is the plane of least squares; missing heights satisfy Laplace's equation. A map that is
-    wrapped without being mirrored has a cliff along its sides, which holds it off the ice.
-    Raises SceneError if more than a tenth is missing or the map is flat or too small.
+    Tilt is the plane of least squares; missing heights satisfy Laplace's equation. Raises
+    SceneError if more than a tenth is missing or the map is flat or too small.
     """
     z = surface.heights
     if min(z.shape) < FEWEST_PIXELS:
@@ -88,18 +95,27 @@ def levelled(surface: Surface) -> Surface:
         raise SceneError(
             f"{share:.1%} of the map's heights are missing; allowed: up to {MISSING_AT_MOST:.0%}"
         )
-    y, x = np.indices(z.shape, dtype=float)
-    plane = np.column_stack([x.ravel(), y.ravel(), np.ones(z.size)])
-    there = ~missing.ravel()
-    tilt, *_ = np.linalg.lstsq(plane[there], z.ravel()[there], rcond=None)
-    z = z - (plane @ tilt).reshape(z.shape)
+    z = z - _plane(z, missing)
     if missing.any():
         z = _filled(z, missing)
     if float(z.std()) < 1e-12:
         raise SceneError("the map is flat: all of its heights lie in one plane")
-    if not surface.periodic:
-        z = np.block([[z, z[:, ::-1]], [z[::-1], z[::-1, ::-1]]])
-    return replace(surface, heights=z, periodic=True)
+    return replace(surface, heights=z)
+
+
+def _plane(z: Array, missing: Mask) -> Array:
+    """The plane of least squares through the heights that are not missing."""
+    there = ~missing
+    y, x = (np.linspace(-1.0, 1.0, n) for n in z.shape)
+    middle = float(np.mean(z, where=there))
+    heights = np.where(there, z - middle, 0.0)
+    in_row, in_column = there.sum(axis=1), there.sum(axis=0)
+    xx, yy, xy = in_column @ x**2, in_row @ y**2, y @ (there @ x)
+    x1, y1 = in_column @ x, in_row @ y
+    normal = np.array([[xx, xy, x1], [xy, yy, y1], [x1, y1, in_row.sum()]])
+    moments = np.array([x @ heights.sum(axis=0), y @ heights.sum(axis=1), heights.sum()])
+    along_x, along_y, level = np.linalg.solve(normal, moments)
+    return np.asarray(along_y * y[:, None] + (along_x * x + (level + middle)))
 
 
 def _filled(z: Array, missing: Mask) -> Array:
@@ -125,52 +141,51 @@ def _filled(z: Array, missing: Mask) -> Array:
 
 
 def low_passed(surface: Surface, shortest_wave: float) -> Surface:
-    """A periodic surface without waves shorter than `shortest_wave` (m)."""
-    q = wave_numbers(surface.heights.shape, surface.pixel)
-    spectrum = np.fft.rfft2(surface.heights)
-    spectrum[q > 2.0 * np.pi / shortest_wave * (1.0 + 1e-9)] = 0.0
-    return replace(surface, heights=np.fft.irfft2(spectrum, s=surface.heights.shape))
+    """A surface without waves shorter than `shortest_wave` (m)."""
+    waves = surface.waves
+    kept = waves.q <= 2.0 * np.pi / shortest_wave * (1.0 + 1e-9)
+    return replace(surface, heights=waves.filtered(kept.astype(float), surface.heights))
 
 
-def wave_numbers(shape: tuple[int, ...], pixel: float) -> Array:
-    """|q| (rad/m) of the waves that `rfft2` gives."""
-    along_y, along_x = np.fft.fftfreq(shape[0], pixel), np.fft.rfftfreq(shape[1], pixel)
-    return np.asarray(2.0 * np.pi * np.hypot(along_y[:, None], along_x))
+def coarsened(surface: Surface, pixel: float) -> Surface:
+    """The surface on the coarsest grid of its sides whose pixels are no longer than `pixel` (m).
+
+    Its Fourier series ends where the new grid does: without shorter waves the surface is the same.
+    Where the numbers of pixels have no common divisor, the sides change to each other by 0.1 %.
+    """
+    if pixel <= surface.pixel:
+        return surface
+    fewest = int(np.ceil(max(surface.size) / pixel * (1.0 - 1e-9)))
+    shape = coarsest(surface.waves.shape, fewest, SQUARE)
+    pixel = surface.size[0] / shape[1]
+    coarse = Waves(shape, pixel, surface.periodic)
+    heights = surface.waves.resampled(surface.heights, coarse)
+    return replace(surface, heights=heights, pixel=pixel)
 
 
 def statistics(surface: Surface) -> Statistics:
-    """Figures of a periodic surface; slopes are those of its Fourier series."""
+    """Figures of a surface; slopes are those of its Fourier series."""
     z = surface.heights - surface.heights.mean()
-    power = _wave_power(z)
-    q = wave_numbers(z.shape, surface.pixel)
+    power, q = surface.waves.power(z), surface.waves.q
     rms = float(np.sqrt(np.mean(z**2)))
     slope = float(np.sqrt((q**2 * power).sum()))
     return Statistics(rms, slope, float(np.mean(z**3)) / rms**3)
 
 
-def _wave_power(z: Array) -> Array:
-    """Mean square height of every wave that `rfft2` gives; their sum is that of the surface."""
-    power = np.abs(np.fft.rfft2(z) / z.size) ** 2
-    power[:, 1 : (z.shape[1] + 1) // 2] *= 2.0  # the waves with negative q_x
-    return np.asarray(power)
-
-
 def spectrum(surface: Surface) -> Spectrum:
-    """Spectrum of a periodic surface, averaged over rings one lowest wave number wide."""
-    z = surface.heights - surface.heights.mean()
-    power = _wave_power(z)
-    q = wave_numbers(z.shape, surface.pixel)
-    lowest = 2.0 * np.pi / max(surface.size)
+    """Spectrum of a surface, averaged over rings one lowest wave number wide."""
+    waves = surface.waves
+    power, q = waves.power(surface.heights - surface.heights.mean()), waves.q
+    sides = surface.size if surface.periodic else (2.0 * surface.size[0], 2.0 * surface.size[1])
+    lowest = 2.0 * np.pi / max(sides)
     ring = np.rint(q / lowest).astype(int).ravel()
     shortest = np.pi / surface.pixel
     bins = np.arange(1, int(shortest / lowest) + 1)
     number = np.where(q.ravel() <= shortest, ring, 0)
     total = np.bincount(number, power.ravel(), minlength=bins.size + 2)[bins]
-    weight = np.ones_like(q)
-    weight[:, 1 : (z.shape[1] + 1) // 2] = 2.0
-    count = np.bincount(number, weight.ravel(), minlength=bins.size + 2)[bins]
+    count = np.bincount(number, waves.count.ravel(), minlength=bins.size + 2)[bins]
     full = count > 0
-    area = surface.size[0] * surface.size[1]
+    area = sides[0] * sides[1]
     return Spectrum((lowest * bins[full]).astype(float), area * total[full] / count[full])
 
 

@@ -12,14 +12,15 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
 from iceslide_fem.materials import BAR
-from iceslide_fem.roughness.case import PIXELS_PER_WAVE, SOURCE_WAVE, RoughnessCase
+from iceslide_fem.roughness.case import PIXELS_PER_WAVE, SOURCE_WAVE, THINNED_TO, RoughnessCase
 from iceslide_fem.roughness.generate import generate, read_spec
 from iceslide_fem.roughness.half_space import TOLERANCE, Contact, press
-from iceslide_fem.roughness.parameters import Definition, Measure, Parameters
+from iceslide_fem.roughness.parameters import Definition, Parameters, measure
 from iceslide_fem.roughness.read import read_surface
 from iceslide_fem.roughness.surface import (
     Statistics,
     Surface,
+    coarsened,
     levelled,
     low_passed,
     spectrum,
@@ -39,12 +40,26 @@ COLUMNS = (
 )
 
 
+class Measured(NamedTuple):
+    """A map, levelled, with all its waves: its figures, and the pixels (columns, rows) it has."""
+
+    statistics: Statistics
+    pixel: float
+    pixels: tuple[int, int]
+
+    @classmethod
+    def of(cls, surface: Surface) -> Measured:
+        """Those of `surface`."""
+        rows, columns = surface.heights.shape
+        return cls(statistics(surface), surface.pixel, (columns, rows))
+
+
 class Survey(NamedTuple):
     """What was found. found: (realisations, pressures, `Parameters`); shown: some contacts.
 
     surface: the first realisation as it was pressed; statistics: of every realisation; cut_off:
     its shortest wave, m (None: all that the pixels show); shown: number of the pressure -> Contact;
-    measured: of a map with all its waves.
+    measured: of a map.
     """
 
     case: RoughnessCase
@@ -55,7 +70,7 @@ class Survey(NamedTuple):
     shown: dict[int, Contact]
     iterations: int
     error: float
-    measured: Statistics | None = None
+    measured: Measured | None = None
 
     @property
     def mean(self) -> Parameters[Array]:
@@ -82,12 +97,17 @@ def survey(case: RoughnessCase) -> Survey:
     for surface in surfaces:
         described.append(statistics(surface))
         _check_slope(case, described[-1])
-        measure = Measure(surface.pixel, case.definition)
         rows = []
         for number, contact in enumerate(
-            press(surface.heights, surface.pixel, modulus, case.pressures)
+            press(
+                surface.heights,
+                surface.pixel,
+                modulus,
+                case.pressures,
+                periodic=surface.periodic,
+            )
         ):
-            rows.append(measure(contact))
+            rows.append(measure(contact, surface.pixel, case.definition, surface.periodic))
             iterations, error = iterations + contact.iterations, max(error, contact.error)
             if first is None and number in (0, middle, len(case.pressures) - 1):
                 shown[number] = contact
@@ -102,10 +122,12 @@ def survey(case: RoughnessCase) -> Survey:
 def parameters(
     surface: Surface, modulus: float, pressures: Array, definition: Definition = "hydrodynamic"
 ) -> Parameters[Array]:
-    """Contact parameters of one periodic surface; arrays over the pressures (Pa), ascending."""
-    measure = Measure(surface.pixel, definition)
-    contacts = press(surface.heights, surface.pixel, modulus, pressures.tolist())
-    return Parameters(*np.array([measure(contact) for contact in contacts]).T)
+    """Contact parameters of one surface; arrays over the pressures (Pa), ascending."""
+    pixel, periodic = surface.pixel, surface.periodic
+    contacts = press(surface.heights, pixel, modulus, pressures.tolist(), periodic=periodic)
+    return Parameters(
+        *np.array([measure(contact, pixel, definition, periodic) for contact in contacts]).T
+    )
 
 
 def _check_slope(case: RoughnessCase, figures: Statistics) -> None:
@@ -121,9 +143,12 @@ def _check_slope(case: RoughnessCase, figures: Statistics) -> None:
 
 def _surfaces(
     case: RoughnessCase,
-) -> tuple[Iterator[Surface], float | None, Statistics | None]:
-    """Periodic surfaces without waves below the cut-off, the cut-off (m), and figures of a map as
-    it was measured, levelled, with all its waves.
+) -> tuple[Iterator[Surface], float | None, Measured | None]:
+    """Surfaces without waves below the cut-off, the cut-off (m), and figures of a map as it was
+    measured.
+
+    What is left of a map is pressed on coarser pixels where its shortest wave allows it; by the
+    definition of the source, which counts pixels, it keeps them.
     """
     wave = case.shortest_wave
     if case.surface.suffix.lower() == ".toml":
@@ -144,10 +169,12 @@ def _surfaces(
     surface = levelled(read_surface(case.surface, case.pixel, case.height_unit))
     if wave is None and case.definition == "hydrodynamic":
         wave = SOURCE_WAVE
-    measured = statistics(surface)
+    measured = Measured.of(surface)
     if wave is None:
         return iter([surface]), None, measured
-    _check_resolution(case.definition, wave, surface.resolution, 0.5 * min(surface.size))
+    _check_resolution(case.definition, wave, surface.resolution, min(surface.size))
+    if case.definition == "hydrodynamic":
+        surface = coarsened(surface, wave / THINNED_TO)
     return iter([low_passed(surface, wave)]), wave, measured
 
 
@@ -195,7 +222,7 @@ def summary(result: Survey) -> dict[str, Any]:
         "rms_height_m": float(figures[:, 0].mean()),
         "rms_slope": float(figures[:, 1].mean()),
         "skewness": float(figures[:, 2].mean()),
-        "measured": None if result.measured is None else result.measured._asdict(),
+        "measured": None if result.measured is None else _before(result.measured),
         "spectrum_fit": None if fit is None else {"hurst": fit.hurst, "rolloff_m": fit.rolloff},
         "cut_offs": {
             "shortest_wave_m": result.cut_off,
@@ -214,6 +241,13 @@ def summary(result: Survey) -> dict[str, Any]:
         "realisations": len(result.statistics),
         "warnings": warnings(result),
         "case": case.model_dump(mode="json"),
+    }
+
+
+def _before(measured: Measured) -> dict[str, Any]:
+    return measured.statistics._asdict() | {
+        "pixel_m": measured.pixel,
+        "pixels": list(measured.pixels),
     }
 
 
