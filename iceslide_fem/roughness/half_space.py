@@ -120,15 +120,16 @@ def _pressed(heights: Array, half_space: _HalfSpace, p: Array, tolerance: float)
         before, last = inside, size
         response = half_space.displacement(step)
         curvature = np.vdot(step, response) - step.sum() * np.vdot(response, touching) / count
-        length = float(np.vdot(inside, step)) / float(curvature)
+        slope = float(np.vdot(inside, step))
+        length = slope / float(curvature)
         moved = p - length * step
 
         linear = moved.min() >= 0.0
         np.maximum(moved, 0.0, out=moved)
         if overlap > 0.0:
+            # They take what the contact's own change is, on the average, to its own gap.
             entering = ~touching & (g < 0.0)
-            curvature = np.vdot(inside, half_space.displacement(inside))
-            moved[entering] = -float(np.vdot(inside, inside) / curvature) * g[entering]
+            moved[entering] = -length * slope / float(np.vdot(inside, inside)) * g[entering]
             linear, last = False, inf
         factor = mean / float(moved.mean())
         p = moved * factor

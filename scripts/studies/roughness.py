@@ -73,7 +73,7 @@ def disc(radius: float) -> float:
         n = int(2 * radius + 8)
         y, x = np.indices((n, n)) - 0.5 * (n - 1)
         inside = (x - dx) ** 2 + (y - dy) ** 2 < radius**2
-        errors.append(squeeze_diameter(inside)[1] / (2.0 * np.sqrt(inside.sum() / pi)) - 1.0)
+        errors.append(squeeze_diameter(inside) / (2.0 * np.sqrt(inside.sum() / pi)) - 1.0)
     return float(np.abs(errors).max())
 
 

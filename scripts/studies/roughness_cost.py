@@ -20,7 +20,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.materials import BAR, YOUNGS_MODULUS
 from iceslide_fem.roughness.generate import SurfaceSpec, generate
 from iceslide_fem.roughness.half_space import press
-from iceslide_fem.roughness.parameters import Measure
+from iceslide_fem.roughness.parameters import Definition, measure
 from iceslide_fem.roughness.surface import Surface
 
 MODULUS = YOUNGS_MODULUS["B"] / 0.75
@@ -99,24 +99,24 @@ def main() -> None:
     given = parser.parse_args()
     print("| thesis-size maps, 12 pressures | seconds |")
     print("|---|---|")
+    definition: Definition
     for definition in ("thesis", "hydrodynamic"):
         begun = process_time()
         for realisation in range(1 if given.quick else 8):
             surface = surface_of(57, 17.5e-6, realisation)
-            measure = Measure(surface.pixel, definition)
             for contact in press(surface.heights, surface.pixel, MODULUS, MANY.tolist()):
-                measure(contact)
+                measure(contact, surface.pixel, definition)
         print(f"| {realisation + 1} of 57 x 57, {definition} | {process_time() - begun:.2f} |")
 
     pixels = 128 if given.quick else 512
     print(f"\n| {pixels} x {pixels}, pressure, bar | iterations | seconds | k_raw | H_V, um |")
     print("|---|---|---|---|---|")
     surface = surface_of(pixels, 4e-6)
-    measure, total, last = Measure(surface.pixel, "hydrodynamic"), 0.0, process_time()
+    total, last = 0.0, process_time()
     pressures = np.geomspace(0.2, 20.0, 10) * BAR
     contacts = press(surface.heights, surface.pixel, MODULUS, pressures.tolist())
     for p, contact in zip(pressures, contacts, strict=True):
-        at = measure(contact)
+        at = measure(contact, surface.pixel, "hydrodynamic")
         spent, last = process_time() - last, process_time()
         total += spent
         print(
