@@ -13,7 +13,7 @@ PACKAGE = Path(__file__).parent.parent / "iceslide_fem"
 
 # From the ground up; a module or folder imports only what stands below its floor.
 FLOORS = [
-    {"arrays", "blas", "errors", "launch", "units"},
+    {"arrays", "blas", "errors", "launch", "machine", "units"},
     {"files", "materials", "options", "parallel", "progress", "screen", "thermal_layers"},
     {"tables"},
     {"laws"},
@@ -33,8 +33,8 @@ FLOORS = [
 ]
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 # What needs no finite elements is usable without them, and starts fast.
-WITHOUT_FENICS = {"arrays", "blas", "errors", "launch", "units", "files", "materials", "tables"}
-WITHOUT_FENICS |= {"scene", "film"}
+WITHOUT_FENICS = {"arrays", "blas", "errors", "launch", "machine", "units", "files"}
+WITHOUT_FENICS |= {"materials", "tables", "scene", "film"}
 WITHOUT_FENICS |= {"reference", "laws", "results", "footprint", "roughness", "report", "app"}
 WITHOUT_FENICS |= {"commands", "cli"}
 FINITE_ELEMENTS = {

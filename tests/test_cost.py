@@ -11,6 +11,7 @@ from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
+from iceslide_fem.machine import memory_of_machine  # noqa: E402
 from iceslide_fem.mesh.ice import heating_times, ice_shape, patch_lines, window_lines
 from iceslide_fem.mesh.rubber import (  # noqa: E402
     block_size,
@@ -22,7 +23,6 @@ from iceslide_fem.mesh.size import (  # noqa: E402
     Unknowns,
     check_memory,
     memory_needed,
-    memory_of_machine,
 )
 from iceslide_fem.mesh.user_mesh import mesh_size  # noqa: E402
 from iceslide_fem.planning import cost  # noqa: E402

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import NamedTuple
 
-import psutil
-
 from iceslide_fem.errors import SceneError
+from iceslide_fem.machine import memory_of_machine
 from iceslide_fem.mesh.ice import ice_shape, window_lines
 from iceslide_fem.mesh.rubber import block_shape, divisions
 from iceslide_fem.scene import Scene
@@ -56,15 +54,6 @@ def memory_needed(size: Unknowns) -> float:
     plane = size.dimensions == 2
     factors = PLANE_FACTORS * n * math.log2(max(n, 2)) if plane else FACTORS * n ** (4 / 3)
     return PROGRAMS + PER_UNKNOWN * (n + size.ice) + factors + PER_COLUMN * size.columns
-
-
-def memory_of_machine() -> float:
-    """Bytes that processes here may have: the machine's, or less where its system allots less."""
-    memory = float(psutil.virtual_memory().total)
-    try:
-        return min(memory, float(Path("/sys/fs/cgroup/memory.max").read_text()))
-    except (OSError, ValueError):  # no such limit
-        return memory
 
 
 def shortage(scene: Scene) -> str | None:

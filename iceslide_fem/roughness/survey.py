@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,17 +11,13 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
 from iceslide_fem.materials import BAR
-from iceslide_fem.roughness.case import PIXELS_PER_WAVE, SOURCE_WAVE, THINNED_TO, RoughnessCase
-from iceslide_fem.roughness.generate import generate, read_spec
+from iceslide_fem.roughness.case import RoughnessCase
 from iceslide_fem.roughness.half_space import TOLERANCE, Contact, press
 from iceslide_fem.roughness.parameters import Definition, Parameters, measure
-from iceslide_fem.roughness.read import read_surface
+from iceslide_fem.roughness.prepare import Measured, prepared
 from iceslide_fem.roughness.surface import (
     Statistics,
     Surface,
-    coarsened,
-    levelled,
-    low_passed,
     spectrum,
     spectrum_fit,
     statistics,
@@ -30,7 +25,6 @@ from iceslide_fem.roughness.surface import (
 
 STEEP = 0.6  # rms slope beyond which the half-space is not to be relied on
 STEEPEST = 10.0  # that a surface may have: a cliff of 84 degrees at every place
-PIXEL_ROUNDING = 1e-3  # of a pixel's side, in files that have it to few digits
 NEARLY_FULL = 0.9  # share of contact
 COLUMNS = (
     "pressure_Pa",
@@ -38,20 +32,6 @@ COLUMNS = (
     *("k_std", "D_std_m", "H_V_std_m"),
     *("k_raw", "D_median_m", "open_area_below_h0"),
 )
-
-
-class Measured(NamedTuple):
-    """A map, levelled, with all its waves: its figures, and the pixels (columns, rows) it has."""
-
-    statistics: Statistics
-    pixel: float
-    pixels: tuple[int, int]
-
-    @classmethod
-    def of(cls, surface: Surface) -> Measured:
-        """Those of `surface`."""
-        rows, columns = surface.heights.shape
-        return cls(statistics(surface), surface.pixel, (columns, rows))
 
 
 class Survey(NamedTuple):
@@ -87,7 +67,7 @@ class Survey(NamedTuple):
 
 def survey(case: RoughnessCase) -> Survey:
     """Press all realisations; raises SceneError if the surface cannot be read or resolved."""
-    surfaces, cut_off, measured = _surfaces(case)
+    surfaces, cut_off, measured = prepared(case)
     modulus = case.rubber[1]
     middle = len(case.pressures) // 2
     first: Surface | None = None
@@ -98,16 +78,10 @@ def survey(case: RoughnessCase) -> Survey:
         described.append(statistics(surface))
         _check_slope(case, described[-1])
         rows = []
-        for number, contact in enumerate(
-            press(
-                surface.heights,
-                surface.pixel,
-                modulus,
-                case.pressures,
-                periodic=surface.periodic,
-            )
-        ):
-            rows.append(measure(contact, surface.pixel, case.definition, surface.periodic))
+        pixel, periodic = surface.pixel, surface.periodic
+        contacts = press(surface.heights, pixel, modulus, case.pressures, periodic=periodic)
+        for number, contact in enumerate(contacts):
+            rows.append(measure(contact, pixel, case.definition, periodic))
             iterations, error = iterations + contact.iterations, max(error, contact.error)
             if first is None and number in (0, middle, len(case.pressures) - 1):
                 shown[number] = contact
@@ -141,58 +115,6 @@ def _check_slope(case: RoughnessCase, figures: Statistics) -> None:
         )
 
 
-def _surfaces(
-    case: RoughnessCase,
-) -> tuple[Iterator[Surface], float | None, Measured | None]:
-    """Surfaces without waves below the cut-off, the cut-off (m), and figures of a map as it was
-    measured.
-
-    What is left of a map is pressed on coarser pixels where its shortest wave allows it; by the
-    definition of the source, which counts pixels, it keeps them.
-    """
-    wave = case.shortest_wave
-    if case.surface.suffix.lower() == ".toml":
-        if case.pixel is not None:
-            raise SceneError("--pixel has no meaning for a surface that is generated")
-        spec = read_spec(case.surface)
-        if wave is not None and wave < spec.shortest_wave:
-            raise SceneError(
-                f"--shortest-wave {1e6 * wave:.4g} um is shorter than that of {case.surface}, "
-                f"{1e6 * spec.shortest_wave:.4g} um"
-            )
-        _check_resolution(case.definition, wave or spec.shortest_wave, spec.pixel, spec.size)
-        every = (generate(spec, number) for number in range(case.realisations))
-        if wave is None:
-            return every, spec.shortest_wave, None
-        return (low_passed(surface, wave) for surface in every), wave, None
-
-    surface = levelled(read_surface(case.surface, case.pixel, case.height_unit))
-    if wave is None and case.definition == "hydrodynamic":
-        wave = SOURCE_WAVE
-    measured = Measured.of(surface)
-    if wave is None:
-        return iter([surface]), None, measured
-    _check_resolution(case.definition, wave, surface.resolution, min(surface.size))
-    if case.definition == "hydrodynamic":
-        surface = coarsened(surface, wave / THINNED_TO)
-    return iter([low_passed(surface, wave)]), wave, measured
-
-
-def _check_resolution(definition: Definition, wave: float, pixel: float, size: float) -> None:
-    """Raise SceneError if the shortest wave has too few pixels, or the map too few waves."""
-    if definition == "hydrodynamic" and wave < PIXELS_PER_WAVE * pixel * (1.0 - PIXEL_ROUNDING):
-        raise SceneError(
-            f"the shortest wave, {1e6 * wave:.4g} um, has {wave / pixel:.4g} pixels of "
-            f"{1e6 * pixel:.4g} um; allowed: {PIXELS_PER_WAVE:g} or more (give a longer "
-            "--shortest-wave, or --definition thesis)"
-        )
-    if wave > 0.25 * size:
-        raise SceneError(
-            f"the shortest wave, {1e6 * wave:.4g} um, is longer than a quarter of the map, "
-            f"{1e6 * size:.4g} um: nothing of its roughness would be left"
-        )
-
-
 def table(result: Survey) -> str:
     """The text of contact.csv, which a scene reads as `film.contact`."""
     mean, deviation = result.mean, result.deviation
@@ -222,7 +144,7 @@ def summary(result: Survey) -> dict[str, Any]:
         "rms_height_m": float(figures[:, 0].mean()),
         "rms_slope": float(figures[:, 1].mean()),
         "skewness": float(figures[:, 2].mean()),
-        "measured": None if result.measured is None else _before(result.measured),
+        "measured": None if result.measured is None else result.measured.summary(),
         "spectrum_fit": None if fit is None else {"hurst": fit.hurst, "rolloff_m": fit.rolloff},
         "cut_offs": {
             "shortest_wave_m": result.cut_off,
@@ -241,13 +163,6 @@ def summary(result: Survey) -> dict[str, Any]:
         "realisations": len(result.statistics),
         "warnings": warnings(result),
         "case": case.model_dump(mode="json"),
-    }
-
-
-def _before(measured: Measured) -> dict[str, Any]:
-    return measured.statistics._asdict() | {
-        "pixel_m": measured.pixel,
-        "pixels": list(measured.pixels),
     }
 
 
