@@ -31,8 +31,6 @@ from iceslide_fem.units import to_si
 # What two pixels of 17.5 um, the source's mesh, can show: the published table is of such waves.
 SOURCE_WAVE = 35e-6
 PIXELS_PER_WAVE = 4.0
-# On coarser pixels k and D change by more than on finer ones: docs/roughness.md, pixels.
-THINNED_TO = 10.0  # pixels to the shortest wave that is kept of a map
 
 
 def _unit(value: Any) -> Any:

@@ -55,17 +55,19 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
             return ""
         return f"; {factor * measured[name]:.3g}{unit} with all waves of the map"
 
-    thinned = ""
-    if measured is not None and measured["pixels"] != figures["pixels"]:
-        given = "{} x {}".format(*measured["pixels"])
-        thinned = f" instead of {given} of {1e6 * measured['pixel_m']:.4g} um"
     pixels, sides = figures["pixels"], [1e3 * side for side in cut["size_m"]]
+    grid = "{} x {} pixels of {:.4g} um"
+    of_map, mirrored = [], ""
+    if measured is not None:
+        of_map = [("map", grid.format(*measured["pixels"], 1e6 * measured["pixel_m"]))]
+        mirrored = ", continued by its mirror images"
     return [
         ("rubber", f"{figures['rubber']}, E* = {figures['modulus_Pa'] / 1e6:.4g} MPa"),
+        *of_map,
         (
-            "map, as pressed",
-            f"{pixels[0]} x {pixels[1]} pixels of {1e6 * cut['pixel_m']:.4g} um{thinned}, "
-            f"{sides[0]:.3g} x {sides[1]:.3g} mm{'' if measured is None else ', mirrored'}",
+            "map, as pressed" if of_map else "map",
+            f"{grid.format(*pixels, 1e6 * cut['pixel_m'])}, "
+            f"{sides[0]:.3g} x {sides[1]:.3g} mm{mirrored}",
         ),
         ("realisations", str(figures["realisations"])),
         ("rms height", f"{1e6 * figures['rms_height_m']:.3g} um{before('rms_height', 1e6, ' um')}"),

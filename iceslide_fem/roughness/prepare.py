@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.machine import memory_of_machine
-from iceslide_fem.roughness.case import PIXELS_PER_WAVE, SOURCE_WAVE, THINNED_TO, RoughnessCase
+from iceslide_fem.roughness.case import PIXELS_PER_WAVE, SOURCE_WAVE, RoughnessCase
 from iceslide_fem.roughness.generate import generate, read_spec
 from iceslide_fem.roughness.parameters import Definition
 from iceslide_fem.roughness.read import read_surface
@@ -21,6 +21,9 @@ from iceslide_fem.roughness.surface import (
 )
 
 PIXEL_ROUNDING = 1e-3  # of a pixel's side, in files that have it to few digits
+# On coarser pixels k and D change by more than on finer ones: docs/roughness.md, cost.
+THINNED_TO = 10.0  # pixels to the shortest wave that is kept of a map
+THINNED_AT_LEAST = 256  # pixels along the longer side of a map: takes a second or two
 PROGRAM, PER_PIXEL = 0.2e9, 200.0  # bytes, measured by scripts.studies.map_cost
 
 
@@ -78,9 +81,16 @@ def prepared(
         return iter([surface]), None, measured
     _check_resolution(case.definition, wave, surface.resolution, min(surface.size))
     if case.definition == "hydrodynamic":
-        surface = coarsened(surface, wave / THINNED_TO)
+        surface = coarsened(surface, thinned_pixel(surface, wave))
     _check_memory(surface.heights.size)
     return iter([low_passed(surface, wave)]), wave, measured
+
+
+def thinned_pixel(surface: Surface, wave: float) -> float:
+    """The longest pixel (m) that a shortest wave (m) needs, on small maps as much shorter as is
+    cheap: on them single patches count.
+    """
+    return min(wave / THINNED_TO, max(surface.size) / THINNED_AT_LEAST)
 
 
 def _check_resolution(definition: Definition, wave: float, pixel: float, size: float) -> None:
