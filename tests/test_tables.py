@@ -227,7 +227,55 @@ def test_a_last_column_that_is_missing_or_a_separator_that_ends_rows_is_said():
     found = grid(parse("1;2;\n;4;\n1;2;\n", "t"))
     assert found.values.shape == (3, 2)
     assert found.notes[0].startswith("a separator ends every row, which is taken for no further")
-    assert grid(parse("1;2;\n3;4;\n", "t")).notes == ()
+    # A map whose last column is its only gap has the same text.
+    found = grid(parse("1;2;\n3;4;\n", "t"))
+    assert found.values.tolist() == [[1, 2], [3, 4]]
+    assert found.notes[0].startswith("a separator ends every row, which is taken for no further")
+    assert grid(parse("1;2\n3;4\n", "t")).notes == ()
+    found = grid(parse(";0;1;2;\n0;5.5;6;7;\n1;8;9.5;1;\n", "t"))
+    assert found.values.shape == (2, 3) and len(found.notes) == 2
+
+
+LAYOUTS = [(";", "."), (";", ","), ("\t", "."), ("\t", ","), (None, "."), (None, ","), (",", ".")]
+GAPS = ["", "NaN", "n/a", "***", "---", "#N/A", "BAD"]
+
+
+def laid_out(random):
+    """A text, and the values that it holds: any separator, decimal mark, gaps, quotes, heading."""
+    values = random.normal(size=random.integers([2, 2], [9, 9])) * 10.0 ** random.integers(-3, 4)
+    values = np.array([[float(f"{value:.5g}") for value in row] for row in values])
+    gaps = random.random(values.shape) < random.choice([0.0, 0.1, 0.5])
+    gaps[0] = gaps[:, 0] = False
+    values[gaps] = np.nan
+    separator, decimal = LAYOUTS[random.integers(len(LAYOUTS))]
+    gap = GAPS[random.integers(1 if separator is None else 0, len(GAPS))]
+    written = random.choice(["{:.5g}", "{:.7f}", "{:+.4e}", "{:.4E}"])
+    quote = random.choice(["", '"']) if separator is not None else ""
+    between = separator or random.choice([" ", "   ", " \t"])
+    between += random.choice(["", " "]) if separator in (",", ";") else ""
+    rows = [
+        [
+            gap if np.isnan(v) else quote + written.format(v).replace(".", decimal) + quote
+            for v in row
+        ]
+        for row in values
+    ]
+    # One number that cannot have a mark between thousands.
+    values[0, 0], rows[0][0] = 0.5, f"{quote}0{decimal}5{quote}"
+    if random.random() < 0.5:
+        rows.insert(0, [f"{name}_um" for name in "abcdefgh"[: values.shape[1]]])
+    end = separator if separator is not None and random.random() < 0.3 else ""
+    lines = [between.join(row) + end for row in rows]
+    for remark in random.choice(["", "# measured: 1 mm", "// x"], 2):
+        lines.insert(random.integers(len(lines) + 1), remark)
+    return random.choice(["\n", "\r\n"]).join(lines), values
+
+
+def test_random_layouts_are_read_as_they_were_written():
+    for seed in range(400):
+        text, values = laid_out(np.random.default_rng(seed))
+        found = parse(text, f"seed {seed}").numbers()
+        np.testing.assert_allclose(found, values, rtol=1e-9, atol=1e-7, err_msg=text)
 
 
 def test_a_first_row_that_could_be_either_is_refused():

@@ -25,16 +25,15 @@ def grid(table: TextTable) -> Grid:
     A first row and column that count, or give even places, around values are not values. Raises
     SceneError if values are no numbers, or a first row could be either.
     """
+    # A last column of missing values leaves the same text.
+    notes = ["a separator ends every row, which is taken for no further column"] * table.ended
     corner = _corner(table)
     if corner is not None:
-        values = corner
-        notes = ["its first row and column hold places, which are left out"]
-        return Grid(values, tuple(notes))
-    values, notes = table.numbers(), []
+        notes.append("its first row and column hold places, which are left out")
+        return Grid(corner, tuple(notes))
+    values = table.numbers()
     if np.isnan(values[:, -1]).all() and table.separator is not None and not table.heading:
         notes.append("its last column is empty throughout and is taken for missing values")
-    if table.ended and np.isnan(values).any():
-        notes.append("a separator ends every row, which is taken for no further column")
     if table.heading and table.heading[0] == "" and _counts(values[:, 0]):
         values = values[:, 1:]
         notes.append("its first column numbers the rows and is left out")
