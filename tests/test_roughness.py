@@ -5,6 +5,9 @@ from math import pi
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
+from scipy.sparse import csr_array, diags
+from scipy.sparse.linalg import spsolve
 
 from iceslide_fem.errors import SceneError
 from iceslide_fem.roughness.generate import SurfaceSpec, generate
@@ -17,6 +20,7 @@ from iceslide_fem.roughness.parameters import (
 )
 from iceslide_fem.roughness.surface import (
     Surface,
+    coarsened,
     levelled,
     low_passed,
     spectrum,
@@ -153,6 +157,39 @@ def test_long_strips_squeeze_as_reynolds_says():
         assert diameter == pytest.approx(width * np.sqrt(8.0 / 3.0), rel=0.3 / width)
 
 
+def smooth_patches(share, shape, seed=3):
+    """A mask of patches and holes of some pixels, of which `share` is patches."""
+    field = gaussian_filter(np.random.default_rng(seed).normal(size=shape), 1.5, mode="wrap")
+    return field < np.quantile(field, share)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 0.99])
+@pytest.mark.parametrize("periodic", [True, False])
+def test_the_diameter_is_that_of_a_direct_solution(share, periodic):
+    mask = smooth_patches(share, (96, 120))
+    number = np.where(mask, np.cumsum(mask).reshape(mask.shape) - 1, -1)
+    wide = np.pad(number, 1, mode="wrap" if periodic else "symmetric")
+    here, diagonal, links = number[mask], np.zeros(mask.sum()), []
+    for rows, columns in ((0, 1), (2, 1), (1, 0), (1, 2)):
+        other = wide[rows : rows + mask.shape[0], columns : columns + mask.shape[1]][mask]
+        diagonal += np.where(other >= 0, 1.0, 1.0 / 0.58)
+        links.append((here[other >= 0], other[other >= 0]))
+    i, j = np.concatenate(links, axis=1)
+    laplacian = diags(diagonal) - csr_array((np.ones(i.size), (i, j)), shape=2 * [here.size])
+    mean = spsolve(laplacian.tocsc(), np.ones(here.size)).mean()
+    exact = np.sqrt(32.0 * (mean - 1.0 / 6.0))
+    assert squeeze_diameter(mask, periodic) == pytest.approx(exact, rel=2e-5)
+
+
+def test_mirror_images_make_patches_whole():
+    y, x = np.indices((30, 40))
+    quarter = (x + 0.5) ** 2 + (y + 0.5) ** 2 < 20.0**2
+    whole = np.block([[quarter[::-1, ::-1], quarter[::-1]], [quarter[:, ::-1], quarter]])
+    assert squeeze_diameter(quarter, False) == pytest.approx(squeeze_diameter(whole), rel=1e-5)
+    assert corrected_share(quarter, False) == pytest.approx(corrected_share(whole))
+    assert median_run(quarter, False) == median_run(whole)
+
+
 def test_diameters_at_the_ends():
     full = np.ones((20, 30), dtype=bool)
     assert squeeze_diameter(full) == 30.0  # no way out of this map
@@ -252,6 +289,53 @@ def test_maps_that_are_not_periodic_are_mirrored():
     part = levelled(Surface(whole.heights[:90, :100], whole.pixel, False))
     wrapped = replace(part, periodic=True)
     assert free_height(wrapped, 3e4) > 1.5 * free_height(part, 3e4)
+
+
+@pytest.mark.parametrize("shape", [(90, 100), (61, 48)])
+def test_a_mirrored_map_is_the_periodic_one_of_twice_its_sides(shape):
+    heights = rough(rms_height=3e-6).heights[: shape[0], : shape[1]]
+    part = low_passed(levelled(Surface(heights, 10e-6, False)), 50e-6)
+    z = np.block(
+        [[part.heights, part.heights[:, ::-1]], [part.heights[::-1], part.heights[::-1, ::-1]]]
+    )
+    whole = Surface(z, 10e-6, True)
+    assert low_passed(whole, 50e-6).heights == pytest.approx(z, abs=1e-15)
+    assert statistics(part) == pytest.approx(statistics(whole), rel=1e-9)
+    rings, exact = spectrum(part), spectrum(whole)
+    few = exact.q < 0.9 * pi / 10e-6
+    assert rings.q[: few.sum()] == pytest.approx(exact.q[few], rel=1e-9)
+    assert rings.density[: few.sum()] == pytest.approx(exact.density[few], rel=1e-6, abs=1e-40)
+    pressures = np.array([0.5e5, 3e5])
+    for ours, theirs in zip(
+        parameters(part, MODULUS, pressures), parameters(whole, MODULUS, pressures), strict=True
+    ):
+        assert ours == pytest.approx(theirs, rel=2e-5)
+
+
+@pytest.mark.parametrize("periodic", [True, False])
+@pytest.mark.parametrize("shape", [(120, 160), (240, 240), (81, 135)])
+def test_coarser_pixels_keep_the_waves_that_they_can_show(shape, periodic):
+    def waves(rows, columns):
+        y, x = (np.arange(n) / n if periodic else (np.arange(n) + 0.5) / n for n in (rows, columns))
+        y, x = (2 if periodic else 1) * pi * y[:, None], (2 if periodic else 1) * pi * x
+        phase = 0.3 if periodic else 0.0
+        return 2e-6 * np.cos(3 * x + phase) * np.cos(5 * y) + 1e-6 * np.cos(4 * y - phase) + 1e-7
+
+    fine = Surface(waves(*shape), 2e-6, periodic)
+    coarse = coarsened(fine, 2e-6 * min(shape) / 33)
+    rows, columns = coarse.heights.shape
+    assert rows / columns == shape[0] / shape[1] and min(rows, columns) < 50
+    assert coarse.size == pytest.approx(fine.size) and coarse.periodic is periodic
+    assert coarse.heights == pytest.approx(waves(rows, columns), abs=1e-15)
+    assert statistics(coarse)[:2] == pytest.approx(statistics(fine)[:2], rel=1e-9)
+    assert coarsened(coarse, fine.pixel) is coarse
+
+
+def test_sides_without_a_common_divisor_change_by_a_thousandth_at_most():
+    fine = Surface(np.random.default_rng(1).normal(size=(509, 401)), 1e-6, False)
+    coarse = coarsened(fine, 4e-6)
+    assert coarse.size == pytest.approx(fine.size, rel=1.1e-3)
+    assert 0.6 * 4e-6 < coarse.pixel <= 4e-6 * 1.001
 
 
 def test_missing_heights_are_filled_up_to_a_tenth():

@@ -13,10 +13,12 @@ import pytest
 from iceslide_fem.cli import main
 from iceslide_fem.errors import SceneError
 from iceslide_fem.materials import YOUNGS_MODULUS, ContactTable
+from iceslide_fem.roughness import prepare
 from iceslide_fem.roughness.case import RoughnessCase
 from iceslide_fem.roughness.generate import SurfaceSpec, generate
 from iceslide_fem.roughness.read import read_surface
-from iceslide_fem.roughness.survey import COLUMNS, survey, table
+from iceslide_fem.roughness.surface import Surface, levelled, low_passed
+from iceslide_fem.roughness.survey import COLUMNS, parameters, survey, table
 from iceslide_fem.scene import load_scene, scene_from_dict
 from iceslide_fem.scene.contact_file import read_contact_table
 
@@ -115,6 +117,38 @@ def test_one_map_has_no_deviations(heights, tmp_path):
     assert ",,," in table(result)
     raw = survey(RoughnessCase.of(given | {"definition": "thesis"}))
     assert raw.cut_off is None and raw.surface.heights.shape == (40, 40)
+
+
+def test_a_map_is_pressed_on_the_pixels_that_its_shortest_wave_needs(tmp_path, capsys):
+    """k within 1 %, H_V within 0.1 % of those on all pixels; both are said."""
+    spec = {"rms_height": 4e-6, "hurst": 0.8, "rolloff": 1.5e-4, "shortest_wave": 8e-6}
+    spec |= {"size": 1e-3, "pixels": 480, "seed": 2}
+    fine = generate(SurfaceSpec.model_validate(spec)).heights
+    np.save(tmp_path / "map.npy", fine[:432, :])
+    options = ["--pixel", "2.08333um", "--pressures", "0.5bar:3bar:2", "--shortest-wave", "50um"]
+    assert called("roughness", tmp_path / "map.npy", *options, "--out", tmp_path / "out") == 0
+    said = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert "480 x 432 pixels of 2.083 um" in said and "270 x 243 pixels of 3.704 um, " in said
+    found = json.loads((tmp_path / "out" / "surface.json").read_text())
+    assert found["pixels"] == [270, 243] and found["measured"]["pixels"] == [480, 432]
+    assert found["cut_offs"]["size_m"] == pytest.approx([1e-3, 0.9e-3], rel=1e-5)
+    assert found["measured"]["pixel_m"] == pytest.approx(2.08333e-6)
+    with open(tmp_path / "out" / "contact.csv", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    level = levelled(Surface(fine[:432, :], 2.08333e-6, periodic=False))
+    exact = parameters(low_passed(level, 50e-6), YOUNGS_MODULUS["B"] / 0.75, np.array([0.5e5, 3e5]))
+    assert [float(row["k"]) for row in rows] == pytest.approx(exact.k, rel=0.01)
+    assert [float(row["H_V_m"]) for row in rows] == pytest.approx(exact.H_V, rel=1e-3)
+
+
+def test_pixels_beyond_the_machines_memory_are_refused(heights, tmp_path, monkeypatch, capsys):
+    np.save(tmp_path / "map.npy", heights)
+    monkeypatch.setattr(prepare, "memory_of_machine", lambda: 0.2e9)
+    words = [tmp_path / "map.npy", "--pixel", "10um", "--shortest-wave", "70um"]
+    assert called("roughness", *words, "--out", tmp_path / "out") == 2
+    said = capsys.readouterr().err
+    assert "0.0016 million pixels take about 0.2 GB of memory, and there are 0.2 GB" in said
+    assert not (tmp_path / "out").exists() or not list((tmp_path / "out").iterdir())
 
 
 def x3p(path, heights, pixel, kind="D", mask=None, scale=1.0):

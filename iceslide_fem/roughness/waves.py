@@ -76,15 +76,19 @@ class Waves:
 
 
 def coarsest(shape: tuple[int, int], fewest: int, square: float) -> tuple[int, int]:
-    """The smallest grid with `fewest` pixels or more along its longer side, else `shape` itself.
+    """The grid of least cost with `fewest` pixels or more along its longer side.
 
-    Its numbers of pixels transform quickly, and are to each other as those of `shape`, up to a
-    relative difference of `square`.
+    Its numbers of pixels are to each other as those of `shape`, up to a relative difference of
+    `square`; without such a grid it is `shape` itself.
     """
     ratio = min(shape) / max(shape)
-    for long in range(fewest, max(shape)):
-        short = round(ratio * long)
-        fast = all(next_fast_len(n, real=True) == n for n in (short, long) if n)
-        if short and fast and abs(short / (ratio * long) - 1.0) <= square:
-            return (short, long) if shape[0] < shape[1] else (long, short)
-    return shape
+    grids = [(long, max(1, round(ratio * long))) for long in range(fewest, max(shape))]
+    alike = [grid for grid in grids if abs(grid[1] / (ratio * grid[0]) - 1.0) <= square]
+    long, short = min([*alike, (max(shape), min(shape))], key=_cost)
+    return (short, long) if shape[0] < shape[1] else (long, short)
+
+
+def _cost(grid: tuple[int, int]) -> float:
+    """Of the transforms, in pixels: lengths with large prime factors take about twice as long."""
+    fast = all(next_fast_len(n) == n for n in grid)
+    return grid[0] * grid[1] * (1.0 if fast else 2.0)
