@@ -110,6 +110,16 @@ def test_a_sphere_is_hertzs():
     assert np.sqrt(corrected_share(mask) * n**2 / pi) == pytest.approx(32.0, rel=4e-3)
 
 
+def test_a_load_that_rises_from_a_single_pixel():
+    """Where one pixel touches its gap says nothing about what others take."""
+    x = np.arange(64) * 2.0 * pi / 64
+    heights = np.tile(1e-6 * np.cos(x), (64, 1))
+    heights[10, 20] += 1e-5
+    first, second = press(heights, 1e-6, MODULUS, [1e2, 5e4])
+    assert np.count_nonzero(first.pressure) == 1
+    assert second.pressure == pytest.approx(one(heights, 1e-6, 5e4).pressure, abs=1.0)
+
+
 def test_the_share_that_touches_depends_on_pressure_over_modulus_alone():
     surface = rough()
     soft = list(press(surface.heights, surface.pixel, 1e6, [1e5]))[0]

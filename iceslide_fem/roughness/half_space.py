@@ -78,6 +78,7 @@ class _HalfSpace:
         self._stiffness = np.divide(
             1.0, self._compliance, out=np.zeros_like(self._compliance), where=self._compliance > 0.0
         )
+        self.softest = float(self._stiffness[self._stiffness > 0.0].min())
 
     def displacement(self, pressure: Array) -> Array:
         return self._waves.filtered(self._compliance, pressure)
@@ -117,20 +118,24 @@ def _pressed(heights: Array, half_space: _HalfSpace, p: Array, tolerance: float)
         step *= max(0.0, (size - float(np.vdot(before, preconditioned))) / last)
         step += preconditioned
         step *= touching
-        before, last = inside, size
+        before, last = inside, size or inf
         response = half_space.displacement(step)
         curvature = np.vdot(step, response) - step.sum() * np.vdot(response, touching) / count
         slope = float(np.vdot(inside, step))
-        length = slope / float(curvature)
+        length = slope / float(curvature) if slope else 0.0
         moved = p - length * step
 
         linear = moved.min() >= 0.0
         np.maximum(moved, 0.0, out=moved)
         if overlap > 0.0:
-            # They take what the contact's own change is, on the average, to its own gap.
+            # They take what the contact's own change is, on the average, to its own gap; a single
+            # pixel has none.
+            stiffness = half_space.softest
+            if slope:
+                stiffness = length * slope / float(np.vdot(inside, inside))
             entering = ~touching & (g < 0.0)
-            moved[entering] = -length * slope / float(np.vdot(inside, inside)) * g[entering]
-            linear, last = False, inf
+            moved[entering] = -stiffness * g[entering]
+            linear = False
         factor = mean / float(moved.mean())
         p = moved * factor
         u = (u - length * response) * factor if linear else half_space.displacement(p)
