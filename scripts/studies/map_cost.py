@@ -147,7 +147,8 @@ def differences(found: Parameters[Array], exact: Parameters[Array]) -> Iterator[
 
 def diameters(surface: Surface) -> None:
     """Print seconds of the contact and of D over pressure."""
-    print("\nThe contact and the squeeze flow that gives D, processor seconds:\n")
+    grid = " x ".join(map(str, surface.heights.shape))
+    print(f"\nThe contact and the squeeze flow that gives D, processor seconds, {grid} pixels:\n")
     pixel, periodic = surface.pixel, surface.periodic
     contacts = press(surface.heights, pixel, MODULUS, PRESSURES.tolist(), periodic=periodic)
 
