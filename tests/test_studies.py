@@ -229,6 +229,16 @@ def test_rough_contact_finds_what_closed_forms_say():
     assert float(rows[-1][3].strip("%")) < 40.0
 
 
+def test_maps_of_an_instrument_are_pressed_on_coarser_pixels():
+    rows = printed("map_cost")
+    pressed = {row[0]: row[2] for row in rows if "um" in row[0]}
+    assert pressed["512 x 512 of 1.25 um"] == "256 x 256 of 2.5 um"
+    k = [float(row[1]) for row in rows if row[0] == "20"]
+    assert k[:2] == pytest.approx([1.0, 1.0], abs=1e-3)
+    program = next(row for row in rows if row[0].endswith("(the program)"))
+    assert float(program[2].strip(" %")) < 1.0  # of k
+
+
 def test_readings_of_k_are_drawn(tmp_path):
     lines = output("readings_of_k", "--pictures", str(tmp_path)).splitlines()
     rows = {tuple(line.split(" | ")[:2]): line.split(" | ") for line in lines if line[:3] == "| 0"}
