@@ -160,6 +160,11 @@ def test_units_in_headings(heading, unit, given):
     assert heading_unit(heading, unit) == given
 
 
+@pytest.mark.parametrize("text", ["mPas", "mPa.s", "mPa s", "mPa·s", "cP"])
+def test_units_of_viscosity_have_any_spelling(text):
+    assert to_si(f"1 {si_unit(text, 'Pa*s')}", "Pa*s") == 1e-3
+
+
 def test_units_of_pressure_have_any_spelling():
     for text, pascals in [("N/cm²", 1e4), ("KPA", 1e3), ("Bar", 1e5), ("kp/cm2", 98066.5)]:
         assert to_si(f"1 {si_unit(text, 'Pa')}", "Pa") == pytest.approx(pascals)
@@ -202,6 +207,18 @@ def test_columns_without_names_or_units_are_a_sentence(heading, words):
     with pytest.raises(SceneError) as refusal:
         find_columns(parse(f"{heading}\n1,2\n3,4\n", "t"), [Wanted("pressure", "Pa")], ["pressure"])
     assert words in str(refusal.value) and "\n" not in str(refusal.value)
+
+
+def test_empty_rows_below_the_last_one_of_a_spreadsheet_are_none(tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_text("pressure_bar;k;D_um;H_V_um\n1;0,1;90;9\n2;0,2;80;8\n;;;\n;;;\n")
+    assert read_contact_table(path, "film.contact").pressure == (1e5, 2e5)
+    path.write_text("t (ms),v (m/s)\n0,1\n5,2\n,\n")
+    load = {"pressure": 1e5, "speed": str(path), "duration": 5e-3}
+    scene = scene_from_dict(
+        {"name": "a", "model": "point", "rubber": {"compound": "B"}, "load": load}
+    )
+    assert scene.load.speed == ((0.0, 1.0), (5e-3, 2.0))
 
 
 @pytest.mark.parametrize(
