@@ -69,7 +69,7 @@ def _check_unit(text: str) -> None:
 def si_unit(text: str, unit: str) -> str | None:
     """`text` as a unit that `to_si` takes, if it is one of the dimension of the SI `unit`.
 
-    As headings of tables write them: C and °C, N/cm2 for N/cm^2, "-" and "1" for none.
+    As headings of tables write them: C and °C, N/cm2 for N/cm^2, mPas, "-" and "1" for none.
     """
     written = text.strip().replace("²", "^2").replace("³", "^3")
     written = written.replace("Âµ", "µ").replace("Î¼", "μ")  # UTF-8 that was read as Latin-1
@@ -80,6 +80,8 @@ def si_unit(text: str, unit: str) -> str | None:
         written = _PRESSURES.get(written.casefold() if written != "mPa" else "", written)
     if unit == "K":
         written = {"C": "degC", "°C": "degC", "℃": "degC", "deg C": "degC"}.get(written, written)
+    if unit == "Pa*s":
+        written = re.sub(r"^(m?Pa)[. -]?s$", r"\1*s", written)
     if not written or re.match(r"[0-9.,+\-]", written):
         return None
     try:

@@ -1,8 +1,9 @@
 """Tests on several ranks: where their outcomes differ all ranks end, with what the failed one says.
 
 A rank whose test failed would go on to the next one, while another waits for it in the middle of
-this one for ever. So after every phase of a test (setup, call, teardown) the ranks tell each other
-whether they failed. `conftest` takes this plugin where mpirun has started more than one process.
+this one for ever; so would one that skips it. So after every phase of a test (setup, call,
+teardown) the ranks tell each other how it ended. `conftest` takes this plugin where mpirun has
+started more than one process.
 """
 
 from __future__ import annotations
@@ -31,22 +32,23 @@ class RanksAgree:
 
     @pytest.hookimpl(hookwrapper=True)
     def pytest_runtest_makereport(self, item: pytest.Item):
-        """After every phase: a failure that others do not have ends all of them."""
+        """After every phase: a failure or a skip that others do not have ends all of them."""
         outcome = yield
         report = outcome.get_result()
-        if report.failed:
+        verb = "fails" if report.failed else "is skipped"
+        reason = f"{item.nodeid} {verb} in its {report.when}:\n{report.longreprtext}"
+        if not report.passed:
             # Others may be waiting for this rank within the test.
             request, end = self._comm.Ibarrier(), time.monotonic() + PATIENCE
             while not request.Test():
                 if time.monotonic() > end:
-                    self._end(f"{item.nodeid} fails in its {report.when}:\n{report.longreprtext}")
+                    self._end(reason)
                 time.sleep(0.01)
         else:
             self._comm.Ibarrier().Wait()
-        failed = self._comm.allgather(report.failed)
-        if any(failed) and not all(failed):
-            if report.failed:
-                self._end(f"{item.nodeid} fails in its {report.when}:\n{report.longreprtext}")
+        if len(set(self._comm.allgather(report.outcome))) > 1:
+            if not report.passed:
+                self._end(reason)
             time.sleep(PATIENCE)  # until that one has ended all
 
     def _end(self, reason: str) -> None:

@@ -177,6 +177,21 @@ def test_a_scene_that_names_no_law_is_refused(changes, words):
         load_scene(ROOT / "cases" / "thesis_1bar.toml", changes)
 
 
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        ("-10,2,", r"row 2 \(line 3\): mu = nan; needs finite numbers, and mu of 0 to 10"),
+        (",2,0.3", r"row 2 \(line 3\): temperature_C = nan; needs"),
+        ("-10,2,11", r"row 2 \(line 3\): mu = 11; needs"),
+    ],
+)
+def test_a_table_with_a_value_that_is_missing_or_too_large_names_its_row(row, words, tmp_path):
+    path = tmp_path / "mu.csv"
+    path.write_text(f"temperature_C,speed_m_per_s,mu\n-10,1,0.2\n{row}\n", encoding="utf-8")
+    with pytest.raises(SceneError, match=words):
+        read_table(path)
+
+
 def test_another_text_of_a_law_is_another_scene(tmp_path):
     path = tmp_path / "law.py"
     hashes = []

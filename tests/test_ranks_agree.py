@@ -68,6 +68,14 @@ def test_a_fixture_that_fails_on_one_rank_ends_all(tmp_path):
     assert "test_it fails in its setup" in done.stderr and "no fixture" in done.stderr
 
 
+def test_a_skip_on_one_rank_ends_all(tmp_path):
+    code = "def test_it():\n    WORLD.rank == 0 and pytest.skip('not here')\n    WORLD.Barrier()\n"
+    done = run_on_two_ranks(tmp_path, code)
+    assert done.returncode != 0
+    assert "rank 0 alone: " in done.stderr
+    assert "test_it is skipped in its call" in done.stderr and "not here" in done.stderr
+
+
 def test_a_module_that_one_rank_cannot_import_ends_all(tmp_path):
     done = run_on_two_ranks(tmp_path, "assert WORLD.rank == 0\ndef test_it():\n    pass\n")
     assert done.returncode != 0

@@ -128,6 +128,7 @@ def test_messages_stay_on_one_line(tmp_path):
     assert "red line" in refusal(written(tmp_path, text))
     assert "not a known key" in refusal(CASE, "x" * 10_000 + "=1")
     assert "is not a name" in refusal(CASE, "name=" + "x" * 10_000)
+    assert "allowed: up to 100 letters from a to z" in refusal(CASE, "name=Prüfung")
 
 
 @pytest.mark.parametrize(

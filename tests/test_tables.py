@@ -160,6 +160,11 @@ def test_units_in_headings(heading, unit, given):
     assert heading_unit(heading, unit) == given
 
 
+@pytest.mark.parametrize("text", ["mPas", "mPa.s", "mPa s", "mPa·s", "cP"])
+def test_units_of_viscosity_have_any_spelling(text):
+    assert to_si(f"1 {si_unit(text, 'Pa*s')}", "Pa*s") == 1e-3
+
+
 def test_units_of_pressure_have_any_spelling():
     for text, pascals in [("N/cm²", 1e4), ("KPA", 1e3), ("Bar", 1e5), ("kp/cm2", 98066.5)]:
         assert to_si(f"1 {si_unit(text, 'Pa')}", "Pa") == pytest.approx(pascals)
@@ -204,12 +209,26 @@ def test_columns_without_names_or_units_are_a_sentence(heading, words):
     assert words in str(refusal.value) and "\n" not in str(refusal.value)
 
 
+def test_empty_rows_below_the_last_one_of_a_spreadsheet_are_none(tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_text("pressure_bar;k;D_um;H_V_um\n1;0,1;90;9\n2;0,2;80;8\n;;;\n;;;\n")
+    assert read_contact_table(path, "film.contact").pressure == (1e5, 2e5)
+    path.write_text("t (ms),v (m/s)\n0,1\n5,2\n,\n")
+    load = {"pressure": 1e5, "speed": str(path), "duration": 5e-3}
+    scene = scene_from_dict(
+        {"name": "a", "model": "point", "rubber": {"compound": "B"}, "load": load}
+    )
+    assert scene.load.speed == ((0.0, 1.0), (5e-3, 2.0))
+
+
 @pytest.mark.parametrize(
     "text",
     [
         ",0,1,2,3\n0,5.5,6.0,7.0,9.0\n1,8.0,9.5,1.0,3.0\n",
         "0,1,2,3\n5.5,6.0,7.0,9.0\n8.0,9.5,1.0,3.0\n",
         "y\\x,0.0,0.5,1.0,1.5\n0.0,5.5,6,7,9\n0.5,8,9.5,1,3\n",
+        "y\\x;0,0;0,5;1,0;1,5\n0,0;5,5;6;7;9\n0,5;8;9,5;1;3\n",
+        ";0,0;0,5;1,0;1,5\n0,0;5,5;6;7;9\n0,5;8;9,5;1;3\n",
         ",a,b,c,d\n0,5.5,6,7,9\n1,8,9.5,1,3\n",
         "5.5,6,7,9\n8,9.5,1,3\n",
     ],
@@ -218,6 +237,17 @@ def test_names_and_numbers_of_rows_and_columns_are_no_values(text):
     found = grid(parse(text, "t"))
     assert found.values.tolist() == [[5.5, 6, 7, 9], [8, 9.5, 1, 3]]
     assert len(found.notes) == (0 if text.startswith("5.5") else 1)
+
+
+def test_places_beside_a_corner_with_a_number_are_no_values():
+    places = 0.5 * np.arange(5.0)
+    values = np.array([[(7 * i + 3 * j) % 11 for j in range(5)] for i in range(5)], float)
+    ramp = np.add.outer(places, places)
+    for corner in (0.0, 5.0):
+        for inside, shape in ((values, (5, 5)), (ramp, (6, 6))):
+            rows = np.block([[np.array([[corner]]), places[None]], [places[:, None], inside]])
+            text = "".join(";".join(map(str, row)) + "\n" for row in rows.tolist())
+            assert grid(parse(text, "t")).values.shape == shape
 
 
 def test_a_last_column_that_is_missing_or_a_separator_that_ends_rows_is_said():

@@ -93,7 +93,7 @@ def read_profile(path: Path, unit: str | None = None) -> Profile:
     Headings may name other units; `unit` is that of a pressure whose heading names none. x is the
     middle of each pixel, evenly spaced, in the direction of travel. Raises SceneError.
     """
-    table = read_table(path, "--line")
+    table = read_table(path, "--line").filled()
     wanted = (X, PRESSURE, TEMPERATURE, STATE)
     table, given = _with_pressure_unit(table, unit)
     found = find_columns(table, wanted, ("x", "pressure"))

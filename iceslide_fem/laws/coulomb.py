@@ -67,11 +67,14 @@ def read_table(path: Path) -> RegularGridInterpolator:
 
     table, found = read_columns(path, "friction.table", COLUMNS, [each.name for each in COLUMNS])
     values = np.column_stack([found[column.name] for column in COLUMNS])
-    if (
-        not np.isfinite(values).all()
-        or not 0.0 <= values[:, 2].min() <= values[:, 2].max() <= LARGEST
-    ):
-        table.refuse(f"needs rows of finite numbers, and mu of 0 to {LARGEST:g}")
+    allowed = np.isfinite(values)
+    allowed[:, 2] &= (values[:, 2] >= 0.0) & (values[:, 2] <= LARGEST)
+    if not allowed.all():
+        row, i = np.argwhere(~allowed)[0]
+        table.refuse(
+            f"row {row + 1} (line {table.lines[row].number}): {COLUMNS[i].heading} = "
+            f"{values[row, i]:g}; needs finite numbers, and mu of 0 to {LARGEST:g}"
+        )
     values[:, 0] -= ZERO_CELSIUS
     axes = [np.unique(values[:, i]) for i in (0, 1)]
     order = np.lexsort((values[:, 1], values[:, 0]))

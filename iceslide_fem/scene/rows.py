@@ -99,7 +99,7 @@ class RowsOf:
         """Rows of the file at `path`, in SI."""
         example = f'"{self.what} ({self.over.unit}), value ({self.value.unit})"'
         try:
-            table = read_table(path, "the table")
+            table = read_table(path, "the table").filled()
             over, value, places = columns_of_two(table, (self.over.unit, self.value.unit), example)
             for i in places:
                 for row, number in enumerate(table.column(i)):

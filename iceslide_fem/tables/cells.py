@@ -6,7 +6,7 @@ import contextlib
 import csv
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, NoReturn
 
 import numpy as np
@@ -54,6 +54,13 @@ class TextTable:
     def rows(self) -> Iterator[list[str]]:
         """Cells of each row."""
         return (split(line.text, self.separator)[: self.width] for line in self.lines)
+
+    def filled(self) -> TextTable:
+        """The table up to its last row that has a value: spreadsheets write empty ones below."""
+        last = len(self.lines)
+        while last > 1 and not any(split(self.lines[last - 1].text, self.separator)):
+            last -= 1
+        return replace(self, lines=self.lines[:last])
 
     def numbers(self) -> Array:
         """All values, (rows, columns), NaN where one is missing. Raises SceneError."""

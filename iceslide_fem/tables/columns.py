@@ -74,7 +74,7 @@ def read_columns(
     path: Path, said: str, wanted: Sequence[Wanted], needed: Sequence[str]
 ) -> tuple[TextTable, dict[str, Array]]:
     """The table in a file, and its columns; see `find_columns`. Raises SceneError."""
-    table = read_table(path, said)
+    table = read_table(path, said).filled()
     return table, find_columns(table, wanted, needed)
 
 

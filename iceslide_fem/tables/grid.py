@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -71,40 +72,38 @@ def is_list_of_points(table: TextTable) -> bool:
 
 
 def _corner(table: TextTable) -> Array | None:
-    """Values of a table whose first row and column are labels, with an empty or a named corner."""
-    rows = table.rows()
-    first = next(rows)
-    if table.heading:
-        if not _labels(list(table.heading)):
-            return None
-        body = table.numbers()
-    elif len(table.lines) > 2 and _labels(first):
-        body = np.array(
-            [
-                [table.number(i, j, cell) for j, cell in enumerate(cells)]
-                for i, cells in enumerate(rows, start=1)
-            ]
-        )
-    else:
+    """Values of a table whose first row and column are even places."""
+    rows = enumerate(table.rows())
+    first = table.heading or next(rows)[1]
+    corner, *labels = first
+    if len(table.lines) < 3 - bool(table.heading) or not _are_places(labels, table.decimal):
         return None
-    return body[:, 1:] if _even(body[:, 0]) else None
+    body = np.array([[table.number(i, j, cell) for j, cell in enumerate(row)] for i, row in rows])
+    places, values = body[:, 0], body[:, 1:]
+    if not _even(places) or (_is_number(corner, table.decimal) and not _enough(values)):
+        return None
+    return values
 
 
-def _labels(cells: list[str]) -> bool:
-    """Whether a row is an empty or a named corner, and even places."""
+def _are_places(cells: Sequence[str], decimal: str) -> bool:
     try:
-        places = np.array([number(cell) for cell in cells[1:]])
-        corner = number(cells[0])
-    except ValueError:
-        return _even_or_short(cells[1:])
-    return bool(np.isnan(corner)) and _even(places)
-
-
-def _even_or_short(cells: list[str]) -> bool:
-    try:
-        return _even(np.array([number(cell) for cell in cells]))
+        return _even(np.array([number(cell, decimal) for cell in cells]))
     except ValueError:
         return False
+
+
+def _is_number(cell: str, decimal: str) -> bool:
+    try:
+        return not np.isnan(number(cell, decimal))
+    except ValueError:
+        return False
+
+
+def _enough(values: Array) -> bool:
+    """Whether no chance makes the row and the column beside these values even: where the corner
+    has a number, they might be values too, as all of a ramp are.
+    """
+    return min(values.shape) >= 5 and not all(map(_even, values))
 
 
 def _even(places: Array) -> bool:
