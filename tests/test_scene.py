@@ -231,7 +231,7 @@ def test_nominal_pressure_outside_the_table_is_said_once():
         ("load.pressure", [1], ["has 1 row; allowed: a number, or 2 to"]),
         ("load", 3, ["load = 3", "not a table", "[load]"]),
         ("rubber.heat", "yes", ["rubber.heat", "true or false"]),
-        ("name", "a/b", ["name", "letters, digits"]),
+        ("name", "a/b", ["name", "letters from a to z"]),
         ("name", 3, ["name = 3"]),
         ("rubber.mesh", "no-such.msh", ["rubber.mesh", "no-such.msh", "not a file"]),
         # choice
