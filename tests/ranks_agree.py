@@ -2,7 +2,8 @@
 
 A rank whose test failed would go on to the next one, while another waits for it in the middle of
 this one for ever; so would one that skips it. So after every phase of a test (setup, call,
-teardown) the ranks tell each other how it ended. `conftest` takes this plugin where mpirun has started more than one process.
+teardown) the ranks tell each other how it ended. `conftest` takes this plugin where mpirun has
+started more than one process.
 """
 
 from __future__ import annotations

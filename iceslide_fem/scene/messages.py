@@ -38,8 +38,8 @@ def first_sentence(error: ValidationError, keys: Sequence[str]) -> str:
             return f"{given} is not a switch; allowed: true or false"
         case "string_pattern_mismatch":
             return (
-                f"{given} is not a name; allowed: up to 100 letters from a to z and A to Z, digits, "
-                "and . _ - after the first one"
+                f"{given} is not a name; allowed: up to 100 letters from a to z or A to Z, "
+                "digits, and . _ - after the first one"
             )
         case "path_not_file":
             return f"{given} is not a file"
