@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+import subprocess
 import sys
 import zipfile
 from pathlib import Path
@@ -376,3 +377,17 @@ def test_shipped_tables_are_of_one_surface():
     scene = load_scene(SURFACES.parent / "rough_1bar.toml")
     assert isinstance(scene.contact_parameters, ContactTable)
     assert scene.contact_parameters.pressure[:: len(shipped.k) * 9] == (2e3, 2e6)
+
+
+def test_heights_that_are_far_too_small_are_in_another_unit(tmp_path):
+    """Micrometres that were divided once too often: nothing would be open under any pressure."""
+    heights = 1e-12 * np.random.default_rng(1).standard_normal((32, 32))
+    np.save(tmp_path / "map.npy", heights)
+    words = ["roughness", str(tmp_path / "map.npy"), "--pixel", "10um", "--definition", "thesis"]
+    done = subprocess.run(
+        [sys.executable, "-m", "iceslide_fem.cli", *words, "--out", str(tmp_path / "out")],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 2 and not (tmp_path / "out").exists()
+    assert "allowed: slopes of 1e-05 to 10 (--height-unit says" in done.stderr

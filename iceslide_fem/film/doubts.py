@@ -9,7 +9,7 @@ LARGEST_FRICTION = 1.5
 IN_DOUBT = f"the thesis's largest is 0.55, and above {LARGEST_FRICTION:g} it is in doubt"
 WITHOUT_MELTING = (
     "the film law has no dry friction, so mu there is that of the water film that it begins with. "
-    "On cold or slow ice that does not melt measured friction is many times higher "
+    "Where rubber slides on ice without melting it measured friction is many times higher "
     "(docs/theory.md, what is not in the model)"
 )
 MOST = 0.5  # of the contact, from which on ice that does not melt decides mu

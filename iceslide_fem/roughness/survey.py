@@ -24,7 +24,8 @@ from iceslide_fem.roughness.surface import (
 )
 
 STEEP = 0.6  # rms slope beyond which the half-space is not to be relied on
-STEEPEST = 10.0  # that a surface may have: a cliff of 84 degrees at every place
+# Rms slopes that a surface may have: from a hill of 6e-4 degrees to a cliff of 84 at every place.
+FLATTEST, STEEPEST = 1e-5, 10.0
 NEARLY_FULL = 0.9  # share of contact
 COLUMNS = (
     "pressure_Pa",
@@ -106,12 +107,12 @@ def parameters(
 
 def _check_slope(case: RoughnessCase, figures: Statistics) -> None:
     """Raise SceneError for slopes that no surface has: heights in another unit than was said."""
-    if figures.rms_slope > STEEPEST:
+    if not FLATTEST <= figures.rms_slope <= STEEPEST and figures.rms_height > 0.0:
         raise SceneError(
             f"{case.surface} has an rms height of {1e6 * figures.rms_height:.3g} um and an rms "
-            f"slope of {figures.rms_slope:.3g}; allowed: slopes up to {STEEPEST:g} (--height-unit "
-            "says what heights are in that do not say so, else they are metres, --pixel how far "
-            "apart they are)"
+            f"slope of {figures.rms_slope:.3g}; allowed: slopes of {FLATTEST:g} to {STEEPEST:g} "
+            "(--height-unit says what heights are in that do not say so, else they are metres, "
+            "--pixel how far apart they are)"
         )
 
 
