@@ -381,7 +381,7 @@ def test_shipped_tables_are_of_one_surface():
 
 def test_heights_that_are_far_too_small_are_in_another_unit(tmp_path):
     """Micrometres that were divided once too often: nothing would be open under any pressure."""
-    heights = 1e-12 * np.random.default_rng(1).standard_normal((32, 32))
+    heights = 3e-11 * np.random.default_rng(1).standard_normal((32, 32))
     np.save(tmp_path / "map.npy", heights)
     words = ["roughness", str(tmp_path / "map.npy"), "--pixel", "10um", "--definition", "thesis"]
     done = subprocess.run(
