@@ -61,8 +61,6 @@ READ_BACK = """
 import json, sys
 from pathlib import Path
 from iceslide_fem.results.snapshots import read_snapshot
-
-pytestmark = pytest.mark.quick
 s = read_snapshot(Path(sys.argv[1]), int(sys.argv[2]))
 print(json.dumps({
     "time": s.time,
@@ -273,6 +271,7 @@ print(json.dumps({"wrong": wrong, "extent": float(extent.sum()), "least": float(
 """
 
 
+@pytest.mark.quick
 @pytest.mark.fe
 @pytest.mark.skipif(WORLD.size > 1, reason="one rank is enough")
 @pytest.mark.parametrize("cells", CELLS)
