@@ -48,6 +48,8 @@ _KINDS = {
     (71, 10): (3, "tetrahedron10"),
     (72, 27): (3, "hexahedron27"),
 }
+XINCLUDE = "://www.w3.org/2001/XInclude"
+XINCLUDE_HTTP = f"http{XINCLUDE}".encode()
 
 
 def load(path: Path, dim: int, body: str) -> TaggedMesh:
@@ -102,8 +104,10 @@ def _by_vtk(path: Path) -> dict[str, Any]:
     """Arrays that `vtk_process` writes."""
     program = Path(__file__).with_name("vtk_process.py")
     with tempfile.TemporaryDirectory() as folder:
-        cells = Path(folder) / "cells.npz"
-        words = [sys.executable, "-P", str(program), str(path.resolve()), str(cells)]
+        cells, source = Path(folder) / "cells.npz", path.resolve()
+        if path.suffix.lower() in (".xdmf", ".xmf"):
+            source = _standard_xdmf(source, Path(folder))
+        words = [sys.executable, "-P", str(program), str(source), str(cells)]
         done = subprocess.run(words, capture_output=True, text=True, errors="replace")
         faults = [line for line in done.stderr.splitlines() if re.search(r"ERR\||[Ee]rror", line)]
         if done.returncode == 0 and not faults:
@@ -115,6 +119,24 @@ def _by_vtk(path: Path) -> dict[str, Any]:
     reason = re.sub(r"\x1b\[[0-9;]*m", "", said[0])
     reason = re.sub(r"^.*((ERR|WARN)\||: error :|\): )\s*", "", reason).strip(" .")
     raise SceneError(f"rubber.mesh {path} can't be read by VTK: {reason}")
+
+
+def _standard_xdmf(path: Path, folder: Path) -> Path:
+    """A copy in `folder`, beside links to its files of data, with XInclude under its own address.
+
+    DOLFINx 0.11 writes another one, https for http, at which VTK's reader ends with a fault. The
+    path itself where data lie above its folder.
+    """
+    for item in ElementTree.parse(path).iter("DataItem"):
+        name = (item.text or "").strip().partition(":")[0]
+        if ".." in Path(name).parts:
+            return path
+        if item.get("Format") == "HDF" and not (folder / name).exists():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).symlink_to(path.parent / name)
+    copy = folder / path.name
+    copy.write_bytes(path.read_bytes().replace(f"https{XINCLUDE}".encode(), XINCLUDE_HTTP))
+    return copy
 
 
 def _check_xdmf(path: Path) -> None:
