@@ -33,7 +33,7 @@ from iceslide_fem.run.point import point_history  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 
-pytestmark = [pytest.mark.fe, pytest.mark.quick]
+pytestmark = pytest.mark.fe
 ROOT = Path(__file__).parent.parent
 MEASURED = [
     words
@@ -46,6 +46,7 @@ def thesis(*changes):
     return load_scene(ROOT / "cases" / "thesis_1bar.toml", changes)
 
 
+@pytest.mark.quick
 @pytest.mark.parametrize("row", MEASURED, ids="-".join)
 def test_estimates_are_within_a_factor_of_two_of_the_runs_in_the_docstring(row):
     model, heat, tolerance, *measured = row

@@ -11,8 +11,6 @@ from iceslide_fem.planning.rungs import Rung, cheapest, on_rung, resolved
 from iceslide_fem.planning.simplifications import simplifications
 from iceslide_fem.scene import load_scene
 
-pytestmark = pytest.mark.quick
-
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 # A stiff, thin block without transverse strain: pressure is uniform but for its edges.
 UNIFORM = [
@@ -33,6 +31,7 @@ def test_a_cube_of_soft_rubber_may_neglect_nothing():
     assert cheapest(thesis()) == Rung("block", "continuum", 1.0)
 
 
+@pytest.mark.quick
 def test_a_stiff_flat_block_is_a_point():
     scene = thesis("model=auto", "ice.heat=column", "numerics.tolerance=1e-2", *UNIFORM)
     found = simplifications(scene)
@@ -67,6 +66,7 @@ def test_other_models_are_left_alone():
     assert on_rung(scene, Rung("point", "column", 1.0)).model == "point"
 
 
+@pytest.mark.quick
 def test_every_rung_is_a_valid_scene():
     """With heat in the rubber there is no half-space; refinements stay where scenes allow them."""
     for changes in ["rubber.heat=true"], ["numerics.refinement=0.25"], ["numerics.refinement=8"]:

@@ -23,8 +23,6 @@ from iceslide_fem.scene import scene_from_dict, unit_of
 from iceslide_fem.scene.fingerprint import scene_hash
 from iceslide_fem.scene.notes import notes
 
-pytestmark = pytest.mark.quick
-
 DURATION = 7e-3
 SCENE = {
     "name": "own",
