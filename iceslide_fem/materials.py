@@ -67,6 +67,14 @@ class Solid(NamedTuple):
         return Solid(*(part[index] if np.ndim(part) else part for part in self))
 
 
+class Layer(NamedTuple):
+    """A layer of a solid: its name, thickness (m, infinite of a half-space), what it is made of."""
+
+    name: str
+    thickness: float
+    solid: Solid
+
+
 ICE = Solid(ICE_CONDUCTIVITY, ICE_DENSITY, ICE_HEAT_CAPACITY, MELTING_TEMPERATURE, LATENT_HEAT)
 
 

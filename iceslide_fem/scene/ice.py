@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import field_validator, model_validator
 
 from iceslide_fem.materials import (
@@ -12,9 +13,12 @@ from iceslide_fem.materials import (
     WATER_CONDUCTIVITY,
     WATER_VISCOSITY,
     ZERO_CELSIUS,
+    Layer,
     Solid,
     ViscosityTable,
 )
+from iceslide_fem.scene.ground import GroundLayer, check_ground
+from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.rows import Rows, RowsOf
 from iceslide_fem.scene.table import Table
 from iceslide_fem.scene.units import Quantity
@@ -25,6 +29,19 @@ VISCOSITY = RowsOf(
     Quantity("K", "-80 degC", "100 degC"),
     Quantity("Pa*s", "0.01 mPa*s", "10 Pa*s"),
     "0.01 mPa*s",
+)
+ICE_TEMPERATURE = Quantity("K", "-80 degC", "0.01 degC")
+CONDUCTIVITY = RowsOf(
+    "ice temperature",
+    ICE_TEMPERATURE,
+    Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K"),
+    "0.01 W/m/K",
+)
+HEAT_CAPACITY = RowsOf(
+    "ice temperature",
+    ICE_TEMPERATURE,
+    Quantity("J/kg/K", "100 J/kg/K", "10000 J/kg/K"),
+    "100 J/kg/K",
 )
 
 
@@ -37,7 +54,12 @@ class Ice(Table):
 
     conductivity (W/(m K)), density (kg/m3), heat_capacity (J/(kg K)), latent_heat (J/kg) and
     melting_temperature (K), which salt and pressure lower; by default those of the thesis's film
-    model (its table 4).
+    model (its table 4). Conductivity and heat capacity may be rows over the temperature (K).
+
+    The ice is `depth` (m) thick, without it as deep as heat reaches. Below it lie `layers`, each
+    with a name of its own. The lowest face, the `base`, is insulated or held at `base_temperature`
+    (K), by default the ice's. `mesh` is a mesh file of the ice and what is below, with coordinates
+    in `mesh_unit`, whose regions have the names of the layers.
     """
 
     temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC")] = 269.15
@@ -45,12 +67,16 @@ class Ice(Table):
     cell: Annotated[float, Quantity("m", "0.1 um", "10 mm")] | None = None
     trail: Annotated[float, Quantity("m", "0 m", "1 m")] = 0.0
     motion: Literal["attached", "sliding"] = "attached"
-    heat: Literal["half-space", "column", "continuum"] = "column"
-    conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "100 W/m/K")] = ICE.conductivity
+    heat: Literal["half-space", "column", "continuum", "mesh"] = "column"
+    depth: Annotated[float, Quantity("m", "10 um", "1 m")] | None = None
+    base: Literal["insulated", "held"] = "insulated"
+    base_temperature: Annotated[float, Quantity("K", "-80 degC", "30 degC")] | None = None
+    layers: tuple[GroundLayer, ...] = ()
+    mesh: InputFile | None = None
+    mesh_unit: Literal["m", "cm", "mm", "um", "inch"] = "m"
+    conductivity: Annotated[Any, CONDUCTIVITY] = ICE.conductivity
     density: Annotated[float, Quantity("kg/m^3", "10 kg/m^3", "10000 kg/m^3")] = ICE.density
-    heat_capacity: Annotated[float, Quantity("J/kg/K", "100 J/kg/K", "10000 J/kg/K")] = (
-        ICE.heat_capacity
-    )
+    heat_capacity: Annotated[Any, HEAT_CAPACITY] = ICE.heat_capacity
     melting_temperature: Annotated[float, Quantity("K", "-60 degC", "0.01 degC")] = (
         ICE.melting_temperature
     )
@@ -67,10 +93,40 @@ class Ice(Table):
             )
         return self
 
+    @model_validator(mode="after")
+    def _lies_on_something(self) -> Self:
+        check_ground(self)
+        return self
+
     @property
     def solid(self) -> Solid:
-        """The ice as heat sees it."""
-        return Solid(*(getattr(self, name) for name in Solid._fields))
+        """The ice as heat sees it, at its initial temperature."""
+        return Solid(*(self._value(getattr(self, name)) for name in Solid._fields))
+
+    @property
+    def stack(self) -> tuple[Layer, ...]:
+        """The ice and the layers below it, downwards; ice without a depth is infinitely deep."""
+        own = Layer("ice", np.inf if self.depth is None else self.depth, self.solid)
+        return (own, *(layer.as_layer for layer in self.layers))
+
+    @property
+    def held(self) -> float | None:
+        """Temperature (K) at which the base is held, None where it is insulated."""
+        if self.base == "insulated":
+            return None
+        return self.temperature if self.base_temperature is None else self.base_temperature
+
+    @property
+    def is_half_space(self) -> bool:
+        """Whether the ice is as deep as heat reaches, and nothing else is said of it."""
+        return self.depth is None and self.mesh is None
+
+    def _value(self, given: float | Rows) -> float:
+        """A property at the initial temperature, of a number or of rows, held outside of them."""
+        if not isinstance(given, tuple):
+            return given
+        kelvin, values = zip(*given, strict=True)
+        return float(np.interp(self.temperature, kelvin, values))
 
 
 class Water(Table):

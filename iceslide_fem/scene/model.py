@@ -12,7 +12,6 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import (
-    StringConstraints,
     field_validator,
     model_validator,
 )
@@ -34,12 +33,11 @@ from iceslide_fem.scene.load import Load
 from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.rubber import Rubber
 from iceslide_fem.scene.shape import check_room_across
-from iceslide_fem.scene.table import Table
+from iceslide_fem.scene.table import Name, Table
 from iceslide_fem.scene.units import Quantity
 from iceslide_fem.thermal_layers import HEATED_LAYERS
 
 Place = Annotated[float, Quantity("m", "-1 m", "1 m")]
-Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$", strict=True)]
 
 HEIGHT = RowsOf(
     "ice temperature",
@@ -52,6 +50,7 @@ REFINEMENTS = (0.25, 8.0)  # allowed of meshes
 FILE_KEYS = (
     ("rubber", "mesh"),
     ("rubber", "outline"),
+    ("ice", "mesh"),
     ("film", "contact"),
     ("friction", "table"),
 )  # table and key of what names a file
@@ -60,6 +59,8 @@ TABLE_KEYS = (
     ("load", "pressure"),
     ("load", "speed"),
     ("film", "initial_height"),
+    ("ice", "conductivity"),
+    ("ice", "heat_capacity"),
     ("water", "viscosity"),
 )
 

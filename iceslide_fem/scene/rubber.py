@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AliasChoices, Field, StrictBool, field_validator, model_validator
+from pydantic import (
+    AliasChoices,
+    BeforeValidator,
+    Field,
+    StrictBool,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
 
 from iceslide_fem.materials import (
     COMPOUNDS,
@@ -31,17 +39,25 @@ Length = Annotated[float, Quantity("m", "10 um", "1 m")]
 Stiffness = Annotated[float, Quantity("Pa", "0 MPa", "10000 MPa")]
 
 
+def _heat(given: Any) -> Any:
+    """How heat goes into the rubber: not, in columns, or on its mesh."""
+    if isinstance(given, bool) or given == "mesh":
+        return given
+    raise PydanticCustomError("form", 'is not available; allowed: true, false or "mesh"')
+
+
 class Rubber(Table):
     """The rubber block: a compound or its Mooney-Rivlin constants, size (m), density (kg/m3).
 
     C10, C01 in Pa; compressibility by D1 (1/Pa) or by Poisson's ratio nu (also `poisson_ratio`),
-    which may be given beside a compound, too, instead of its D1. `heat` resolves heat
-    conduction in the rubber, with its `conductivity` (W/(m K)) and `heat_capacity` (J/(kg K)) by
-    default of the thesis's table 1, `inertia` its motion. The lower edges of the block and of its
-    lugs are round (`edge_radius`) or cut off at 45 degrees (`chamfer`), the sides lean by
-    `draft_angle` (rad), so that the block is wider at the plate; length and width are those at the
-    ice. `sipes`: how many evenly spaced slots across the sliding direction are cut into the box
-    from below, or a list of them; `grooves` run along it; `wall_friction` is the friction
+    which may be given beside a compound, too, instead of its D1. `heat` resolves heat conduction in
+    the rubber, in columns above the contact or ("mesh") on its mesh, whose plate is insulated or
+    held at the initial temperature (`plate`), with its `conductivity` (W/(m K)) and `heat_capacity`
+    (J/(kg K)) by default of the thesis's table 1, `inertia` its motion. The lower edges of the
+    block and of its lugs are round (`edge_radius`) or cut off at 45 degrees (`chamfer`), the sides
+    lean by `draft_angle` (rad), so that the block is wider at the plate; length and width are those
+    at the ice. `sipes`: how many evenly spaced slots across the sliding direction are cut into the
+    box from below, or a list of them; `grooves` run along it; `wall_friction` is the friction
     coefficient of their walls on each other. `outline` is a file of polygons (x, y), the block seen
     from above, instead of the rectangle. `mesh` replaces the box by a mesh file, whose coordinates
     are in `mesh_unit`.
@@ -73,7 +89,8 @@ class Rubber(Table):
     heat_capacity: Annotated[float, Quantity("J/kg/K", "100 J/kg/K", "10000 J/kg/K")] = (
         RUBBER_HEAT_CAPACITY
     )
-    heat: StrictBool = False
+    heat: Annotated[bool | Literal["mesh"], BeforeValidator(_heat)] = False
+    plate: Literal["insulated", "held"] = "insulated"
     inertia: StrictBool = False
     mesh: InputFile | None = None
     mesh_unit: Literal["m", "cm", "mm", "um", "inch"] = "m"
