@@ -278,7 +278,7 @@ def mesh_from_gmsh(
 ) -> tuple[Any, Any, Any]:
     """Distribute the gmsh model of one rank: (mesh, cell tags, facet tags).
 
-    `model` matters on `rank` only. Its nodes must be numbered from 1 without gaps, and all its
+    `model` matters on `rank` only. Its nodes must be numbered from 1 without gaps, and each of its
     cells must be in one physical group. `owners` says which rank gets which of them, from their
     nodes, counted from 0 and all in a row.
     """

@@ -13,7 +13,7 @@ import signal
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -55,11 +55,15 @@ SIGNATURES = {".msh": b"$MeshFormat", ".med": b"\x89HDF\r\n"}  # the first line 
 
 
 class DistributedMesh(NamedTuple):
-    """DOLFINx mesh, its facet tags, and the number of each named set of facets."""
+    """DOLFINx mesh; tags of its facets and the number of each named set of them; tags of its cells,
+    of ghosts, too, and the number of each region.
+    """
 
     mesh: Any
     facet_tags: Any
     tags: dict[str, int]
+    cell_tags: Any
+    regions: dict[str, int]
 
 
 def distribute(tagged: TaggedMesh, comm: MPI.Comm) -> DistributedMesh:
@@ -75,12 +79,15 @@ def distribute(tagged: TaggedMesh, comm: MPI.Comm) -> DistributedMesh:
     if comm.rank == 0:
         with empty_model() as model:
             _fill(model, tagged)
-            mesh, _, facet_tags = compat.mesh_from_gmsh(model, comm, 0, dim, shared)
+            mesh, cell_tags, facet_tags = compat.mesh_from_gmsh(model, comm, 0, dim, shared)
     else:
-        mesh, _, facet_tags = compat.mesh_from_gmsh(None, comm, 0, dim, shared)
-    return DistributedMesh(
-        mesh, facet_tags, {name: tag for tag, name in enumerate(tagged.facets, 1)}
-    )
+        mesh, cell_tags, facet_tags = compat.mesh_from_gmsh(None, comm, 0, dim, shared)
+    facets, regions = (_numbered(names) for names in (tagged.facets, tagged.named_cells))
+    return DistributedMesh(mesh, facet_tags, facets, cell_tags, regions)
+
+
+def _numbered(names: Iterable[str]) -> dict[str, int]:
+    return {name: number for number, name in enumerate(names, 1)}
 
 
 def save(tagged: TaggedMesh, path: Path) -> None:
@@ -193,10 +200,13 @@ def _fill(model: Any, tagged: TaggedMesh) -> None:
     count, dim = tagged.points.shape
     coordinates = np.zeros((count, 3))
     coordinates[:, :dim] = tagged.points
-    entity = model.addDiscreteEntity(dim)
-    model.mesh.addNodes(dim, entity, np.arange(1, count + 1), coordinates.ravel())
-    model.mesh.addElementsByType(entity, _NUMBERS[tagged.cell_type], [], tagged.cells.ravel() + 1)
-    model.addPhysicalGroup(dim, [entity], 1, tagged.body)
+    entities = {name: model.addDiscreteEntity(dim) for name in tagged.named_cells}
+    first = next(iter(entities.values()))
+    model.mesh.addNodes(dim, first, np.arange(1, count + 1), coordinates.ravel())
+    for tag, (name, chosen) in enumerate(tagged.named_cells.items(), 1):
+        cells = tagged.cells[chosen].ravel() + 1
+        model.mesh.addElementsByType(entities[name], _NUMBERS[tagged.cell_type], [], cells)
+        model.addPhysicalGroup(dim, [entities[name]], tag, name)
     for tag, (name, nodes) in enumerate(tagged.facets.items(), 1):
         if len(nodes):
             part = model.addDiscreteEntity(dim - 1)

@@ -45,7 +45,8 @@ def rubber_mesh(scene: Scene, comm: MPI.Comm) -> RubberMesh:
     Collective. Raises SceneError if the user's mesh can't be used.
     """
     tagged = from_root(lambda: _with_sides(tagged_rubber(scene)), comm)
-    return RubberMesh(*gmsh_model.distribute(tagged, comm))
+    meshed = gmsh_model.distribute(tagged, comm)
+    return RubberMesh(meshed.mesh, meshed.facet_tags, meshed.tags)
 
 
 def block_size(scene: Scene) -> tuple[float, ...]:

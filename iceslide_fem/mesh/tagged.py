@@ -1,4 +1,4 @@
-"""A mesh of one body whose cells and facets have names."""
+"""A mesh whose cells and facets have names."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ IntArray = NDArray[np.int64]
 
 
 class TaggedMesh(NamedTuple):
-    """A mesh of one body, undistributed. Nodes of cells and facets are numbered as gmsh does.
+    """A mesh, undistributed. Nodes of cells and facets are numbered as gmsh does.
 
     points (n, dim) in m; cell_type triangle, quadrilateral, tetrahedron or hexahedron;
-    cells (m, corners); facets: name -> (k, corners of a facet); body: name of the cells.
+    cells (m, corners); facets: name -> (k, corners of a facet); body: name of the cells. Where they
+    are of several kinds, regions: name -> (k,) numbers of cells, each in one of them.
     """
 
     points: NDArray[np.float64]
@@ -23,3 +24,9 @@ class TaggedMesh(NamedTuple):
     cells: IntArray
     facets: Mapping[str, IntArray]
     body: str
+    regions: Mapping[str, IntArray] = {}  # noqa: RUF012 - nobody writes to it
+
+    @property
+    def named_cells(self) -> Mapping[str, IntArray]:
+        """Numbers (k,) of the cells by their names: the regions, or all of the one body."""
+        return self.regions or {self.body: np.arange(len(self.cells))}

@@ -254,7 +254,7 @@ def pressed(
         }
     )
     tagged = in_tetrahedra(grid) if element.in_tetrahedra else grid
-    rubber = element.forms(RubberMesh(*gmsh_model.distribute(tagged, MPI.COMM_SELF)), material)
+    rubber = element.forms(RubberMesh(*gmsh_model.distribute(tagged, MPI.COMM_SELF)[:3]), material)
     start = process_time()
     surface = contact_points(scene, rubber, SIZE)
     equilibrium = Equilibrium(rubber, surface, default_penalty(material, SIZE, tolerance))
