@@ -9,10 +9,12 @@ import numpy as np
 from pydantic import field_validator, model_validator
 
 from iceslide_fem.materials import (
+    BOTTOMLESS,
     ICE,
     WATER_CONDUCTIVITY,
     WATER_VISCOSITY,
     ZERO_CELSIUS,
+    Ground,
     Layer,
     Solid,
     ViscosityTable,
@@ -115,6 +117,14 @@ class Ice(Table):
         if self.base == "insulated":
             return None
         return self.temperature if self.base_temperature is None else self.base_temperature
+
+    @property
+    def ground(self) -> Ground:
+        """What a column of the ice lies on; of a mesh of one's own nothing is known."""
+        if self.is_half_space or self.mesh is not None:
+            return BOTTOMLESS
+        ice, *below = self.stack
+        return Ground(ice.thickness, tuple(below), self.held)
 
     @property
     def is_half_space(self) -> bool:
