@@ -80,9 +80,9 @@ def stacked_layers(
         upper, lower = (
             stacked_layers(half, duration, first_layer, ratio, np.inf) for half in _halves(stack)
         )
-        thickness = np.append(upper.thickness, lower.thickness[::-1])
+        elements = np.append(upper.thickness, lower.thickness[::-1])
         layer = np.append(upper.layer, len(stack) - 1 - lower.layer[::-1])
-        return StackedLayers(thickness, layer, True)
+        return StackedLayers(elements, layer, True)
     sizes: list[Array] = []
     passed, base = 0.0, True  # thermal depth of the layer's upper face, s^0.5
     for _, thickness, solid in stack:
@@ -93,15 +93,14 @@ def stacked_layers(
             break
         first = first_layer * np.sqrt(alpha * np.min(duration)) + (ratio - 1.0) * above
         ends = np.array([thickness, heated])
-        elements = np.log1p(ends / first * (ratio - 1.0)) / np.log(ratio)
-        whole, reached = np.maximum(np.ceil(elements - [LAST_STRETCH, 0.0]), 1.0)
-        count = int(min(whole, reached))
-        base = bool(count == whole)
-        grown = first * ratio ** np.arange(count)
+        needed = np.log1p(ends / first * (ratio - 1.0)) / np.log(ratio)
+        whole, reached = np.maximum(np.ceil(needed - [LAST_STRETCH, 0.0]), 1.0).tolist()
+        base = whole <= reached
+        grown = np.asarray(first * ratio ** np.arange(min(whole, reached)))
         if base:
             grown[-1] = thickness - grown[:-1].sum()
         sizes.append(grown)
-        passed += thickness / np.sqrt(alpha)
+        passed += float(thickness / np.sqrt(alpha))
     layer = np.repeat(np.arange(len(sizes)), [part.size for part in sizes])
     return StackedLayers(np.concatenate(sizes), layer, base)
 

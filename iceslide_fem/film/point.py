@@ -64,12 +64,12 @@ def simulate(
 
     `ice` is `column`, `half-space`, the ground that columns lie on, or a model made for the
     conditions; `tolerance` the relative error of mu(t) aimed at; `integrator` one of `INTEGRATORS`
-    or its name; `times` (s, ascending) where mu is sampled; `fixed_step` (s) replaces error control, `max_step` (s) bounds it;
-    `observe` is called with every accepted step; `rubber` takes heat, too, if it is made of
-    columns; with `loading` pressure and speed go in time, whatever the conditions say of them, and
-    steps end on its corners; with `water` the viscosity follows the film's temperature, and that of
-    the conditions is replaced. Raises SimulationStopped where a step cannot be made, ValueError
-    where an argument is not possible.
+    or its name; `times` (s, ascending) where mu is sampled; `fixed_step` (s) replaces error
+    control, `max_step` (s) bounds it; `observe` is called with every accepted step; `rubber` takes
+    heat, too, if it is made of columns; with `loading` pressure and speed go in time, whatever the
+    conditions say of them, and steps end on its corners; with `water` the viscosity follows the
+    film's temperature, and that of the conditions is replaced. Raises SimulationStopped where a
+    step cannot be made, ValueError where an argument is not possible.
     """
     for name, given, known in (("ice", ice, ICE_MODELS), ("integrator", integrator, INTEGRATORS)):
         if isinstance(given, str) and given not in known:

@@ -131,6 +131,11 @@ class Ice(Table):
         """Whether the ice is as deep as heat reaches, and nothing else is said of it."""
         return self.depth is None and self.mesh is None
 
+    @property
+    def has_rows(self) -> bool:
+        """Whether a property goes with the temperature."""
+        return isinstance(self.conductivity, tuple) or isinstance(self.heat_capacity, tuple)
+
     def _value(self, given: float | Rows) -> float:
         """A property at the initial temperature, of a number or of rows, held outside of them."""
         if not isinstance(given, tuple):
