@@ -37,6 +37,7 @@ ON_STEEL = {
     "density": "7850 kg/m^3",
     "heat_capacity": "470 J/kg/K",
 }
+NAMELESS = {key: value for key, value in ON_STEEL.items() if key != "name"}
 THIN = {"temperature": "-4 degC", "depth": "1 mm", "layers": [ON_STEEL]}
 
 
@@ -154,8 +155,10 @@ def test_an_insulated_base_keeps_all_heat(error):
 def test_a_layer_of_ice_below_ice_changes_nothing():
     times = np.geomspace(1e-2 * DURATION, DURATION, 20)
     one = warmth(Column(T_0, DURATION), 1e4, times) - T_0
-    two = Column(T_0, DURATION, ground=ground(0.2e-3, (0.1e-3, ICE), (0.1, ICE)))
-    np.testing.assert_allclose(warmth(two, 1e4, times) - T_0, one, rtol=1e-5)
+    for depth, *below in ((0.2e-3, (0.1, ICE)), (0.2e-3, (0.1e-3, ICE), (0.1, ICE))):
+        split = Column(T_0, DURATION, ground=ground(depth, *below))
+        rtol = 1e-5 * len(below)  # each interface moves elements; the mesh itself is within 4e-5
+        np.testing.assert_allclose(warmth(split, 1e4, times) - T_0, one, rtol=rtol)
 
 
 @pytest.mark.parametrize("held", [None, T_0, T_0 - 5.0])
@@ -209,7 +212,7 @@ def a_scene(**ice):
         "name": "thin",
         "model": "point",
         "rubber": {"compound": "B", "length": "10 mm", "width": "10 mm", "height": "8 mm"},
-        "load": {"pressure": "1 bar", "speed": "1 m/s", "duration": "100 ms"},
+        "load": {"pressure": "1 bar", "speed": "0.3 m/s", "duration": "5 s"},
         "ice": ice,
     }
 
@@ -224,8 +227,8 @@ model = "point"
 compound = "B"
 [load]
 pressure = "1 bar"
-speed = "1 m/s"
-duration = "100 ms"
+speed = "0.3 m/s"
+duration = "5 s"
 [ice]
 temperature = "-4 degC"
 depth = "1 mm"
@@ -241,7 +244,9 @@ heat_capacity = "470 J/kg/K"
         encoding="utf-8",
     )
     out = tmp_path / "out"
-    assert main(["run", str(scene), "--out", str(out)]) in (0, None)
+    with pytest.raises(SystemExit) as done:
+        main(["run", str(scene), "--out", str(out)])
+    assert done.value.code == 0
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert summary["scene"]["ice"]["layers"][0]["name"] == "steel"
     results = summary.get("results", summary)
@@ -251,7 +256,7 @@ heat_capacity = "470 J/kg/K"
         [scene_from_dict(a_scene(**THIN, **held)), scene_from_dict(a_scene(temperature="-4 degC"))]
     )
     assert thin.summary["mu_end"] == pytest.approx(results["mu_end"], rel=2e-3)
-    assert thin.summary["mu_end"] > 1.02 * deep.summary["mu_end"]
+    assert thin.summary["mu_end"] > 4.0 * deep.summary["mu_end"]
 
 
 def test_points_on_grounds_of_their_own_are_those_of_single_calls():
@@ -276,7 +281,7 @@ def test_points_on_grounds_of_their_own_are_those_of_single_calls():
             THIN | {"base": "held", "base_temperature": "1 degC"},
             ["ice.base_temperature = 1 degC", "ice.melting_temperature"],
         ),
-        (THIN | {"layers": [{**ON_STEEL, "name": None}]}, ["layer 1 of ice.layers", "name"]),
+        (THIN | {"layers": [NAMELESS]}, ["layer 1 of ice.layers", "name"]),
         ({"layers": [ON_STEEL]}, ["ice.depth is missing", '"steel"']),
         ({"base": "held"}, ['ice.base = "held" needs ice.depth']),
         ({"conductivity": [[250.0, 2.4], [270.0, 2.2]]}, ["ice.conductivity", 'heat = "column"']),
@@ -290,9 +295,6 @@ def test_points_on_grounds_of_their_own_are_those_of_single_calls():
     ],
 )
 def test_what_ice_cannot_lie_on_is_refused_in_one_sentence(ice, words):
-    ice = {key: value for key, value in ice.items()}
-    if "layers" in ice:
-        ice["layers"] = [{k: v for k, v in layer.items() if v} for layer in ice["layers"]]
     with pytest.raises(SceneError) as caught:
         scene_from_dict(a_scene(**ice))
     message = str(caught.value)
