@@ -170,8 +170,11 @@ class Column:
 
     def initial(self, n_points: int) -> Array:
         """Content of ice at its initial temperature, whatever the base is held at."""
-        held = (self._storage / self.surface)[:, None] * (self.temperature - self._steady)
-        return np.broadcast_to(held, (self.rates.size, n_points)).copy()
+        content = np.zeros((self.rates.size, n_points))
+        if self.rates[0] > 0.0:  # its base is held
+            of_each = (self._storage / self.surface)[:, None]
+            content += of_each * (self.temperature - self._steady)
+        return content
 
     def decay(self, dt: Array | float) -> Array:
         """What an implicit stage of `dt` leaves of each mode, (n_modes, 1 or n_points)."""
