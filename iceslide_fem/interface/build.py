@@ -58,7 +58,7 @@ def _attached(block: Block, duration: Array) -> Attached:
     scene, solid = block.scene, block.scene.ice.solid
     temperature, rubber = scene.ice.temperature, rubber_columns(scene, duration)
     if scene.ice.heat == "column":
-        columns = OwnColumns(Column(temperature, duration, solid=solid))
+        columns = OwnColumns(Column(temperature, duration, solid=solid, ground=scene.ice.ground))
         return Attached(block.friction, columns, own_points(block.surface.n_points), rubber)
     if scene.ice.heat == "half-space":
         half_spaces = OwnColumns(HalfSpace(temperature, duration, solid))
@@ -96,7 +96,8 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     else:
         on_nodes = carrier == "ice" and isinstance(friction, FilmFriction)
         columns = GridColumns if on_nodes else GridColumnsUnderPoints
-        ice = columns(SurfaceGrid.shared(lines, comm), temperature, heated, solid)
+        grid = SurfaceGrid.shared(lines, comm)
+        ice = columns(grid, temperature, heated, solid, scene.ice.ground)
     if isinstance(friction, OwnFriction) and carrier == "ice":
         return RememberingIce(friction, ice, rubber_columns(scene, duration))
     if not isinstance(friction, FilmFriction) or carrier == "rubber":
