@@ -1,16 +1,11 @@
-"""The heat equation on a mesh in quadratic elements, by DOLFINx.
+"""The heat equation on a mesh, by DOLFINx.
 
-    rho c dT/dt = div(lambda grad T) + f,   lambda dT/dn = q on the surface,   T = T_b on a held base
+    rho c dT/dt = div(lambda grad T) + f,   lambda dT/dn = q on the surface,   T = T_b on a base
 
-and no heat through all other faces. With w the rise of T above the initial temperature, and v the
-test functions of the quadratic Lagrange space,
+that is held, and no heat through all other faces. With w the rise of T above the initial
+temperature and the test functions v of the elements (`elements`),
 
     int rho c dw/dt v dx + int lambda grad w . grad v dx = int q v ds + int f v dx.
-
-The capacity is integrated by the Gauss-Lobatto rule whose points are the element's nodes, so that
-its matrix is diagonal, and all its entries are positive (Simpson's rule along each axis). The
-order in space stays, and fluxes that begin suddenly cool no node beside them as much as those of
-the full matrix (docs/theory.md).
 
 Unknowns are numbered column by column: nodes below one another follow each other downwards. Heat
 goes up and down far faster than sideways, and an incomplete Cholesky factor in that order is nearly
@@ -23,23 +18,22 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from iceslide_fem.arrays import Array, Index
+from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
-from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
+from iceslide_fem.fenics.compat import MPI, PETSc, fem
+from iceslide_fem.heat.elements import LayeredElements, QuadraticElements
 from iceslide_fem.materials import Solid
 from iceslide_fem.mesh.gmsh_model import DistributedMesh
 
-DEGREE = 2
-LOBATTO = {"quadrature_rule": "GLL", "quadrature_degree": 2 * DEGREE - 1}
-ROUNDED = 9  # digits of a mesh's size to which nodes are below one another
+Elements = LayeredElements | QuadraticElements
 
 
 class HeatEquation:
     """Capacity, conduction and the held base of a mesh, in this rank's own unknowns.
 
-    Arrays of unknowns are (n_own,), in the order of `dofs`, the numbers of the space's local dofs.
+    Arrays of unknowns are (n_own,), in the order of the elements' numbering; x: where they are, m;
+    numbers: of the space's local dofs among the unknowns of all ranks.
     capacity: of each unknown, J/K (J/(m K) in a slice); conduction: matrix, W/K, whose rows and
     columns of the held base are zero; drawn: power that leaves each unknown towards a base that
     is held at another temperature than the initial, W; held: which unknowns the base has.
@@ -48,33 +42,20 @@ class HeatEquation:
     def __init__(
         self,
         body: DistributedMesh,
+        elements: Elements,
         solids: Mapping[str, Solid],
         base: tuple[str, float] | None = None,
     ) -> None:
         """`solids`: of the body's regions; `base`: name of facets that are held, and by how much
         (K) they are warmer than the initial temperature. Collective.
         """
-        self.body, self.comm = body, body.mesh.comm
-        self.space = space = compat.scalar_space(body.mesh, DEGREE)
-        own = space.dofmap.index_map.size_local
-        self.x = space.tabulate_dof_coordinates()[:own, : body.mesh.geometry.dim]
-        self.dofs = _downwards(self.x, self.comm)
-        self.x = self.x[self.dofs]
-        self._conductivity, heat_capacity = _of_cells(body, solids)
-        u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
-        dx = ufl.Measure("dx", domain=body.mesh)
-        mass = compat.form(heat_capacity * v * dx(metadata=LOBATTO))
-        stiffness = compat.form(self._conductivity * ufl.inner(ufl.grad(u), ufl.grad(v)) * dx)
-        lumped = compat.assemble_vector(compat.create_vector(space), mass)
-        self.capacity = lumped.array[self.dofs].copy()
-        whole = compat.assemble_matrix(compat.create_matrix(stiffness), stiffness)
-        first = space.dofmap.index_map.local_range[0]
-        rows = PETSc.IS().createGeneral((first + self.dofs).astype(PETSc.IntType), comm=self.comm)
-        self.conduction = whole.createSubMatrix(rows, rows)
-        whole.destroy()
-        lumped.destroy()
-        self.first = self.conduction.getOwnershipRange()[0]
-        self.numbers = self._numbers()
+        self.body, self.elements, self.comm = body, elements, body.mesh.comm
+        dofs, self.numbers = elements.numbering
+        self.x = elements.space.tabulate_dof_coordinates()[dofs, : body.mesh.geometry.dim]
+        conductivity, heat_capacity = _of_cells(body, solids)
+        self.capacity = elements.capacity(heat_capacity)
+        self.conduction = elements.stiffness(conductivity)
+        own = dofs.size
         self.held = np.zeros(own, dtype=bool)
         self.drawn, self.base_rise = np.zeros(own), 0.0
         if base is not None:
@@ -96,7 +77,7 @@ class HeatEquation:
         return np.where(self.held, self.base_rise, 0.0)
 
     def heat(self, rise: Array) -> float:
-        """Heat above the initial temperature, J (J/m in a slice), without the base's. Collective."""
+        """Heat above the initial temperature, J (J/m in a slice), but the base's. Collective."""
         own = float(self.capacity @ np.where(self.held, 0.0, rise))
         return float(self.comm.allreduce(own, op=MPI.SUM))
 
@@ -108,56 +89,23 @@ class HeatEquation:
         given, takes = self.comm.allreduce(own, op=MPI.SUM)
         return np.where(self.held, 0.0, given / takes)
 
-    def function(self, rise: Array) -> Any:
-        """`rise` as a function of DOLFINx, ghosts included. Collective."""
-        function = fem.Function(self.space)
-        function.x.array[self.dofs] = rise
-        function.x.scatter_forward()
-        return function
-
-    def load(self, density: Any) -> Array:
-        """Power (W) that a source of this `density` (W/m3), a UFL expression, gives. Collective."""
-        test = ufl.TestFunction(self.space)
-        form = compat.form(density * test * ufl.dx(domain=self.body.mesh))
-        vector = compat.assemble_vector(compat.create_vector(self.space), form)
-        power = vector.array[self.dofs].copy()
-        vector.destroy()
-        return np.asarray(power)
-
-    def _numbers(self) -> NDArray[np.int64]:
-        """Number among all unknowns of each local dof of the space, ghosts included. Collective."""
-        function = fem.Function(self.space)
-        function.x.array[self.dofs] = self.first + np.arange(self.dofs.size)
-        function.x.scatter_forward()
-        return np.rint(np.real(function.x.array)).astype(np.int64)
-
     def _hold(self, name: str, rise: float) -> None:
         """Hold the facets `name` at `rise` (K): their rows and columns leave the matrix."""
-        mesh = self.body.mesh
-        facets = self.body.facet_tags.find(self.body.tags[name])
-        here = fem.locate_dofs_topological(self.space, mesh.topology.dim - 1, facets)
-        function = fem.Function(self.space)
+        space, tags = self.elements.space, self.body.facet_tags
+        facets = tags.find(self.body.tags[name])
+        here = fem.locate_dofs_topological(space, space.mesh.topology.dim - 1, facets)
+        function = fem.Function(space)
         function.x.array[here] = 1.0
-        # a rank may have a node of the base without a facet of it
-        vector = compat.petsc_vector(function)
-        compat.sum_ghosts(vector)
-        self.held = function.x.array[self.dofs] > 0.5
+        compat.sum_ghosts(compat.petsc_vector(function))  # a rank may know none of its facets
+        self.held = function.x.array[self.elements.numbering.dofs] > 0.5
         self.base_rise = rise
         values, drawn = self.conduction.createVecs()
         values.array[:] = np.where(self.held, rise, 0.0)
         self.conduction.mult(values, drawn)
         self.drawn = np.where(self.held, 0.0, drawn.array)
-        rows = (self.first + np.flatnonzero(self.held)).astype(PETSc.IntType)
+        first = self.conduction.getOwnershipRange()[0]
+        rows = (first + np.flatnonzero(self.held)).astype(PETSc.IntType)
         self.conduction.zeroRowsColumns(rows, diag=0.0)
-
-
-def _downwards(x: Array, comm: MPI.Comm) -> Index:
-    """Order of nodes (n, d), m, column by column, each from its top. Collective."""
-    ends = np.array([-x.min(axis=0, initial=np.inf), x.max(axis=0, initial=-np.inf)])
-    comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MAX)
-    places = np.round(x / ends.sum(axis=0).max(), ROUNDED)
-    *across, depth = places.T
-    return np.lexsort([-depth, *across[::-1]])
 
 
 def _of_cells(body: DistributedMesh, solids: Mapping[str, Solid]) -> tuple[Any, Any]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from iceslide_fem.arrays import Array, Index
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import basix
-from iceslide_fem.heat.equation import DEGREE, HeatEquation
+from iceslide_fem.heat.equation import HeatEquation
 
 NEAREST = 4  # facets around a point that are looked at: whose boxes are nearest
 ENTRIES = 1_000_000  # of distances, at a time
@@ -47,19 +47,22 @@ class HeatedSurface:
         facets = body.facet_tags.find(body.tags[name])
         cells, self._local = compat.facet_cell_pairs(mesh, facets)
         cell = compat.cell_name(mesh)
-        self._element = compat.basix_lagrange(cell, DEGREE)
+        elements = equation.elements
+        self._element = compat.basix_lagrange(cell, elements.surface_degree)
         self._closures = np.array(self._element.entity_closure_dofs[dim - 1], dtype=np.intp)
         kind = getattr(basix.CellType, cell)
         self._reference = np.asarray(basix.geometry(kind))
         self._vertices = np.array(basix.topology(kind)[dim - 1], dtype=np.intp)
-        dofs = compat.cell_dofs(equation.space)[cells]
+        dofs = compat.cell_dofs(elements.space)[cells]  # the vertices are first
         self.numbers = equation.numbers[np.take_along_axis(dofs, self._closures[self._local], 1)]
-        x = equation.space.tabulate_dof_coordinates()[:, axes]
-        corners = np.take_along_axis(dofs, self._vertices[self._local], 1)  # vertices are first
+        x = elements.space.tabulate_dof_coordinates()[:, axes]
+        corners = np.take_along_axis(dofs, self._vertices[self._local], 1)
         self._corners = x[corners].reshape(len(cells), self._vertices.shape[1], len(axes))
         self._low, self._high = self._corners.min(axis=1), self._corners.max(axis=1)
         ends = self._low.min(axis=0, initial=np.inf), self._high.max(axis=0, initial=-np.inf)
         self._boxes = np.array(self._comm.allgather(ends))
+        some = self._boxes[np.isfinite(self._boxes).all(axis=(1, 2))]
+        self._size = float(np.ptp(some, axis=(0, 1)).max())
 
     def read(self, points: Array) -> Reading:
         """How this rank's `points` (n, axes), m, read the surface; from outside, its edge.
@@ -74,20 +77,14 @@ class HeatedSurface:
         near = away <= away.min(axis=1, keepdims=True) + SAME * size
         asked = [np.flatnonzero(near[:, rank]) for rank in range(comm.size)]
         answers = comm.alltoall([self._here(p) for p in comm.alltoall([points[i] for i in asked])])
-        nodes = self._closures.shape[1]
         outside = np.full(len(points), np.inf)
-        number, weight = (
-            np.zeros((len(points), nodes), dtype=np.int64),
-            np.zeros((len(points), nodes)),
-        )
-        for index, (there, numbers, weights) in zip(asked, answers, strict=True):
-            nearer = there < outside[index]
-            some = index[nearer]
-            outside[some], number[some], weight[some] = (
-                there[nearer],
-                numbers[nearer],
-                weights[nearer],
-            )
+        shape = len(points), self._closures.shape[1]
+        number, weight = np.zeros(shape, dtype=np.int64), np.zeros(shape)
+        found = outside, number, weight
+        for index, answer in zip(asked, answers, strict=True):
+            nearer = answer[0] < outside[index]
+            for all_of_them, one in zip(found, answer, strict=True):
+                all_of_them[index[nearer]] = one[nearer]
         return Reading(number, weight)
 
     def _here(self, points: Array) -> tuple[Array, NDArray[np.int64], Array]:

@@ -14,6 +14,7 @@ from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.own_law import OwnFriction
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
+from iceslide_fem.heat.elements import LayeredElements
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints, OwnColumns
 from iceslide_fem.interface.ice_continuum import Continuum
@@ -123,7 +124,7 @@ def _meshed(block: Block, footprint: list[tuple[float, float]], heated: Array) -
     body = gmsh_model.distribute(tagged, comm)
     solids = {layer.name: layer.solid for layer in scene.ice.stack}
     base = None if scene.ice.held is None else ("base", scene.ice.held - scene.ice.temperature)
-    equation = HeatEquation(body, solids, base)
+    equation = HeatEquation(body, LayeredElements(body.mesh), solids, base)
     tolerance, solid = scene.numerics.tolerance, scene.ice.solid
     share = float(np.min(heated) / np.max(heated))
     deep = HEATED_LAYERS * math.sqrt(solid.diffusivity * float(np.max(heated)))

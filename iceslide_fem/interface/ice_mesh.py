@@ -59,7 +59,7 @@ class MeshedIce:
         return self.equation.n_dofs
 
     def place(self, points: Array) -> Placement:
-        """Where points (n, d-1), m, lie on the surface: its unknowns, by their numbers. Collective."""
+        """Where points (n, d-1), m, lie: unknowns of the surface, by number. Collective."""
         reading = self._surface.read(points)
         return Placement(reading.number.astype(np.int32), reading.weight)
 
