@@ -119,7 +119,7 @@ class Balance:
         link = np.full_like(below, self._link)
         stage = film.solve(Surface.of(below, link, self._solid), near)
         given = self._to_bodies(self._area * stage.ice_flux)
-        return Asked(stage, fixed + given - _product(system, rise))
+        return Asked(stage, fixed + given - product(system, rise))
 
     def _settled(self, asked: Asked, diagonal: Array) -> bool:
         """Whether what is out of balance would warm no unknown by more than the agreement."""
@@ -153,7 +153,7 @@ class Balance:
         return tangent
 
     def _at_points(self, rise: Array) -> Array:
-        return _product(self._reads, rise)
+        return product(self._reads, rise)
 
     def _to_bodies(self, given: Array) -> Array:
         """What points give (n,), W, to the unknowns."""
@@ -169,8 +169,8 @@ class Balance:
         return self._bodies.total(float(one @ other))
 
 
-def _product(matrix: PETSc.Mat, values: Array) -> Array:
-    """Matrix times this rank's own values. Collective."""
+def product(matrix: PETSc.Mat, values: Array) -> Array:
+    """A matrix times this rank's `values`. Collective."""
     right, left = matrix.createVecs()
     right.array[:] = values
     matrix.mult(right, left)

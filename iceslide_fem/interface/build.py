@@ -21,9 +21,11 @@ from iceslide_fem.interface.ice_continuum import Continuum
 from iceslide_fem.interface.ice_mesh import MeshedIce
 from iceslide_fem.interface.on_ice import OnIce
 from iceslide_fem.interface.on_rubber import Attached, OnRubber, Rubbing
+from iceslide_fem.interface.passing_mesh import PassingMeshedIce
 from iceslide_fem.interface.remembering_ice import RememberingIce
 from iceslide_fem.interface.rubber_columns import RubberOverGrid
 from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid, own_points
+from iceslide_fem.materials import Solid
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.grid import Lines
 from iceslide_fem.mesh.ice import heating_times, passing_time, patch_lines, window_lines
@@ -31,6 +33,7 @@ from iceslide_fem.mesh.ice_body import ice_body
 from iceslide_fem.mesh.rubber import block_shape
 from iceslide_fem.parallel import from_root
 from iceslide_fem.rubber.block import Block
+from iceslide_fem.scene import Scene
 from iceslide_fem.thermal_layers import HEATED_LAYERS
 
 # Of continuum ice, relative to the tolerance: the error of fewer modes than its mesh has; what is
@@ -66,7 +69,8 @@ def _attached(block: Block, duration: Array) -> Attached:
         return Attached(block.friction, half_spaces, own_points(block.surface.n_points))
     points, footprint = _footprint(block)
     if scene.ice.heat == "mesh":
-        meshed = _meshed(block, footprint, duration)
+        equation = _equation(block, patch_lines(scene, footprint), duration)
+        meshed = MeshedIce(equation, *_balanced(block, duration))
         return _on_shared(block, meshed, meshed.place(points), rubber)
     ice = _continuum(block, patch_lines(scene, footprint), duration)
     # The ice stays under the point of the rubber that it lies under at t = 0.
@@ -91,8 +95,11 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     friction, said = block.friction, scene.film.carrier
     carrier = friction.law.carried_by(said) if isinstance(friction, OwnFriction) else said
     heated = heating_times(scene, float(np.ptp(lines[0])), duration)
-    ice: Continuum | GridColumns
-    if scene.ice.heat == "continuum":
+    ice: Continuum | GridColumns | PassingMeshedIce
+    if scene.ice.heat == "mesh":
+        grid = SurfaceGrid.shared(lines, comm)
+        ice = PassingMeshedIce(_equation(block, lines, heated), grid, *_balanced(block, heated))
+    elif scene.ice.heat == "continuum":
         ice = _continuum(block, lines, heated)
     else:
         on_nodes = carrier == "ice" and isinstance(friction, FilmFriction)
@@ -117,30 +124,43 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     return OnIce(friction, ice, scene.initial_height, rubber, film.water_speed)
 
 
-def _meshed(block: Block, footprint: list[tuple[float, float]], heated: Array) -> MeshedIce:
-    """Ice on its mesh below a `footprint` (m), which is `heated` (s)."""
-    scene, comm = block.scene, block.surface.comm
-    tagged = from_root(lambda: ice_body(scene, footprint, heated), comm)
+def _equation(block: Block, surface: list[Lines], heated: Array) -> HeatEquation:
+    """Heat equation of ice that is `heated` (s) below these lines (m) of its surface, or of the
+    mesh of the user's own. Collective.
+    """
+    ice, comm = block.scene.ice, block.surface.comm
+    tagged = from_root(lambda: ice_body(block.scene, surface, heated), comm)
     body = gmsh_model.distribute(tagged, comm)
-    solids = {layer.name: layer.solid for layer in scene.ice.stack}
-    base = None if scene.ice.held is None else ("base", scene.ice.held - scene.ice.temperature)
-    equation = HeatEquation(body, LayeredElements(body.mesh), solids, base)
-    tolerance, solid = scene.numerics.tolerance, scene.ice.solid
-    share = float(np.min(heated) / np.max(heated))
-    deep = HEATED_LAYERS * math.sqrt(solid.diffusivity * float(np.max(heated)))
+    solids = {layer.name: layer.solid for layer in ice.stack}
+    base = None if ice.held is None else ("base", ice.held - ice.temperature)
+    return HeatEquation(body, LayeredElements(body.mesh), solids, base)
+
+
+def _balanced(block: Block, heated: Array) -> tuple[Solid, float, float, float]:
+    """Solid and temperature (K) of meshed ice that is `heated` (s), link and agreement of it."""
+    scene, solid = block.scene, block.scene.ice.solid
+    tolerance, longest = scene.numerics.tolerance, float(np.max(heated))
+    deep = HEATED_LAYERS * math.sqrt(solid.diffusivity * longest)
+    share = _shortest(scene, heated) / longest
     link = LINK * tolerance * share**0.5 * deep / solid.conductivity
-    return MeshedIce(equation, solid, scene.ice.temperature, link, agreement(tolerance))
+    return solid, scene.ice.temperature, link, agreement(tolerance)
+
+
+def _shortest(scene: Scene, heated: Array) -> float:
+    """How long (s) some of the ice is heated, at least."""
+    shortest = float(np.min(heated))
+    if scene.ice.motion == "sliding":
+        (low, high), *_ = block_shape(scene).ranges
+        longest = float(np.max(heated))
+        shortest = min(shortest, passing_time(high - low, scene.load.speeds.largest, longest))
+    return shortest
 
 
 def _continuum(block: Block, surface: list[Lines], heated: Array) -> Continuum:
     """Ice that is `heated` (s) below those lines of its surface."""
     scene, comm = block.scene, block.surface.comm
     column = Column(scene.ice.temperature, heated, solid=scene.ice.solid)
-    shortest, longest = float(np.min(heated)), float(np.max(heated))
-    if scene.ice.motion == "sliding":
-        (low, high), *_ = block_shape(scene).ranges
-        shortest = min(shortest, passing_time(high - low, scene.load.speeds.largest, longest))
-    share, tolerance = shortest / longest, scene.numerics.tolerance
+    share, tolerance = _shortest(scene, heated) / float(np.max(heated)), scene.numerics.tolerance
     column = column.condensed(CONDENSED * tolerance, share)
     link = LINK * tolerance * share**0.5
     return Continuum(surface, comm, column, link, agreement(tolerance))

@@ -47,11 +47,7 @@ class MeshedIce:
         self._bodies = Bodies([equation])
         self._balance = Balance(self._bodies, solid, temperature, link, agreement)
 
-        @lru_cache(maxsize=KNOWN)
-        def reads(at: Placement) -> PETSc.Mat:
-            return reading_matrix(Reading(at.node, at.share), self._bodies)
-
-        self._reads = reads
+        self._reads = lru_cache(maxsize=KNOWN)(self._reading)
 
     @property
     def n_dofs(self) -> int:
@@ -84,6 +80,10 @@ class MeshedIce:
     def heat(self, content: Array) -> float:
         """Heat above the initial temperature, J (J/m in a slice). Collective."""
         return self.equation.heat(content)
+
+    def _reading(self, at: Placement) -> PETSc.Mat:
+        """Matrix that reads the unknowns at the points `at` their places. Collective."""
+        return reading_matrix(Reading(at.node, at.share), self._bodies)
 
     def profile(self, content: Array) -> Profile | None:
         """None: there is a mesh instead."""

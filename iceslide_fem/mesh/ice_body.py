@@ -3,13 +3,11 @@
 import numpy as np
 
 from iceslide_fem.mesh.grid import tensor_grid
-from iceslide_fem.mesh.ice import patch_lines
 from iceslide_fem.mesh.upright import upright
 from iceslide_fem.thermal_layers import stacked_layers
 
 
-def ice_body(scene, footprint, heated=None):
-    lines = patch_lines(scene, footprint)
+def ice_body(scene, lines, heated=None):
     th = stacked_layers(scene.ice.stack, scene.load.duration if heated is None else heated)
     z = -np.append(0, np.cumsum(th.thickness))[::-1]
     return upright(

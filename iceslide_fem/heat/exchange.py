@@ -1,0 +1,56 @@
+"""Unknowns by their places, across ranks: who has the one at a point."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.fenics.compat import PETSc
+from iceslide_fem.heat.equation import HeatEquation
+
+SAME_PLACE = 1e-7  # of the body's extent
+
+
+def numbers_at(equation: HeatEquation, points: Array) -> NDArray[np.int64]:
+    """Numbers among all unknowns of those at this rank's `points` (n, d), m; -1 where none is.
+
+    Collective.
+    """
+    comm, x = equation.comm, equation.x
+    ends = x.min(axis=0, initial=np.inf), x.max(axis=0, initial=-np.inf)
+    boxes = np.array(comm.allgather(ends))
+    some = boxes[np.isfinite(boxes).all(axis=(1, 2))]
+    near = SAME_PLACE * float(np.ptp(some, axis=(0, 1)).max())
+    inside = (boxes[:, 0] - near <= points[:, None]) & (points[:, None] <= boxes[:, 1] + near)
+    asked = [np.flatnonzero(one) for one in inside.all(axis=2).T]
+    first = equation.conduction.getOwnershipRange()[0]
+
+    def here(places: Array) -> NDArray[np.int64]:
+        if not len(places) or not len(x):
+            return np.full(len(places), -1, dtype=np.int64)
+        distance, number = cKDTree(x).query(places)
+        return np.where(distance <= near, first + number, -1)
+
+    answers = comm.alltoall([here(places) for places in comm.alltoall([points[i] for i in asked])])
+    numbers = np.full(len(points), -1, dtype=np.int64)
+    for index, answer in zip(asked, answers, strict=True):
+        numbers[index] = np.maximum(numbers[index], answer)
+    return numbers
+
+
+def taking(equation: HeatEquation, numbers: NDArray[np.int64]) -> PETSc.Mat:
+    """Matrix that gives this rank's unknowns the values of those with the `numbers` (n_own,).
+
+    Nothing where a number is -1. Collective.
+    """
+    own = numbers.size
+    there = numbers >= 0
+    starts = np.concatenate([[0], np.cumsum(there)]).astype(PETSc.IntType)
+    columns = numbers[there].astype(PETSc.IntType)
+    return PETSc.Mat().createAIJ(
+        ((own, PETSc.DETERMINE), (own, PETSc.DETERMINE)),
+        csr=(starts, columns, np.ones(columns.size)),
+        comm=equation.comm,
+    )

@@ -1,0 +1,61 @@
+"""Meshed ice that passes under the block: a window of equal cells that is shifted by whole ones.
+
+The unknowns of the surface are the nodes of the window's grid, which has the films or the points.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.fenics.compat import PETSc
+from iceslide_fem.heat.balance import product, reading_matrix
+from iceslide_fem.heat.equation import HeatEquation
+from iceslide_fem.heat.exchange import numbers_at, taking
+from iceslide_fem.interface.ice_mesh import MeshedIce
+from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid
+from iceslide_fem.materials import Solid
+
+
+class PassingMeshedIce(MeshedIce):
+    """Ice below the nodes of a `grid` on its surface. Content: as that of `MeshedIce`."""
+
+    def __init__(
+        self,
+        equation: HeatEquation,
+        grid: SurfaceGrid,
+        solid: Solid,
+        temperature: float,
+        link: float,
+        agreement: float,
+    ) -> None:
+        """As `MeshedIce`, below a `grid` whose first axis has equal cells. Collective."""
+        super().__init__(equation, solid, temperature, link, agreement)
+        self.grid = grid
+        along = grid.lines[0]
+        ahead = equation.x + np.eye(1, equation.x.shape[1]) * (along[1] - along[0])
+        self._shift = taking(equation, numbers_at(equation, ahead))
+        axes = np.meshgrid(*grid.lines, indexing="ij")
+        nodes = np.stack([axis.ravel()[grid.own] for axis in axes], axis=1)
+        self._of_nodes = reading_matrix(self._surface.read(nodes), self._bodies)
+
+    def shifted(self, content: Array, cells: int) -> Array:
+        """Content after the window has moved `cells` cells in +x: fresh ice enters. Collective."""
+        fresh = self._bodies.initial()
+        for _ in range(cells):
+            content = fresh + product(self._shift, content - fresh)
+        return content
+
+    def _reading(self, at: Placement) -> PETSc.Mat:
+        """By way of the grid's nodes, on which points lie."""
+        n, corners = at.node.shape
+        starts = corners * np.arange(n + 1, dtype=PETSc.IntType)
+        columns = at.node.astype(PETSc.IntType).ravel()
+        on_grid = PETSc.Mat().createAIJ(
+            ((n, PETSc.DETERMINE), (self.grid.own.size, PETSc.DETERMINE)),
+            csr=(starts, columns, at.share.ravel()),
+            comm=self.grid.comm,
+        )
+        reads = on_grid.matMult(self._of_nodes)
+        on_grid.destroy()
+        return reads
