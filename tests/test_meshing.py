@@ -21,6 +21,7 @@ from iceslide_fem.mesh import cache as mesh_cache
 from iceslide_fem.mesh import ice as ice_meshing
 from iceslide_fem.mesh import rubber as rubber_meshing
 from iceslide_fem.mesh.grid import graded, tensor_grid  # noqa: E402
+from iceslide_fem.mesh.mesh_file import rubber_file  # noqa: E402
 from iceslide_fem.mesh.partition import owners  # noqa: E402
 from iceslide_fem.mesh.user_mesh import load_user_mesh, mesh_size  # noqa: E402
 from iceslide_fem.parallel import from_root  # noqa: E402
@@ -307,7 +308,7 @@ def test_an_unusable_cache_is_not_used(tmp_path, monkeypatch):
 def test_meshes_are_written_on_request(tmp_path):
     paths = files.write_mesh(a_scene("block"), tmp_path / "meshes")
     assert [path.name for path in paths] == ["a-scene_rubber.msh", "a-scene_ice.msh"]
-    written = gmsh_model.load(paths[0], 3, "rubber")
+    written = gmsh_model.load(rubber_file(paths[0], 3))
     assert len(written.cells) == 18 * 4 * 6
     assert list(written.facets) == ["contact", "plate", "symmetry"]
 
