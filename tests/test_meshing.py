@@ -15,7 +15,7 @@ from mpi4py import MPI  # noqa: E402
 from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
-from iceslide_fem.materials import ICE  # noqa: E402
+from iceslide_fem.materials import ICE, Layer  # noqa: E402
 from iceslide_fem.mesh import box, files, gmsh_model  # noqa: E402
 from iceslide_fem.mesh import cache as mesh_cache
 from iceslide_fem.mesh import ice as ice_meshing
@@ -32,6 +32,7 @@ from iceslide_fem.scene.notes import notes  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 
 SPEEDS = Course((), (3.0,), 7e-3)
+HALF_SPACE = Layer("ice", np.inf, ICE)
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 
 pytestmark = pytest.mark.fe
@@ -64,14 +65,16 @@ def a_scene(model, length=1e-3, width=1e-3, height=1e-3, refinement=1.0, mesh=No
             draft_angle=0.0,
         ),
         load=SimpleNamespace(duration=7e-3, speed=3.0, speeds=SPEEDS),
-        ice=SimpleNamespace(margin=margin, motion="attached", solid=ICE),
+        ice=SimpleNamespace(
+            margin=margin, motion="attached", heat="continuum", solid=ICE, stack=(HALF_SPACE,)
+        ),
         numerics=SimpleNamespace(refinement=refinement, tolerance=1e-3),
     )
 
 
 def distributed_ice(lines):
     """The ice on grid `lines` in DOLFINx."""
-    tagged = from_root(lambda: ice_meshing.tagged_ice(lines), WORLD)
+    tagged = from_root(lambda: ice_meshing.tagged_ice(lines, [HALF_SPACE]), WORLD)
     return gmsh_model.distribute(tagged, WORLD)
 
 

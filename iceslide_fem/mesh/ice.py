@@ -1,6 +1,7 @@
 """Mesh of the ice below the block: a patch that stays below it, or a window that follows it.
 
-Its surface is the plane z = 0; layers get thicker with the depth.
+Its surface is the plane z = 0; layers get thicker with the depth. `..._lines` are those of its
+nodes, `..._cells` those of cells that are quadratic and have the nodes between for themselves.
 """
 
 from __future__ import annotations
@@ -14,12 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iceslide_fem.arrays import Array
+from iceslide_fem.materials import Layer
 from iceslide_fem.mesh.box import box_lines, from_edge, reference_cells
-from iceslide_fem.mesh.grid import Lines, tensor_grid
+from iceslide_fem.mesh.grid import Chooser, Lines, tensor_grid, with_sides
 from iceslide_fem.mesh.rubber import block_shape
-from iceslide_fem.mesh.tagged import TaggedMesh
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 from iceslide_fem.scene import Scene
-from iceslide_fem.thermal_layers import layers, node_depths
+from iceslide_fem.thermal_layers import FIRST_LAYER, LAYER_RATIO, layers, node_depths
 
 WINDOW_CELLS = 100  # along the block, where the ice slides
 MOST_CELLS = 4  # that the block may pass in a step, film and heat in one sub-step each
@@ -89,18 +91,89 @@ def window_lines(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[L
     return [x, *patch_lines(scene, footprint, WINDOW_BULGE * block.height)[1:]]
 
 
+def cell_lines(lines: Sequence[Lines], contact: Sequence[tuple[float, float]]) -> list[Lines]:
+    """Every second of the `lines`: the nodes in the middle of quadratic cells lie by the others.
+
+    Counted from the ends of the `contact`, m, so that these stay lines of cells, below it from its
+    lower end; the last line of all and of the contact are kept where their number is odd.
+    """
+    found = []
+    for line, (low, high) in zip(lines, contact, strict=True):
+        first, last = (int(np.abs(line - end).argmin()) for end in (low, high))
+        end = len(line) - 1
+        chosen = [first - _even(first), first + _even(last - first), last + _even(end - last)]
+        found.append(line[np.unique(np.concatenate(chosen))])
+    return found
+
+
+def _even(last: int) -> IntArray:
+    """0, 2, 4, ... up to `last`, and that one."""
+    return np.append(np.arange(0, last, 2), last)
+
+
+def surface_cells(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[Lines]:
+    """Lines of x (and y), m, between the quadratic cells at the surface of the scene's ice.
+
+    footprint: ranges of x (and y) in contact, m. They are every second of `patch_lines`, or of
+    `window_lines`, whose cells then are equal, too, and two of `window_cell` wide.
+    """
+    if scene.ice.motion == "attached":
+        return cell_lines(patch_lines(scene, footprint), footprint)
+    x, *y = window_lines(scene, footprint)
+    if len(x) % 2 == 0:
+        x = np.append(2.0 * x[0] - x[1], x)
+    return [x[::2], *cell_lines(y, footprint[1:])]
+
+
+def ice_cells(
+    scene: Any, surface: Sequence[Lines], durations: ArrayLike | None = None
+) -> list[Lines]:
+    """Lines in x, (y,) z between the quadratic cells of the ice and what is below, on this rank.
+
+    surface: of x (and y) on it, m; durations (s) of runs, by default the scene's. Downwards they
+    are the elements of `thermal_layers`.
+    """
+    wanted = scene.load.duration if durations is None else durations
+    heated = heating_times(scene, float(np.ptp(surface[0])), wanted)
+    thickness, _ = stacked_layers(scene.ice.stack, heated, scene.ice.held is not None)
+    return [*surface, -np.append(0.0, np.cumsum(thickness))[::-1]]
+
+
+def stacked_layers(
+    stack: Sequence[Layer], duration: ArrayLike, to_base: bool
+) -> tuple[Array, IntArray]:
+    """Stand-in for thermal_layers.stacked_layers: thickness (m) and number of the layer of the
+    `stack` (n,) of elements below a surface that is heated for `duration` (s).
+    """
+    if np.isinf(stack[0].thickness):
+        thickness = layers(stack[0].solid.diffusivity, duration)
+        return thickness, np.zeros(len(thickness), dtype=int)
+    found = []
+    first = FIRST_LAYER * math.sqrt(stack[0].solid.diffusivity * np.min(duration))
+    for layer in stack:
+        count = math.log1p(layer.thickness / first * (LAYER_RATIO - 1.0)) / math.log(LAYER_RATIO)
+        sizes = first * LAYER_RATIO ** np.arange(math.ceil(count))
+        found.append(sizes * layer.thickness / sizes.sum())
+        first = LAYER_RATIO * found[-1][-1]
+    return np.concatenate(found), np.repeat(np.arange(len(found)), [len(part) for part in found])
+
+
 def ice_shape(scene: Scene) -> tuple[int, ...]:
-    """Number of nodes along x, (y,) z of the scene's ice mesh.
+    """Number of nodes along x, (y,) z of the ice that the scene's own mesh of it has.
 
     Of a window of sliding ice as long as the undeformed block; the contact's length decides.
     """
+    footprint = block_shape(scene).ranges
+    if scene.ice.heat == "mesh":
+        cells = ice_cells(scene, surface_cells(scene, footprint))
+        return tuple(2 * len(line) - 1 for line in cells)
     sliding = scene.ice.motion == "sliding"
-    surface = window_lines(scene, block_shape(scene).ranges) if sliding else None
+    surface = window_lines(scene, footprint) if sliding else None
     return tuple(len(line) for line in ice_lines(scene, surface))
 
 
 def ice_lines(scene: Any, surface: Sequence[Lines] | None = None) -> list[Lines]:
-    """Grid lines in x, (y,) z of the ice that a run of the scene warms, on this rank alone.
+    """Grid lines in x, (y,) z of the continuum ice that a run of the scene warms, on this rank.
 
     surface: grid lines of x (and y) on it, m, by default `patch_lines` of the undeformed block.
     Downwards they are the nodes of `thermal_layers`. Raises SceneError if the user's mesh can't be
@@ -133,6 +206,19 @@ def passing_time(length: float, speed: float, duration: float) -> float:
     return length / speed if speed * duration > length else duration
 
 
-def tagged_ice(lines: list[Lines]) -> TaggedMesh:
-    """The ice on grid `lines`, on this rank alone."""
-    return tensor_grid(lines, "ice", {"surface": lambda centre: centre[:, -1] == 0.0})
+def tagged_ice(lines: list[Lines], stack: Sequence[Layer]) -> TaggedMesh:
+    """Ice and what is below it on grid `lines`, on this rank alone, as the `stack` names it.
+
+    Parts: `surface` (z = 0), `base` (the lowest), `symmetry` (y = 0), and `sides`, which are left.
+    """
+    lowest, next_one = lines[-1][:2]
+    parts: dict[str, Chooser] = {
+        "surface": lambda centre: centre[:, -1] == 0.0,
+        "base": lambda centre: centre[:, -1] < 0.75 * lowest + 0.25 * next_one,
+    }
+    tagged = with_sides(tensor_grid(lines, stack[0].name, parts))
+    ends = -np.cumsum([layer.thickness for layer in stack])
+    depths = tagged.points[tagged.cells, -1].mean(axis=1)
+    number = np.sum(depths[:, None] < ends[:-1], axis=1)
+    regions = {layer.name: np.flatnonzero(number == n) for n, layer in enumerate(stack)}
+    return tagged._replace(regions={name: cells for name, cells in regions.items() if cells.size})

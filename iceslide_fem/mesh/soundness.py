@@ -65,6 +65,14 @@ def place(where: Floats, unit: str = "mm", size: float = 1e-3, digits: int = 3) 
     return f"({', '.join(f'{value / size:.{digits}g}' for value in where)}) {unit}"
 
 
+def among(facets: IntArray, others: IntArray) -> NDArray[np.bool_]:
+    """Whether each of the facets (n, corners) is one of the `others`, in any order of corners."""
+    both = np.sort(np.concatenate([facets, others]), axis=1)
+    _, number = np.unique(both, axis=0, return_inverse=True)
+    number = number.ravel()
+    return np.isin(number[: len(facets)], number[len(facets) :])
+
+
 def smallest_angle(tagged: TaggedMesh) -> float:
     """Smallest angle between two edges that meet in a corner of a cell's face, degrees."""
     faces = np.array(FACETS[tagged.cell_type])
@@ -193,12 +201,8 @@ class Soundness:
             self._owner[self._pairs[:, 0]], self._owner[self._pairs[:, 1]], len(self._cells)
         )
         parts, part = connected_components(links, directed=False)
-        held = np.unique(np.sort(held, axis=1), axis=0)
-        ours = np.sort(self.outer, axis=1)
-        _, number = np.unique(np.concatenate([held, ours]), axis=0, return_inverse=True)
-        number = number.ravel()
-        on_held = np.isin(number[len(held) :], number[: len(held)])
-        loose = np.setdiff1d(np.arange(parts), part[self._owner[self._outside[on_held]]])
+        hanging = self._outside[among(self.outer, held)]
+        loose = np.setdiff1d(np.arange(parts), part[self._owner[hanging]])
         if loose.size:
             cell = int(np.argmax(part == loose[0]))
             what = f'the part there is loose: no facet of it is tagged "{name}"'
