@@ -14,6 +14,7 @@ import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from iceslide_fem.errors import SceneError
@@ -28,7 +29,7 @@ COLOURS = {"contact": "#d55e00", "walls": "#009e73", "plate": "#0072b2", "symmet
 COLOURS |= {"base": "#cc79a7"}
 FREE = "#eeeeee"
 ICE = "#c6e5f5"
-LAYERS = ("#c4c4c4", "#ead6a8", "#bfdcb4", "#e3c3dc", "#d8b9a0", "#b6bfe0")  # below it, in turn
+LAYERS = ("#ead6a8", "#bfdcb4", "#e3c3dc", "#d8b9a0", "#b6bfe0", "#9ec7c2")  # below it, in turn
 SHOWN_LAYERS = 40.0  # thicknesses of the topmost cells that the panel of the contact's edge shows
 
 
@@ -77,6 +78,8 @@ def _draw_block(figure: Figure, rubber: TaggedMesh, ice: TaggedMesh | None = Non
         axes = figure.add_subplot(1, 3, place, projection="3d")
         _draw_outside(axes, tagged, elevation)
         axes.set_title(what)
+        for axis in (axes.xaxis, axes.yaxis):  # of a body that is far deeper than long
+            axis.set_major_locator(MaxNLocator(3))
     _draw_edge(figure.add_subplot(1, 3, 3), _side(rubber), _side(ice))
 
 
@@ -160,10 +163,10 @@ def _outside(tagged: TaggedMesh) -> list[tuple[str, IntArray]]:
 
 
 def _region_colours(tagged: TaggedMesh) -> dict[str, str]:
-    """Of the regions of ice by their names; rubber is white."""
+    """Of the regions of a mesh by their names."""
     names = list(tagged.named_cells)
     if tagged.body != "ice":
-        return dict.fromkeys(names, "white")
+        return dict.fromkeys(names, FREE)
     below = [name for name in names if name != "ice"]
     return {"ice": ICE} | dict(zip(below, itertools.cycle(LAYERS), strict=False))
 
@@ -173,7 +176,8 @@ def _add_legend(figure: Figure, meshes: list[TaggedMesh]) -> None:
     for tagged in meshes:
         if len(meshes) > 1:
             shown |= _region_colours(tagged)
-        shown |= {name: COLOURS[name] for name in tagged.facets if name in COLOURS}
+        if tagged.body != "ice" or tagged.points.shape[1] == 2:
+            shown |= {name: COLOURS[name] for name in tagged.facets if name in COLOURS}
     patches = [
         Patch(facecolor=colour, edgecolor="black", linewidth=0.4, label=name)
         for name, colour in shown.items()
