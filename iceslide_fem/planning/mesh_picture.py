@@ -72,14 +72,14 @@ def _draw_block(figure: Figure, rubber: TaggedMesh, ice: TaggedMesh | None = Non
     if ice is None:
         _draw_outside(figure.add_subplot(projection="3d"), rubber, -25.0)
         return
-    for place, (tagged, elevation, what) in enumerate(
-        [(rubber, -25.0, "rubber, from below"), (ice, 25.0, "ice, from above")], start=1
+    for place, (tagged, elevation, what, ticks) in enumerate(
+        [(rubber, -25.0, "rubber, from below", 3), (ice, 25.0, "ice, from above", 1)], start=1
     ):
         axes = figure.add_subplot(1, 3, place, projection="3d")
         _draw_outside(axes, tagged, elevation)
         axes.set_title(what)
-        for axis in (axes.xaxis, axes.yaxis):  # of a body that is far deeper than long
-            axis.set_major_locator(MaxNLocator(3))
+        for axis in (axes.xaxis, axes.yaxis):  # few, of a body that is far deeper than long
+            axis.set_major_locator(MaxNLocator(ticks))
     _draw_edge(figure.add_subplot(1, 3, 3), _side(rubber), _side(ice))
 
 
@@ -110,9 +110,10 @@ def _draw_edge(axes: Any, rubber: TaggedMesh, ice: TaggedMesh) -> None:
     bottom = rubber.points[rubber.points[:, -1] <= 1e-6 * np.ptp(rubber.points[:, -1])]
     edge = bottom[:, 0].max()
     axes.set(
-        xlim=(edge - 0.6 * shown, edge + 0.4 * shown), ylim=(-0.75 * shown, 0.25 * shown),
-        title="leading edge of the contact",
+        xlim=(edge - 0.6 * shown, edge + 0.4 * shown), ylim=(-0.75 * shown, 0.25 * shown)
     )  # fmt: skip
+    axes.text(0.98, 0.98, "leading edge of\nthe contact", ha="right", va="top",
+              transform=axes.transAxes)  # fmt: skip
 
 
 def _side(tagged: TaggedMesh) -> TaggedMesh:
