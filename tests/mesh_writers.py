@@ -9,7 +9,7 @@ from iceslide_fem.mesh import gmsh_model
 
 def as_meshio(tagged):
     """With cell data of one number, not zero where the name holds."""
-    cell = {"quadrilateral": "quad", "hexahedron": "hexahedron"}[tagged.cell_type]
+    cell = tagged.cell_type.replace("quadrilateral", "quad")
     facet = {2: "line", 4: "quad"}[next(iter(tagged.facets.values())).shape[1]]
     blocks = [(cell, tagged.cells[some]) for some in tagged.named_cells.values()]
     blocks += [(facet, facets) for facets in tagged.facets.values()]
