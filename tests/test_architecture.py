@@ -14,8 +14,8 @@ PACKAGE = Path(__file__).parent.parent / "iceslide_fem"
 # From the ground up; a module or folder imports only what stands below its floor.
 FLOORS = [
     {"arrays", "blas", "errors", "launch", "machine", "units"},
-    {"files", "materials", "options", "parallel", "progress", "screen", "thermal_layers"},
-    {"tables"},
+    {"files", "materials", "options", "parallel", "progress", "screen"},
+    {"tables", "thermal_layers"},
     {"laws"},
     {"folder", "scene", "fenics"},
     {"film", "results", "mesh"},

@@ -102,6 +102,14 @@ def vector_space(mesh: Any, degree: int) -> Any:
 
 
 @failing_in_one_sentence
+def cellwise_space(mesh: Any) -> Any:
+    """One number in each cell."""
+    if _HAS_BASIX_UFL:
+        return fem.functionspace(mesh, ("DG", 0))
+    return fem.FunctionSpace(mesh, ("DG", 0))
+
+
+@failing_in_one_sentence
 def polynomial_space(mesh: Any, degree: int) -> Any:
     """Complete polynomials of the given degree in every quadrilateral or hexahedron, no continuity.
 

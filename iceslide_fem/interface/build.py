@@ -56,9 +56,18 @@ def _attached(block: Block, duration: Array) -> Attached:
         half_spaces = OwnColumns(HalfSpace(temperature, duration, solid))
         return Attached(block.friction, half_spaces, own_points(block.surface.n_points))
     points, footprint = _footprint(block)
+    if scene.ice.heat == "mesh":
+        meshed = _meshed(block, footprint, duration)
+        return _on_shared(block, meshed, meshed.place(points), rubber)
     ice = _continuum(block, patch_lines(scene, footprint), duration)
     # The ice stays under the point of the rubber that it lies under at t = 0.
-    at = ice.grid.place(points)
+    return _on_shared(block, ice, ice.grid.place(points), rubber)
+
+
+def _on_shared(
+    block: Block, ice: Continuum | MeshedIce, at: Placement, rubber: RubberColumns | Insulated
+) -> Attached:
+    """Films on the rubber's points, which lie `at` places of ice that they share."""
     remembers = not isinstance(block.friction, FilmFriction) or block.friction.table is not None
     if remembers or rubber is not INSULATED:
         return Attached(block.friction, ice, at, rubber)
@@ -96,6 +105,21 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
         )
     film = scene.film
     return OnIce(friction, ice, scene.initial_height, rubber, film.water_speed)
+
+
+def _meshed(block: Block, footprint: list[tuple[float, float]], heated: Array) -> MeshedIce:
+    """Ice on its mesh below a `footprint` (m), which is `heated` (s)."""
+    scene, comm = block.scene, block.surface.comm
+    tagged = from_root(lambda: ice_body(scene, footprint, heated), comm)
+    body = Body(*gmsh_model.distribute(tagged, comm))
+    solids = {layer.name: layer.solid for layer in scene.ice.stack}
+    base = None if scene.ice.held is None else ("base", scene.ice.held - scene.ice.temperature)
+    equation = HeatEquation(body, solids, base)
+    tolerance, solid = scene.numerics.tolerance, scene.ice.solid
+    share = float(np.min(heated) / np.max(heated))
+    deep = HEATED_LAYERS * math.sqrt(solid.diffusivity * float(np.max(heated)))
+    link = LINK * tolerance * share**0.5 * deep / solid.conductivity
+    return MeshedIce(equation, solid, scene.ice.temperature, link, agreement(tolerance))
 
 
 def _continuum(block: Block, surface: list[Lines], heated: Array) -> Continuum:

@@ -1,0 +1,203 @@
+"""Films and the bodies that conduct their heat, in one implicit stage: a semismooth Newton method.
+
+With the rises w, the capacity C (diagonal), the conduction K, the power g drawn by a held base, and
+P that reads the surface at the points,
+
+    (C / dt + K) w = C w_0 / dt - g + P^T a q(T_0 + P w),
+
+where q are the fluxes (W/m2) that the films give, a their areas. Films melt what would get warmer
+than T_m: q falls with the temperature, steeply where they melt, and the equations are the gradient
+of a convex function. Each iteration asks the films at the present temperatures, takes the slopes of
+what they give, solves one linear system, and goes as far along its solution as the convex function
+falls (M. Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2003) 865: it is the primal-dual
+active set method where the films only switch between two lines).
+
+Points are joined to the surface through a thin `link` (K m2/W), so that the flux of one that melts
+is a function of its temperature, and unique.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.errors import NotConverged
+from iceslide_fem.fenics.compat import MPI, PETSc
+from iceslide_fem.film.law import Film, FilmStage, Surface
+from iceslide_fem.heat.bodies import Bodies
+from iceslide_fem.heat.linear import LinearSolver
+from iceslide_fem.heat.surface import Reading
+from iceslide_fem.materials import Solid
+
+MOST_ITERATIONS = 40
+MOST_HALVINGS = 8
+FALLEN = 0.5  # of the slope along a change: then it goes far enough
+# How closely a linear system is solved, of the agreement: films answer by 1 / link times as much.
+CLOSE = 1e-4
+UNSETTLED = "the melting part of the ice's surface does not settle"
+
+
+class Asked(NamedTuple):
+    """Films at given temperatures: what they give, the imbalance of each unknown (W) with it."""
+
+    stage: FilmStage
+    imbalance: Array
+
+
+class Balance:
+    """Bodies below films on points; `solid` is the ice, at `temperature` (K) at first."""
+
+    def __init__(
+        self, bodies: Bodies, solid: Solid, temperature: float, link: float, agreement: float
+    ) -> None:
+        """agreement: how far (K) the surface may be from what takes what the films give."""
+        self._bodies, self._solid, self._T_0 = bodies, solid, temperature
+        self._link, self._agreement = link, agreement
+        self._solver = LinearSolver(bodies.comm, CLOSE * agreement)
+        self._diagonal = bodies.conduction.getDiagonal().array.copy()
+
+    def under(self, reads: PETSc.Mat, area: Array) -> Balance:
+        """The same bodies below points that `reads` (`reading_matrix`) and of `area` (n,), m2."""
+        below = copy(self)
+        below._area, below._reads = area, reads
+        return below
+
+    def temperature(self, rise: Array) -> Array:
+        """Of the points, K, (n,). Collective."""
+        return self._T_0 + self._at_points(rise)
+
+    def stage(self, start: Array, dt: float, film: Film) -> tuple[Array, FilmStage]:
+        """Rise at the end of a stage of `dt` (s) from `start`, and the film's. Collective.
+
+        Raises NotConverged.
+        """
+        bodies = self._bodies
+        capacity = bodies.capacity / dt
+        diagonal = capacity + self._diagonal
+        system = bodies.conduction.copy()
+        _set_diagonal(system, diagonal)
+        fixed = capacity * start - bodies.drawn
+        rise, near = start, film.log_height
+        asked = self._asked(film, rise, near, system, fixed)
+        for _ in range(MOST_ITERATIONS):
+            if self._settled(asked, diagonal):
+                return self._kept(rise, asked.imbalance, dt), asked.stage
+            tangent = self._tangent(system, asked.stage)
+            change = self._solver.solve(tangent, asked.imbalance)
+            rise, asked = self._along(film, rise, change, asked, system, fixed)
+        raise NotConverged(UNSETTLED)
+
+    def _along(
+        self,
+        film: Film,
+        rise: Array,
+        change: Array,
+        before: Asked,
+        system: PETSc.Mat,
+        fixed: Array,
+    ) -> tuple[Array, Asked]:
+        """As far along a `change` as the convex function falls: its slope there is a secant's."""
+        share, low, high = 1.0, 0.0, np.inf
+        first = self._dot(change, before.imbalance)
+        for _ in range(MOST_HALVINGS):
+            there = rise + share * change
+            asked = self._asked(film, there, before.stage.log_height, system, fixed)
+            slope = self._dot(change, asked.imbalance)
+            if slope >= -FALLEN * first:
+                break
+            high = share
+            share = low + (high - low) * first / (first - slope)
+        return there, asked
+
+    def _asked(
+        self, film: Film, rise: Array, near: Array, system: PETSc.Mat, fixed: Array
+    ) -> Asked:
+        below = self._T_0 + self._at_points(rise)
+        link = np.full_like(below, self._link)
+        stage = film.solve(Surface.of(below, link, self._solid), near)
+        given = self._to_bodies(self._area * stage.ice_flux)
+        return Asked(stage, fixed + given - _product(system, rise))
+
+    def _settled(self, asked: Asked, diagonal: Array) -> bool:
+        """Whether what is out of balance would warm no unknown by more than the agreement."""
+        off = np.abs(asked.imbalance / diagonal).max(initial=0.0)
+        most = self._bodies.comm.allreduce(off, op=MPI.MAX)
+        if np.isnan(most):
+            raise NotConverged(UNSETTLED)
+        return bool(most <= self._agreement)
+
+    def _kept(self, rise: Array, imbalance: Array, dt: float) -> Array:
+        """The rise with all heat in it: what the solver has left warms all of a body alike."""
+        warmer = [
+            one.warmed(left, dt)
+            for one, left in zip(
+                self._bodies.equations, self._bodies.parts(imbalance), strict=True
+            )
+        ]
+        return rise + np.concatenate(warmer)
+
+    def _tangent(self, system: PETSc.Mat, stage: FilmStage) -> PETSc.Mat:
+        slopes = self._area * stage.ice_slope / self._link
+        if not self._bodies.comm.allreduce(float(slopes.max(initial=0.0)), op=MPI.MAX) > 0.0:
+            return system
+        scaled = self._reads.copy()
+        weights = scaled.createVecLeft()
+        weights.array[:] = slopes
+        scaled.diagonalScale(L=weights)
+        falls = self._reads.transposeMatMult(scaled)
+        tangent = system.copy()
+        tangent.axpy(1.0, falls, structure=PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        for one in (scaled, weights, falls):
+            one.destroy()
+        return tangent
+
+    def _at_points(self, rise: Array) -> Array:
+        return _product(self._reads, rise)
+
+    def _to_bodies(self, given: Array) -> Array:
+        """What points give (n,), W, to the unknowns."""
+        power, heat = self._reads.createVecs()
+        heat.array[:] = given
+        self._reads.multTranspose(heat, power)
+        found = power.array.copy()
+        power.destroy()
+        heat.destroy()
+        return np.asarray(found)
+
+    def _dot(self, one: Array, other: Array) -> float:
+        return self._bodies.total(float(one @ other))
+
+
+def _product(matrix: PETSc.Mat, values: Array) -> Array:
+    """Matrix times this rank's own values. Collective."""
+    right, left = matrix.createVecs()
+    right.array[:] = values
+    matrix.mult(right, left)
+    found = left.array.copy()
+    right.destroy()
+    left.destroy()
+    return np.asarray(found)
+
+
+def _set_diagonal(matrix: PETSc.Mat, values: Array) -> None:
+    diagonal = matrix.createVecRight()
+    diagonal.array[:] = values
+    matrix.setDiagonal(diagonal)
+    diagonal.destroy()
+
+
+def reading_matrix(reading: Reading, bodies: Bodies) -> PETSc.Mat:
+    """Matrix that reads the unknowns of all bodies at this rank's points. Collective."""
+    n, nodes = reading.number.shape
+    own = bodies.capacity.size
+    starts = nodes * np.arange(n + 1, dtype=PETSc.IntType)
+    columns, weights = reading.number.astype(PETSc.IntType), reading.weight
+    matrix = PETSc.Mat().createAIJ(
+        ((n, PETSc.DETERMINE), (own, PETSc.DETERMINE)),
+        csr=(starts, columns.ravel(), weights.ravel()),
+        comm=bodies.comm,
+    )
+    return matrix

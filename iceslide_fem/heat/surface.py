@@ -1,0 +1,150 @@
+"""The heated surface of a conducting body, and points anywhere on it, on any rank.
+
+A point reads the temperature of the facet that it lies on by the facet's shape functions, and gives
+its heat to the facet's nodes with the same weights: the heat that leaves the interface is the heat
+that enters the body. Which rank has a point's facet is found from boxes around the ranks' parts of
+the surface; no rank knows the whole of it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iceslide_fem.arrays import Array, Index
+from iceslide_fem.fenics import compat
+from iceslide_fem.fenics.compat import basix
+from iceslide_fem.heat.equation import DEGREE, HeatEquation
+
+NEAREST = 4  # facets around a point that are looked at: whose boxes are nearest
+ENTRIES = 1_000_000  # of distances, at a time
+PASSES = 8  # of Newton's method for a place in a facet that is no parallelogram
+SAME = 1e-9  # of a box, to which distances are equal
+
+
+class Reading(NamedTuple):
+    """How points read unknowns: numbers of the unknowns among those of all ranks, and weights,
+    which add up to 1, (n, nodes of a facet).
+    """
+
+    number: NDArray[np.int64]
+    weight: Array
+
+
+class HeatedSurface:
+    """The facets of `equation`'s body with a name, which lie in a plane; those of this rank.
+
+    numbers: unknowns of each facet among those of all ranks, (f, a); middles of it in the plane.
+    """
+
+    def __init__(self, equation: HeatEquation, name: str, plane: tuple[int, ...] = ()) -> None:
+        """`plane`: axes of the plane, by default all but the last. Collective."""
+        body, self._comm = equation.body, equation.comm
+        mesh, dim = body.mesh, body.mesh.geometry.dim
+        axes = list(plane or range(dim - 1))
+        facets = body.facet_tags.find(body.tags[name])
+        cells, self._local = compat.facet_cell_pairs(mesh, facets)
+        cell = compat.cell_name(mesh)
+        self._element = compat.basix_lagrange(cell, DEGREE)
+        self._closures = np.array(self._element.entity_closure_dofs[dim - 1], dtype=np.intp)
+        kind = getattr(basix.CellType, cell)
+        self._reference = np.asarray(basix.geometry(kind))
+        self._vertices = np.array(basix.topology(kind)[dim - 1], dtype=np.intp)
+        dofs = compat.cell_dofs(equation.space)[cells]
+        self.numbers = equation.numbers[np.take_along_axis(dofs, self._closures[self._local], 1)]
+        x = equation.space.tabulate_dof_coordinates()[:, axes]
+        corners = np.take_along_axis(dofs, self._vertices[self._local], 1)  # vertices are first
+        self._corners = x[corners].reshape(len(cells), self._vertices.shape[1], len(axes))
+        self._low, self._high = self._corners.min(axis=1), self._corners.max(axis=1)
+        ends = self._low.min(axis=0, initial=np.inf), self._high.max(axis=0, initial=-np.inf)
+        self._boxes = np.array(self._comm.allgather(ends))
+
+    def read(self, points: Array) -> Reading:
+        """How this rank's `points` (n, axes), m, read the surface; from outside, its edge.
+
+        Collective.
+        """
+        comm = self._comm
+        away = _distance(points, self._boxes[:, 0], self._boxes[:, 1])
+        size = float(np.ptp(self._boxes[np.isfinite(self._boxes).all(axis=(1, 2))], axis=(0, 1)).max())
+        near = away <= away.min(axis=1, keepdims=True) + SAME * size
+        asked = [np.flatnonzero(near[:, rank]) for rank in range(comm.size)]
+        answers = comm.alltoall([self._here(p) for p in comm.alltoall([points[i] for i in asked])])
+        nodes = self._closures.shape[1]
+        outside = np.full(len(points), np.inf)
+        number, weight = np.zeros((len(points), nodes), dtype=np.int64), np.zeros((len(points), nodes))
+        for index, (there, numbers, weights) in zip(asked, answers, strict=True):
+            nearer = there < outside[index]
+            some = index[nearer]
+            outside[some], number[some], weight[some] = there[nearer], numbers[nearer], weights[nearer]
+        return Reading(number, weight)
+
+    def _here(self, points: Array) -> tuple[Array, NDArray[np.int64], Array]:
+        """Of points (n, axes): how far (m) each is from this rank's nearest facet, and reads it."""
+        n, nodes = len(points), self._closures.shape[1]
+        if not n or not len(self._corners):
+            return np.full(n, np.inf), np.zeros((n, nodes), dtype=np.int64), np.zeros((n, nodes))
+        facets = self._nearest(points)
+        places = _places(np.repeat(points, facets.shape[1], axis=0), self._corners[facets.ravel()])
+        inside = np.clip(places, 0.0, 1.0)
+        shape = _bilinear(inside)
+        there = np.einsum("nc,nca->na", shape, self._corners[facets.ravel()])
+        away = np.linalg.norm(there.reshape(*facets.shape, -1) - points[:, None], axis=2)
+        best = away.argmin(axis=1)
+        rows = np.arange(n)
+        facet, place = facets[rows, best], inside.reshape(*facets.shape, -1)[rows, best]
+        weight = np.zeros((n, nodes))
+        for local in np.unique(self._local[facet]):
+            some = np.flatnonzero(self._local[facet] == local)
+            within = _bilinear(place[some]) @ self._reference[self._vertices[local]]
+            table = np.array(self._element.tabulate(0, within))[0, :, :, 0]
+            weight[some] = table[:, self._closures[local]]
+        return away[rows, best], self.numbers[facet], weight
+
+    def _nearest(self, points: Array) -> Index:
+        """Facets (n, few) whose boxes are nearest to points (n, axes)."""
+        few, chunk = min(NEAREST, len(self._corners)), max(ENTRIES // len(self._corners), 1)
+        middles = 0.5 * (self._low + self._high)
+        parts = []
+        for start in range(0, len(points), chunk):
+            some = points[start : start + chunk]
+            away = _distance(some, self._low, self._high)
+            away += SAME * np.abs(some[:, None] - middles).sum(axis=2)
+            parts.append(np.argpartition(away, few - 1, axis=1)[:, :few])
+        return np.concatenate(parts)
+
+
+def _distance(points: Array, low: Array, high: Array) -> Array:
+    """Of points (n, axes) to boxes (m, axes), (n, m), m."""
+    outside = np.maximum(np.maximum(low - points[:, None], points[:, None] - high), 0.0)
+    return np.asarray(outside.max(axis=2))
+
+
+def _bilinear(places: Array) -> Array:
+    """Shape functions (n, corners) of an edge or a quadrilateral at places (n, 1 or 2)."""
+    first = np.stack([1.0 - places[:, 0], places[:, 0]], axis=1)
+    if places.shape[1] == 1:
+        return first
+    second = np.stack([1.0 - places[:, 1], places[:, 1]], axis=1)
+    return np.asarray((second[:, :, None] * first[:, None, :]).reshape(len(places), 4))
+
+
+def _places(points: Array, corners: Array) -> Array:
+    """Places (n, axes) of points (n, axes) in facets with these corners (n, c, axes)."""
+    if points.shape[1] == 1:
+        length = corners[:, 1] - corners[:, 0]
+        return np.asarray((points - corners[:, 0]) / length)
+    places = np.full_like(points, 0.5)
+    origin, first, second = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    twist = corners[:, 3] - corners[:, 2] - first
+    for _ in range(PASSES):
+        s, t = places[:, :1], places[:, 1:]
+        missing = points - (origin + s * first + t * second + s * t * twist)
+        slopes = np.stack([first + t * twist, second + s * twist], axis=2)
+        change = np.linalg.solve(slopes, missing[..., None])[..., 0]
+        places = places + change
+        if np.abs(change).max(initial=0.0) < SAME:
+            break
+    return places

@@ -1,0 +1,98 @@
+"""Ice on a mesh of gmsh's, whose heat equation DOLFINx assembles: the `mesh` model.
+
+Films give their heat to the surface's facets and read them with the same weights. Every rank has
+its own part of the ice, and of points what lies on it; what crosses goes by PETSc.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from copy import copy
+from functools import lru_cache
+
+import numpy as np
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.fenics.compat import PETSc
+from iceslide_fem.film.law import Film, FilmStage
+from iceslide_fem.heat.balance import Balance, reading_matrix
+from iceslide_fem.heat.bodies import Bodies
+from iceslide_fem.heat.equation import HeatEquation
+from iceslide_fem.heat.surface import HeatedSurface, Reading
+from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement, Profile
+from iceslide_fem.materials import Solid
+
+KNOWN = 4  # of recent contacts
+
+
+class MeshedIce:
+    """Ice that stays below the rubber. Content: rises of this rank's unknowns, (n_own,), K."""
+
+    nodes: OwnNodes | None = None  # no grid has the unknowns
+
+    def __init__(
+        self,
+        equation: HeatEquation,
+        solid: Solid,
+        temperature: float,
+        link: float,
+        agreement: float,
+    ) -> None:
+        """Ice of `solid` at `temperature` (K), without points yet. link, agreement: of `Balance`.
+
+        Collective.
+        """
+        self.equation = equation
+        self._surface = HeatedSurface(equation, "surface")
+        self._bodies = Bodies([equation])
+        self._balance = Balance(self._bodies, solid, temperature, link, agreement)
+
+        @lru_cache(maxsize=KNOWN)
+        def reads(at: Placement) -> PETSc.Mat:
+            return reading_matrix(Reading(at.node, at.share), self._bodies)
+
+        self._reads = reads
+
+    @property
+    def n_dofs(self) -> int:
+        """Temperature unknowns on all ranks."""
+        return self.equation.n_dofs
+
+    def place(self, points: Array) -> Placement:
+        """Where points (n, d-1), m, lie on the surface: its unknowns, by their numbers. Collective."""
+        reading = self._surface.read(points)
+        return Placement(reading.number.astype(np.int32), reading.weight)
+
+    def initial(self, n_points: int) -> Array:
+        """Ice at its initial temperature, whatever the number of points."""
+        return self._bodies.initial()
+
+    def under(self, contacts: Contacts) -> MeshedIce:
+        """The same ice as it answers below `contacts`. Collective."""
+        below = copy(self)
+        below._balance = self._balance.under(self._reads(contacts.at), contacts.area)
+        return below
+
+    def surface_temperature(self, content: Array) -> Array:
+        """Temperature at the points (K), shape (n,). Collective."""
+        return self._balance.temperature(content)
+
+    def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
+        """One implicit stage of ice and films together. Collective. Raises NotConverged."""
+        return self._balance.stage(start, float(dt), film)
+
+    def heat(self, content: Array) -> float:
+        """Heat above the initial temperature, J (J/m in a slice). Collective."""
+        return self.equation.heat(content)
+
+    def profile(self, content: Array) -> Profile | None:
+        """None: there is a mesh instead."""
+        return None
+
+    def saved(self, content: Array) -> dict[str, Array]:
+        """What checkpoints keep, at this rank's unknowns."""
+        return {"rise": content}
+
+    def restored(self, saved: Mapping[str, Array]) -> Array:
+        """Content of what was `saved`."""
+        return saved["rise"]
