@@ -161,6 +161,20 @@ def test_layers_of_a_half_space_are_those_of_columns(tmp_path):
     np.testing.assert_allclose(-z[::-1], depths[::2], rtol=1e-9)
 
 
+def test_layers_that_heat_does_not_reach_are_left_out_unless_the_base_is_held(tmp_path):
+    for changes, regions in (([], {"ice", "glue"}), (["ice.base=held"], {"ice", "glue", "steel"})):
+        scene = a_scene(tmp_path, "slice", *changes, thickness="5 mm", layers=("glue", "steel"))
+        assert set(ice_body(scene).regions) == regions
+
+
+def test_ice_has_the_layers_of_the_time_that_it_is_warmed(tmp_path):
+    scene = a_scene(tmp_path, "slice")
+    both = np.unique(ice_body(scene, None, [1e-3, 7e-3]).points[:, -1])
+    first = np.unique(ice_body(scene, None, 1e-3).points[:, -1])
+    np.testing.assert_allclose(both[-len(first) :], first, rtol=1e-9)
+    assert both[0] < 1.5 * first[0]
+
+
 @pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("model", ["slice", "block"])

@@ -21,7 +21,7 @@ from iceslide_fem.mesh.grid import Chooser, Lines, tensor_grid, with_sides
 from iceslide_fem.mesh.rubber import block_shape
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 from iceslide_fem.scene import Scene
-from iceslide_fem.thermal_layers import FIRST_LAYER, LAYER_RATIO, layers, node_depths
+from iceslide_fem.thermal_layers import layers, node_depths, stacked_layers
 
 WINDOW_CELLS = 100  # along the block, where the ice slides
 MOST_CELLS = 4  # that the block may pass in a step, film and heat in one sub-step each
@@ -125,37 +125,17 @@ def surface_cells(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[
     return [x[::2], *cell_lines(y, footprint[1:])]
 
 
-def ice_cells(
-    scene: Any, surface: Sequence[Lines], durations: ArrayLike | None = None
-) -> list[Lines]:
+def ice_cells(scene: Any, surface: Sequence[Lines], heated: ArrayLike | None = None) -> list[Lines]:
     """Lines in x, (y,) z between the quadratic cells of the ice and what is below, on this rank.
 
-    surface: of x (and y) on it, m; durations (s) of runs, by default the scene's. Downwards they
-    are the elements of `thermal_layers`.
+    surface: of x (and y) on it, m; heated: how long (s) runs warm the ice, by default as long as
+    the scene's (`heating_times`). Downwards they are the elements of `thermal_layers`, which end where heat does not reach.
     """
-    wanted = scene.load.duration if durations is None else durations
-    heated = heating_times(scene, float(np.ptp(surface[0])), wanted)
-    thickness, _ = stacked_layers(scene.ice.stack, heated, scene.ice.held is not None)
+    if heated is None:
+        heated = heating_times(scene, float(np.ptp(surface[0])), scene.load.duration)
+    held = scene.ice.held is not None
+    thickness = stacked_layers(scene.ice.stack, heated, to_base=held).thickness
     return [*surface, -np.append(0.0, np.cumsum(thickness))[::-1]]
-
-
-def stacked_layers(
-    stack: Sequence[Layer], duration: ArrayLike, to_base: bool
-) -> tuple[Array, IntArray]:
-    """Stand-in for thermal_layers.stacked_layers: thickness (m) and number of the layer of the
-    `stack` (n,) of elements below a surface that is heated for `duration` (s).
-    """
-    if np.isinf(stack[0].thickness):
-        thickness = layers(stack[0].solid.diffusivity, duration)
-        return thickness, np.zeros(len(thickness), dtype=int)
-    found = []
-    first = FIRST_LAYER * math.sqrt(stack[0].solid.diffusivity * np.min(duration))
-    for layer in stack:
-        count = math.log1p(layer.thickness / first * (LAYER_RATIO - 1.0)) / math.log(LAYER_RATIO)
-        sizes = first * LAYER_RATIO ** np.arange(math.ceil(count))
-        found.append(sizes * layer.thickness / sizes.sum())
-        first = LAYER_RATIO * found[-1][-1]
-    return np.concatenate(found), np.repeat(np.arange(len(found)), [len(part) for part in found])
 
 
 def ice_shape(scene: Scene) -> tuple[int, ...]:

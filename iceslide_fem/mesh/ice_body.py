@@ -23,19 +23,19 @@ MISSING = 1e-6  # share of the footprint that may be without ice, for rounding
 def ice_body(
     scene: Scene,
     footprint: Sequence[tuple[float, float]] | None = None,
-    durations: ArrayLike | None = None,
+    heated: ArrayLike | None = None,
 ) -> TaggedMesh:
     """The scene's ice with its regions ("ice" and the names of its layers), on this rank alone.
 
     Its parts are `surface`, `base`, `symmetry` and `sides`; its cells quadrilaterals or hexahedra
     for quadratic elements. footprint: ranges of x (and y) in contact, m, by default those of the
-    undeformed block; durations (s) of runs whose heat it must resolve, by default the scene's. Of
-    no meaning for a user's mesh. Raises SceneError if that can't be used.
+    undeformed block; heated: how long (s) runs warm the ice, by default the scene's. Both have no
+    meaning for a user's mesh. Raises SceneError if that can't be used.
     """
     if scene.ice.mesh is not None:
         return _user_ice(scene, scene.ice.mesh)
     surface = surface_cells(scene, footprint or block_shape(scene).ranges)
-    return tagged_ice(ice_cells(scene, surface, durations), scene.ice.stack)
+    return tagged_ice(ice_cells(scene, surface, heated), scene.ice.stack)
 
 
 def ice_nodes(scene: Scene) -> int:
