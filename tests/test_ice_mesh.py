@@ -28,6 +28,7 @@ from iceslide_fem.mesh.rubber import block_shape  # noqa: E402
 from iceslide_fem.mesh.size import check_memory, unknowns  # noqa: E402
 from iceslide_fem.mesh.user_ice import load_user_ice  # noqa: E402
 from iceslide_fem.planning.cost import estimate  # noqa: E402
+from iceslide_fem.planning.info import describe  # noqa: E402
 from iceslide_fem.planning.mesh_picture import draw_mesh  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.scene.notes import notes  # noqa: E402
@@ -440,3 +441,13 @@ def test_the_picture_shows_ice_and_layers(model, tmp_path):
     for colour in ("c6e5f5", "ead6a8", "d55e00"):  # ice, steel, contact
         wanted = np.array([int(colour[n : n + 2], 16) for n in (0, 2, 4)]) / 255
         assert (np.abs(picture - wanted).max(axis=2) < 0.01).sum() > 500
+
+
+def test_info_tells_the_cells_of_regions(tmp_path):
+    own = f"ice.mesh={ROOT / 'meshes' / 'ice_on_steel.msh'}"
+    rows = {
+        row.quantity: row for row in describe(a_scene(tmp_path, "slice", own, layers=["steel"]))
+    }
+    assert rows["cells of ice"].value == "828"
+    assert rows["cells of ice"].meaning.startswith("576 of ice, 252 of steel")
+    assert rows["topmost cells of ice"].value == "1.85 µm"

@@ -129,7 +129,8 @@ def ice_cells(scene: Any, surface: Sequence[Lines], heated: ArrayLike | None = N
     """Lines in x, (y,) z between the quadratic cells of the ice and what is below, on this rank.
 
     surface: of x (and y) on it, m; heated: how long (s) runs warm the ice, by default as long as
-    the scene's (`heating_times`). Downwards they are the elements of `thermal_layers`, which end where heat does not reach.
+    the scene's (`heating_times`). Downwards they are the elements of `thermal_layers`, which
+    end where heat does not reach.
     """
     if heated is None:
         heated = heating_times(scene, float(np.ptp(surface[0])), scene.load.duration)
