@@ -75,6 +75,22 @@ class Layer(NamedTuple):
     solid: Solid
 
 
+class Ground(NamedTuple):
+    """What ice lies on: it is `depth` (m) thick, above `layers`, downwards.
+
+    The lowest face is `held` at a temperature (K), or insulated.
+    """
+
+    depth: float = np.inf
+    layers: tuple[Layer, ...] = ()
+    held: float | None = None
+
+    def stack(self, ice: Solid) -> tuple[Layer, ...]:
+        """The ice and the layers below it, downwards."""
+        return (Layer("ice", self.depth, ice), *self.layers)
+
+
+BOTTOMLESS = Ground()  # below ice that is a half-space
 ICE = Solid(ICE_CONDUCTIVITY, ICE_DENSITY, ICE_HEAT_CAPACITY, MELTING_TEMPERATURE, LATENT_HEAT)
 
 

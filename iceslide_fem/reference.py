@@ -9,11 +9,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
-from scipy.special import erf
+from scipy.special import erf, erfc
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.film.law import squeeze_rate
 from iceslide_fem.materials import (
+    ICE,
     ICE_CONDUCTIVITY,
     ICE_DENSITY,
     ICE_DIFFUSIVITY,
@@ -23,7 +24,10 @@ from iceslide_fem.materials import (
     MELTING_ENTHALPY,
     MELTING_TEMPERATURE,
     WATER_VISCOSITY,
+    Solid,
 )
+
+LAST_IMAGE = 6.0  # ierfc(6) is 1e-18: of images further away nothing is felt
 
 
 def _arrays(*values: ArrayLike) -> list[Array]:
@@ -79,6 +83,39 @@ def constant_flux_rise(q: ArrayLike, t: ArrayLike) -> Array:
     """Surface temperature rise (K) of a half-space under constant flux: 2 q sqrt(t/pi) / e."""
     q, t = _arrays(q, t)
     return 2.0 * q * np.sqrt(t / np.pi) / ICE_EFFUSIVITY
+
+
+def held_layer_rise(
+    q: ArrayLike, depth: ArrayLike, conductivity: ArrayLike = ICE_CONDUCTIVITY
+) -> Array:
+    """Steady surface temperature (K) of a layer above that of its held base, under constant flux.
+
+    T_i - T_0 = q d / lambda: q in W/m2, depth d in m, conductivity lambda in W/(m K). Source:
+    H. S. Carslaw and J. C. Jaeger, Conduction of Heat in Solids, 2nd ed., Oxford 1959.
+    """
+    q, depth, conductivity = _arrays(q, depth, conductivity)
+    return q * depth / conductivity
+
+
+def layered_rise(
+    q: ArrayLike, t: ArrayLike, depth: ArrayLike, below: Solid, ice: Solid = ICE
+) -> Array:
+    """Surface temperature rise (K) of ice on a half-space of another solid, under constant flux.
+
+    (2 q sqrt(t) / e_1) [1 / sqrt(pi) + 2 sum_{n >= 1} G^n ierfc(n d / sqrt(alpha_1 t))] with
+    G = (e_1 - e_2) / (e_1 + e_2), e = sqrt(lambda rho c) of the ice (1) and of what is below (2),
+    ierfc(x) = exp(-x^2) / sqrt(pi) - x erfc(x): q in W/m2 from t = 0 s on, ice of depth d in m.
+    Source: H. S. Carslaw and J. C. Jaeger, Conduction of Heat in Solids, 2nd ed., Oxford 1959.
+    """
+    q, t, depth = _arrays(q, t, depth)
+    e_1, e_2 = ice.effusivity, below.effusivity
+    reached = np.asarray(depth / np.sqrt(ice.diffusivity * t))
+    terms = 2 + int(LAST_IMAGE / np.min(reached))
+    n = np.arange(1, terms).reshape(-1, *(1,) * reached.ndim)
+    x = n * reached
+    ierfc = np.exp(-(x**2)) / np.sqrt(np.pi) - x * erfc(x)
+    images = np.sum(((e_1 - e_2) / (e_1 + e_2)) ** n * ierfc, axis=0)
+    return 2.0 * q * np.sqrt(t) / e_1 * (1.0 / np.sqrt(np.pi) + 2.0 * images)
 
 
 def squeezing_rise(viscous: ArrayLike, v: ArrayLike, h0: float, K3: float, t: ArrayLike) -> Array:

@@ -22,6 +22,9 @@ from iceslide_fem.materials import Layer
 FIRST_LAYER = 0.025
 LAYER_RATIO = 1.4
 HEATED_LAYERS = 4.0
+# How much further than elements grow the last one of a layer may reach, of one more element: where
+# it did not, one of a fifth of its thickness could be left.
+LAST_STRETCH = 0.25
 
 
 def layers(
@@ -66,31 +69,56 @@ def stacked_layers(
     """Elements through a `stack` of solids below a surface that is heated, as `layers` grades one.
 
     Depth counts in thermal layers, of each solid its own: below the thermal depth z (s^0.5) an
-    element is up to first + (ratio - 1) z thick, times sqrt(alpha). Interfaces lie between
-    elements: a layer of the stack has as few as that allows, which grow in one ratio. The stack
-    is cut where heat does not reach; `to_base` keeps it whole, for heat that comes from its base.
-    A half-space, one layer of infinite thickness, has the elements of `layers`.
+    element is first + (ratio - 1) z thick, times sqrt(alpha). Interfaces lie between elements: the
+    last one of a layer is thinner, or up to a quarter thicker. The stack is cut where heat does not
+    reach. Heat that comes from its base, too, wants it whole, and graded from both of its faces to
+    the middle: `to_base`, of a stack of a certain thickness. What is made for two durations has the
+    elements of one for the shorter, and more below them. A half-space, one layer of infinite
+    thickness, has those of `layers`.
     """
+    if to_base:
+        upper, lower = (
+            stacked_layers(half, duration, first_layer, ratio, np.inf) for half in _halves(stack)
+        )
+        elements = np.append(upper.thickness, lower.thickness[::-1])
+        layer = np.append(upper.layer, len(stack) - 1 - lower.layer[::-1])
+        return StackedLayers(elements, layer, True)
     sizes: list[Array] = []
-    counts: list[int] = []
-    passed = 0.0  # thermal depth of the layer's upper face, s^0.5
-    base = True
+    passed, base = 0.0, True  # thermal depth of the layer's upper face, s^0.5
     for _, thickness, solid in stack:
         alpha, above = solid.diffusivity, np.sqrt(solid.diffusivity) * passed
-        rest = np.inf if to_base else depth * np.sqrt(alpha * np.max(duration)) - above
-        if rest <= 0.0:
+        heated = depth * np.sqrt(alpha * np.max(duration)) - above
+        if heated <= 0.0:
             base = False
             break
         first = first_layer * np.sqrt(alpha * np.min(duration)) + (ratio - 1.0) * above
-        ends = np.array([thickness, rest])  # of the layer, and of what is heated
-        needed, heated = np.log1p(ends / first * (ratio - 1.0)) / np.log(ratio)
-        count = math.ceil(min(needed, heated))
-        base = needed <= count
-        growth = ratio ** (needed / count) if base else ratio
-        sizes.append(first * ((growth - 1.0) / (ratio - 1.0)) * growth ** np.arange(count))
-        counts.append(count)
-        passed += thickness / np.sqrt(alpha)
-    return StackedLayers(np.concatenate(sizes), np.repeat(np.arange(len(counts)), counts), base)
+        ends = np.array([thickness, heated])
+        needed = np.log1p(ends / first * (ratio - 1.0)) / np.log(ratio)
+        whole, reached = np.maximum(np.ceil(needed - [LAST_STRETCH, 0.0]), 1.0).tolist()
+        base = whole <= reached
+        grown = np.asarray(first * ratio ** np.arange(min(whole, reached)))
+        if base:
+            grown[-1] = thickness - grown[:-1].sum()
+        sizes.append(grown)
+        passed += float(thickness / np.sqrt(alpha))
+    layer = np.repeat(np.arange(len(sizes)), [part.size for part in sizes])
+    return StackedLayers(np.concatenate(sizes), layer, base)
+
+
+def _halves(stack: Sequence[Layer]) -> tuple[list[Layer], list[Layer]]:
+    """The stack above its thermal middle, to a hundredth of the layer there, and upwards to it."""
+    thermal = np.array([thickness / solid.diffusivity**0.5 for _, thickness, solid in stack])
+    ends = np.cumsum(thermal)
+    above = np.round(np.clip((0.5 * ends[-1] - ends) / thermal + 1.0, 0.0, 1.0), 2)
+    upper, lower = (
+        [
+            layer._replace(thickness=part * layer.thickness)
+            for layer, part in zip(stack, parts, strict=True)
+            if part
+        ]
+        for parts in (above, 1.0 - above)
+    )
+    return upper, lower[::-1]
 
 
 def node_depths(thickness: Array) -> Array:

@@ -230,13 +230,13 @@ def test_nominal_pressure_outside_the_table_is_said_once():
         ("load.pressure", True, ["not a number"]),
         ("load.pressure", [1], ["has 1 row; allowed: a number, or 2 to"]),
         ("load", 3, ["load = 3", "not a table", "[load]"]),
-        ("rubber.heat", "yes", ["rubber.heat", "true or false"]),
+        ("rubber.heat", "yes", ["rubber.heat", 'true, false or "mesh"']),
         ("name", "a/b", ["name", "letters from a to z"]),
         ("name", 3, ["name = 3"]),
         ("rubber.mesh", "no-such.msh", ["rubber.mesh", "no-such.msh", "not a file"]),
         # choice
         ("model", "blok", ['model = "blok"', "'point', 'slice', 'block' or 'auto'"]),
-        ("ice.heat", "columns", ["ice.heat", "'half-space', 'column' or 'continuum'"]),
+        ("ice.heat", "columns", ["ice.heat", "'half-space', 'column', 'continuum' or 'mesh'"]),
         ("numerics.film_integrator", "rk4", ["'sdirk2'", "'explicit-euler'"]),
         # unknown key
         ("load.presure", 1, ["load.presure", "did you mean load.pressure?"]),

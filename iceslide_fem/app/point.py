@@ -15,7 +15,7 @@ from iceslide_fem.app.slider import Slider
 from iceslide_fem.app.snippets import map_lines, point_lines, toml
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
-from iceslide_fem.film.conditions import scene_conditions
+from iceslide_fem.film.conditions import ice_model, scene_conditions
 from iceslide_fem.film.point import Conditions, PointResult, simulate
 from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.output.table import HistoryRow
@@ -137,7 +137,7 @@ def map_result(scene: Scene, x: Slider, y: Slider) -> PointResult:
     height = scene.height_on(varied.get("temperature", fixed["temperature"]))
     fixed |= {"k": k, "D": D, "H_V": H_V, "initial_height": height}
     conditions = Conditions.of(**fixed | varied)
-    return simulate(conditions, tolerance=MAP_TOLERANCE, water=scene.water.table)
+    return simulate(conditions, ice_model(scene), MAP_TOLERANCE, water=scene.water.table)
 
 
 def _constant(texts: Texts) -> Scene:

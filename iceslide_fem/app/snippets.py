@@ -48,7 +48,7 @@ def map_lines(
 import numpy as np
 
 from iceslide_fem import point
-from iceslide_fem.film.conditions import scene_conditions
+from iceslide_fem.film.conditions import ice_model, scene_conditions
 from iceslide_fem.scene import scene_from_dict
 
 {_scene(tables)}
@@ -61,7 +61,7 @@ k, D, H_V, _ = scene.contact_parameters(varied.get("pressure", fixed["pressure"]
 height = scene.height_on(varied.get("temperature", fixed["temperature"]))
 fixed |= {{"k": k, "D": D, "H_V": H_V, "initial_height": height}}
 conditions = point.Conditions.of(**fixed | varied)
-found = point.simulate(conditions, tolerance={tolerance:g}, water=scene.water.table)
+found = point.simulate(conditions, ice_model(scene), {tolerance:g}, water=scene.water.table)
 z = found.{quantity}.reshape(x.shape)
 """
 

@@ -10,6 +10,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.point_conditions import Conditions, Loading
 from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns
+from iceslide_fem.materials import Ground
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import SAMPLED
 
@@ -28,9 +29,11 @@ def exposure(scene: Scene) -> float:
     return duration if scene.ice.motion == "attached" else min(duration, transit_time(scene))
 
 
-def ice_model(scene: Scene) -> str:
-    """The ice below a point: a column also where the scene says continuum, which needs a rubber."""
-    return "column" if scene.ice.heat == "continuum" else scene.ice.heat
+def ice_model(scene: Scene) -> str | Ground:
+    """The ice below a point: `half-space`, or the ground of a column, also where heat that goes
+    sideways, as of a continuum or on a mesh, needs a rubber.
+    """
+    return "half-space" if scene.ice.heat == "half-space" else scene.ice.ground
 
 
 def simulation_settings(scene: Scene) -> dict[str, Any]:

@@ -8,7 +8,7 @@ film above it, the content that has taken its heat.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
 from typing import NamedTuple, Protocol, Self
 
@@ -18,13 +18,13 @@ from scipy.linalg import eigh
 
 from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.law import Film, FilmStage, Surface
-from iceslide_fem.materials import ICE, Solid
+from iceslide_fem.materials import BOTTOMLESS, ICE, Ground, Solid
 from iceslide_fem.thermal_layers import (
     FIRST_LAYER,
     HEATED_LAYERS,
     LAYER_RATIO,
-    layers,
     node_depths,
+    stacked_layers,
 )
 
 # Of the slowest mode's time, for `Column.condensed`.
@@ -64,12 +64,17 @@ class Column:
 
     With the modes orthonormal in the heat capacity and phi_j their values at the surface, the
     amplitudes are phi_j theta_j with d theta_j / dt = -lambda_j theta_j + q, where the flux q
-    (W/m2) enters at the surface, and its temperature is T_0 + sum phi_j^2 theta_j: an implicit
+    (W/m2) enters at the surface, and its temperature is T_s + sum phi_j^2 theta_j: an implicit
     stage costs one division per mode, for any step and any number of points. Where points have
     solids of their own, each has the mesh in thermal layers of its own: the rates are then the same
     for all, and phi_j^2 goes with 1 / effusivity, the `gain`. Content: the theta_j, shape
     (n_modes, n_points), in J/m2: what a mode would hold of the heat given to it, if it kept it all.
     depths: of the nodes, from 0 downwards, m.
+
+    T_s, to which the column comes without a flux, is that at which its base is held. Where the base
+    is insulated, or heat does not reach it, T_s is the initial temperature, T_0, and a mode of rate
+    0 keeps all heat. A base held at another temperature than T_0 has it from t = 0 on; the ice and
+    the layers below it are at T_0 then, in the mean over the column's modes (an L2 projection).
     """
 
     _stage: _OfStage | None = None  # no state
@@ -82,23 +87,35 @@ class Column:
         ratio: float = LAYER_RATIO,
         depth: float = HEATED_LAYERS,
         solid: Solid = ICE,
+        ground: Ground = BOTTOMLESS,
     ) -> None:
         """Column at `temperature` (K) for runs of `duration` (s); both scalar or per point.
 
         `first_layer` and `depth` are in thermal layers sqrt(alpha * duration) of the shortest
         and of the longest run: a column for two durations has the layers of one for the shorter,
-        and more below them.
+        and more below them. Raises ValueError where points have solids of their own on a `ground`
+        that heat may reach.
         """
         self.temperature = np.asarray(temperature, dtype=float)
         self.solid, solid = solid, Solid(*(np.ravel(part)[0] for part in solid))
         self._gain = np.asarray(solid.effusivity / self.solid.effusivity)
-        thickness = layers(solid.diffusivity, duration, first_layer, ratio, depth)
-        capacity, conduction = _quadratic_elements(thickness, solid)
-        rates, modes = eigh(conduction, capacity)
-        rates[0] = 0.0  # uniform warmth does not decay: exactly, so that heat is conserved
-        self.rates = rates
+        if self._gain.ndim and ground != BOTTOMLESS:
+            raise ValueError("points with solids of their own take the ice as a half-space")
+        stack, held = ground.stack(solid), ground.held
+        warmed = held is not None and bool((self.temperature != held).any())
+        elements = stacked_layers(stack, duration, first_layer, ratio, depth, warmed)
+        solids = [stack[place].solid for place in elements.layer]
+        capacity, conduction = _quadratic_elements(elements.thickness, solids)
+        if held is not None and elements.base:
+            self.rates, modes = eigh(conduction[:-1, :-1], capacity[:-1, :-1])
+            modes = np.vstack([modes, np.zeros(len(modes))])
+            self._steady = np.full_like(self.temperature, held)
+        else:
+            self.rates, modes = eigh(conduction, capacity)
+            self.rates[0] = 0.0  # uniform warmth does not decay: exactly, so that heat is conserved
+            self._steady = self.temperature
         self.surface, self._modes, self._capacity = modes[0], modes, capacity
-        self.depths = node_depths(thickness)
+        self.depths = node_depths(elements.thickness)
         self._storage = capacity.sum(axis=0) @ modes
 
     def condensed(self, error: float, shortest: float = 1.0) -> Self:
@@ -111,8 +128,11 @@ class Column:
         The modes are those of the same equations in the span of uniform warmth (so that heat is
         conserved) and of the column's answers to fluxes that grow as exp(s t), for rates s in even
         ratios: a Galerkin projection on a rational Krylov space, symmetric and stable as the
-        column itself. A third of the modes answers as well as the mesh is fine.
+        column itself. A third of the modes answers as well as the mesh is fine. A column whose base
+        is held stays as it is: those modes do not answer to its base.
         """
+        if self.rates[0] > 0.0:
+            return self
         rates, surface = self.rates, self.surface
         counts = error * shortest
         slowest, fastest = rates[1], min(rates[-1], rates[1] / counts) if counts else rates[-1]
@@ -141,14 +161,20 @@ class Column:
         """The column below the points at `index` only (its mesh stays as it is)."""
         part = copy(self)
         part._stage = None
-        part.temperature = self.temperature[index] if self.temperature.ndim else self.temperature
+        part.temperature, part._steady = (
+            kelvin[index] if kelvin.ndim else kelvin for kelvin in (self.temperature, self._steady)
+        )
         part.solid = self.solid.at(index)
         part._gain = self._gain[index] if self._gain.ndim else self._gain
         return part
 
     def initial(self, n_points: int) -> Array:
-        """Zero amplitudes: the content counts from the initial temperature."""
-        return np.zeros((self.rates.size, n_points))
+        """Content of ice at its initial temperature, whatever the base is held at."""
+        content = np.zeros((self.rates.size, n_points))
+        if self.rates[0] > 0.0:  # its base is held
+            of_each = (self._storage / self.surface)[:, None]
+            content += of_each * (self.temperature - self._steady)
+        return content
 
     def decay(self, dt: Array | float) -> Array:
         """What an implicit stage of `dt` leaves of each mode, (n_modes, 1 or n_points)."""
@@ -159,7 +185,7 @@ class Column:
     def response(self, start: Array, dt: Array | float) -> Surface:
         """The surface at the end of a stage under a flux that is still to be found."""
         offset = self._per_heat(start * self._of_stage(dt).decay)
-        offset += self.temperature
+        offset += self._steady
         resistance = self.resistance(dt)
         if resistance.shape != offset.shape:
             resistance = np.broadcast_to(resistance, offset.shape)
@@ -199,14 +225,18 @@ class Column:
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature of the surface (K), shape (n_points,)."""
-        return self.temperature + self._per_heat(content)
+        return self._steady + self._per_heat(content)
 
     def at_depths(self, content: Array) -> Array:
         """Temperature (K) at the `depths`, (n_depths, n_points), of the first point's solid."""
-        return self.temperature + self.rise(content)
+        return self._steady + self._above(content)
 
     def rise(self, content: Array) -> Array:
         """The same above the initial temperature."""
+        return self._above(content) + (self._steady - self.temperature)
+
+    def _above(self, content: Array) -> Array:
+        """Temperature (K) at the `depths` above the one without any content."""
         return np.asarray(self._gain * ((self._modes * self.surface) @ content))
 
     def saved(self, content: Array) -> dict[str, Array]:
@@ -217,12 +247,14 @@ class Column:
         """Content of what was `saved`, also by a column that ends higher: below is cold ice."""
         rise = np.zeros((self.depths.size, saved["rise"].shape[-1]))
         rise[: len(saved["rise"])] = saved["rise"]
+        rise -= self._steady - self.temperature
         amplitudes = self._modes.T @ (self._capacity @ rise)
         return np.asarray(amplitudes / self.surface[:, None] / self._gain)
 
     def heat(self, content: Array) -> Array:
         """Heat above the initial temperature (J/m2), shape (n_points,)."""
-        return np.asarray((self._storage * self.surface) @ content)
+        steady = self._capacity.sum() * (self._steady - self.temperature)
+        return np.asarray((self._storage * self.surface) @ content + steady)
 
 
 def _warming(rates: Array, surface: Array, times: Array) -> Array:
@@ -231,13 +263,16 @@ def _warming(rates: Array, surface: Array, times: Array) -> Array:
     return np.asarray(surface[0] ** 2 * times + passed @ surface[1:] ** 2)
 
 
-def _quadratic_elements(thickness: Array, solid: Solid) -> tuple[Array, Array]:
-    """Heat capacity (J/(m2 K)) and conduction (W/(m2 K)) matrices; node 0 is the surface."""
+def _quadratic_elements(thickness: Array, solids: Sequence[Solid]) -> tuple[Array, Array]:
+    """Heat capacity (J/(m2 K)) and conduction (W/(m2 K)) matrices; node 0 is the surface.
+
+    Of elements of that `thickness` (m), each of its solid.
+    """
     n = 2 * thickness.size + 1
     capacity, conduction = np.zeros((n, n)), np.zeros((n, n))
     mass = np.array([[4.0, 2.0, -1.0], [2.0, 16.0, 2.0], [-1.0, 2.0, 4.0]]) / 30.0
     stiffness = np.array([[7.0, -8.0, 1.0], [-8.0, 16.0, -8.0], [1.0, -8.0, 7.0]]) / 3.0
-    for element, size in enumerate(thickness):
+    for element, (size, solid) in enumerate(zip(thickness, solids, strict=True)):
         nodes = slice(2 * element, 2 * element + 3)
         capacity[nodes, nodes] += solid.density * solid.heat_capacity * size * mass
         conduction[nodes, nodes] += solid.conductivity / size * stiffness

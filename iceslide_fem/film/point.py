@@ -25,12 +25,9 @@ from iceslide_fem.film.point_result import PointResult, Record, Tally
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberHeat
 from iceslide_fem.film.step_control import DRY, GROW_ALONE, StepControl, close_enough, step_factor
 from iceslide_fem.film.viscosity import temperature_scale
-from iceslide_fem.materials import ViscosityTable
+from iceslide_fem.materials import BOTTOMLESS, Ground, Solid, ViscosityTable
 
-ICE_MODELS: dict[str, type[Column] | type[HalfSpace]] = {
-    "column": Column,
-    "half-space": HalfSpace,
-}
+ICE_MODELS = ("column", "half-space")
 # How closely a step ends on an event, relative to the tolerance.
 EVENT_SHARE = 0.005
 # That of the half-space, whose flux jumps at the onset: mu turns there within a hundredth of the
@@ -52,7 +49,7 @@ SHORTEST_STEP = 1e-13  # of the duration
 
 def simulate(
     conditions: Conditions,
-    ice: str | Column | HalfSpace = "column",
+    ice: str | Ground | Column | HalfSpace = "column",
     tolerance: float = 1e-3,
     integrator: str | Integrator = "sdirk2",
     times: ArrayLike = (),
@@ -65,14 +62,14 @@ def simulate(
 ) -> PointResult:
     """Integrate all `conditions` from t = 0 to their duration.
 
-    `ice` is `column`, `half-space` or a model made for the conditions; `tolerance` the relative
-    error of mu(t) aimed at; `integrator` one of `INTEGRATORS` or its name; `times` (s, ascending)
-    where mu is sampled; `fixed_step` (s) replaces error control, `max_step` (s) bounds it;
-    `observe` is called with every accepted step; `rubber` takes heat, too, if it is made of
-    columns; with `loading` pressure and speed go in time, whatever the conditions say of them, and
-    steps end on its corners; with `water` the viscosity follows the film's temperature, and that of
-    the conditions is replaced. Raises SimulationStopped where a step cannot be made, ValueError
-    where an argument is not possible.
+    `ice` is `column`, `half-space`, the ground that columns lie on, or a model made for the
+    conditions; `tolerance` the relative error of mu(t) aimed at; `integrator` one of `INTEGRATORS`
+    or its name; `times` (s, ascending) where mu is sampled; `fixed_step` (s) replaces error
+    control, `max_step` (s) bounds it; `observe` is called with every accepted step; `rubber` takes
+    heat, too, if it is made of columns; with `loading` pressure and speed go in time, whatever the
+    conditions say of them, and steps end on its corners; with `water` the viscosity follows the
+    film's temperature, and that of the conditions is replaced. Raises SimulationStopped where a
+    step cannot be made, ValueError where an argument is not possible.
     """
     for name, given, known in (("ice", ice, ICE_MODELS), ("integrator", integrator, INTEGRATORS)):
         if isinstance(given, str) and given not in known:
@@ -92,8 +89,8 @@ def simulate(
     sample_times = np.asarray(times, dtype=float)
     if (np.diff(sample_times) < 0.0).any():
         raise ValueError("sample times must ascend")
-    if isinstance(ice, str):
-        ice = ICE_MODELS[ice](conditions.temperature, conditions.duration, solid=conditions.solid)
+    if isinstance(ice, str | Ground):
+        ice = ice_below(ice, conditions.temperature, conditions.duration, conditions.solid)
         ice = ice.condensed(CONDENSED * tolerance)
     if isinstance(ice, HalfSpace) and not isinstance(rubber, Insulated):
         raise ValueError(
@@ -210,6 +207,16 @@ def simulate(
             if loading is not None:
                 here = here.take(keep)
     return tally.result
+
+
+def ice_below(
+    ice: str | Ground, temperature: float | Array, duration: float | Array, solid: Solid
+) -> Column | HalfSpace:
+    """The model of one of `ICE_MODELS`, or of columns on a ground, as `Column` is made."""
+    if ice == "half-space":
+        return HalfSpace(temperature, duration, solid)
+    ground = ice if isinstance(ice, Ground) else BOTTOMLESS
+    return Column(temperature, duration, solid=solid, ground=ground)
 
 
 def taken(old: InterfaceState, new: InterfaceState, bad: Index) -> InterfaceState:

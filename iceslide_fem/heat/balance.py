@@ -133,9 +133,7 @@ class Balance:
         """The rise with all heat in it: what the solver has left warms all of a body alike."""
         warmer = [
             one.warmed(left, dt)
-            for one, left in zip(
-                self._bodies.equations, self._bodies.parts(imbalance), strict=True
-            )
+            for one, left in zip(self._bodies.equations, self._bodies.parts(imbalance), strict=True)
         ]
         return rise + np.concatenate(warmer)
 

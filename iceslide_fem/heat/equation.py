@@ -20,7 +20,7 @@ the factor itself.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,28 +29,15 @@ from iceslide_fem.arrays import Array, Index
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.materials import Solid
+from iceslide_fem.mesh.gmsh_model import DistributedMesh
 
 DEGREE = 2
 LOBATTO = {"quadrature_rule": "GLL", "quadrature_degree": 2 * DEGREE - 1}
 ROUNDED = 9  # digits of a mesh's size to which nodes are below one another
 
 
-class Body(NamedTuple):
-    """A mesh that conducts heat.
-
-    mesh, cell_tags, facet_tags: DOLFINx's; regions: name -> number of the cells; tags: name ->
-    number of the facets.
-    """
-
-    mesh: Any
-    cell_tags: Any
-    facet_tags: Any
-    regions: Mapping[str, int]
-    tags: Mapping[str, int]
-
-
 class HeatEquation:
-    """Capacity, conduction and the held base of a `Body`, in this rank's own unknowns.
+    """Capacity, conduction and the held base of a mesh, in this rank's own unknowns.
 
     Arrays of unknowns are (n_own,), in the order of `dofs`, the numbers of the space's local dofs.
     capacity: of each unknown, J/K (J/(m K) in a slice); conduction: matrix, W/K, whose rows and
@@ -60,7 +47,7 @@ class HeatEquation:
 
     def __init__(
         self,
-        body: Body,
+        body: DistributedMesh,
         solids: Mapping[str, Solid],
         base: tuple[str, float] | None = None,
     ) -> None:
@@ -173,7 +160,7 @@ def _downwards(x: Array, comm: MPI.Comm) -> Index:
     return np.lexsort([-depth, *across[::-1]])
 
 
-def _of_cells(body: Body, solids: Mapping[str, Solid]) -> tuple[Any, Any]:
+def _of_cells(body: DistributedMesh, solids: Mapping[str, Solid]) -> tuple[Any, Any]:
     """Conductivity (W/(m K)) and heat capacity (J/(m3 K)) of the cells, ghosts included."""
     space = compat.cellwise_space(body.mesh)
     conductivity, capacity = fem.Function(space), fem.Function(space)

@@ -63,6 +63,5 @@ class LinearSolver:
         assert self._fresh is not None
         ksp = self._ksp
         return bool(
-            ksp.getConvergedReason() < 0
-            or ksp.getIterationNumber() > self._fresh + MORE_ITERATIONS
+            ksp.getConvergedReason() < 0 or ksp.getIterationNumber() > self._fresh + MORE_ITERATIONS
         )

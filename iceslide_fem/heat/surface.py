@@ -68,17 +68,26 @@ class HeatedSurface:
         """
         comm = self._comm
         away = _distance(points, self._boxes[:, 0], self._boxes[:, 1])
-        size = float(np.ptp(self._boxes[np.isfinite(self._boxes).all(axis=(1, 2))], axis=(0, 1)).max())
+        size = float(
+            np.ptp(self._boxes[np.isfinite(self._boxes).all(axis=(1, 2))], axis=(0, 1)).max()
+        )
         near = away <= away.min(axis=1, keepdims=True) + SAME * size
         asked = [np.flatnonzero(near[:, rank]) for rank in range(comm.size)]
         answers = comm.alltoall([self._here(p) for p in comm.alltoall([points[i] for i in asked])])
         nodes = self._closures.shape[1]
         outside = np.full(len(points), np.inf)
-        number, weight = np.zeros((len(points), nodes), dtype=np.int64), np.zeros((len(points), nodes))
+        number, weight = (
+            np.zeros((len(points), nodes), dtype=np.int64),
+            np.zeros((len(points), nodes)),
+        )
         for index, (there, numbers, weights) in zip(asked, answers, strict=True):
             nearer = there < outside[index]
             some = index[nearer]
-            outside[some], number[some], weight[some] = there[nearer], numbers[nearer], weights[nearer]
+            outside[some], number[some], weight[some] = (
+                there[nearer],
+                numbers[nearer],
+                weights[nearer],
+            )
         return Reading(number, weight)
 
     def _here(self, points: Array) -> tuple[Array, NDArray[np.int64], Array]:
@@ -137,7 +146,11 @@ def _places(points: Array, corners: Array) -> Array:
         length = corners[:, 1] - corners[:, 0]
         return np.asarray((points - corners[:, 0]) / length)
     places = np.full_like(points, 0.5)
-    origin, first, second = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    origin, first, second = (
+        corners[:, 0],
+        corners[:, 1] - corners[:, 0],
+        corners[:, 2] - corners[:, 0],
+    )
     twist = corners[:, 3] - corners[:, 2] - first
     for _ in range(PASSES):
         s, t = places[:, :1], places[:, 1:]

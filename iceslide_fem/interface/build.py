@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from iceslide_fem.arrays import Array
@@ -11,18 +13,24 @@ from iceslide_fem.film.friction import FilmFriction
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.own_law import OwnFriction
-from iceslide_fem.film.rubber_heat import INSULATED
+from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
+from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints, OwnColumns
 from iceslide_fem.interface.ice_continuum import Continuum
+from iceslide_fem.interface.ice_mesh import MeshedIce
 from iceslide_fem.interface.on_ice import OnIce
 from iceslide_fem.interface.on_rubber import Attached, OnRubber, Rubbing
 from iceslide_fem.interface.remembering_ice import RememberingIce
 from iceslide_fem.interface.rubber_columns import RubberOverGrid
-from iceslide_fem.interface.surface_grid import SurfaceGrid, own_points
+from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid, own_points
+from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.grid import Lines
 from iceslide_fem.mesh.ice import heating_times, passing_time, patch_lines, window_lines
+from iceslide_fem.mesh.ice_body import ice_body
 from iceslide_fem.mesh.rubber import block_shape
+from iceslide_fem.parallel import from_root
 from iceslide_fem.rubber.block import Block
+from iceslide_fem.thermal_layers import HEATED_LAYERS
 
 # Of continuum ice, relative to the tolerance: the error of fewer modes than its mesh has; what is
 # between its points and it, of the resistance of the layers that the shortest heating reaches. 25
@@ -50,7 +58,7 @@ def _attached(block: Block, duration: Array) -> Attached:
     scene, solid = block.scene, block.scene.ice.solid
     temperature, rubber = scene.ice.temperature, rubber_columns(scene, duration)
     if scene.ice.heat == "column":
-        columns = OwnColumns(Column(temperature, duration, solid=solid))
+        columns = OwnColumns(Column(temperature, duration, solid=solid, ground=scene.ice.ground))
         return Attached(block.friction, columns, own_points(block.surface.n_points), rubber)
     if scene.ice.heat == "half-space":
         half_spaces = OwnColumns(HalfSpace(temperature, duration, solid))
@@ -88,7 +96,8 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     else:
         on_nodes = carrier == "ice" and isinstance(friction, FilmFriction)
         columns = GridColumns if on_nodes else GridColumnsUnderPoints
-        ice = columns(SurfaceGrid.shared(lines, comm), temperature, heated, solid)
+        grid = SurfaceGrid.shared(lines, comm)
+        ice = columns(grid, temperature, heated, solid, scene.ice.ground)
     if isinstance(friction, OwnFriction) and carrier == "ice":
         return RememberingIce(friction, ice, rubber_columns(scene, duration))
     if not isinstance(friction, FilmFriction) or carrier == "rubber":
@@ -111,7 +120,7 @@ def _meshed(block: Block, footprint: list[tuple[float, float]], heated: Array) -
     """Ice on its mesh below a `footprint` (m), which is `heated` (s)."""
     scene, comm = block.scene, block.surface.comm
     tagged = from_root(lambda: ice_body(scene, footprint, heated), comm)
-    body = Body(*gmsh_model.distribute(tagged, comm))
+    body = gmsh_model.distribute(tagged, comm)
     solids = {layer.name: layer.solid for layer in scene.ice.stack}
     base = None if scene.ice.held is None else ("base", scene.ice.held - scene.ice.temperature)
     equation = HeatEquation(body, solids, base)

@@ -18,7 +18,7 @@ from iceslide_fem.film.law import Film, FilmStage
 from iceslide_fem.interface.ice_surface import IceSurface, StageSurface
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile, SurfaceGrid
 from iceslide_fem.interface.window import shifted
-from iceslide_fem.materials import ICE, Solid
+from iceslide_fem.materials import BOTTOMLESS, ICE, Ground, Solid
 
 # Where points of the rubber carry the film, each is joined to the columns through this share of
 # a column's resistance: its flux is then a function of its temperature, and unique.
@@ -68,10 +68,15 @@ class GridColumns(Column):
     n_dofs = 0  # of a mesh
 
     def __init__(
-        self, grid: SurfaceGrid, temperature: float, duration: float | Array, solid: Solid = ICE
+        self,
+        grid: SurfaceGrid,
+        temperature: float,
+        duration: float | Array,
+        solid: Solid = ICE,
+        ground: Ground = BOTTOMLESS,
     ) -> None:
         """Ice at `temperature` (K); `duration` (s) that any of it is heated or watched."""
-        super().__init__(temperature, duration, solid=solid)
+        super().__init__(temperature, duration, solid=solid, ground=ground)
         self.grid = grid
         self.nodes = grid.nodes
 
@@ -102,10 +107,15 @@ class GridColumnsUnderPoints(GridColumns):
     """
 
     def __init__(
-        self, grid: SurfaceGrid, temperature: float, duration: float | Array, solid: Solid = ICE
+        self,
+        grid: SurfaceGrid,
+        temperature: float,
+        duration: float | Array,
+        solid: Solid = ICE,
+        ground: Ground = BOTTOMLESS,
     ) -> None:
         """As `GridColumns`, without points yet."""
-        super().__init__(grid, temperature, duration, solid)
+        super().__init__(grid, temperature, duration, solid, ground)
         self._surface = IceSurface(grid, solid)
 
     def under(self, contacts: Contacts) -> GridColumnsUnderPoints:

@@ -13,8 +13,8 @@ from iceslide_fem.results.report import MS
 from iceslide_fem.results.style import BLACK, BLUE, GREEN, ORANGE, RED
 
 COLORS = {"point": ORANGE, "slice": BLUE, "block": GREEN}
-MARKS = {"half-space": "^", "column": "s", "continuum": "o"}
-LINES = {"half-space": ":", "column": "--", "continuum": "-"}
+MARKS = {"half-space": "^", "column": "s", "continuum": "o", "mesh": "D"}
+LINES = {"half-space": ":", "column": "--", "continuum": "-", "mesh": "-"}
 
 
 def ladder_chart(

@@ -22,7 +22,7 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.folder import claimed, clear_results
 from iceslide_fem.mesh.size import check_memory, shortage
 from iceslide_fem.parallel import failing_together, from_root
-from iceslide_fem.planning.rungs import HEATS, MODELS, Rung, fineness, on_rung, rung_name
+from iceslide_fem.planning.rungs import MODELS, SIDEWAYS, Rung, fineness, on_rung, rung_name
 from iceslide_fem.planning.simplifications import Simplifications, simplifications
 from iceslide_fem.results import Run, differences, read_run
 from iceslide_fem.scene import REFINEMENTS, Scene, load_scene, override, put
@@ -61,26 +61,37 @@ def rungs(
     # where ice passes, a point stands for it by the time that it is below the block
     on_ice = scene.film.carrier == "ice" and scene.friction.law == "film"
     has_point = attached or (on_ice and not scene.rubber.heat and not own_mesh)
-    half_space = attached and not scene.rubber.heat
     refinements = sorted({float(np.clip(f * numerics.refinement, *REFINEMENTS)) for f in factors})
     if own_mesh:
         refinements = [numerics.refinement]
+    heats = _heats(scene)
     chosen: list[Rung] = []
     skipped: dict[Rung, str] = {}
     for model in MODELS:
         if (model == "point" and not has_point) or (own_mesh and model == "slice"):
             continue
-        for heat in HEATS:
-            if (heat == "half-space" and not half_space) or (heat, model) == ("continuum", "point"):
+        for heat in heats:
+            if heat in SIDEWAYS and model == "point":
                 continue
             for refinement in [1.0] if model == "point" else refinements:
                 rung = Rung(model, heat, refinement)
-                reason = _needless(rung, found, numerics.tolerance)
+                reason = len(heats) > 1 and _needless(rung, found, numerics.tolerance)
                 if reason:
                     skipped[rung] = reason
                 else:
                     chosen.append(rung)
     return chosen, skipped
+
+
+def _heats(scene: Scene) -> tuple[str, ...]:
+    """Models of the ice's heat that can be what the scene says of the ice, the finest last."""
+    ice = scene.ice
+    if ice.mesh is not None or ice.has_rows:
+        return ("mesh",)
+    if not ice.is_half_space:
+        return ("column", "mesh")
+    closed_form = ("half-space",) if ice.motion == "attached" and not scene.rubber.heat else ()
+    return (*closed_form, "column", "continuum")
 
 
 def _needless(rung: Rung, found: Simplifications, tolerance: float) -> str:
@@ -102,7 +113,7 @@ def _needless(rung: Rung, found: Simplifications, tolerance: float) -> str:
             return reason
     if rung.heat == "half-space":
         return same("columns", "the closed form", found.closed_form.effect)
-    if rung.heat == "continuum":
+    if rung.heat in SIDEWAYS:
         return same("columns", "heat that goes sideways", found.sideways.effect)
     return ""
 

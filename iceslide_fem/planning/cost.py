@@ -84,13 +84,9 @@ def work_power(dimensions: int) -> float:
 @lru_cache(maxsize=1)
 def point_rows(scene: Scene) -> list[HistoryRow]:
     """History of the scene's point rung, at the nominal pressure."""
-    heat = "column" if scene.ice.heat in ("continuum", "mesh") else scene.ice.heat
     # a block is solved for as long as it slides, whatever the time that ice is below it
     motion = scene.ice.motion if scene.model == "point" else "attached"
-    changes: dict[str, object] = {"heat": heat, "motion": motion}
-    if scene.ice.mesh is not None:  # which alone knows how thick the ice and its layers are
-        changes |= {"mesh": None, "layers": (), "base": "insulated"}
-    ice = scene.ice.model_copy(update=changes)
+    ice = scene.ice.model_copy(update={"motion": motion})
     update: dict[str, object] = {"model": "point", "ice": ice}
     if scene.model != "point":
         update["numerics"] = scene.numerics.model_copy(update={"max_step": None})

@@ -7,7 +7,9 @@ from typing import NamedTuple
 from iceslide_fem.planning.simplifications import simplifications
 from iceslide_fem.scene import Scene, scene_from_dict
 
-MODELS, HEATS = ("point", "slice", "block"), ("half-space", "column", "continuum")
+MODELS = "point", "slice", "block"
+HEATS = "half-space", "column", "continuum", "mesh"
+SIDEWAYS = "continuum", "mesh"  # heat conducts along the surface, too, which a point does not have
 
 
 class Rung(NamedTuple):
@@ -36,14 +38,15 @@ def cheapest(scene: Scene) -> Rung:
     """
     found, tolerance = simplifications(scene), scene.numerics.tolerance
     columns = found.sideways.effect <= tolerance
-    heat = "column" if columns else "continuum"
+    sideways = "continuum" if scene.ice.is_half_space else "mesh"
+    heat = "column" if columns else sideways
     if "heat" in scene.ice.model_fields_set:
         heat = scene.ice.heat
     rubber = scene.rubber
     if rubber.mesh is not None or rubber.outline is not None or rubber.grooves:
         return Rung("block", heat, scene.numerics.refinement)
     attached = scene.ice.motion == "attached"  # estimates of passing ice are rougher
-    if attached and found.uniform_pressure <= tolerance and heat != "continuum":
+    if attached and found.uniform_pressure <= tolerance and heat not in SIDEWAYS:
         return Rung("point", heat, 1.0)
     model = "slice" if found.plane_strain.effect <= tolerance else "block"
     return Rung(model, heat, scene.numerics.refinement)

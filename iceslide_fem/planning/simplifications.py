@@ -17,9 +17,10 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.own_law import OwnFriction, law_of
 from iceslide_fem.film.own_point import moments
-from iceslide_fem.film.point import ICE_MODELS, Conditions, simulate
+from iceslide_fem.film.point import Conditions, ice_below, simulate
 from iceslide_fem.film.point_conditions import RANGES
 from iceslide_fem.laws.bound import BoundLaw
+from iceslide_fem.materials import Ground
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import Course
 
@@ -119,9 +120,13 @@ def simplifications(scene: Scene) -> Simplifications:
 
 
 def _friction(
-    scene: Scene, shares: Array, duration: float, times: Array, ice: str = "column"
+    scene: Scene, shares: Array, duration: float, times: Array, ice: str | Ground | None = None
 ) -> Array:
-    """Friction stress (Pa) at `times` (s) below `shares` of the nominal pressure: (times, n)."""
+    """Friction stress (Pa) at `times` (s) below `shares` of the nominal pressure: (times, n).
+
+    `ice` as of `simulate`, by default columns on the scene's ground.
+    """
+    ice = scene.ice.ground if ice is None else ice
     nominal = scene.load.pressures.mean
     pressure = shares * nominal
     if (own := law_of(scene)) is not None:
@@ -152,7 +157,7 @@ def _friction(
 
 
 def _own_friction(
-    scene: Scene, law: BoundLaw, pressure: Array, duration: float, times: Array, ice: str
+    scene: Scene, law: BoundLaw, pressure: Array, duration: float, times: Array, ice: str | Ground
 ) -> Array:
     """The same under a law of the scene's own, at least that of `NO_FRICTION`."""
     cold = scene.ice.temperature
@@ -162,7 +167,7 @@ def _own_friction(
         shares=pressure,
         speed=Course((), (scene.load.speeds.mean,), duration),
         duration=duration,
-        ice=ICE_MODELS[ice](cold, duration, solid=scene.ice.solid),
+        ice=ice_below(ice, cold, duration, scene.ice.solid),
         integrator=INTEGRATORS["sdirk2"],
         tolerance=OWN_ACCURACY,
         temperature_scale=scene.ice.melting_temperature - cold,

@@ -27,6 +27,7 @@ _HEAT = {
     "half-space": "by the closed form of a half-space",
     "column": "in columns below the contact",
     "continuum": "as a continuum",
+    "mesh": "on a finite element mesh",
 }
 
 
@@ -137,7 +138,7 @@ def _leaves_out(scene: Scene) -> list[bool]:
         point,
         point,
         not block and not point,
-        scene.ice.heat != "continuum",
+        scene.ice.heat not in ("continuum", "mesh"),
         not scene.rubber.inertia,
     ]
 

@@ -10,7 +10,7 @@ from iceslide_fem.film.conditions import FIXED_STEPS, exposure, ice_model, rubbe
 from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.own_law import OwnFriction
 from iceslide_fem.film.own_point import Moment, moments
-from iceslide_fem.film.point import ICE_MODELS
+from iceslide_fem.film.point import ice_below
 from iceslide_fem.laws.bound import BoundLaw
 from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.output.table import HistoryRow, row_of
@@ -24,7 +24,7 @@ def own_history(scene: Scene, law: BoundLaw) -> tuple[list[HistoryRow], dict[str
     Raises SimulationStopped.
     """
     numerics, load, duration = scene.numerics, scene.load, exposure(scene)
-    ice = ICE_MODELS[ice_model(scene)](scene.ice.temperature, duration, solid=scene.ice.solid)
+    ice = ice_below(ice_model(scene), scene.ice.temperature, duration, scene.ice.solid)
     integrator = INTEGRATORS[numerics.film_integrator]
     area = scene.rubber.length * scene.rubber.width
     rows: list[HistoryRow] = []

@@ -44,6 +44,8 @@ class Grounded(Protocol):
     @property
     def base_temperature(self) -> float | None: ...
     @property
+    def temperature(self) -> float: ...
+    @property
     def melting_temperature(self) -> float: ...
     @property
     def layers(self) -> tuple[GroundLayer, ...]: ...
@@ -138,6 +140,11 @@ def _check_base(ice: Grounded) -> None:
             'ice.base = "held" needs ice.depth: ice without one has no base that heat reaches'
         )
     warm = ice.base_temperature
+    if warm is not None and warm != ice.temperature and ice.motion == "sliding":
+        raise ValueError(
+            'ice.base_temperature and ice.motion = "sliding" contradict each other: ice that comes '
+            "in has been above its base before; allowed: a base as warm as ice.temperature"
+        )
     if warm is not None and warm >= ice.melting_temperature:
         raise ValueError(
             f"ice.base_temperature = {warm - ZERO_CELSIUS:.6g} degC is not below "

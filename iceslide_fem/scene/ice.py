@@ -9,10 +9,12 @@ import numpy as np
 from pydantic import field_validator, model_validator
 
 from iceslide_fem.materials import (
+    BOTTOMLESS,
     ICE,
     WATER_CONDUCTIVITY,
     WATER_VISCOSITY,
     ZERO_CELSIUS,
+    Ground,
     Layer,
     Solid,
     ViscosityTable,
@@ -117,9 +119,22 @@ class Ice(Table):
         return self.temperature if self.base_temperature is None else self.base_temperature
 
     @property
+    def ground(self) -> Ground:
+        """What a column of the ice lies on; of a mesh of one's own nothing is known."""
+        if self.is_half_space or self.mesh is not None:
+            return BOTTOMLESS
+        ice, *below = self.stack
+        return Ground(ice.thickness, tuple(below), self.held)
+
+    @property
     def is_half_space(self) -> bool:
         """Whether the ice is as deep as heat reaches, and nothing else is said of it."""
         return self.depth is None and self.mesh is None
+
+    @property
+    def has_rows(self) -> bool:
+        """Whether a property goes with the temperature."""
+        return isinstance(self.conductivity, tuple) or isinstance(self.heat_capacity, tuple)
 
     def _value(self, given: float | Rows) -> float:
         """A property at the initial temperature, of a number or of rows, held outside of them."""

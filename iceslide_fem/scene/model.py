@@ -181,6 +181,12 @@ class Scene(Table):
                 "film.k, film.D and film.H_V are missing; without a compound give them, or "
                 "film.contact"
             )
+        if self.model == "point" and self.ice.mesh is not None:
+            raise ValueError(
+                'ice.mesh and model = "point" contradict each other: below a point the ice is a '
+                'column, and nothing says how deep; allowed: model = "slice" or "block", or '
+                "ice.depth and ice.layers instead of ice.mesh"
+            )
         if self.model == "point" and self.ice.motion == "sliding":
             self._passes_below_a_point()
         if self.ice.heat == "half-space" and self.ice.motion == "sliding":

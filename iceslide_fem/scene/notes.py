@@ -27,7 +27,7 @@ NOT_OF_A_POINT = (
     "rubber.sipes rubber.grooves rubber.wall_friction rubber.edge_radius rubber.chamfer "
     "rubber.draft_angle rubber.outline rubber.mesh rubber.inertia ice.margin ice.cell ice.trail "
     "film.carrier film.water_speed film.pressure load.static_friction numerics.refinement "
-    "numerics.penalty numerics.shear_ramp_pressure numerics.time_limit"
+    "rubber.plate numerics.penalty numerics.shear_ramp_pressure numerics.time_limit"
 ).split()
 
 
@@ -71,6 +71,10 @@ def _unused(scene: Scene) -> list[str]:
         reasons["on the shape of the block, which is that of rubber.mesh"] = shape
     else:
         reasons["without rubber.mesh"] = ["rubber.mesh_unit"]
+    if ice.mesh is None:
+        reasons["without ice.mesh"] = ["ice.mesh_unit"]
+    if scene.rubber.heat != "mesh" and scene.model != "point":
+        reasons['without rubber.heat = "mesh"'] = ["rubber.plate"]
     if scene.model == "slice":
         reasons["in a slice, which is as long as rubber.length"] = ["rubber.outline"]
         reasons["in a slice"] = ["rubber.grooves"]
@@ -102,8 +106,12 @@ def _unused(scene: Scene) -> list[str]:
 def _point(scene: Scene) -> list[str]:
     """How a point reads what was said of a block."""
     found = []
-    if scene.model == "point" and scene.ice.heat == "continuum":
-        found.append('below a point the ice is a column, the nearest to ice.heat = "continuum"')
+    if scene.model == "point" and scene.ice.heat in ("continuum", "mesh"):
+        nearest = f'below a point the ice is a column, the nearest to ice.heat = "{scene.ice.heat}"'
+        as_at_first = ", with properties at ice.temperature" if scene.ice.has_rows else ""
+        found.append(nearest + as_at_first)
+    if scene.model == "point" and scene.rubber.heat == "mesh":
+        found.append('above a point the rubber is a column, the nearest to rubber.heat = "mesh"')
     if scene.model == "point" and scene.ice.motion == "sliding":
         transit = readable(scene.rubber.length / scene.load.speeds.mean, "s")
         found.append(f"ice below a point passes in L / v = {transit}; mu is that of the block")

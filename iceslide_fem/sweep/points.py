@@ -12,6 +12,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film.conditions import rubber_columns, scene_conditions, simulation_settings
 from iceslide_fem.film.point import Conditions, Record, simulate
+from iceslide_fem.materials import BOTTOMLESS
 from iceslide_fem.run.point import point_doubts, point_history, point_summary
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.fingerprint import versions
@@ -42,7 +43,9 @@ def simulate_points(scenes: Sequence[Scene]) -> list[CaseResult]:
             continue
         settings = simulation_settings(scene)
         heat = _rubber_key(scene)
-        groups.setdefault((scene.load.duration, heat, *settings.values()), []).append(number)
+        below = None if scene.ice.ground == BOTTOMLESS else scene.ice.solid  # one for all on it
+        key = scene.load.duration, heat, below, *settings.values()
+        groups.setdefault(key, []).append(number)
     for numbers in groups.values():
         for first in range(0, len(numbers), CHUNK):
             chunk = numbers[first : first + CHUNK]
