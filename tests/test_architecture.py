@@ -19,7 +19,7 @@ FLOORS = [
     {"laws"},
     {"folder", "scene", "fenics"},
     {"film", "results", "mesh"},
-    {"rubber", "footprint", "roughness", "reference"},
+    {"heat", "rubber", "footprint", "roughness", "reference"},
     {"interface"},
     {"coupling"},
     {"output"},

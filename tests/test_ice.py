@@ -36,6 +36,7 @@ from iceslide_fem.materials import (  # noqa: E402
     ICE_HEAT_CAPACITY,
     MELTING_TEMPERATURE,
     ConstantContact,
+    Layer,
 )
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.ice import patch_lines, tagged_ice  # noqa: E402
@@ -213,7 +214,9 @@ def test_modes_diagonalise_the_matrices_that_dolfinx_assembles(model):
     column = Column(T_0, DURATION, first_layer=0.3, ratio=2.5)
     ice = Continuum(surface, comm, column, LINK, AGREEMENT)
     z = -column.depths[::-1]
-    mesh = gmsh_model.distribute(tagged_ice([*surface, z[::2]]), comm).mesh
+    mesh = gmsh_model.distribute(
+        tagged_ice([*surface, z[::2]], [Layer("ice", np.inf, ICE)]), comm
+    ).mesh
     space = compat.scalar_space(mesh, 2)
     trial, test = ufl.TrialFunction(space), ufl.TestFunction(space)
     dim, lines = mesh.geometry.dim, [*surface, z]

@@ -15,12 +15,13 @@ from mpi4py import MPI  # noqa: E402
 from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
-from iceslide_fem.materials import ICE  # noqa: E402
+from iceslide_fem.materials import ICE, Layer  # noqa: E402
 from iceslide_fem.mesh import box, files, gmsh_model  # noqa: E402
 from iceslide_fem.mesh import cache as mesh_cache
 from iceslide_fem.mesh import ice as ice_meshing
 from iceslide_fem.mesh import rubber as rubber_meshing
 from iceslide_fem.mesh.grid import graded, tensor_grid  # noqa: E402
+from iceslide_fem.mesh.mesh_file import rubber_file  # noqa: E402
 from iceslide_fem.mesh.partition import owners  # noqa: E402
 from iceslide_fem.mesh.user_mesh import load_user_mesh, mesh_size  # noqa: E402
 from iceslide_fem.parallel import from_root  # noqa: E402
@@ -31,6 +32,7 @@ from iceslide_fem.scene.notes import notes  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 
 SPEEDS = Course((), (3.0,), 7e-3)
+HALF_SPACE = Layer("ice", np.inf, ICE)
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 
 pytestmark = pytest.mark.fe
@@ -63,14 +65,16 @@ def a_scene(model, length=1e-3, width=1e-3, height=1e-3, refinement=1.0, mesh=No
             draft_angle=0.0,
         ),
         load=SimpleNamespace(duration=7e-3, speed=3.0, speeds=SPEEDS),
-        ice=SimpleNamespace(margin=margin, motion="attached", solid=ICE),
+        ice=SimpleNamespace(
+            margin=margin, motion="attached", heat="continuum", solid=ICE, stack=(HALF_SPACE,)
+        ),
         numerics=SimpleNamespace(refinement=refinement, tolerance=1e-3),
     )
 
 
 def distributed_ice(lines):
     """The ice on grid `lines` in DOLFINx."""
-    tagged = from_root(lambda: ice_meshing.tagged_ice(lines), WORLD)
+    tagged = from_root(lambda: ice_meshing.tagged_ice(lines, [HALF_SPACE]), WORLD)
     return gmsh_model.distribute(tagged, WORLD)
 
 
@@ -307,7 +311,7 @@ def test_an_unusable_cache_is_not_used(tmp_path, monkeypatch):
 def test_meshes_are_written_on_request(tmp_path):
     paths = files.write_mesh(a_scene("block"), tmp_path / "meshes")
     assert [path.name for path in paths] == ["a-scene_rubber.msh", "a-scene_ice.msh"]
-    written = gmsh_model.load(paths[0], 3, "rubber")
+    written = gmsh_model.load(rubber_file(paths[0], 3))
     assert len(written.cells) == 18 * 4 * 6
     assert list(written.facets) == ["contact", "plate", "symmetry"]
 

@@ -18,6 +18,7 @@ from iceslide_fem.mesh.abaqus_cards import Card, items, key, read_cards
 from iceslide_fem.mesh.abaqus_elements import NODES, shape
 from iceslide_fem.mesh.abaqus_names import Names
 from iceslide_fem.mesh.abaqus_sets import Elements, Scope, SetCard, Sets
+from iceslide_fem.mesh.mesh_file import MeshFile
 from iceslide_fem.mesh.named_cells import NamedCells, tagged_mesh
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 
@@ -43,23 +44,19 @@ class _Template(NamedTuple):
         return _Template([*self.nodes], [*self.elements], sets, placement)
 
 
-def load(path: Path, dim: int, body: str) -> TaggedMesh:
-    """Read the cells that are named `body` and all named sets of facets from a file.
+def load(file: MeshFile) -> TaggedMesh:
+    """Read the cells that are named as `file.bodies` and all named sets of facets.
 
     Names are the same in capitals and small letters. Raises SceneError where the file can't be
     understood, and as `tagged_mesh` does.
     """
     try:
-        templates = _templates(path)
+        templates = _templates(file.path)
     except ValueError as error:
-        raise SceneError(
-            f"rubber.mesh {path} can't be read as an input file of Abaqus: {error}"
-        ) from None
+        raise SceneError(f"{file} can't be read as an input file of Abaqus: {error}") from None
     if not any(template.elements for template in templates.values()):
-        raise SceneError(
-            f"rubber.mesh {path} is no input file of Abaqus with a mesh: it has no *ELEMENT"
-        )
-    places = [_nodes(path, template) for template in templates.values()]
+        raise SceneError(f"{file} is no input file of Abaqus with a mesh: it has no *ELEMENT")
+    places = [_nodes(file, template) for template in templates.values()]
     coordinates = np.concatenate([points for _, points in places])
     elements: list[Elements] = []
     scopes, count, first = {}, 0, 0
@@ -76,9 +73,9 @@ def load(path: Path, dim: int, body: str) -> TaggedMesh:
             first += len(ids)
         scopes[name] = here
         count += len(numbers)
-    blocks, node_sets = Names(path, dim, body, Sets(scopes, elements)).resolved()
+    blocks, node_sets = Names(file, Sets(scopes, elements)).resolved()
     found = NamedCells(np.arange(count), coordinates, blocks, node_sets)
-    return tagged_mesh(path, dim, body, found)
+    return tagged_mesh(file, found)
 
 
 def _ends_first(lines: IntArray, coordinates: Floats) -> IntArray:
@@ -191,30 +188,26 @@ def _add_elements(card: Card, here: _Template) -> None:
         here.sets.setdefault(("ELSET", key(name)), []).append(SetCard(name, card, ids))
 
 
-def _nodes(path: Path, template: _Template) -> tuple[IntArray, Floats]:
+def _nodes(file: MeshFile, template: _Template) -> tuple[IntArray, Floats]:
     """Sorted numbers (n,) of nodes, and where they are (n, 3) after the instance's placement."""
     table = np.array(template.nodes, dtype=float).reshape(-1, 4)
     table = np.unique(table, axis=0)  # by number
     numbers = table[:, 0].astype(np.int64)
     twice = np.flatnonzero(np.diff(numbers) == 0)
     if twice.size:
-        raise SceneError(
-            f"rubber.mesh {path}: node {numbers[twice[0]]} is there twice, at different places"
-        )
+        raise SceneError(f"{file}: node {numbers[twice[0]]} is there twice, at different places")
     points = table[:, 1:]
     shift = next((row for row in template.placement if len(row) <= 3), [])
     points = points + np.array([*shift, 0.0, 0.0, 0.0][:3])
     turn = next((row for row in template.placement if len(row) > 3), None)
-    return numbers, points if turn is None else _turned(path, points, turn)
+    return numbers, points if turn is None else _turned(file, points, turn)
 
 
-def _turned(path: Path, points: Floats, turn: Sequence[float]) -> Floats:
+def _turned(file: MeshFile, points: Floats, turn: Sequence[float]) -> Floats:
     """Points turned around the axis from a to b by an angle: (ax, ay, az, bx, by, bz, degrees)."""
     axis = np.array(turn[3:6]) - turn[:3]
     if len(turn) != 7 or not np.linalg.norm(axis) > 0.0:
-        raise SceneError(
-            f"rubber.mesh {path}: the rotation of an *INSTANCE needs two points and an angle"
-        )
+        raise SceneError(f"{file}: the rotation of an *INSTANCE needs two points and an angle")
     axis, angle = axis / np.linalg.norm(axis), np.radians(turn[6])
     arm = points - turn[:3]
     along = np.outer(arm @ axis, axis)

@@ -7,15 +7,15 @@ of a set of nodes.
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import numpy as np
 
 from iceslide_fem.errors import SceneError
-from iceslide_fem.mesh.abaqus_cards import items
+from iceslide_fem.mesh.abaqus_cards import items, key
 from iceslide_fem.mesh.abaqus_elements import SIDES, is_shell
 from iceslide_fem.mesh.abaqus_sets import NONE, Above, Elements, Sets
-from iceslide_fem.mesh.named_cells import PARTS, SECOND_ORDER, Block
+from iceslide_fem.mesh.mesh_file import MeshFile
+from iceslide_fem.mesh.named_cells import SECOND_ORDER, Block
 from iceslide_fem.mesh.tagged import IntArray
 
 _FACETS = {2: "line", 3: "triangle", 4: "quadrilateral"}  # by corners
@@ -24,16 +24,16 @@ _FACETS = {2: "line", 3: "triangle", 4: "quadrilateral"}  # by corners
 class Names:
     """All names of a file. What is wrong with a name matters only if the mesh needs it."""
 
-    def __init__(self, path: Path, dim: int, body: str, sets: Sets) -> None:
-        self._path, self._dim, self._sets = path, dim, sets
-        self._needed = {body, *PARTS}
+    def __init__(self, file: MeshFile, sets: Sets) -> None:
+        self._file, self._dim, self._sets = file, file.dim, sets
+        self._needed = {key(name): name for name in (*file.bodies, *file.parts)}
 
     def resolved(self) -> tuple[list[Block], dict[str, IntArray]]:
         """Named blocks, and named sets of nodes. Raises SceneError for a name that is needed."""
         blocks: list[Block] = []
         node_sets: dict[str, IntArray] = {}
         for kind, name, written in self._all():
-            shown = name if name in self._needed else written
+            shown = self._needed.get(name, written)
             try:
                 if kind == "ELSET":
                     blocks += self._sets.cells(shown, self._sets.joined(kind, name))
@@ -45,7 +45,7 @@ class Names:
             except ValueError as error:
                 if name in self._needed:
                     raise SceneError(
-                        f'rubber.mesh {self._path}: the set "{written}" can\'t be read: {error}'
+                        f'{self._file}: the set "{written}" can\'t be read: {error}'
                     ) from None
         return blocks, node_sets
 

@@ -14,6 +14,7 @@ from typing import Any
 from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics.cache import cache_folder
 from iceslide_fem.mesh import gmsh_model
+from iceslide_fem.mesh.mesh_file import rubber_file
 from iceslide_fem.mesh.tagged import TaggedMesh
 
 _BUILDER = 5  # raise it when the same parameters shall give another mesh
@@ -28,13 +29,15 @@ def cached(body: str, dim: int, parameters: Any, build: Callable[[], TaggedMesh]
     path = cache_folder() / f"{body}-{hashlib.sha256(content.encode()).hexdigest()[:24]}.msh"
     with contextlib.suppress(SceneError):  # it may be damaged: then it is built anew
         if path.is_file():
-            return gmsh_model.load(path, dim, body)
+            return gmsh_model.load(rubber_file(path, dim, body))
     tagged = build()
     with contextlib.suppress(OSError, SceneError):
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=path.parent) as folder:  # readers see whole files only
             unfinished = Path(folder) / path.name
             gmsh_model.save(tagged, unfinished)
-            gmsh_model.load(unfinished, dim, body)  # gmsh does not say if the disk was full
+            gmsh_model.load(
+                rubber_file(unfinished, dim, body)
+            )  # gmsh does not say if the disk was full
             os.replace(unfinished, path)
     return tagged

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from iceslide_fem.mesh.soundness import Fault, planes
+from iceslide_fem.mesh.soundness import Fault, among, planes
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 
 Mask = NDArray[np.bool_]
@@ -39,10 +39,8 @@ def gap(tagged: TaggedMesh, outer: IntArray, near: float) -> Fault | None:
     if lost.any():
         what = 'is part of the top and not tagged "plate", which must be all of it'
         return _fault(lost, what, corners)
-    if (names == "symmetry").any():
-        lost = (abs(corners[:, :, 1]) <= near).all(axis=1) & free
-        if lost.any():
-            return _fault(lost, 'is at y = 0 and not tagged "symmetry" like others', corners)
+    if fault := lost_symmetry(tagged, outer, near):
+        return fault
     lost = on_ice & free
     if lost.any():
         return _fault(lost, 'lies on the ice and is not tagged "contact"', corners)
@@ -58,6 +56,17 @@ def gap(tagged: TaggedMesh, outer: IntArray, near: float) -> Fault | None:
         what = 'has no name and is enclosed by facets tagged "contact" or "walls": a hole in them'
         return _fault(lost, what, corners)
     return None
+
+
+def lost_symmetry(tagged: TaggedMesh, outer: IntArray, near: float) -> Fault | None:
+    """The first facet of `outer` (n, corners) at y = 0 without a name, where others have one."""
+    if "symmetry" not in tagged.facets:
+        return None
+    corners = tagged.points[outer]
+    lost = (abs(corners[:, :, 1]) <= near).all(axis=1) & (_names(tagged, outer) == "")
+    if not lost.any():
+        return None
+    return _fault(lost, 'is at y = 0 and not tagged "symmetry" like others', corners)
 
 
 def only_lowest(tagged: TaggedMesh) -> bool:
@@ -76,10 +85,7 @@ def _names(tagged: TaggedMesh, outer: IntArray) -> NDArray[np.str_]:
     """Name of each outer facet, "" where it has none."""
     names = np.full(len(outer), "", dtype="U16")
     for name, facets in tagged.facets.items():
-        both = np.sort(np.concatenate([facets, outer]), axis=1)
-        _, number = np.unique(both, axis=0, return_inverse=True)
-        number = number.ravel()
-        names[np.isin(number[len(facets) :], number[: len(facets)])] = name
+        names[among(outer, facets)] = name
     return names
 
 

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iceslide_fem.errors import SceneError
+from iceslide_fem.mesh.mesh_file import MeshFile
 from iceslide_fem.mesh.named_cells import Block, NamedCells, tagged_mesh
 from iceslide_fem.mesh.partition import owners
 from iceslide_fem.mesh.tagged import TaggedMesh
@@ -98,13 +99,13 @@ def save(tagged: TaggedMesh, path: Path) -> None:
         gmsh.write(str(path))
 
 
-def load(path: Path, dim: int, body: str) -> TaggedMesh:
-    """Read the cells of the physical group `body` and all named sets of facets from a file.
+def load(file: MeshFile) -> TaggedMesh:
+    """Read the cells of the physical groups `file.bodies` and all named sets of facets.
 
     Raises SceneError where the file is none of `SIGNATURES`, or as `tagged_mesh` does.
     """
     with empty_model() as model:
-        _merge(path)
+        _merge(file)
         blocks = []
         for group_dim, group in model.getPhysicalGroups():
             name = model.getPhysicalName(group_dim, group).strip(" \0")  # MED fills them up
@@ -117,34 +118,33 @@ def load(path: Path, dim: int, body: str) -> TaggedMesh:
                     blocks.append(Block(name, group_dim, kind, cells))
         numbers, coordinates, _ = model.mesh.getNodes()
     found = NamedCells(numbers.astype(np.int64), coordinates.reshape(-1, 3), blocks, {})
-    return tagged_mesh(path, dim, body, found)
+    return tagged_mesh(file, found)
 
 
-def _merge(path: Path) -> None:
+def _merge(file: MeshFile) -> None:
     """Read a .msh or .med file into the current model.
 
     gmsh takes anything else for a script and runs it, with the shell commands in it; beside a mesh
     it also looks for a file of options. So it is given a copy, alone, of what begins as a mesh.
     """
+    path = file.path
     suffix = ".med" if path.suffix.lower() == ".med" else ".msh"
     with tempfile.TemporaryDirectory() as alone:
         copy = Path(alone) / f"mesh{suffix}"
         try:
             shutil.copyfile(path, copy)
         except OSError as error:
-            raise SceneError(
-                f"rubber.mesh {path} can't be read: {error.strerror or error}"
-            ) from None
-        with open(copy, "rb") as file:
-            first = file.readline(100).rstrip()
+            raise SceneError(f"{file} can't be read: {error.strerror or error}") from None
+        with open(copy, "rb") as start:
+            first = start.readline(100).rstrip()
         if first != SIGNATURES[suffix].rstrip():
-            raise SceneError(f"rubber.mesh {path} is {_WRONG_START[suffix]}")
+            raise SceneError(f"{file} is {_WRONG_START[suffix]}")
         try:
             with _quiet_library():
                 gmsh.merge(str(copy))
         except Exception as error:  # gmsh raises nothing more specific
             reason = str(error).strip().replace(str(copy), path.name)
-            raise SceneError(f"rubber.mesh {path} can't be read by gmsh: {reason}") from None
+            raise SceneError(f"{file} can't be read by gmsh: {reason}") from None
 
 
 @contextmanager

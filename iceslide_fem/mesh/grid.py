@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iceslide_fem.mesh.patches import mesh_patches, rectangle
-from iceslide_fem.mesh.soundness import outer_facets
+from iceslide_fem.mesh.soundness import among, outer_facets
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 
 ROUNDING = 1e-10  # of a line's length
@@ -77,3 +77,11 @@ def with_parts(
         name: facets[some] for name, choose in parts.items() if (some := choose(corners)).any()
     }
     return whole._replace(facets=chosen)
+
+
+def with_sides(tagged: TaggedMesh) -> TaggedMesh:
+    """The mesh with the outer facets that have no name yet as `sides`."""
+    free = outer_facets(tagged)
+    if tagged.facets:
+        free = free[~among(free, np.concatenate(list(tagged.facets.values())))]
+    return tagged._replace(facets={**tagged.facets, "sides": free}) if len(free) else tagged

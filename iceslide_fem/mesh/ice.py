@@ -1,6 +1,7 @@
 """Mesh of the ice below the block: a patch that stays below it, or a window that follows it.
 
-Its surface is the plane z = 0; layers get thicker with the depth.
+Its surface is the plane z = 0; layers get thicker with the depth. `..._lines` are those of its
+nodes, `..._cells` those of cells that are quadratic and have the nodes between for themselves.
 """
 
 from __future__ import annotations
@@ -14,12 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iceslide_fem.arrays import Array
+from iceslide_fem.materials import Layer
 from iceslide_fem.mesh.box import box_lines, from_edge, reference_cells
-from iceslide_fem.mesh.grid import Lines, tensor_grid
+from iceslide_fem.mesh.grid import Chooser, Lines, tensor_grid, with_sides
 from iceslide_fem.mesh.rubber import block_shape
 from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.scene import Scene
-from iceslide_fem.thermal_layers import layers, node_depths
+from iceslide_fem.thermal_layers import layers, node_depths, stacked_layers
 
 WINDOW_CELLS = 100  # along the block, where the ice slides
 MOST_CELLS = 4  # that the block may pass in a step, film and heat in one sub-step each
@@ -89,18 +91,45 @@ def window_lines(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[L
     return [x, *patch_lines(scene, footprint, WINDOW_BULGE * block.height)[1:]]
 
 
+def surface_lines(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[Lines]:
+    """Lines of x (and y), m, on the surface of the scene's ice, attached or sliding.
+
+    footprint: ranges of x (and y) in contact, m.
+    """
+    lines = patch_lines if scene.ice.motion == "attached" else window_lines
+    return lines(scene, footprint)
+
+
+def ice_cells(scene: Any, surface: Sequence[Lines], heated: ArrayLike | None = None) -> list[Lines]:
+    """Lines in x, (y,) z between the cells of the ice and what is below, on this rank.
+
+    surface: of x (and y) on it, m; heated: how long (s) runs warm the ice, by default as long as
+    the scene's (`heating_times`). Downwards they are the elements of `thermal_layers`, which
+    end where heat does not reach.
+    """
+    if heated is None:
+        heated = heating_times(scene, float(np.ptp(surface[0])), scene.load.duration)
+    jumps = scene.ice.held not in (None, scene.ice.temperature)
+    thickness = stacked_layers(scene.ice.stack, heated, to_base=jumps).thickness
+    return [*surface, -np.append(0.0, np.cumsum(thickness))[::-1]]
+
+
 def ice_shape(scene: Scene) -> tuple[int, ...]:
-    """Number of nodes along x, (y,) z of the scene's ice mesh.
+    """Number of nodes along x, (y,) z of the ice that the scene's own mesh of it has.
 
     Of a window of sliding ice as long as the undeformed block; the contact's length decides.
     """
+    footprint = block_shape(scene).ranges
+    if scene.ice.heat == "mesh":
+        *across, down = ice_cells(scene, surface_lines(scene, footprint))
+        return (*(len(line) for line in across), 2 * len(down) - 1)
     sliding = scene.ice.motion == "sliding"
-    surface = window_lines(scene, block_shape(scene).ranges) if sliding else None
+    surface = window_lines(scene, footprint) if sliding else None
     return tuple(len(line) for line in ice_lines(scene, surface))
 
 
 def ice_lines(scene: Any, surface: Sequence[Lines] | None = None) -> list[Lines]:
-    """Grid lines in x, (y,) z of the ice that a run of the scene warms, on this rank alone.
+    """Grid lines in x, (y,) z of the continuum ice that a run of the scene warms, on this rank.
 
     surface: grid lines of x (and y) on it, m, by default `patch_lines` of the undeformed block.
     Downwards they are the nodes of `thermal_layers`. Raises SceneError if the user's mesh can't be
@@ -133,6 +162,19 @@ def passing_time(length: float, speed: float, duration: float) -> float:
     return length / speed if speed * duration > length else duration
 
 
-def tagged_ice(lines: list[Lines]) -> TaggedMesh:
-    """The ice on grid `lines`, on this rank alone."""
-    return tensor_grid(lines, "ice", {"surface": lambda centre: centre[:, -1] == 0.0})
+def tagged_ice(lines: list[Lines], stack: Sequence[Layer]) -> TaggedMesh:
+    """Ice and what is below it on grid `lines`, on this rank alone, as the `stack` names it.
+
+    Parts: `surface` (z = 0), `base` (the lowest), `symmetry` (y = 0), and `sides`, which are left.
+    """
+    lowest, next_one = lines[-1][:2]
+    parts: dict[str, Chooser] = {
+        "surface": lambda centre: centre[:, -1] == 0.0,
+        "base": lambda centre: centre[:, -1] < 0.75 * lowest + 0.25 * next_one,
+    }
+    tagged = with_sides(tensor_grid(lines, stack[0].name, parts))
+    ends = -np.cumsum([layer.thickness for layer in stack])
+    depths = tagged.points[tagged.cells, -1].mean(axis=1)
+    number = np.sum(depths[:, None] < ends[:-1], axis=1)
+    regions = {layer.name: np.flatnonzero(number == n) for n, layer in enumerate(stack)}
+    return tagged._replace(regions={name: cells for name, cells in regions.items() if cells.size})

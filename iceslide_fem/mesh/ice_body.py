@@ -1,19 +1,81 @@
-"""The mesh of the ice."""
+"""The mesh of the ice and what it lies on, for heat on a mesh: made here or the user's own."""
 
-import numpy as np
+from __future__ import annotations
 
-from iceslide_fem.mesh.grid import tensor_grid
-from iceslide_fem.mesh.upright import upright
-from iceslide_fem.thermal_layers import stacked_layers
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from numpy.typing import ArrayLike
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.mesh.coverage import covered
+from iceslide_fem.mesh.grid import Lines
+from iceslide_fem.mesh.ice import ice_cells, ice_shape, surface_lines, tagged_ice
+from iceslide_fem.mesh.rubber import block_shape
+from iceslide_fem.mesh.tagged import TaggedMesh
+from iceslide_fem.mesh.upright import upright, upright_edges
+from iceslide_fem.mesh.user_ice import load_user_ice
+from iceslide_fem.scene import Scene
+
+MISSING = 1e-6  # share of the footprint that may be without ice, for rounding
 
 
-def ice_body(scene, lines, heated=None):
-    th = stacked_layers(scene.ice.stack, scene.load.duration if heated is None else heated)
-    z = -np.append(0, np.cumsum(th.thickness))[::-1]
-    return upright(
-        tensor_grid(
-            [*lines, z],
-            "ice",
-            {"surface": lambda c: c[:, -1] == 0.0, "base": lambda c: c[:, -1] == z[0]},
+def ice_body(
+    scene: Scene,
+    surface: Sequence[Lines] | None = None,
+    heated: ArrayLike | None = None,
+) -> TaggedMesh:
+    """The scene's ice with its regions ("ice" and the names of its layers), on this rank alone.
+
+    Its parts are `surface`, `base`, `symmetry` and `sides`; its cells quadrilaterals or hexahedra
+    that stand upright. surface: lines of x (and y) on it, m, by default those below the undeformed
+    block; heated: how long (s) runs warm the ice, by default the scene's. Both have no
+    meaning for a user's mesh. Raises SceneError if that can't be used.
+    """
+    if scene.ice.mesh is not None:
+        return _user_ice(scene, scene.ice.mesh)
+    lines = surface or surface_lines(scene, block_shape(scene).ranges)
+    return upright(tagged_ice(ice_cells(scene, lines, heated), scene.ice.stack))
+
+
+def ice_nodes(scene: Scene) -> int:
+    """Number of nodes of the scene's ice, whose elements are quadratic downwards alone."""
+    if scene.ice.mesh is not None:
+        tagged = ice_body(scene)
+        return len(tagged.points) + len(upright_edges(tagged))
+    return math.prod(ice_shape(scene))
+
+
+def _user_ice(scene: Scene, path: Path) -> TaggedMesh:
+    """The user's mesh. Raises SceneError if it does not fit the scene's rubber and base."""
+    ice, block = scene.ice, block_shape(scene)
+    dim = len(block.ranges) + 1
+    tagged = load_user_ice(path, dim, ice.mesh_unit, [layer.name for layer in ice.stack[1:]])
+    tags = ", ".join(name for name in tagged.facets if name != "sides")
+    if ice.base == "held" and "base" not in tagged.facets:
+        raise SceneError(
+            f'ice.mesh {path} has no facets tagged "base", where ice.base = "held" holds the '
+            f"temperature; tags found: {tags}"
         )
-    )
+    if dim == 3 and block.symmetric and "symmetry" not in tagged.facets:
+        raise SceneError(
+            f'ice.mesh {path} has no facets tagged "symmetry", and the rubber is the half of a '
+            f"block with y >= 0: cut the ice at y = 0, too; tags found: {tags}"
+        )
+    if dim == 3 and not block.symmetric and "symmetry" in tagged.facets:
+        raise SceneError(
+            f'ice.mesh {path} has facets tagged "symmetry", and rubber.mesh is a whole block; '
+            "allowed: halves of both, or the whole of both"
+        )
+    share = covered(tagged.points[tagged.facets["surface"], :-1], block.ranges)
+    if share < 1.0 - MISSING:
+        over = " and ".join(
+            f"{axis} from {1e3 * low:.6g} to {1e3 * high:.6g} mm"
+            for axis, (low, high) in zip("xy", block.ranges, strict=False)
+        )
+        raise SceneError(
+            f'ice.mesh {path}: facets tagged "surface" leave {100.0 * (1.0 - share):.2g} % of '
+            f"the rubber's footprint, {over}, without ice; they must cover all of it"
+        )
+    return upright(tagged)

@@ -9,17 +9,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
 from iceslide_fem.arrays import Array
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.arcs import on_arcs
 from iceslide_fem.mesh.box import box_lines
 from iceslide_fem.mesh.cache import cached
+from iceslide_fem.mesh.grid import with_sides
 from iceslide_fem.mesh.outline import outline_mesh
 from iceslide_fem.mesh.profile import CONTACT_HEIGHT, block_mesh, count
 from iceslide_fem.mesh.shape import BlockShape, built_in_shape
-from iceslide_fem.mesh.soundness import outer_facets
 from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.mesh.user_mesh import load_user_mesh, mesh_size
 from iceslide_fem.parallel import from_root
@@ -44,7 +42,7 @@ def rubber_mesh(scene: Scene, comm: MPI.Comm) -> RubberMesh:
 
     Collective. Raises SceneError if the user's mesh can't be used.
     """
-    tagged = from_root(lambda: _with_sides(tagged_rubber(scene)), comm)
+    tagged = from_root(lambda: with_sides(tagged_rubber(scene)), comm)
     meshed = gmsh_model.distribute(tagged, comm)
     return RubberMesh(meshed.mesh, meshed.facet_tags, meshed.tags)
 
@@ -108,16 +106,6 @@ def tagged_rubber(scene: Scene) -> TaggedMesh:
     block = built_in_shape(scene)
     parameters = [CONTACT_HEIGHT, block, [line.tolist() for line in box_lines(block, refinement)]]
     return cached("rubber", dim, parameters, lambda: block_mesh(block, refinement))
-
-
-def _with_sides(tagged: TaggedMesh) -> TaggedMesh:
-    """The mesh with the outer facets that have no name yet as `sides`."""
-    outer = outer_facets(tagged)
-    named = {tuple(sorted(facet)) for part in tagged.facets.values() for facet in part.tolist()}
-    free = [facet for facet in outer.tolist() if tuple(sorted(facet)) not in named]
-    if not free:
-        return tagged
-    return tagged._replace(facets={**tagged.facets, "sides": np.array(free, dtype=outer.dtype)})
 
 
 def _drawn(scene: Scene) -> bool:

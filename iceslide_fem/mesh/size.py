@@ -8,6 +8,7 @@ from typing import NamedTuple
 from iceslide_fem.errors import SceneError
 from iceslide_fem.machine import memory_of_machine
 from iceslide_fem.mesh.ice import ice_shape, window_lines
+from iceslide_fem.mesh.ice_body import ice_nodes
 from iceslide_fem.mesh.rubber import block_shape, divisions
 from iceslide_fem.scene import Scene
 
@@ -23,7 +24,7 @@ MOST_MODES = 3000
 
 class Unknowns(NamedTuple):
     """Dimension of the meshes; unknowns of rubber (displacements) and of meshed ice; columns of
-    sliding ice; nodes of meshed ice in its longest line.
+    sliding ice; nodes of continuum ice in its longest line.
     """
 
     dimensions: int
@@ -40,6 +41,8 @@ def unknowns(scene: Scene) -> Unknowns:
     if scene.ice.heat == "continuum":
         shape = ice_shape(scene)
         return Unknowns(dimensions, rubber, math.prod(shape), 0, max(shape))
+    if scene.ice.heat == "mesh":
+        return Unknowns(dimensions, rubber, ice_nodes(scene), 0)
     if scene.ice.motion == "attached":
         return Unknowns(dimensions, rubber, 0, 0)
     lines = window_lines(scene, block_shape(scene).ranges)

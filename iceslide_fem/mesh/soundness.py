@@ -65,6 +65,14 @@ def place(where: Floats, unit: str = "mm", size: float = 1e-3, digits: int = 3) 
     return f"({', '.join(f'{value / size:.{digits}g}' for value in where)}) {unit}"
 
 
+def among(facets: IntArray, others: IntArray) -> NDArray[np.bool_]:
+    """Whether each of the facets (n, corners) is one of the `others`, in any order of corners."""
+    both = np.sort(np.concatenate([facets, others]), axis=1)
+    _, number = np.unique(both, axis=0, return_inverse=True)
+    number = number.ravel()
+    return np.isin(number[: len(facets)], number[len(facets) :])
+
+
 def smallest_angle(tagged: TaggedMesh) -> float:
     """Smallest angle between two edges that meet in a corner of a cell's face, degrees."""
     faces = np.array(FACETS[tagged.cell_type])
@@ -94,13 +102,15 @@ class Soundness:
         self._owner = np.repeat(np.arange(len(self._cells)), len(self._per_cell))
         self._outside = np.sort(first[self._count == 1])  # places of outer facets in `_facets`
 
-    def fault(self, plate: IntArray) -> Fault | None:
-        """The first thing that is wrong; `plate` are the facets (n, corners) that hold the body."""
+    def fault(self, held: IntArray, name: str = "plate") -> Fault | None:
+        """The first thing that is wrong; `held` are the facets (n, corners) with that `name`, from
+        one of which all of the body must hang.
+        """
         return (
             self._twisted()
             or self._folded()
             or self._pinched()
-            or self._loose(plate)
+            or self._loose(held, name)
             or self._touching()
             or self._overlapping()
         )
@@ -185,21 +195,18 @@ class Soundness:
             return what, self._points[wrong[0]]
         return None
 
-    def _loose(self, plate: IntArray) -> Fault | None:
-        """Parts without a facet on the plate."""
+    def _loose(self, held: IntArray, name: str) -> Fault | None:
+        """Parts without one of the facets that are `held`."""
         links = _graph(
             self._owner[self._pairs[:, 0]], self._owner[self._pairs[:, 1]], len(self._cells)
         )
         parts, part = connected_components(links, directed=False)
-        held = np.unique(np.sort(plate, axis=1), axis=0)
-        ours = np.sort(self.outer, axis=1)
-        _, number = np.unique(np.concatenate([held, ours]), axis=0, return_inverse=True)
-        number = number.ravel()
-        on_plate = np.isin(number[len(held) :], number[: len(held)])
-        loose = np.setdiff1d(np.arange(parts), part[self._owner[self._outside[on_plate]]])
+        hanging = self._outside[among(self.outer, held)]
+        loose = np.setdiff1d(np.arange(parts), part[self._owner[hanging]])
         if loose.size:
             cell = int(np.argmax(part == loose[0]))
-            return 'the part there is loose: no facet of it is tagged "plate"', self._middles[cell]
+            what = f'the part there is loose: no facet of it is tagged "{name}"'
+            return what, self._middles[cell]
         return None
 
     def _touching(self) -> Fault | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.mesh.tagged import TaggedMesh
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 
 # Corners of a cell as gmsh numbers them, in the order of its axes: the last index counts fastest.
 _CORNERS = {
@@ -26,6 +26,14 @@ def upright(tagged: TaggedMesh) -> TaggedMesh:
         turned = np.transpose(corners, np.roll(np.arange(dim), dim - 1 - axis))
         cells[np.ix_(some, corners.ravel())] = tagged.cells[some][:, turned.ravel()]
     return tagged._replace(cells=cells)
+
+
+def upright_edges(tagged: TaggedMesh) -> IntArray:
+    """Nodes (n, 2) of the edges that lead down, in a mesh whose cells stand `upright`."""
+    order = _CORNERS[tagged.cell_type]
+    ends = (tagged.cells[:, np.take(order, end, order.ndim - 1).ravel()] for end in (0, 1))
+    edges = np.stack(list(ends), axis=-1).reshape(-1, 2)
+    return np.unique(np.sort(edges, axis=1), axis=0)
 
 
 def _steepness(tagged: TaggedMesh, axis: int) -> NDArray[np.float64]:

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iceslide_fem.errors import SceneError
+from iceslide_fem.mesh.mesh_file import MeshFile
 from iceslide_fem.mesh.named_cells import Block, NamedCells, tagged_mesh
 from iceslide_fem.mesh.tagged import TaggedMesh
 
@@ -52,14 +53,14 @@ XINCLUDE = "://www.w3.org/2001/XInclude"
 XINCLUDE_HTTP = f"http{XINCLUDE}".encode()
 
 
-def load(path: Path, dim: int, body: str) -> TaggedMesh:
-    """Read the cells that are named `body` and all named sets of facets from a file.
+def load(file: MeshFile) -> TaggedMesh:
+    """Read the cells that are named as `file.bodies` and all named sets of facets.
 
     Raises SceneError where VTK can't read the file, and as `tagged_mesh` does.
     """
-    if path.suffix.lower() in (".xdmf", ".xmf"):
-        _check_xdmf(path)
-    arrays = _by_vtk(path)
+    if file.path.suffix.lower() in (".xdmf", ".xmf"):
+        _check_xdmf(file)
+    arrays = _by_vtk(file)
     points: list[Floats] = []
     firsts: list[int] = []
     blocks: list[Block] = []
@@ -74,7 +75,7 @@ def load(path: Path, dim: int, body: str) -> TaggedMesh:
             count += len(own)
         blocks += _blocks(arrays, number, first)
     found = NamedCells(np.arange(count), np.concatenate(points), blocks, {})
-    return tagged_mesh(path, dim, body, found)
+    return tagged_mesh(file, found)
 
 
 def _equal(one: Floats, other: Floats) -> bool:
@@ -100,12 +101,12 @@ def _blocks(arrays: Mapping[str, Any], number: int, first: int) -> list[Block]:
     return found
 
 
-def _by_vtk(path: Path) -> dict[str, Any]:
+def _by_vtk(file: MeshFile) -> dict[str, Any]:
     """Arrays that `vtk_process` writes."""
     program = Path(__file__).with_name("vtk_process.py")
     with tempfile.TemporaryDirectory() as folder:
-        cells, source = Path(folder) / "cells.npz", path.resolve()
-        if path.suffix.lower() in (".xdmf", ".xmf"):
+        cells, source = Path(folder) / "cells.npz", file.path.resolve()
+        if source.suffix.lower() in (".xdmf", ".xmf"):
             source = _standard_xdmf(source, Path(folder))
         words = [sys.executable, "-P", str(program), str(source), str(cells)]
         done = subprocess.run(words, capture_output=True, text=True, errors="replace")
@@ -115,10 +116,10 @@ def _by_vtk(path: Path) -> dict[str, Any]:
                 return dict(arrays)
     said = faults or done.stderr.splitlines()
     if done.returncode < 0 or not said:
-        raise SceneError(f"rubber.mesh {path} can't be read by VTK: the file is damaged")
+        raise SceneError(f"{file} can't be read by VTK: the file is damaged")
     reason = re.sub(r"\x1b\[[0-9;]*m", "", said[0])
     reason = re.sub(r"^.*((ERR|WARN)\||: error :|\): )\s*", "", reason).strip(" .")
-    raise SceneError(f"rubber.mesh {path} can't be read by VTK: {reason}")
+    raise SceneError(f"{file} can't be read by VTK: {reason}")
 
 
 def _standard_xdmf(path: Path, folder: Path) -> Path:
@@ -139,20 +140,18 @@ def _standard_xdmf(path: Path, folder: Path) -> Path:
     return copy
 
 
-def _check_xdmf(path: Path) -> None:
+def _check_xdmf(file: MeshFile) -> None:
     """Raise SceneError if an XDMF file is no XML, or names a file of data that is not there."""
     try:
-        tree = ElementTree.parse(path)
+        tree = ElementTree.parse(file.path)
     except (ElementTree.ParseError, OSError) as error:
-        raise SceneError(f"rubber.mesh {path} is no XDMF file: {error}") from None
+        raise SceneError(f"{file} is no XDMF file: {error}") from None
     if tree.getroot().tag != "Xdmf":
-        raise SceneError(
-            f"rubber.mesh {path} is no XDMF file: it begins with <{tree.getroot().tag}>"
-        )
+        raise SceneError(f"{file} is no XDMF file: it begins with <{tree.getroot().tag}>")
     for item in tree.iter("DataItem"):
         name = (item.text or "").strip().partition(":")[0]
-        if item.get("Format") == "HDF" and not (path.parent / name).is_file():
+        if item.get("Format") == "HDF" and not (file.path.parent / name).is_file():
             raise SceneError(
-                f"rubber.mesh {path} keeps its data in {name}, which is not beside it; both files "
+                f"{file} keeps its data in {name}, which is not beside it; both files "
                 "belong together"
             )

@@ -251,7 +251,23 @@ def _mesh(scene: Scene) -> list[Row]:
     if shortage(scene) is None:
         angle = f"{smallest_angle(tagged_rubber(scene)):.0f}°"
         rows.append(Row("mesh", "smallest angle", angle, "between edges of a cell"))
+        if scene.ice.heat == "mesh":
+            rows += _ice_mesh(scene)
     return rows
+
+
+def _ice_mesh(scene: Scene) -> list[Row]:
+    """Cells of the ice and of what is below it, and how fine they are at the surface."""
+    from iceslide_fem.mesh.ice_body import ice_body
+
+    tagged = ice_body(scene)
+    regions = ", ".join(f"{len(cells)} of {name}" for name, cells in tagged.named_cells.items())
+    heights = tagged.points[tagged.cells, -1]
+    topmost = readable(float(np.ptp(heights[heights.max(axis=1) >= 0.0], axis=1).max()), "m")
+    return [
+        Row("mesh", "cells of ice", f"{len(tagged.cells)}", f"{regions}, quadratic"),
+        Row("mesh", "topmost cells of ice", topmost, "the thickest; half as much between nodes"),
+    ]
 
 
 def _cost(cost: Cost) -> list[Row]:

@@ -57,7 +57,9 @@ def _unused(scene: Scene) -> list[str]:
             reasons['with film.carrier = "rubber", where water stays with its film'] = [
                 "film.water_speed"
             ]
-        if ice.heat not in ("continuum", "mesh") and not (sliding and scene.model == "block"):
+        if ice.mesh is not None:
+            reasons["on ice.mesh, which reaches as far as it does"] = ["ice.margin"]
+        elif ice.heat not in ("continuum", "mesh") and not (sliding and scene.model == "block"):
             reasons[f'with ice.heat = "{ice.heat}"'] = ["ice.margin"]
         elif sliding and scene.model == "slice":
             reasons["below a slice that slides: ice.trail is what lies behind it"] = ["ice.margin"]

@@ -1,0 +1,132 @@
+"""Who reads a mesh file, and what is checked of each: its format, its size, where its facets are.
+
+The suffix decides who reads a file, and what a name is: a physical group or a MED group
+(`gmsh_model`), a set or a surface (`abaqus`), cell data that are not zero (`vtk_cells`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.mesh import abaqus, gmsh_model, vtk_cells
+from iceslide_fem.mesh.mesh_file import MeshFile
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.scene.companions import companions
+
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}  # of coordinates, in m
+LARGEST_FILE = 1_000_000_000  # bytes
+TOLERANCE = 1e-6  # of the height, for what must lie in a plane
+
+READERS: dict[str, Callable[[MeshFile], TaggedMesh]] = {  # by suffixes
+    ".msh": gmsh_model.load,
+    ".med": gmsh_model.load,
+    ".inp": abaqus.load,
+    ".xdmf": vtk_cells.load,
+    ".xmf": vtk_cells.load,
+    ".vtu": vtk_cells.load,
+    ".vtk": vtk_cells.load,
+}
+_NASTRAN = (".bdf", ".nas", ".fem", ".dat")
+
+
+def stamps(file: MeshFile) -> tuple[int, ...]:
+    """What changes when the file, or one that it needs, is written anew: sizes and times.
+
+    Raises SceneError if it can't be read or is too large.
+    """
+    try:
+        status = file.path.stat()
+    except OSError as error:
+        raise SceneError(f"{file} can't be read: {error.strerror}") from None
+    if status.st_size > LARGEST_FILE:
+        raise SceneError(
+            f"{file} has {status.st_size / 1e6:.0f} MB; allowed: up to {LARGEST_FILE / 1e6:.0f} MB"
+        )
+    changed = [other.stat().st_mtime_ns for other in companions(file.path)]
+    return (status.st_size, status.st_mtime_ns, *changed)
+
+
+def read(
+    file: MeshFile, unit: str, needed: tuple[str, ...], sizes: tuple[float, float]
+) -> TaggedMesh:
+    """The file's mesh with the facets of `file.parts`, in m.
+
+    `unit` (`UNITS`) is that of the file's coordinates. Raises SceneError where it can't be read,
+    has no facets of a name that is `needed`, or is not as large as `sizes`, from ... to, m.
+    """
+    reader = READERS.get(file.path.suffix.lower())
+    if reader is None:
+        raise SceneError(f"{file}: {_other_format(file.path.suffix.lower())}")
+    tagged = reader(file)
+    for name in needed:
+        if name not in tagged.facets:
+            found = ", ".join(tagged.facets) or "none"
+            raise SceneError(f'{file} has no facets tagged "{name}"; tags found: {found}')
+    known = {name: tagged.facets[name] for name in file.parts if name in tagged.facets}
+    tagged = tagged._replace(points=UNITS[unit] * tagged.points, facets=known)
+    _check_size(file, tagged, unit, sizes)
+    return tagged
+
+
+def _other_format(suffix: str) -> str:
+    allowed = f"allowed are {', '.join(READERS)}"
+    if suffix in _NASTRAN:
+        return f"files of Nastran ({suffix}) have no names for sets of facets; {allowed}"
+    what = f'files "*{suffix}" are not read' if suffix else "its name has no suffix"
+    return f"{what}; {allowed}; save it as one of these with the program that made it"
+
+
+def _check_size(file: MeshFile, tagged: TaggedMesh, unit: str, sizes: tuple[float, float]) -> None:
+    """Raise SceneError if coordinates are no numbers or were drawn in another unit."""
+    wrong = np.flatnonzero(~np.isfinite(tagged.points).all(axis=1))
+    if wrong.size:
+        raise SceneError(
+            f"{file}: the coordinates of {wrong.size} of {len(tagged.points)} nodes "
+            "are not finite numbers"
+        )
+    size = np.ptp(tagged.points, axis=0).max()
+    smallest, largest = sizes
+    if not smallest <= size <= largest:
+        raise SceneError(
+            f"{file} is {size:g} m large; allowed: {smallest:g} to {largest:g} m; "
+            f'{file.key}_unit = "{unit}" says in which unit it was drawn, allowed: '
+            f"{', '.join(UNITS)}"
+        )
+    if np.ptp(tagged.points[:, -1]) <= TOLERANCE * size:
+        raise SceneError(
+            f"{file} has no height; a slice lies in the plane of x and y, with y upwards"
+        )
+
+
+def check_facets(file: MeshFile, tagged: TaggedMesh, outer: IntArray) -> None:
+    """Raise SceneError if a tagged facet is none of the `outer` ones, or is tagged twice."""
+    sets = [outer, *tagged.facets.values()]
+    _, numbers = np.unique(np.sort(np.concatenate(sets), axis=1), axis=0, return_inverse=True)
+    outside, *named = np.split(numbers.ravel(), np.cumsum([len(part) for part in sets])[:-1])
+    owner: dict[int, str] = {}
+    for name, members in zip(tagged.facets, named, strict=True):
+        if not np.isin(members, outside).all():
+            raise SceneError(
+                f'{file}: facets tagged "{name}" are not on the outside of {file.body}'
+            )
+        for facet in members.tolist():
+            if facet in owner:
+                raise SceneError(f'{file}: a facet is tagged "{owner[facet]}" and "{name}"')
+            owner[facet] = name
+
+
+def check_symmetry(file: MeshFile, tagged: TaggedMesh, what: str) -> None:
+    """Raise SceneError if facets tagged `symmetry` are not at y = 0, and `what` at y >= 0."""
+    if "symmetry" not in tagged.facets:
+        return
+    if tagged.points.shape[1] == 2:
+        raise SceneError(f'{file}: "symmetry" has no meaning in a slice')
+    near = TOLERANCE * np.ptp(tagged.points[:, -1])
+    across = tagged.points[tagged.facets["symmetry"], 1]
+    if abs(across).max() > near or tagged.points[:, 1].min() < -near:
+        raise SceneError(
+            f'{file}: facets tagged "symmetry" must be at y = 0 and the {what} at y >= 0'
+        )

@@ -1,0 +1,122 @@
+"""A user's own mesh of the ice and what it lies on: read, checked, and refused with a reason.
+
+What a mesh must be: coordinates in `ice.mesh_unit`, vertical last (a slice lies in the file's x-y
+plane, y up), the surface at 0, everything below it. Quadrilaterals or hexahedra, the ice named
+`ice` and each of `ice.layers` by its name, which fill the body once (`soundness`); outer facets
+named `surface` (all of the ice at 0), `base` (where a temperature is held) and, for half a block,
+`symmetry` (at y = 0).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.mesh.completeness import lost_symmetry
+from iceslide_fem.mesh.grid import with_sides
+from iceslide_fem.mesh.mesh_file import MeshFile
+from iceslide_fem.mesh.readers import (
+    TOLERANCE,
+    UNITS,
+    check_facets,
+    check_symmetry,
+    read,
+    stamps,
+)
+from iceslide_fem.mesh.soundness import Fault, Soundness, among, facets_of, place
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+
+PARTS = ("surface", "base", "symmetry")
+SIZES = 1e-5, 3.0  # m; what is smaller or larger was drawn in another unit
+KINDS = ("quadrilateral", "hexahedron")
+
+
+def ice_file(path: Path, dim: int, names: Sequence[str]) -> MeshFile:
+    """A file with the mesh of ice and of layers with these `names`; rubber may be in it, too."""
+    return MeshFile("ice.mesh", path, dim, ("ice", *names), PARTS, beside=("rubber",))
+
+
+def load_user_ice(
+    path: Path | str, dim: int, unit: str = "m", names: Sequence[str] = ()
+) -> TaggedMesh:
+    """Read and check a user's mesh of ice, of dimension `dim` (2 for a slice, 3 for a block).
+
+    `unit` (`readers.UNITS`) is that of its coordinates; those of the result are in m. `names` are
+    those of the layers below the ice: its regions are "ice" and these. Outer facets that have no
+    name are its `sides`. Raises SceneError with a sentence that names the file, what is wrong with
+    it and where.
+    """
+    file = ice_file(Path(path), dim, names)
+    return _checked(file, unit, stamps(file))
+
+
+@lru_cache(maxsize=2)  # a scene asks for its mesh several times
+def _checked(file: MeshFile, unit: str, stamps: tuple[int, ...]) -> TaggedMesh:
+    tagged = read(file, unit, ("surface",), SIZES)
+    if tagged.cell_type not in KINDS:
+        advice = 'draw it as a transfinite mesh and recombine it (gmsh: "Transfinite", "Recombine")'
+        raise SceneError(
+            f"{file} is made of {tagged.cell_type} cells, for which quadratic elements of heat "
+            f"have no lumped masses; allowed are {' and '.join(KINDS)} cells: {advice}"
+        )
+    soundness = Soundness(tagged)
+    near = TOLERANCE * float(np.ptp(tagged.points[:, -1]))
+    _check_surface(file, tagged, near)
+    check_facets(file, tagged, soundness.outer)
+    check_symmetry(file, tagged, "ice")
+    fault = (
+        soundness.fault(tagged.facets["surface"], "surface")
+        or _lost_surface(tagged, soundness.outer, near)
+        or lost_symmetry(tagged, soundness.outer, near)
+    )
+    if fault is not None:
+        what, where = fault
+        raise SceneError(f"{file}, near {place(where, unit, UNITS[unit], 6)}: {what}")
+    points = tagged.points.copy()
+    points[np.unique(tagged.facets["surface"]), -1] = 0.0
+    return with_sides(tagged._replace(points=points))
+
+
+def _check_surface(file: MeshFile, tagged: TaggedMesh, near: float) -> None:
+    """Raise SceneError unless the surface is at 0, on top of all, and of ice."""
+    heights = tagged.points[tagged.facets["surface"], -1]
+    low, high = float(heights.min()), float(heights.max())
+    if high - low > near:
+        raise SceneError(
+            f'{file}: facets tagged "surface" are not flat, they reach from {low:g} m to '
+            f"{high:g} m; they must lie at 0 m"
+        )
+    if abs(high) > near:
+        raise SceneError(
+            f'{file}: facets tagged "surface" are at {high:g} m; move the mesh by {-high:g} m so '
+            "that they are at 0, where the rubber is"
+        )
+    top = float(tagged.points[:, -1].max())
+    if top > near:
+        raise SceneError(
+            f"{file} reaches up to {top:g} m, above the surface of the ice at 0 m; allowed is "
+            "nothing above it"
+        )
+    if not among(tagged.facets["surface"], _facets_of_ice(tagged)).all():
+        raise SceneError(
+            f'{file}: facets tagged "surface" are not on cells tagged "ice"; the rubber slides on '
+            "ice only"
+        )
+
+
+def _facets_of_ice(tagged: TaggedMesh) -> IntArray:
+    return facets_of(tagged._replace(cells=tagged.cells[tagged.named_cells["ice"]]))
+
+
+def _lost_surface(tagged: TaggedMesh, outer: IntArray, near: float) -> Fault | None:
+    """The first of the `outer` facets (n, corners) of ice at 0 that is not of the surface."""
+    lost = (np.abs(tagged.points[outer, -1]) <= near).all(axis=1)
+    lost &= among(outer, _facets_of_ice(tagged)) & ~among(outer, tagged.facets["surface"])
+    if not lost.any():
+        return None
+    what = 'the facet there is part of the top of the ice and not tagged "surface"'
+    return what, tagged.points[outer[lost][0]].mean(axis=0)
