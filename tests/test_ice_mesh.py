@@ -346,7 +346,7 @@ def test_a_scene_takes_its_own_mesh(model, tmp_path):
     scene = a_scene(tmp_path, model, mesh, "ice.base=held", layers=["Steel"])
     tagged = ice_body(scene)
     assert set(tagged.regions) == {"ice", "Steel"}
-    nodes = 9 * 9 * (5 if dim == 3 else 1)
+    nodes = 5 * 9 * (3 if dim == 3 else 1)
     assert unknowns(scene).ice == estimate(scene).ice_unknowns == nodes
     noted = notes(a_scene(tmp_path, model, mesh, "ice.margin=1mm", layers=["Steel"]))
     assert noted == ["ice.margin has no effect on ice.mesh, which reaches as far as it does"]

@@ -6,7 +6,7 @@ and picks this rank's own from such arrays, on any number of ranks.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -18,7 +18,7 @@ from iceslide_fem.coupling.state import Memory
 from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.interface.carriers import Carrier
+from iceslide_fem.interface.carriers import Carrier, Ice
 from iceslide_fem.interface.surface_grid import OwnNodes
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.time_discretisation import Motion
@@ -71,6 +71,28 @@ class PointLayout:
         if not self._comm.allreduce(found and once, op=MPI.LAND):
             raise SceneError("the checkpoint does not fit the mesh of this run")
         return {name: values[..., place] for name, values in gathered.items() if name != "x"}
+
+
+class UnknownLayout(PointLayout):
+    """Unknowns of ice on a mesh by where they lie: what a shorter run did not have is nothing yet.
+
+    So much is that of the ice at first, which the content counts from.
+    """
+
+    def own(self, gathered: Mapping[str, Array]) -> Arrays:
+        """This rank's values. Raises SceneError where the mesh is another one. Collective."""
+        saved = gathered["x"].T
+        size = float(np.ptp(saved, axis=0).max())
+        distance, place = cKDTree(saved).query(self._x) if len(self._x) else (np.zeros(0), [])
+        there = np.asarray(distance) <= SAME_PLACE * size
+        count = self._comm.allreduce(int(there.sum()), op=MPI.SUM)
+        if count != len(saved):
+            raise SceneError("the checkpoint does not fit the ice of this run")
+        return {
+            name: np.where(there, values[..., place], 0.0)
+            for name, values in gathered.items()
+            if name != "x"
+        }
 
 
 class GridLayout:
@@ -138,9 +160,16 @@ def layouts_of(block: Block, carrier: Carrier) -> Layouts:
         points,
         layout(carrier.nodes),
         layout(carrier.remembering),
-        layout(carrier.ice.nodes),
+        _of_ice(carrier.ice, layout, comm),
         points,
         PointLayout(at_walls, len(at_walls), comm),
+    )
+
+
+def _of_ice(ice: Ice, layout: Callable[[OwnNodes | None], Layout], comm: MPI.Comm) -> Layout:
+    equation = ice.equation
+    return (
+        layout(ice.nodes) if equation is None else UnknownLayout(equation.x, len(equation.x), comm)
     )
 
 

@@ -98,6 +98,9 @@ class QuadraticElements:
 class LayeredElements:
     """Quadratic downwards and linear along the surface, in quadrilaterals or hexahedra that stand
     upright (`mesh.upright`).
+
+    halves: corners of the lower and the upper half of each cell of this rank, as VTK orders them,
+    by local dofs of the space, (2 cells, 2^dim).
     """
 
     surface_degree = 1
@@ -112,6 +115,8 @@ class LayeredElements:
         own = space.dofmap.index_map.size_local
         self.numbering = numbered(space, kept[kept < own])
         self._spread = self._spreading(places, cells)
+        owned = mesh.topology.index_map(mesh.topology.dim).size_local
+        self.halves = cells[:owned][:, _halves(places)].reshape(-1, 2 ** places.shape[1])
         self._rule = _nodes_rule(places.shape[1])
 
     def capacity(self, density: Any) -> Array:
@@ -212,6 +217,17 @@ def _ends(place: Array) -> list[Array]:
     *across, down = [[x] for x in place]
     choices = [[0.0, 1.0] if axis == [0.5] else axis for axis in across]
     return [np.array([*along, *down]) for along in itertools.product(*choices)]
+
+
+def _halves(places: Array) -> NDArray[np.intp]:
+    """Dofs (2, 2^dim) at the corners of a cell's halves, as VTK orders them."""
+    around = [[0.0], [1.0]] if places.shape[1] == 2 else [[0, 0], [1, 0], [1, 1], [0, 1]]
+    halves = []
+    for low, high in ((0.0, 0.5), (0.5, 1.0)):
+        upper = around[::-1] if places.shape[1] == 2 else around  # a quadrilateral goes around
+        ends = [[*place, low] for place in around] + [[*place, high] for place in upper]
+        halves.append([np.flatnonzero((places == end).all(axis=1))[0] for end in ends])
+    return np.array(halves)
 
 
 def _nodes_rule(dim: int) -> dict[str, Any]:

@@ -28,6 +28,7 @@ from iceslide_fem.film.integrators import Integrator, InterfaceState, Step, erro
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.own_law import own_error, shear_change
 from iceslide_fem.film.rubber_heat import RubberHeat
+from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile
 
 
@@ -133,6 +134,10 @@ class Ice(Protocol):
     @property
     def n_dofs(self) -> int:
         """Temperature unknowns of its mesh."""
+
+    @property
+    def equation(self) -> HeatEquation | None:
+        """That of ice on a finite element mesh, whose unknowns its content has; None of others."""
 
     def initial(self, n_points: int) -> Array:
         """Content of ice at its initial temperature."""

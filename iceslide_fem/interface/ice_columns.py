@@ -30,7 +30,7 @@ class OwnColumns:
     """Every point of the rubber has ice of its own: `model` below each; content: the model's."""
 
     nodes: OwnNodes | None = None  # the points hold the content
-    n_dofs = 0  # of a mesh
+    n_dofs, equation = 0, None  # of a mesh
 
     def __init__(self, model: Column | HalfSpace) -> None:
         self._model = model
@@ -65,7 +65,7 @@ class GridColumns(Column):
     Content: amplitudes (n_modes, own nodes).
     """
 
-    n_dofs = 0  # of a mesh
+    n_dofs, equation = 0, None  # of a mesh
 
     def __init__(
         self,

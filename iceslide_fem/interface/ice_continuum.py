@@ -36,6 +36,8 @@ class Continuum:
     ranks. No heat passes the sides.
     """
 
+    equation = None  # of finite elements
+
     def __init__(
         self,
         surface: Sequence[Lines],

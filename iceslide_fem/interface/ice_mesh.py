@@ -42,7 +42,7 @@ class MeshedIce:
 
         Collective.
         """
-        self.equation = equation
+        self.equation: HeatEquation = equation
         self._surface = HeatedSurface(equation, "surface")
         self._bodies = Bodies([equation])
         self._balance = Balance(self._bodies, solid, temperature, link, agreement)

@@ -13,7 +13,7 @@ from iceslide_fem.heat.balance import product, reading_matrix
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.exchange import numbers_at, taking
 from iceslide_fem.interface.ice_mesh import MeshedIce
-from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid
+from iceslide_fem.interface.surface_grid import Contacts, Placement, Profile, SurfaceGrid
 from iceslide_fem.materials import Solid
 
 
@@ -38,6 +38,15 @@ class PassingMeshedIce(MeshedIce):
         axes = np.meshgrid(*grid.lines, indexing="ij")
         nodes = np.stack([axis.ravel()[grid.own] for axis in axes], axis=1)
         self._of_nodes = reading_matrix(self._surface.read(nodes), self._bodies)
+
+    def profile(self, content: Array) -> Profile:
+        """Temperature of the surface's nodes, and heat below them. Collective."""
+        grid, x = self.grid, self.equation.x
+        own = self.under(Contacts(grid.own_nodes(), grid.cell_area[grid.own]))
+        kelvin = grid.allgather(own.surface_temperature(content))
+        heat = np.where(self.equation.held, 0.0, self.equation.capacity * content)
+        below = grid.scatter(heat, grid.place(x[:, :-1])) / grid.cell_area
+        return Profile(np.zeros(1), kelvin[None], below, grid)
 
     def shifted(self, content: Array, cells: int) -> Array:
         """Content after the window has moved `cells` cells in +x: fresh ice enters. Collective."""

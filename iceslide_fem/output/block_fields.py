@@ -16,6 +16,7 @@ from iceslide_fem.output.grids import (
     FacetGrid,
     Grid,
     RubberGrid,
+    mesh_grid,
     point_grid,
     tensor_grid,
 )
@@ -24,6 +25,8 @@ from iceslide_fem.output.history import interface_fields, remembered_fields
 
 class BlockFields:
     """Grids of the present moment, those of `names` that there are; all is collective.
+
+    shared: names of those of which every rank has a part.
 
     rubber (with stress: its stresses, too), interface, contact_points, ice and trail, as in
     docs/outputs.md. Closed-form ice has no temperature below its surface, attached ice no trail.
@@ -42,7 +45,11 @@ class BlockFields:
             present["interface"] = self._interface
         if "contact_points" in names:
             present["contact_points"] = self._contact_points
-        if "ice" in names and profile is not None:
+        self.shared: set[str] = set()
+        if "ice" in names and ice.equation is not None:
+            present["ice"] = self._meshed_ice
+            self.shared.add("ice")
+        elif "ice" in names and profile is not None:
             present["ice"] = self._ice
         if "trail" in names and block.scene.ice.motion == "sliding":
             present["trail"] = self._trail
@@ -84,6 +91,15 @@ class BlockFields:
             return None
         lines = [*self._lines(profile.grid), -profile.depths]
         return tensor_grid(lines, {TEMPERATURE: celsius.T})
+
+    def _meshed_ice(self, accepted: Accepted | None) -> Grid | None:
+        """This rank's part of the ice's mesh, where the ice is relative to the plate."""
+        equation = self._sliding.carrier.ice.equation
+        assert equation is not None
+        current = self._sliding.current
+        rise = equation.elements.values(current.interface.ice).x.array
+        celsius = self._celsius(self._sliding.block.scene.ice.temperature + rise)
+        return mesh_grid(equation.elements, {TEMPERATURE: celsius}, -current.loads.offset)
 
     def _below_facets(self, depths: Array, celsius: Array) -> Grid | None:
         """Ice of the rubber's own points, which it follows: means below each facet."""

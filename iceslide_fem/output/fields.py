@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from iceslide_fem.files import replace_end, replace_file, writing
 from iceslide_fem.output.grids import Grid
@@ -30,19 +32,29 @@ class Fields:
         self.written = [dict(entry) for entry in earlier]
         self._ends: dict[str, int] = {}  # of the entries in each list, bytes
 
-    def write(self, time: float, grids: Mapping[str, Grid | None]) -> None:
+    def write(
+        self, time: float, grids: Mapping[str, Grid | None], shared: Collection[str] = ()
+    ) -> None:
         """Append `grids`, by their names, at `time` (s): None where another rank has it.
 
+        Of those that are `shared` the ranks have parts, each of which is a file of its own.
         Collective. Raises OutputError on a rank that cannot write.
         """
-        number = len(self.written)
-        files = {name: f"{name}_{number:06d}.vtu" for name in grids}
+        number, parts = len(self.written), {}
+        files = {}
+        for name, grid in grids.items():
+            there = self._comm.allgather(grid is not None) if name in shared else [True]
+            parts[name] = {int(rank): part for part, rank in enumerate(np.flatnonzero(there))}
+            for part in parts[name].values():
+                suffix = f"_{part}" if part else ""
+                files[_part(name, part)] = f"{name}_{number:06d}{suffix}.vtu"
         self.written.append({"time": time, **files})
         with writing(self._folder):
             self._folder.mkdir(parents=True, exist_ok=True)
         for name, grid in grids.items():
             if grid is not None:
-                replace_file(self._folder / files[name], vtu(grid), durable=False)
+                part = parts[name][self._comm.rank] if name in shared else 0
+                replace_file(self._folder / files[_part(name, part)], vtu(grid), durable=False)
         self._comm.Barrier()
         if self._comm.rank == 0:
             for name in grids:
@@ -61,5 +73,17 @@ class Fields:
 
 
 def _entry(one: Mapping[str, Any], name: str) -> bytes:
-    line = f'    <DataSet timestep="{one["time"]:.12g}" part="0" file="{one[name]}" />\n'
-    return line.encode()
+    """Lines of the list for all parts of `name` at a moment."""
+    files = [one[name]]
+    while (part := _part(name, len(files))) in one:
+        files.append(one[part])
+    lines = (
+        f'    <DataSet timestep="{one["time"]:.12g}" part="{part}" file="{file}" />\n'
+        for part, file in enumerate(files)
+    )
+    return "".join(lines).encode()
+
+
+def _part(name: str, part: int) -> str:
+    """What `Fields.written` calls a part of a grid."""
+    return f"{name}.{part}" if part else name

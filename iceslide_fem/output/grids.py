@@ -15,6 +15,7 @@ from scipy.sparse import csr_matrix
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI, cell_dofs, cell_name
+from iceslide_fem.heat.elements import LayeredElements
 from iceslide_fem.rubber.contact_surface import FACET_OF, ContactSurface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.stress import StressRecovery, from_vertices, von_mises
@@ -117,6 +118,25 @@ def _means_at_nodes(dofs: Cells, weights: Array, shape: Array) -> csr_matrix:
     firsts = np.arange(0, count * k + 1, k)
     between = shape[local].ravel(), dofs[cell, :k].ravel(), firsts
     return csr_matrix(between, shape=(count, count)) @ means
+
+
+def mesh_grid(elements: LayeredElements, values: Mapping[str, Array], along: float) -> Grid | None:
+    """This rank's cells of a layered mesh, moved `along` x (m), with `values` at all local dofs of
+    the space; None on a rank without cells.
+
+    The halves of each cell, in which values are nearly straight downwards.
+    """
+    cells = elements.halves
+    if not len(cells):
+        return None
+    used, cells = np.unique(cells, return_inverse=True)
+    x = elements.space.tabulate_dof_coordinates()[used]
+    dim = elements.space.mesh.geometry.dim
+    points = _in_space(x[:, :dim])
+    points[:, 0] += along
+    kind = {2: "quad", 3: "hexahedron"}[dim]
+    here = {name: np.real(value[used]) for name, value in values.items()}
+    return Grid(points, kind, cells.reshape(-1, 2**dim), here, {})
 
 
 class FacetGrid:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,10 +13,10 @@ from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import Accepted
 from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics import compat
+from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.output.history import interface_fields
 from iceslide_fem.rubber.block import Block
-from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.stress import CellPoints, von_mises
 
 ON_SURFACE = 1e-9  # of the block's height
@@ -132,7 +132,9 @@ class Probes:
 
     def _in_ice(self, probe: Probe, sliding: Sliding) -> float:
         """Temperature of the ice, degC. Collective."""
-        current = sliding.current
+        current, ice = sliding.current, sliding.carrier.ice
+        if ice.equation is not None:
+            return self._in_mesh(probe, ice.equation, sliding)
         profile = sliding.carrier.ice.profile(current.interface.ice)
         assert profile is not None  # the scene refuses probes in closed-form ice
         if profile.grid is None:  # attached ice follows the rubber's points
@@ -151,6 +153,22 @@ class Probes:
         T_m = sliding.block.scene.ice.melting_temperature
         return min(float(shares @ kelvin), T_m) - ZERO_CELSIUS
 
+    def _in_mesh(self, probe: Probe, equation: HeatEquation, sliding: Sliding) -> float:
+        """The same where the ice has a mesh: what its elements have there. Collective."""
+        scene, current = sliding.block.scene, sliding.current
+        rise = np.real(equation.elements.values(current.interface.ice).x.array)
+        place = probe.place + np.eye(1, probe.place.size)[0] * current.loads.offset
+        found = cell_around(equation.elements.space, place)
+        if found is None:
+            return math.nan
+        cell, within = found
+        element = compat.basix_lagrange(compat.cell_name(equation.body.mesh), 2)
+        shape = np.array(element.tabulate(0, within[None]))[0, 0, :, 0]
+        kelvin = scene.ice.temperature + float(
+            shape @ rise[compat.cell_dofs(equation.elements.space)[cell]]
+        )
+        return min(kelvin, scene.ice.melting_temperature) - ZERO_CELSIUS
+
     def _found(self, name: str, place: Sequence[float]) -> Probe:
         """The probe at `place` (x, y, z), m. Collective."""
         rubber, surface = self._block.rubber, self._block.surface
@@ -161,7 +179,7 @@ class Probes:
             side, x[1] = -1.0, -x[1]
         found: tuple[int, Array] | None = None
         if x[-1] > -self._skin:
-            found = cell_around(rubber, x)
+            found = cell_around(rubber.space, x)
             if self._first(0.0 if found else np.inf) is None:
                 raise SceneError(
                     f"output.probes.{name} = {list(place)} (m) is neither in the undeformed rubber "
@@ -190,17 +208,17 @@ class Probes:
         return self._first(distance) == self._comm.rank
 
 
-def cell_around(rubber: HyperelasticBody, x: Array) -> tuple[int, Array] | None:
-    """This rank's first cell around the undeformed place `x` (d,), m, and the place within it.
+def cell_around(space: Any, x: Array) -> tuple[int, Array] | None:
+    """This rank's first cell of a quadratic `space` around `x` (d,), m, and the place within it.
 
     Newton's method in the cells' own coordinates; None if no cell of this rank is around it.
     """
-    name, topology = compat.cell_name(rubber.mesh), rubber.mesh.topology
+    name, topology = compat.cell_name(space.mesh), space.mesh.topology
     vertex = compat.basix_lagrange(name, 1)
     owned = topology.index_map(topology.dim).size_local
     k = np.array(vertex.tabulate(0, np.zeros((1, x.size)))).shape[2]
-    nodes = rubber.space.tabulate_dof_coordinates()[:, : x.size]
-    corners = nodes[compat.cell_dofs(rubber.space)[:owned, :k]]
+    nodes = space.tabulate_dof_coordinates()[:, : x.size]
+    corners = nodes[compat.cell_dofs(space)[:owned, :k]]
     low, high = corners.min(axis=1), corners.max(axis=1)
     slack = INSIDE * (high - low)
     near = ((low - slack <= x) & (x <= high + slack)).all(axis=1)
