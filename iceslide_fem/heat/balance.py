@@ -33,10 +33,12 @@ from iceslide_fem.heat.surface import Reading
 from iceslide_fem.materials import Solid
 
 MOST_ITERATIONS = 40
-MOST_HALVINGS = 8
+MOST_PLACES = 16
 FALLEN = 0.5  # of the slope along a change: then it goes far enough
 # How closely a linear system is solved, of the agreement: films answer by 1 / link times as much.
 CLOSE = 1e-4
+NOTHING = 1e-12  # of a point's weights
+SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
 UNSETTLED = "the melting part of the ice's surface does not settle"
 
 
@@ -50,6 +52,9 @@ class Asked(NamedTuple):
 class Balance:
     """Bodies below films on points; `solid` is the ice, at `temperature` (K) at first."""
 
+    _area: Array  # of the points
+    _reads: PETSc.Mat
+
     def __init__(
         self, bodies: Bodies, solid: Solid, temperature: float, link: float, agreement: float
     ) -> None:
@@ -58,6 +63,8 @@ class Balance:
         self._link, self._agreement = link, agreement
         self._solver = LinearSolver(bodies.comm, CLOSE * agreement)
         self._diagonal = bodies.conduction.getDiagonal().array.copy()
+        # what each stage and each iteration writes anew
+        self._system, self._changed = (bodies.conduction.duplicate() for _ in range(2))
 
     def under(self, reads: PETSc.Mat, area: Array) -> Balance:
         """The same bodies below points that `reads` (`reading_matrix`) and of `area` (n,), m2."""
@@ -77,7 +84,7 @@ class Balance:
         bodies = self._bodies
         capacity = bodies.capacity / dt
         diagonal = capacity + self._diagonal
-        system = bodies.conduction.copy()
+        system = bodies.conduction.copy(self._system, SAME)
         _set_diagonal(system, diagonal)
         fixed = capacity * start - bodies.drawn
         rise, near = start, film.log_height
@@ -99,17 +106,25 @@ class Balance:
         system: PETSc.Mat,
         fixed: Array,
     ) -> tuple[Array, Asked]:
-        """As far along a `change` as the convex function falls: its slope there is a secant's."""
-        share, low, high = 1.0, 0.0, np.inf
-        first = self._dot(change, before.imbalance)
-        for _ in range(MOST_HALVINGS):
+        """As far along a `change` as the convex function falls: where its slope is small.
+
+        The slope falls from that at the start. Where all of the change goes too far, the places
+        between which it passes 0 are drawn together, by secants and by halves in turn.
+        """
+        low, first = 0.0, self._dot(change, before.imbalance)
+        share, high, above, below = 1.0, np.inf, first, 0.0
+        for attempt in range(MOST_PLACES):
             there = rise + share * change
             asked = self._asked(film, there, before.stage.log_height, system, fixed)
             slope = self._dot(change, asked.imbalance)
-            if slope >= -FALLEN * first:
+            if slope >= -FALLEN * first and (share == 1.0 or slope <= FALLEN * first):
                 break
-            high = share
-            share = low + (high - low) * first / (first - slope)
+            if slope < 0.0:
+                high, below = share, slope
+            else:
+                low, above = share, slope
+            part = above / (above - below) if attempt % 2 == 0 else 0.5
+            share = low + (high - low) * part
         return there, asked
 
     def _asked(
@@ -146,8 +161,8 @@ class Balance:
         weights.array[:] = slopes
         scaled.diagonalScale(L=weights)
         falls = self._reads.transposeMatMult(scaled)
-        tangent = system.copy()
-        tangent.axpy(1.0, falls, structure=PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        tangent = system.copy(self._changed, SAME)
+        _add(tangent, falls)
         for one in (scaled, weights, falls):
             one.destroy()
         return tangent
@@ -180,6 +195,16 @@ def product(matrix: PETSc.Mat, values: Array) -> Array:
     return np.asarray(found)
 
 
+def _add(matrix: PETSc.Mat, few: PETSc.Mat) -> None:
+    """Add `few` to a matrix that has its entries; most of its rows are empty. Collective."""
+    starts, columns, values = few.getValuesCSR()
+    rows = np.flatnonzero(np.diff(starts)).astype(PETSc.IntType)
+    starts = np.append(starts[rows], starts[-1]).astype(PETSc.IntType)
+    numbers = matrix.getOwnershipRange()[0] + rows
+    matrix.setValuesIJV(starts, columns, values, addv=True, rowmap=numbers)
+    matrix.assemble()
+
+
 def _set_diagonal(matrix: PETSc.Mat, values: Array) -> None:
     diagonal = matrix.createVecRight()
     diagonal.array[:] = values
@@ -189,13 +214,11 @@ def _set_diagonal(matrix: PETSc.Mat, values: Array) -> None:
 
 def reading_matrix(reading: Reading, bodies: Bodies) -> PETSc.Mat:
     """Matrix that reads the unknowns of all bodies at this rank's points. Collective."""
-    n, nodes = reading.number.shape
-    own = bodies.capacity.size
-    starts = nodes * np.arange(n + 1, dtype=PETSc.IntType)
-    columns, weights = reading.number.astype(PETSc.IntType), reading.weight
-    matrix = PETSc.Mat().createAIJ(
-        ((n, PETSc.DETERMINE), (own, PETSc.DETERMINE)),
-        csr=(starts, columns.ravel(), weights.ravel()),
+    counts = np.abs(reading.weight) > NOTHING
+    starts = np.concatenate([[0], np.cumsum(counts.sum(axis=1))]).astype(PETSc.IntType)
+    columns = reading.number[counts].astype(PETSc.IntType)
+    return PETSc.Mat().createAIJ(
+        ((len(counts), PETSc.DETERMINE), (bodies.capacity.size, PETSc.DETERMINE)),
+        csr=(starts, columns, reading.weight[counts]),
         comm=bodies.comm,
     )
-    return matrix

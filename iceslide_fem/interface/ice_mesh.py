@@ -83,7 +83,7 @@ class MeshedIce:
 
     def _reading(self, at: Placement) -> PETSc.Mat:
         """Matrix that reads the unknowns at the points `at` their places. Collective."""
-        return reading_matrix(Reading(at.node, at.share), self._bodies)
+        return reading_matrix(Reading(at.node.astype(np.int64), at.share), self._bodies)
 
     def profile(self, content: Array) -> Profile | None:
         """None: there is a mesh instead."""

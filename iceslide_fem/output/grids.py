@@ -126,17 +126,16 @@ def mesh_grid(elements: LayeredElements, values: Mapping[str, Array], along: flo
 
     The halves of each cell, in which values are nearly straight downwards.
     """
-    cells = elements.halves
-    if not len(cells):
+    if not len(elements.halves):
         return None
-    used, cells = np.unique(cells, return_inverse=True)
+    used, numbers = np.unique(elements.halves, return_inverse=True)
     x = elements.space.tabulate_dof_coordinates()[used]
     dim = elements.space.mesh.geometry.dim
     points = _in_space(x[:, :dim])
     points[:, 0] += along
     kind = {2: "quad", 3: "hexahedron"}[dim]
     here = {name: np.real(value[used]) for name, value in values.items()}
-    return Grid(points, kind, cells.reshape(-1, 2**dim), here, {})
+    return Grid(points, kind, numbers.astype(np.int64).reshape(-1, 2**dim), here, {})
 
 
 class FacetGrid:
