@@ -6,14 +6,14 @@ its own part of the ice, and of points what lies on it; what crosses goes by PET
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping
 from copy import copy
-from functools import lru_cache
 
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.fenics.compat import PETSc
+from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.film.law import Film, FilmStage
 from iceslide_fem.heat.balance import Balance, reading_matrix
 from iceslide_fem.heat.bodies import Bodies
@@ -47,7 +47,7 @@ class MeshedIce:
         self._bodies = Bodies([equation])
         self._balance = Balance(self._bodies, solid, temperature, link, agreement)
 
-        self._reads = lru_cache(maxsize=KNOWN)(self._reading)
+        self._known: deque[tuple[Placement, PETSc.Mat]] = deque(maxlen=KNOWN)
 
     @property
     def n_dofs(self) -> int:
@@ -68,6 +68,18 @@ class MeshedIce:
         below = copy(self)
         below._balance = self._balance.under(self._reads(contacts.at), contacts.area)
         return below
+
+    def _reads(self, at: Placement) -> PETSc.Mat:
+        """That of recent points is known, where it is on all ranks. Collective."""
+        places = [number for number, (one, _) in enumerate(self._known) if one is at]
+        here = places[0] if places else -1
+        ends = np.array([here, -here])
+        self.equation.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MIN)
+        if ends[0] == -ends[1] and here >= 0:
+            return self._known[here][1]
+        reads = self._reading(at)
+        self._known.append((at, reads))
+        return reads
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature at the points (K), shape (n,). Collective."""
