@@ -112,8 +112,8 @@ def _of_cells(body: DistributedMesh, solids: Mapping[str, Solid]) -> tuple[Any, 
     """Conductivity (W/(m K)) and heat capacity (J/(m3 K)) of the cells, ghosts included."""
     space = compat.cellwise_space(body.mesh)
     conductivity, capacity = fem.Function(space), fem.Function(space)
-    for name, solid in solids.items():
-        cells = body.cell_tags.find(body.regions[name])
+    for name, number in body.regions.items():
+        solid, cells = solids[name], body.cell_tags.find(number)
         dofs = compat.cell_dofs(space)[cells, 0]
         conductivity.x.array[dofs] = solid.conductivity
         capacity.x.array[dofs] = solid.density * solid.heat_capacity

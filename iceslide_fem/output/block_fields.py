@@ -9,6 +9,7 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import Accepted
+from iceslide_fem.heat.elements import LayeredElements
 from iceslide_fem.interface.surface_grid import Profile, SurfaceGrid
 from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.output.grids import (
@@ -95,7 +96,7 @@ class BlockFields:
     def _meshed_ice(self, accepted: Accepted | None) -> Grid | None:
         """This rank's part of the ice's mesh, where the ice is relative to the plate."""
         equation = self._sliding.carrier.ice.equation
-        assert equation is not None
+        assert equation is not None and isinstance(equation.elements, LayeredElements)
         current = self._sliding.current
         rise = equation.elements.values(current.interface.ice).x.array
         celsius = self._celsius(self._sliding.block.scene.ice.temperature + rise)
