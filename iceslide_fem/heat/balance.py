@@ -26,11 +26,11 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics.compat import MPI, PETSc
-from iceslide_fem.film.law import Film, FilmStage, Surface
+from iceslide_fem.film.law import Film, FilmStage
 from iceslide_fem.heat.bodies import Bodies
+from iceslide_fem.heat.contact import Answer, Contact
 from iceslide_fem.heat.linear import LinearSolver
 from iceslide_fem.heat.surface import Reading
-from iceslide_fem.materials import Solid
 
 MOST_ITERATIONS = 40
 MOST_PLACES = 16
@@ -43,38 +43,44 @@ UNSETTLED = "the melting part of the ice's surface does not settle"
 
 
 class Asked(NamedTuple):
-    """Films at given temperatures: what they give, the imbalance of each unknown (W) with it."""
+    """What films answer at given temperatures, the imbalance of each unknown (W) with it."""
 
-    stage: FilmStage
+    answer: Answer
     imbalance: Array
 
 
 class Balance:
-    """Bodies below films on points; `solid` is the ice, at `temperature` (K) at first."""
+    """Bodies with films between or below them: `contact` says what those give."""
 
-    _area: Array  # of the points
+    _contact: Contact
     _reads: PETSc.Mat
 
-    def __init__(
-        self, bodies: Bodies, solid: Solid, temperature: float, link: float, agreement: float
-    ) -> None:
-        """agreement: how far (K) the surface may be from what takes what the films give."""
-        self._bodies, self._solid, self._T_0 = bodies, solid, temperature
-        self._link, self._agreement = link, agreement
+    def __init__(self, bodies: Bodies, temperature: float, agreement: float) -> None:
+        """All bodies are at `temperature` (K) at first. agreement: how far (K) the surface may be
+        from what takes what the films give.
+        """
+        self._bodies, self._T_0, self._agreement = bodies, temperature, agreement
         self._solver = LinearSolver(bodies.comm, CLOSE * agreement)
         self._diagonal = bodies.conduction.getDiagonal().array.copy()
+        self._heating = np.zeros_like(self._diagonal)
         # what each stage and each iteration writes anew
         self._system, self._changed = (bodies.conduction.duplicate() for _ in range(2))
 
-    def under(self, reads: PETSc.Mat, area: Array) -> Balance:
-        """The same bodies below points that `reads` (`reading_matrix`) and of `area` (n,), m2."""
+    def under(self, reads: PETSc.Mat, contact: Contact) -> Balance:
+        """The same bodies with a `contact` whose points `reads` (`reading_matrix`)."""
         below = copy(self)
-        below._area, below._reads = area, reads
+        below._contact, below._reads = contact, reads
         return below
 
+    def heated(self, power: Array) -> Balance:
+        """The same bodies with a source of heat within, W, (n_own,) (`HeatEquation.load`)."""
+        inside = copy(self)
+        inside._heating = power
+        return inside
+
     def temperature(self, rise: Array) -> Array:
-        """Of the points, K, (n,). Collective."""
-        return self._T_0 + self._at_points(rise)
+        """At all that is read, K. Collective."""
+        return self._T_0 + product(self._reads, rise)
 
     def stage(self, start: Array, dt: float, film: Film) -> tuple[Array, FilmStage]:
         """Rise at the end of a stage of `dt` (s) from `start`, and the film's. Collective.
@@ -86,13 +92,13 @@ class Balance:
         diagonal = capacity + self._diagonal
         system = bodies.conduction.copy(self._system, SAME)
         _set_diagonal(system, diagonal)
-        fixed = capacity * start - bodies.drawn
+        fixed = capacity * start - bodies.drawn + self._heating
         rise, near = start, film.log_height
         asked = self._asked(film, rise, near, system, fixed)
         for _ in range(MOST_ITERATIONS):
             if self._settled(asked, diagonal):
-                return self._kept(rise, asked.imbalance, dt), asked.stage
-            tangent = self._tangent(system, asked.stage)
+                return self._kept(rise, asked.imbalance, dt), asked.answer.stage
+            tangent = self._tangent(system, asked.answer)
             change = self._solver.solve(tangent, asked.imbalance)
             rise, asked = self._along(film, rise, change, asked, system, fixed)
         raise NotConverged(UNSETTLED)
@@ -115,7 +121,7 @@ class Balance:
         share, high, above, below = 1.0, np.inf, first, 0.0
         for attempt in range(MOST_PLACES):
             there = rise + share * change
-            asked = self._asked(film, there, before.stage.log_height, system, fixed)
+            asked = self._asked(film, there, before.answer.stage.log_height, system, fixed)
             slope = self._dot(change, asked.imbalance)
             if slope >= -FALLEN * first and (share == 1.0 or slope <= FALLEN * first):
                 break
@@ -130,11 +136,9 @@ class Balance:
     def _asked(
         self, film: Film, rise: Array, near: Array, system: PETSc.Mat, fixed: Array
     ) -> Asked:
-        below = self._T_0 + self._at_points(rise)
-        link = np.full_like(below, self._link)
-        stage = film.solve(Surface.of(below, link, self._solid), near)
-        given = self._to_bodies(self._area * stage.ice_flux)
-        return Asked(stage, fixed + given - product(system, rise))
+        answer = self._contact.ask(film, self.temperature(rise), near)
+        given = self._to_bodies(answer.given)
+        return Asked(answer, fixed + given - product(system, rise))
 
     def _settled(self, asked: Asked, diagonal: Array) -> bool:
         """Whether what is out of balance would warm no unknown by more than the agreement."""
@@ -152,23 +156,18 @@ class Balance:
         ]
         return rise + np.concatenate(warmer)
 
-    def _tangent(self, system: PETSc.Mat, stage: FilmStage) -> PETSc.Mat:
-        slopes = self._area * stage.ice_slope / self._link
-        if not self._bodies.comm.allreduce(float(slopes.max(initial=0.0)), op=MPI.MAX) > 0.0:
+    def _tangent(self, system: PETSc.Mat, answer: Answer) -> PETSc.Mat:
+        """The system with the falls of what the films give."""
+        steepest = float(answer.falls.max(initial=0.0))
+        if not self._bodies.comm.allreduce(steepest, op=MPI.MAX) > 0.0:
             return system
-        scaled = self._reads.copy()
-        weights = scaled.createVecLeft()
-        weights.array[:] = slopes
-        scaled.diagonalScale(L=weights)
-        falls = self._reads.transposeMatMult(scaled)
+        weighed = answer.weighed(self._reads)
+        falls = self._reads.transposeMatMult(weighed)
+        weighed.destroy()
         tangent = system.copy(self._changed, SAME)
         _add(tangent, falls)
-        for one in (scaled, weights, falls):
-            one.destroy()
+        falls.destroy()
         return tangent
-
-    def _at_points(self, rise: Array) -> Array:
-        return product(self._reads, rise)
 
     def _to_bodies(self, given: Array) -> Array:
         """What points give (n,), W, to the unknowns."""

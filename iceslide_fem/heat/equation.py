@@ -15,7 +15,7 @@ the factor itself.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -27,6 +27,29 @@ from iceslide_fem.materials import Solid
 from iceslide_fem.mesh.gmsh_model import DistributedMesh
 
 Elements = LayeredElements | QuadraticElements
+
+
+class Body(Protocol):
+    """A mesh of DOLFINx's whose facets have names: those of the ice and of the rubber."""
+
+    @property
+    def mesh(self) -> Any:
+        """DOLFINx's."""
+
+    @property
+    def facet_tags(self) -> Any:
+        """Numbers of facets."""
+
+    @property
+    def tags(self) -> Mapping[str, int]:
+        """The number of each named set of facets."""
+
+
+class Properties(NamedTuple):
+    """Conductivity (W/(m K)) and heat capacity (J/(m3 K)), UFL expressions."""
+
+    conductivity: Any
+    heat_capacity: Any
 
 
 class HeatEquation:
@@ -41,20 +64,19 @@ class HeatEquation:
 
     def __init__(
         self,
-        body: DistributedMesh,
+        body: Body,
         elements: Elements,
-        solids: Mapping[str, Solid],
+        properties: Properties,
         base: tuple[str, float] | None = None,
     ) -> None:
-        """`solids`: of the body's regions; `base`: name of facets that are held, and by how much
-        (K) they are warmer than the initial temperature. Collective.
+        """`base`: name of facets that are held, and by how much (K) they are warmer than the
+        initial temperature. Collective.
         """
         self.body, self.elements, self.comm = body, elements, body.mesh.comm
         dofs, self.numbers = elements.numbering
         self.x = elements.space.tabulate_dof_coordinates()[dofs, : body.mesh.geometry.dim]
-        conductivity, heat_capacity = _of_cells(body, solids)
-        self.capacity = elements.capacity(heat_capacity)
-        self.conduction = elements.stiffness(conductivity)
+        self.capacity = elements.capacity(properties.heat_capacity)
+        self.conduction = elements.stiffness(properties.conductivity)
         own = dofs.size
         self.held = np.zeros(own, dtype=bool)
         self.drawn, self.base_rise = np.zeros(own), 0.0
@@ -108,8 +130,8 @@ class HeatEquation:
         self.conduction.zeroRowsColumns(rows, diag=0.0)
 
 
-def _of_cells(body: DistributedMesh, solids: Mapping[str, Solid]) -> tuple[Any, Any]:
-    """Conductivity (W/(m K)) and heat capacity (J/(m3 K)) of the cells, ghosts included."""
+def of_regions(body: DistributedMesh, solids: Mapping[str, Solid]) -> Properties:
+    """Properties of a body whose regions are of different `solids`. Collective."""
     space = compat.cellwise_space(body.mesh)
     conductivity, capacity = fem.Function(space), fem.Function(space)
     for name, number in body.regions.items():
@@ -119,4 +141,11 @@ def _of_cells(body: DistributedMesh, solids: Mapping[str, Solid]) -> tuple[Any, 
         capacity.x.array[dofs] = solid.density * solid.heat_capacity
     for function in (conductivity, capacity):
         function.x.scatter_forward()
-    return conductivity, capacity
+    return Properties(conductivity, capacity)
+
+
+def uniform(mesh: Any, solid: Solid) -> Properties:
+    """Properties of a body that is one solid."""
+    capacity = solid.density * solid.heat_capacity
+    numbers = (PETSc.ScalarType(value) for value in (solid.conductivity, capacity))
+    return Properties(*(fem.Constant(mesh, number) for number in numbers))

@@ -15,17 +15,16 @@ from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.own_law import OwnFriction
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
 from iceslide_fem.heat.elements import LayeredElements
-from iceslide_fem.heat.equation import HeatEquation
+from iceslide_fem.heat.equation import HeatEquation, of_regions
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints, OwnColumns
 from iceslide_fem.interface.ice_continuum import Continuum
-from iceslide_fem.interface.ice_mesh import MeshedIce
+from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
 from iceslide_fem.interface.on_ice import OnIce
 from iceslide_fem.interface.on_rubber import Attached, OnRubber, Rubbing
 from iceslide_fem.interface.passing_mesh import PassingMeshedIce
 from iceslide_fem.interface.remembering_ice import RememberingIce
 from iceslide_fem.interface.rubber_columns import RubberOverGrid
 from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid, own_points
-from iceslide_fem.materials import Solid
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.grid import Lines
 from iceslide_fem.mesh.ice import heating_times, passing_time, patch_lines, window_lines
@@ -70,7 +69,7 @@ def _attached(block: Block, duration: Array) -> Attached:
     points, footprint = _footprint(block)
     if scene.ice.heat == "mesh":
         equation = _equation(block, patch_lines(scene, footprint), duration)
-        meshed = MeshedIce(equation, *_balanced(block, duration))
+        meshed = MeshedIce(equation, _settings(block, duration))
         return _on_shared(block, meshed, meshed.place(points), rubber)
     ice = _continuum(block, patch_lines(scene, footprint), duration)
     # The ice stays under the point of the rubber that it lies under at t = 0.
@@ -98,7 +97,7 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     ice: Continuum | GridColumns | PassingMeshedIce
     if scene.ice.heat == "mesh":
         grid = SurfaceGrid.shared(lines, comm)
-        ice = PassingMeshedIce(_equation(block, lines, heated), grid, *_balanced(block, heated))
+        ice = PassingMeshedIce(_equation(block, lines, heated), grid, _settings(block, heated))
     elif scene.ice.heat == "continuum":
         ice = _continuum(block, lines, heated)
     else:
@@ -133,17 +132,17 @@ def _equation(block: Block, surface: list[Lines], heated: Array) -> HeatEquation
     body = gmsh_model.distribute(tagged, comm)
     solids = {layer.name: layer.solid for layer in ice.stack}
     base = None if ice.held is None else ("base", ice.held - ice.temperature)
-    return HeatEquation(body, LayeredElements(body.mesh), solids, base)
+    return HeatEquation(body, LayeredElements(body.mesh), of_regions(body, solids), base)
 
 
-def _balanced(block: Block, heated: Array) -> tuple[Solid, float, float, float]:
-    """Solid and temperature (K) of meshed ice that is `heated` (s), link and agreement of it."""
+def _settings(block: Block, heated: Array) -> Settings:
+    """Of meshed ice that is `heated` (s)."""
     scene, solid = block.scene, block.scene.ice.solid
     tolerance, longest = scene.numerics.tolerance, float(np.max(heated))
     deep = HEATED_LAYERS * math.sqrt(solid.diffusivity * longest)
     share = _shortest(scene, heated) / longest
     link = LINK * tolerance * share**0.5 * deep / solid.conductivity
-    return solid, scene.ice.temperature, link, agreement(tolerance)
+    return Settings(solid, scene.ice.temperature, link, agreement(tolerance))
 
 
 def _shortest(scene: Scene, heated: Array) -> float:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping
 from copy import copy
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,12 +18,24 @@ from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.film.law import Film, FilmStage
 from iceslide_fem.heat.balance import Balance, reading_matrix
 from iceslide_fem.heat.bodies import Bodies
+from iceslide_fem.heat.contact import AboveIce
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.surface import HeatedSurface, Reading
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement, Profile
 from iceslide_fem.materials import Solid
 
 KNOWN = 4  # of recent contacts
+
+
+class Settings(NamedTuple):
+    """solid and temperature (K) of ice at first; link (K m2/W) between it and its points (see
+    `heat.contact`); agreement (K) of both (see `Balance`).
+    """
+
+    solid: Solid
+    temperature: float
+    link: float
+    agreement: float
 
 
 class MeshedIce:
@@ -33,19 +46,14 @@ class MeshedIce:
     def __init__(
         self,
         equation: HeatEquation,
-        solid: Solid,
-        temperature: float,
-        link: float,
-        agreement: float,
+        settings: Settings,
     ) -> None:
-        """Ice of `solid` at `temperature` (K), without points yet. link, agreement: of `Balance`.
-
-        Collective.
-        """
+        """Ice without points yet. Collective."""
         self.equation: HeatEquation = equation
         self._surface = HeatedSurface(equation, "surface")
         self._bodies = Bodies([equation])
-        self._balance = Balance(self._bodies, solid, temperature, link, agreement)
+        self._settings = settings
+        self._balance = Balance(self._bodies, settings.temperature, settings.agreement)
 
         self._known: deque[tuple[Placement, PETSc.Mat]] = deque(maxlen=KNOWN)
 
@@ -66,7 +74,8 @@ class MeshedIce:
     def under(self, contacts: Contacts) -> MeshedIce:
         """The same ice as it answers below `contacts`. Collective."""
         below = copy(self)
-        below._balance = self._balance.under(self._reads(contacts.at), contacts.area)
+        contact = AboveIce(contacts.area, self._settings.solid, self._settings.link)
+        below._balance = self._balance.under(self._reads(contacts.at), contact)
         return below
 
     def _reads(self, at: Placement) -> PETSc.Mat:

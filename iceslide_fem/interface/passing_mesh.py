@@ -12,9 +12,8 @@ from iceslide_fem.fenics.compat import PETSc
 from iceslide_fem.heat.balance import product, reading_matrix
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.exchange import numbers_at, taking
-from iceslide_fem.interface.ice_mesh import MeshedIce
+from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
 from iceslide_fem.interface.surface_grid import Contacts, Placement, Profile, SurfaceGrid
-from iceslide_fem.materials import Solid
 
 
 class PassingMeshedIce(MeshedIce):
@@ -24,13 +23,10 @@ class PassingMeshedIce(MeshedIce):
         self,
         equation: HeatEquation,
         grid: SurfaceGrid,
-        solid: Solid,
-        temperature: float,
-        link: float,
-        agreement: float,
+        settings: Settings,
     ) -> None:
         """As `MeshedIce`, below a `grid` whose first axis has equal cells. Collective."""
-        super().__init__(equation, solid, temperature, link, agreement)
+        super().__init__(equation, settings)
         self.grid = grid
         along = grid.lines[0]
         ahead = equation.x + np.eye(1, equation.x.shape[1]) * (along[1] - along[0])

@@ -1,0 +1,107 @@
+"""What films give to the bodies around them, at the temperatures that are read at their points.
+
+Points are joined to the surfaces through a thin `link` (K m2/W), so that the flux of one that melts
+is a function of its temperature, and unique.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.fenics.compat import PETSc
+from iceslide_fem.film.law import Film, FilmStage, Surface
+from iceslide_fem.film.rubber_heat import FilmBetween, HalfFilm, RubberSurface, parallel
+from iceslide_fem.materials import Solid
+
+
+class Answer(NamedTuple):
+    """Films at given temperatures of what is read, m of them.
+
+    given: power to each, W, (m,); falls: of that with its own temperature, W/K, (m,); shared: by
+    which it rises with the temperature on the other side of the film, W/K, (m / 2,), where there
+    are two.
+    """
+
+    stage: FilmStage
+    given: Array
+    falls: Array
+    shared: Array | None = None
+
+    def weighed(self, reads: PETSc.Mat) -> PETSc.Mat:
+        """The falls times what `reads` the temperatures. Collective."""
+        if self.shared is None:
+            scaled = reads.copy()
+            weights = scaled.createVecLeft()
+            weights.array[:] = self.falls
+            scaled.diagonalScale(L=weights)
+            weights.destroy()
+            return scaled
+        first, n = reads.getOwnershipRange()[0], self.shared.size
+        own, other = np.arange(2 * n), np.roll(np.arange(2 * n), n)
+        columns = first + np.stack([own, other], axis=1)
+        values = np.stack([self.falls, np.tile(-self.shared, 2)], axis=1)
+        starts = 2 * np.arange(2 * n + 1, dtype=PETSc.IntType)
+        size = reads.getSizes()[0]
+        slopes = PETSc.Mat().createAIJ(
+            (size, size),
+            csr=(starts, columns.astype(PETSc.IntType).ravel(), values.ravel()),
+            comm=reads.comm,
+        )
+        weighed = slopes.matMult(reads)
+        slopes.destroy()
+        return weighed
+
+
+class Contact(Protocol):
+    """Films between bodies, or above one."""
+
+    def ask(self, film: Film, temperature: Array, near: Array) -> Answer:
+        """What they give at the temperatures (K) that are read, near a ln h."""
+
+
+class AboveIce(NamedTuple):
+    """Films above ice of `solid`: one reading for each point, which stands for `area`, m2."""
+
+    area: Array
+    solid: Solid
+    link: float
+
+    def ask(self, film: Film, temperature: Array, near: Array) -> Answer:
+        """What they give to the ice."""
+        links = np.full_like(temperature, self.link)
+        stage = film.solve(Surface.of(temperature, links, self.solid), near)
+        return Answer(stage, self.area * stage.ice_flux, self.area * stage.ice_slope / self.link)
+
+
+class BetweenIceAndRubber(NamedTuple):
+    """Films between ice of `solid` and rubber: readings of the ice, then of the rubber.
+
+    The half of a film conducts to either body (`HalfFilm`); area: of the points, m2.
+    """
+
+    area: Array
+    solid: Solid
+    link: float
+    half_film: HalfFilm
+
+    def ask(self, film: Film, temperature: Array, near: Array) -> Answer:
+        """What they give to both.
+
+        With the conductances G_i, G_r to the bodies a film that melts gives each what its own
+        temperature lets it, and one that does not gives both what is left: the fall is G of one, or
+        G_i G_r / (G_i + G_r) of both.
+        """
+        below, above = np.split(temperature, 2)
+        links, cover = np.full_like(below, self.link), np.ones_like(below)
+        ice = Surface.of(below, links, self.solid)
+        rubber = RubberSurface(above, links, cover, self.half_film)
+        stage = FilmBetween(film, rubber).solve(ice, near)
+        to_ice, to_rubber, _ = parallel(ice, rubber, stage.log_height)
+        through = to_ice * to_rubber / (to_ice + to_rubber)
+        shared = self.area * np.where(stage.melting, 0.0, through)
+        falls = [self.area * np.where(stage.melting, one, through) for one in (to_ice, to_rubber)]
+        given = self.area * stage.ice_flux, self.area * stage.rubber_flux
+        return Answer(stage, np.concatenate(given), np.concatenate(falls), shared)
