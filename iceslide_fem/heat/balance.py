@@ -28,7 +28,7 @@ from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.film.law import Film, FilmStage
 from iceslide_fem.heat.bodies import Bodies
-from iceslide_fem.heat.contact import Answer, Contact
+from iceslide_fem.heat.contact import Answer, Contact, Slopes
 from iceslide_fem.heat.linear import LinearSolver
 from iceslide_fem.heat.surface import Reading
 
@@ -66,6 +66,23 @@ class Balance:
         # what each stage and each iteration writes anew
         self._system, self._changed = (bodies.conduction.duplicate() for _ in range(2))
 
+    def make_room(self, reads: PETSc.Mat, slopes: Slopes) -> None:
+        """Let the matrices have entries for films that couple what it `reads` with `slopes`.
+
+        Films above one body couple nothing that it does not. Collective.
+        """
+        weighed = slopes.weighed(reads)
+        falls = reads.transposeMatMult(weighed)
+        conduction = self._bodies.conduction
+        wide = conduction.copy()
+        wide.axpy(1.0, falls, structure=PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+        wide.zeroEntries()
+        wide.axpy(1.0, conduction, structure=PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        self._bodies.conduction = wide
+        self._system, self._changed = wide.duplicate(), wide.duplicate()
+        for one in (weighed, falls):
+            one.destroy()
+
     def under(self, reads: PETSc.Mat, contact: Contact) -> Balance:
         """The same bodies with a `contact` whose points `reads` (`reading_matrix`)."""
         below = copy(self)
@@ -98,7 +115,7 @@ class Balance:
         for _ in range(MOST_ITERATIONS):
             if self._settled(asked, diagonal):
                 return self._kept(rise, asked.imbalance, dt), asked.answer.stage
-            tangent = self._tangent(system, asked.answer)
+            tangent = self._tangent(system, asked.answer.slopes)
             change = self._solver.solve(tangent, asked.imbalance)
             rise, asked = self._along(film, rise, change, asked, system, fixed)
         raise NotConverged(UNSETTLED)
@@ -156,12 +173,12 @@ class Balance:
         ]
         return rise + np.concatenate(warmer)
 
-    def _tangent(self, system: PETSc.Mat, answer: Answer) -> PETSc.Mat:
+    def _tangent(self, system: PETSc.Mat, slopes: Slopes) -> PETSc.Mat:
         """The system with the falls of what the films give."""
-        steepest = float(answer.falls.max(initial=0.0))
+        steepest = float(slopes.falls.max(initial=0.0))
         if not self._bodies.comm.allreduce(steepest, op=MPI.MAX) > 0.0:
             return system
-        weighed = answer.weighed(self._reads)
+        weighed = slopes.weighed(self._reads)
         falls = self._reads.transposeMatMult(weighed)
         weighed.destroy()
         tangent = system.copy(self._changed, SAME)

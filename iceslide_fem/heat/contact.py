@@ -17,16 +17,13 @@ from iceslide_fem.film.rubber_heat import FilmBetween, HalfFilm, RubberSurface, 
 from iceslide_fem.materials import Solid
 
 
-class Answer(NamedTuple):
-    """Films at given temperatures of what is read, m of them.
+class Slopes(NamedTuple):
+    """How what films give follows the temperatures that are read, m of them.
 
-    given: power to each, W, (m,); falls: of that with its own temperature, W/K, (m,); shared: by
-    which it rises with the temperature on the other side of the film, W/K, (m / 2,), where there
-    are two.
+    falls: of what each gets with its own temperature, W/K, (m,); shared: by which it rises with the
+    temperature on the other side of the film, W/K, (m / 2,), where there are two.
     """
 
-    stage: FilmStage
-    given: Array
     falls: Array
     shared: Array | None = None
 
@@ -55,6 +52,16 @@ class Answer(NamedTuple):
         return weighed
 
 
+class Answer(NamedTuple):
+    """Films at given temperatures of what is read: what they give to each of it, W, (m,), and how
+    that follows the temperatures.
+    """
+
+    stage: FilmStage
+    given: Array
+    slopes: Slopes
+
+
 class Contact(Protocol):
     """Films between bodies, or above one."""
 
@@ -73,7 +80,8 @@ class AboveIce(NamedTuple):
         """What they give to the ice."""
         links = np.full_like(temperature, self.link)
         stage = film.solve(Surface.of(temperature, links, self.solid), near)
-        return Answer(stage, self.area * stage.ice_flux, self.area * stage.ice_slope / self.link)
+        slopes = Slopes(self.area * stage.ice_slope / self.link)
+        return Answer(stage, self.area * stage.ice_flux, slopes)
 
 
 class BetweenIceAndRubber(NamedTuple):
@@ -104,4 +112,4 @@ class BetweenIceAndRubber(NamedTuple):
         shared = self.area * np.where(stage.melting, 0.0, through)
         falls = [self.area * np.where(stage.melting, one, through) for one in (to_ice, to_rubber)]
         given = self.area * stage.ice_flux, self.area * stage.rubber_flux
-        return Answer(stage, np.concatenate(given), np.concatenate(falls), shared)
+        return Answer(stage, np.concatenate(given), Slopes(np.concatenate(falls), shared))

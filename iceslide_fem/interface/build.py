@@ -14,8 +14,8 @@ from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.own_law import OwnFriction
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
-from iceslide_fem.heat.elements import LayeredElements
-from iceslide_fem.heat.equation import HeatEquation, of_regions
+from iceslide_fem.heat.elements import LayeredElements, QuadraticElements
+from iceslide_fem.heat.equation import HeatEquation, of_regions, uniform
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints, OwnColumns
 from iceslide_fem.interface.ice_continuum import Continuum
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
@@ -24,6 +24,7 @@ from iceslide_fem.interface.on_rubber import Attached, OnRubber, Rubbing
 from iceslide_fem.interface.passing_mesh import PassingMeshedIce
 from iceslide_fem.interface.remembering_ice import RememberingIce
 from iceslide_fem.interface.rubber_columns import RubberOverGrid
+from iceslide_fem.interface.rubber_mesh import MeshedIceAndRubber
 from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid, own_points
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.grid import Lines
@@ -59,7 +60,8 @@ def carrier_of(block: Block, layers_for: float | None = None) -> Attached | OnRu
 
 def _attached(block: Block, duration: Array) -> Attached:
     scene, solid = block.scene, block.scene.ice.solid
-    temperature, rubber = scene.ice.temperature, rubber_columns(scene, duration)
+    temperature = scene.ice.temperature
+    rubber = INSULATED if scene.rubber.heat == "mesh" else rubber_columns(scene, duration)
     if scene.ice.heat == "column":
         columns = OwnColumns(Column(temperature, duration, solid=solid, ground=scene.ice.ground))
         return Attached(block.friction, columns, own_points(block.surface.n_points), rubber)
@@ -69,7 +71,13 @@ def _attached(block: Block, duration: Array) -> Attached:
     points, footprint = _footprint(block)
     if scene.ice.heat == "mesh":
         equation = _equation(block, patch_lines(scene, footprint), duration)
-        meshed = MeshedIce(equation, _settings(block, duration))
+        settings = _settings(block, duration)
+        meshed = MeshedIce(equation, settings)
+        if scene.rubber.heat == "mesh":
+            meshed = MeshedIceAndRubber(
+                equation, _rubber_equation(block), block.surface, settings, half_film(scene)
+            )
+            return Attached(block.friction, meshed, meshed.place(points))
         return _on_shared(block, meshed, meshed.place(points), rubber)
     ice = _continuum(block, patch_lines(scene, footprint), duration)
     # The ice stays under the point of the rubber that it lies under at t = 0.
@@ -133,6 +141,13 @@ def _equation(block: Block, surface: list[Lines], heated: Array) -> HeatEquation
     solids = {layer.name: layer.solid for layer in ice.stack}
     base = None if ice.held is None else ("base", ice.held - ice.temperature)
     return HeatEquation(body, LayeredElements(body.mesh), of_regions(body, solids), base)
+
+
+def _rubber_equation(block: Block) -> HeatEquation:
+    """Heat equation of the block on its own mesh. Collective."""
+    rubber, body = block.scene.rubber, block.rubber.block
+    plate = ("plate", 0.0) if rubber.plate == "held" else None
+    return HeatEquation(body, QuadraticElements(body.mesh), uniform(body.mesh, rubber.solid), plate)
 
 
 def _settings(block: Block, heated: Array) -> Settings:

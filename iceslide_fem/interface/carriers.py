@@ -139,6 +139,13 @@ class Ice(Protocol):
     def equation(self) -> HeatEquation | None:
         """That of ice on a finite element mesh, whose unknowns its content has; None of others."""
 
+    @property
+    def places(self) -> Array | None:
+        """Where the unknowns of a finite element mesh are, (n_own, d), m; None without one."""
+
+    def of_ice(self, content: Array) -> Array:
+        """The ice's own part of a content, which may hold the rubber's, too."""
+
     def initial(self, n_points: int) -> Array:
         """Content of ice at its initial temperature."""
 

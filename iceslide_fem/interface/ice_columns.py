@@ -30,7 +30,7 @@ class OwnColumns:
     """Every point of the rubber has ice of its own: `model` below each; content: the model's."""
 
     nodes: OwnNodes | None = None  # the points hold the content
-    n_dofs, equation = 0, None  # of a mesh
+    n_dofs, equation, places = 0, None, None  # of a mesh
 
     def __init__(self, model: Column | HalfSpace) -> None:
         self._model = model
@@ -42,6 +42,10 @@ class OwnColumns:
     def under(self, contacts: Contacts) -> IceHeat:
         """The ice below the points, wherever they lie."""
         return self._model
+
+    def of_ice(self, content: Array) -> Array:
+        """All of it."""
+        return content
 
     def saved(self, content: Array) -> dict[str, Array]:
         """The model's, at the points."""
@@ -65,7 +69,7 @@ class GridColumns(Column):
     Content: amplitudes (n_modes, own nodes).
     """
 
-    n_dofs, equation = 0, None  # of a mesh
+    n_dofs, equation, places = 0, None, None  # of a mesh
 
     def __init__(
         self,
@@ -90,6 +94,10 @@ class GridColumns(Column):
             self.grid.allgather(own) for own in (self.at_depths(content), self.heat(content))
         )
         return Profile(self.depths, kelvin, heat, self.grid)
+
+    def of_ice(self, content: Array) -> Array:
+        """All of it."""
+        return content
 
     def initial(self, n_points: int) -> Array:
         """Cold ice below this rank's nodes, whatever the number of points."""

@@ -36,7 +36,7 @@ class Continuum:
     ranks. No heat passes the sides.
     """
 
-    equation = None  # of finite elements
+    equation, places = None, None  # of finite elements
 
     def __init__(
         self,
@@ -101,6 +101,10 @@ class Continuum:
         before = self._at_surface(start)
         given, result = self._surface.settled(stage, before, film, self._link, self._agreement)
         return cooled + dt * self._modes.load_amplitudes(given) * decay, result
+
+    def of_ice(self, content: Array) -> Array:
+        """All of it."""
+        return content
 
     def heat(self, content: Array) -> float:
         """Heat above the initial temperature, J (J/m in a slice)."""

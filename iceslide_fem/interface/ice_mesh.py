@@ -98,6 +98,15 @@ class MeshedIce:
         """One implicit stage of ice and films together. Collective. Raises NotConverged."""
         return self._balance.stage(start, float(dt), film)
 
+    @property
+    def places(self) -> Array:
+        """Where this rank's unknowns are, (n_own, d), m."""
+        return self.equation.x
+
+    def of_ice(self, content: Array) -> Array:
+        """All of it."""
+        return content
+
     def heat(self, content: Array) -> float:
         """Heat above the initial temperature, J (J/m in a slice). Collective."""
         return self.equation.heat(content)

@@ -98,7 +98,8 @@ class BlockFields:
         equation = self._sliding.carrier.ice.equation
         assert equation is not None and isinstance(equation.elements, LayeredElements)
         current = self._sliding.current
-        rise = equation.elements.values(current.interface.ice).x.array
+        own = self._sliding.carrier.ice.of_ice(current.interface.ice)
+        rise = equation.elements.values(own).x.array
         celsius = self._celsius(self._sliding.block.scene.ice.temperature + rise)
         return mesh_grid(equation.elements, {TEMPERATURE: celsius}, -current.loads.offset)
 

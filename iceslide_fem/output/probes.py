@@ -156,7 +156,8 @@ class Probes:
     def _in_mesh(self, probe: Probe, equation: HeatEquation, sliding: Sliding) -> float:
         """The same where the ice has a mesh: what its elements have there. Collective."""
         scene, current = sliding.block.scene, sliding.current
-        rise = np.real(equation.elements.values(current.interface.ice).x.array)
+        own = sliding.carrier.ice.of_ice(current.interface.ice)
+        rise = np.real(equation.elements.values(own).x.array)
         place = probe.place + np.eye(1, probe.place.size)[0] * current.loads.offset
         found = cell_around(equation.elements.space, place)
         if found is None:

@@ -290,12 +290,36 @@ class Scene(Table):
                 "form gives the ice a flux that does not depend on the rubber; "
                 "allowed with heat in the rubber: 'column' or 'continuum'"
             )
+        if self.rubber.heat == "mesh":
+            self._rubber_mesh_can_take_heat()
+            return
         needed = HEATED_LAYERS * (self.rubber.solid.diffusivity * self.load.duration) ** 0.5
         if self.rubber.height < needed:
             raise ValueError(
                 f"rubber.height = {1e3 * self.rubber.height:.3g} mm is too thin for rubber.heat = "
                 f"true, which takes the rubber as a half-space: heat reaches {1e3 * needed:.3g} mm "
                 "deep within load.duration"
+            )
+
+    def _rubber_mesh_can_take_heat(self) -> None:
+        """Raise ValueError where heat on the rubber's own mesh has no meaning in this scene."""
+        if self.model == "point":
+            return  # a point has no mesh: its rubber is a column
+        if self.ice.heat != "mesh":
+            raise ValueError(
+                f'rubber.heat = "mesh" and ice.heat = "{self.ice.heat}" contradict each other: '
+                "both meshes are solved together; allowed: ice.heat = 'mesh', or rubber.heat = true"
+            )
+        if self.ice.motion == "sliding":
+            raise ValueError(
+                'rubber.heat = "mesh" and ice.motion = "sliding" contradict each other: films and '
+                "ice that pass meet other points of the rubber in every step; allowed: "
+                "ice.motion = 'attached', or rubber.heat = true"
+            )
+        if self.friction.law != "film":
+            raise ValueError(
+                f'rubber.heat = "mesh" and friction.law = "{self.friction.law}" contradict each '
+                "other: only a film's heat is shared between meshes; allowed: rubber.heat = true"
             )
 
     @property

@@ -1,0 +1,114 @@
+"""Heat in the rubber's own mesh, of any shape, together with meshed ice: one balance of both.
+
+The rubber conducts in its reference configuration, in the quadratic elements of its displacements.
+The films between it and the ice conduct to either body; its plate is insulated or held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from copy import copy
+
+import numpy as np
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.fenics.compat import PETSc
+from iceslide_fem.film.rubber_heat import HalfFilm
+from iceslide_fem.heat.balance import Balance, reading_matrix
+from iceslide_fem.heat.bodies import Bodies
+from iceslide_fem.heat.contact import BetweenIceAndRubber, Slopes
+from iceslide_fem.heat.equation import HeatEquation
+from iceslide_fem.heat.surface import Reading
+from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
+from iceslide_fem.interface.surface_grid import Contacts, Placement
+from iceslide_fem.rubber.contact_surface import ContactSurface
+
+RAISED = 0.1  # m, above all ice
+
+
+class MeshedIceAndRubber(MeshedIce):
+    """Ice that stays below the rubber, and the rubber. Content: rises of this rank's unknowns, of
+    the ice and then of the rubber, (n_own,), K.
+    """
+
+    def __init__(
+        self,
+        ice: HeatEquation,
+        rubber: HeatEquation,
+        surface: ContactSurface,
+        settings: Settings,
+        half_film: HalfFilm,
+    ) -> None:
+        """The rubber's points are those of its contact `surface`. Collective."""
+        super().__init__(ice, settings)
+        self.rubber, self._half_film = rubber, half_film
+        self._bodies = Bodies([ice, rubber])
+        self._balance = Balance(self._bodies, settings.temperature, settings.agreement)
+        nodes = rubber.numbers[surface.dofs]
+        f, q, a = surface.shape.shape
+        number = np.broadcast_to(nodes[:, None], (f, q, a)).reshape(f * q, a)
+        self._above = self._bodies.joint(1, Reading(number, surface.shape.reshape(f * q, a)))
+
+    @property
+    def n_dofs(self) -> int:
+        """Temperature unknowns of both on all ranks."""
+        return self.equation.n_dofs + self.rubber.n_dofs
+
+    def under(self, contacts: Contacts) -> MeshedIceAndRubber:
+        """The same bodies as they answer below and above `contacts`, all points. Collective."""
+        below = copy(self)
+        area, settings = contacts.area, self._settings
+        contact = BetweenIceAndRubber(area, settings.solid, settings.link, self._half_film)
+        below._balance = self._balance.under(self._reads(contacts.at), contact)
+        return below
+
+    def surface_temperature(self, content: Array) -> Array:
+        """Temperature of the ice at the points (K), shape (n,). Collective."""
+        return np.asarray(np.split(super().surface_temperature(content), 2)[0])
+
+    @property
+    def places(self) -> Array:
+        """Where the unknowns of both are, m; the rubber's `RAISED`: no two are at one place."""
+        above = self.rubber.x.copy()
+        above[:, -1] += RAISED
+        return np.concatenate([self.equation.x, above])
+
+    def heat(self, content: Array) -> float:
+        """Heat of the ice above the initial temperature, J (J/m in a slice). Collective."""
+        return super().heat(self.of_ice(content))
+
+    def rubber_heat(self, content: Array) -> float:
+        """Heat of the rubber above the initial temperature, J (J/m in a slice). Collective."""
+        return self.rubber.heat(self._bodies.parts(content)[1])
+
+    def of_ice(self, content: Array) -> Array:
+        """The ice's own part of a content, (n_own,)."""
+        return self._bodies.parts(content)[0]
+
+    def of_rubber(self, content: Array) -> Array:
+        """The rubber's own part of a content, (n_own,)."""
+        return self._bodies.parts(content)[1]
+
+    def saved(self, content: Array) -> dict[str, Array]:
+        """What checkpoints keep, at this rank's unknowns of both."""
+        return {"rise": content}
+
+    def restored(self, saved: Mapping[str, Array]) -> Array:
+        """Content of what was `saved`."""
+        return saved["rise"]
+
+    def _reading(self, at: Placement) -> PETSc.Mat:
+        below = self._bodies.joint(0, Reading(at.node.astype(np.int64), at.share))
+        widest = max(below.number.shape[1], self._above.number.shape[1])
+        both = (_widened(one, widest) for one in (below, self._above))
+        number, weight = (np.concatenate(parts) for parts in zip(*both, strict=True))
+        reads = reading_matrix(Reading(number, weight), self._bodies)
+        n = len(at.node)
+        self._balance.make_room(reads, Slopes(np.ones(2 * n), np.ones(n)))
+        return reads
+
+
+def _widened(reading: Reading, nodes: int) -> Reading:
+    """The same reading with so many nodes a point: those that are added count nothing."""
+    missing = ((0, 0), (0, nodes - reading.number.shape[1]))
+    return Reading(np.pad(reading.number, missing), np.pad(reading.weight, missing))
