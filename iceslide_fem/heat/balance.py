@@ -30,6 +30,7 @@ from iceslide_fem.film.law import Film, FilmStage
 from iceslide_fem.heat.bodies import Bodies
 from iceslide_fem.heat.contact import Answer, Contact, Slopes
 from iceslide_fem.heat.linear import LinearSolver
+from iceslide_fem.heat.matrices import add, product, set_diagonal
 from iceslide_fem.heat.surface import Reading
 
 MOST_ITERATIONS = 40
@@ -49,6 +50,19 @@ class Asked(NamedTuple):
     imbalance: Array
 
 
+class Begin(NamedTuple):
+    """What is the same in all of a stage: content and rise (K) at its start, capacity over its
+    length (W/K), conduction and its diagonal (W/K), the power (W) of sources and of a held base.
+    """
+
+    content: Array
+    rise: Array
+    capacity: Array
+    conduction: PETSc.Mat
+    diagonal: Array
+    power: Array
+
+
 class Balance:
     """Bodies with films between or below them: `contact` says what those give."""
 
@@ -63,8 +77,7 @@ class Balance:
         self._solver = LinearSolver(bodies.comm, CLOSE * agreement)
         self._diagonal = bodies.conduction.getDiagonal().array.copy()
         self._heating = np.zeros_like(self._diagonal)
-        # what each stage and each iteration writes anew
-        self._system, self._changed = (bodies.conduction.duplicate() for _ in range(2))
+        self._changed = bodies.conduction.duplicate()  # what each iteration writes anew
 
     def make_room(self, reads: PETSc.Mat, slopes: Slopes) -> None:
         """Let the matrices have entries for films that couple what it `reads` with `slopes`.
@@ -79,7 +92,7 @@ class Balance:
         wide.zeroEntries()
         wide.axpy(1.0, conduction, structure=PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
         self._bodies.conduction = wide
-        self._system, self._changed = wide.duplicate(), wide.duplicate()
+        self._changed = wide.duplicate()
         for one in (weighed, falls):
             one.destroy()
 
@@ -95,39 +108,38 @@ class Balance:
         inside._heating = power
         return inside
 
-    def temperature(self, rise: Array) -> Array:
+    def temperature(self, content: Array) -> Array:
         """At all that is read, K. Collective."""
-        return self._T_0 + product(self._reads, rise)
+        return self._T_0 + product(self._reads, self._bodies.rise(content))
 
     def stage(self, start: Array, dt: float, film: Film) -> tuple[Array, FilmStage]:
-        """Rise at the end of a stage of `dt` (s) from `start`, and the film's. Collective.
+        """Content at the end of a stage of `dt` (s) from `start`, and the film's. Collective.
 
         Raises NotConverged.
         """
-        bodies = self._bodies
-        capacity = bodies.capacity / dt
-        diagonal = capacity + self._diagonal
-        system = bodies.conduction.copy(self._system, SAME)
-        _set_diagonal(system, diagonal)
-        fixed = capacity * start - bodies.drawn + self._heating
-        rise, near = start, film.log_height
-        asked = self._asked(film, rise, near, system, fixed)
+        begin = self._begin(start, dt)
+        rise = begin.rise
+        asked = self._asked(begin, film, rise, film.log_height)
         for _ in range(MOST_ITERATIONS):
-            if self._settled(asked, diagonal):
+            if self._settled(asked, begin.capacity):
                 return self._kept(rise, asked.imbalance, dt), asked.answer.stage
-            tangent = self._tangent(system, asked.answer.slopes)
+            tangent = self._tangent(begin, rise, asked.answer.slopes)
             change = self._solver.solve(tangent, asked.imbalance)
-            rise, asked = self._along(film, rise, change, asked, system, fixed)
+            rise, asked = self._along(begin, film, rise, change, asked)
         raise NotConverged(UNSETTLED)
 
+    def _begin(self, start: Array, dt: float) -> Begin:
+        """What is the same in all of a stage; conduction is that of its start."""
+        bodies = self._bodies
+        rise = bodies.rise(start)
+        matrix, drawn = bodies.conducting(rise)
+        diagonal = matrix.getDiagonal()
+        own = diagonal.array.copy()
+        diagonal.destroy()
+        return Begin(start, rise, bodies.capacity / dt, matrix, own, self._heating - drawn)
+
     def _along(
-        self,
-        film: Film,
-        rise: Array,
-        change: Array,
-        before: Asked,
-        system: PETSc.Mat,
-        fixed: Array,
+        self, begin: Begin, film: Film, rise: Array, change: Array, before: Asked
     ) -> tuple[Array, Asked]:
         """As far along a `change` as the convex function falls: where its slope is small.
 
@@ -138,7 +150,7 @@ class Balance:
         share, high, above, below = 1.0, np.inf, first, 0.0
         for attempt in range(MOST_PLACES):
             there = rise + share * change
-            asked = self._asked(film, there, before.answer.stage.log_height, system, fixed)
+            asked = self._asked(begin, film, there, before.answer.stage.log_height)
             slope = self._dot(change, asked.imbalance)
             if slope >= -FALLEN * first and (share == 1.0 or slope <= FALLEN * first):
                 break
@@ -150,40 +162,39 @@ class Balance:
             share = low + (high - low) * part
         return there, asked
 
-    def _asked(
-        self, film: Film, rise: Array, near: Array, system: PETSc.Mat, fixed: Array
-    ) -> Asked:
-        answer = self._contact.ask(film, self.temperature(rise), near)
-        given = self._to_bodies(answer.given)
-        return Asked(answer, fixed + given - product(system, rise))
+    def _asked(self, begin: Begin, film: Film, rise: Array, near: Array) -> Asked:
+        answer = self._contact.ask(film, self._T_0 + product(self._reads, rise), near)
+        given = self._to_bodies(answer.given) + begin.power
+        kept = begin.capacity * (self._bodies.content(rise) - begin.content)
+        return Asked(answer, given - kept - product(begin.conduction, rise))
 
-    def _settled(self, asked: Asked, diagonal: Array) -> bool:
+    def _settled(self, asked: Asked, capacity: Array) -> bool:
         """Whether what is out of balance would warm no unknown by more than the agreement."""
-        off = np.abs(asked.imbalance / diagonal).max(initial=0.0)
+        off = np.abs(asked.imbalance / (capacity + self._diagonal)).max(initial=0.0)
         most = self._bodies.comm.allreduce(off, op=MPI.MAX)
         if np.isnan(most):
             raise NotConverged(UNSETTLED)
         return bool(most <= self._agreement)
 
     def _kept(self, rise: Array, imbalance: Array, dt: float) -> Array:
-        """The rise with all heat in it: what the solver has left warms all of a body alike."""
+        """The content with all heat in it: what the solver has left warms all of a body alike."""
         warmer = [
             one.warmed(left, dt)
             for one, left in zip(self._bodies.equations, self._bodies.parts(imbalance), strict=True)
         ]
-        return rise + np.concatenate(warmer)
+        return self._bodies.content(rise) + np.concatenate(warmer)
 
-    def _tangent(self, system: PETSc.Mat, slopes: Slopes) -> PETSc.Mat:
-        """The system with the falls of what the films give."""
+    def _tangent(self, begin: Begin, rise: Array, slopes: Slopes) -> PETSc.Mat:
+        """Capacity and conduction at a rise, and the falls of what the films give."""
+        tangent = begin.conduction.copy(self._changed, SAME)
+        set_diagonal(tangent, begin.capacity * self._bodies.steepness(rise) + begin.diagonal)
         steepest = float(slopes.falls.max(initial=0.0))
-        if not self._bodies.comm.allreduce(steepest, op=MPI.MAX) > 0.0:
-            return system
-        weighed = slopes.weighed(self._reads)
-        falls = self._reads.transposeMatMult(weighed)
-        weighed.destroy()
-        tangent = system.copy(self._changed, SAME)
-        _add(tangent, falls)
-        falls.destroy()
+        if self._bodies.comm.allreduce(steepest, op=MPI.MAX) > 0.0:
+            weighed = slopes.weighed(self._reads)
+            falls = self._reads.transposeMatMult(weighed)
+            add(tangent, falls)
+            for one in (weighed, falls):
+                one.destroy()
         return tangent
 
     def _to_bodies(self, given: Array) -> Array:
@@ -198,34 +209,6 @@ class Balance:
 
     def _dot(self, one: Array, other: Array) -> float:
         return self._bodies.total(float(one @ other))
-
-
-def product(matrix: PETSc.Mat, values: Array) -> Array:
-    """A matrix times this rank's `values`. Collective."""
-    right, left = matrix.createVecs()
-    right.array[:] = values
-    matrix.mult(right, left)
-    found = left.array.copy()
-    right.destroy()
-    left.destroy()
-    return np.asarray(found)
-
-
-def _add(matrix: PETSc.Mat, few: PETSc.Mat) -> None:
-    """Add `few` to a matrix that has its entries; most of its rows are empty. Collective."""
-    starts, columns, values = few.getValuesCSR()
-    rows = np.flatnonzero(np.diff(starts)).astype(PETSc.IntType)
-    starts = np.append(starts[rows], starts[-1]).astype(PETSc.IntType)
-    numbers = matrix.getOwnershipRange()[0] + rows
-    matrix.setValuesIJV(starts, columns, values, addv=True, rowmap=numbers)
-    matrix.assemble()
-
-
-def _set_diagonal(matrix: PETSc.Mat, values: Array) -> None:
-    diagonal = matrix.createVecRight()
-    diagonal.array[:] = values
-    matrix.setDiagonal(diagonal)
-    diagonal.destroy()
 
 
 def reading_matrix(reading: Reading, bodies: Bodies) -> PETSc.Mat:

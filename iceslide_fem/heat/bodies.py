@@ -6,24 +6,23 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI, PETSc
-from iceslide_fem.heat.equation import HeatEquation
+from iceslide_fem.heat.equation import Conducting, HeatEquation
 from iceslide_fem.heat.surface import Reading
 
 
 class Bodies:
     """The unknowns of some heat equations, on each rank those of one after those of the other.
 
-    capacity, drawn, held: as `HeatEquation` has them, (n_own,); conduction: the joint matrix.
+    capacity: of each, J/K, (n_own,); conduction: the joint matrix at the initial temperature.
     """
 
     def __init__(self, equations: Sequence[HeatEquation]) -> None:
         """Bodies without contact yet. Collective."""
         self.equations, self.comm = tuple(equations), equations[0].comm
         self.capacity = np.concatenate([one.capacity for one in equations])
-        self.drawn = np.concatenate([one.drawn for one in equations])
-        self.held: Mask = np.concatenate([one.held for one in equations])
+        self._drawn = np.concatenate([one.drawn for one in equations])
         self._ends = np.cumsum([one.capacity.size for one in equations])
         self.conduction = equations[0].conduction
         if len(equations) > 1:
@@ -36,8 +35,30 @@ class Bodies:
         self._own_ranges = [one.conduction.getOwnershipRanges() for one in equations]
 
     def initial(self) -> Array:
-        """Rise at t = 0, K, (n_own,)."""
+        """Content at t = 0, K, (n_own,)."""
         return np.concatenate([one.initial() for one in self.equations])
+
+    def rise(self, content: Array) -> Array:
+        """Rise (K) of a content."""
+        return self._each("rise", content)
+
+    def content(self, rise: Array) -> Array:
+        """Content of a rise (K)."""
+        return self._each("content", rise)
+
+    def steepness(self, rise: Array) -> Array:
+        """Derivative of the content with the rise."""
+        return self._each("steepness", rise)
+
+    def conducting(self, rise: Array) -> Conducting:
+        """Conduction at a rise; of several bodies it is always the same. Collective."""
+        if len(self.equations) == 1:
+            return self.equations[0].conducting(rise)
+        return Conducting(self.conduction, self._drawn)
+
+    def _each(self, what: str, values: Array) -> Array:
+        pairs = zip(self.equations, self.parts(values), strict=True)
+        return np.concatenate([getattr(one, what)(part) for one, part in pairs])
 
     def parts(self, values: Array) -> list[Array]:
         """Values (n_own,) of each body."""

@@ -12,6 +12,7 @@ are the whole space, for bodies of any shape; the capacity is lumped, too.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -67,14 +68,17 @@ class QuadraticElements:
         matrix.destroy()
         return np.asarray(lumped)
 
-    def stiffness(self, conductivity: Any) -> PETSc.Mat:
-        """Conduction in the unknowns' order. Collective."""
+    def stiffness(self, conductivity: Any) -> Callable[[], PETSc.Mat]:
+        """What assembles the conduction in the unknowns' order. Collective, and so is that."""
         u, v = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
         form = compat.form(conductivity * ufl.inner(ufl.grad(u), ufl.grad(v)) * ufl.dx)
-        whole = compat.assemble_matrix(compat.create_matrix(form), form)
-        matrix = whole.createSubMatrix(self._rows, self._rows)
-        whole.destroy()
-        return matrix
+        whole = compat.create_matrix(form)
+
+        def assembled() -> PETSc.Mat:
+            matrix = compat.assemble_matrix(whole, form)
+            return matrix.createSubMatrix(self._rows, self._rows)
+
+        return assembled
 
     def load(self, density: Any) -> Array:
         """Power (W), (n_own,), of a source of this `density` (W/m3), UFL's. Collective."""
@@ -123,15 +127,19 @@ class LayeredElements:
         """Capacity (n_own,) of a `density` (J/(m3 K)), a UFL expression. Collective."""
         return self.load(density)
 
-    def stiffness(self, conductivity: Any) -> PETSc.Mat:
-        """Conduction in the unknowns' order. Collective."""
+    def stiffness(self, conductivity: Any) -> Callable[[], PETSc.Mat]:
+        """What assembles the conduction in the unknowns' order, with the values that the
+        coefficients then have. Collective, and so is what it returns.
+        """
         u, v = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
         dx = ufl.dx(domain=self.space.mesh, metadata=self._rule)
         form = compat.form(conductivity * ufl.inner(ufl.grad(u), ufl.grad(v)) * dx)
-        whole = compat.assemble_matrix(compat.create_matrix(form), form)
-        matrix = whole.PtAP(self._spread)
-        whole.destroy()
-        return matrix
+        whole = compat.create_matrix(form)
+
+        def assembled() -> PETSc.Mat:
+            return compat.assemble_matrix(whole, form).PtAP(self._spread)
+
+        return assembled
 
     def load(self, density: Any) -> Array:
         """Power (W), (n_own,), of a source of this `density` (W/m3), UFL's. Collective."""

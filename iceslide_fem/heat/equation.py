@@ -19,10 +19,11 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem
 from iceslide_fem.heat.elements import LayeredElements, QuadraticElements
+from iceslide_fem.heat.matrices import product
 from iceslide_fem.materials import Solid
 from iceslide_fem.mesh.gmsh_model import DistributedMesh
 
@@ -52,6 +53,15 @@ class Properties(NamedTuple):
     heat_capacity: Any
 
 
+class Conducting(NamedTuple):
+    """Conduction between unknowns, W/K, without those of a held base, and the power that leaves
+    each towards it, W.
+    """
+
+    matrix: PETSc.Mat
+    drawn: Array
+
+
 class HeatEquation:
     """Capacity, conduction and the held base of a mesh, in this rank's own unknowns.
 
@@ -76,18 +86,18 @@ class HeatEquation:
         dofs, self.numbers = elements.numbering
         self.x = elements.space.tabulate_dof_coordinates()[dofs, : body.mesh.geometry.dim]
         self.capacity = elements.capacity(properties.heat_capacity)
-        self.conduction = elements.stiffness(properties.conductivity)
+        self._assembled = elements.stiffness(properties.conductivity)
+        self.conduction = self._assembled()
         own = dofs.size
         self.held = np.zeros(own, dtype=bool)
         self.drawn, self.base_rise = np.zeros(own), 0.0
         if base is not None:
-            self._hold(*base)
-        self.conduction.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-        ones, leaks = self.conduction.createVecs()
-        ones.array[:] = ~self.held
-        self.conduction.mult(ones, leaks)
+            self.base_rise = base[1]
+            self.held = self._on(base[0])
+            self.drawn = self._apart(self.conduction)
+        leaks = product(self.conduction, (~self.held).astype(float))
         self._free_capacity = float(self.capacity[~self.held].sum())
-        self._leak = float(leaks.array[~self.held].sum())  # to the base, W/K
+        self._leak = float(leaks[~self.held].sum())  # to the base, W/K
 
     @property
     def n_dofs(self) -> int:
@@ -95,13 +105,29 @@ class HeatEquation:
         return int(self.conduction.getSize()[0])
 
     def initial(self) -> Array:
-        """Rise at t = 0, K: none but of the held base."""
-        return np.where(self.held, self.base_rise, 0.0)
+        """Content at t = 0, K: none but of the held base."""
+        return self.content(np.where(self.held, self.base_rise, 0.0))
 
-    def heat(self, rise: Array) -> float:
+    def heat(self, content: Array) -> float:
         """Heat above the initial temperature, J (J/m in a slice), but the base's. Collective."""
-        own = float(self.capacity @ np.where(self.held, 0.0, rise))
+        own = float(self.capacity @ np.where(self.held, 0.0, content))
         return float(self.comm.allreduce(own, op=MPI.SUM))
+
+    def rise(self, content: Array) -> Array:
+        """Rise (K), (n_own,), of a content: the same where the capacity is constant."""
+        return content
+
+    def content(self, rise: Array) -> Array:
+        """Content (K): the rise that its heat would make at the initial capacity."""
+        return rise
+
+    def steepness(self, rise: Array) -> Array:
+        """Derivative of the content with the rise."""
+        return np.ones_like(rise)
+
+    def conducting(self, rise: Array) -> Conducting:
+        """Conduction at a rise: here it is always the same. Collective."""
+        return Conducting(self.conduction, self.drawn)
 
     def warmed(self, power: Array, dt: float) -> Array:
         """Rise (n_own,) of all but the held base, equal everywhere, after `dt` (s) of the `power`
@@ -111,23 +137,23 @@ class HeatEquation:
         given, takes = self.comm.allreduce(own, op=MPI.SUM)
         return np.where(self.held, 0.0, given / takes)
 
-    def _hold(self, name: str, rise: float) -> None:
-        """Hold the facets `name` at `rise` (K): their rows and columns leave the matrix."""
+    def _on(self, name: str) -> Mask:
+        """Which unknowns the facets `name` have, (n_own,). Collective."""
         space, tags = self.elements.space, self.body.facet_tags
         facets = tags.find(self.body.tags[name])
         here = fem.locate_dofs_topological(space, space.mesh.topology.dim - 1, facets)
         function = fem.Function(space)
         function.x.array[here] = 1.0
         compat.sum_ghosts(compat.petsc_vector(function))  # a rank may know none of its facets
-        self.held = function.x.array[self.elements.numbering.dofs] > 0.5
-        self.base_rise = rise
-        values, drawn = self.conduction.createVecs()
-        values.array[:] = np.where(self.held, rise, 0.0)
-        self.conduction.mult(values, drawn)
-        self.drawn = np.where(self.held, 0.0, drawn.array)
-        first = self.conduction.getOwnershipRange()[0]
-        rows = (first + np.flatnonzero(self.held)).astype(PETSc.IntType)
-        self.conduction.zeroRowsColumns(rows, diag=0.0)
+        return np.asarray(function.x.array[self.elements.numbering.dofs] > 0.5)
+
+    def _apart(self, conduction: PETSc.Mat) -> Array:
+        """Take the held base's rows and columns out of a matrix; what it draws from the others."""
+        values = np.where(self.held, self.base_rise, 0.0)
+        drawn = np.where(self.held, 0.0, product(conduction, values))
+        rows = conduction.getOwnershipRange()[0] + np.flatnonzero(self.held)
+        conduction.zeroRowsColumns(rows.astype(PETSc.IntType), diag=0.0)
+        return drawn
 
 
 def of_regions(body: DistributedMesh, solids: Mapping[str, Solid]) -> Properties:

@@ -16,6 +16,7 @@ from iceslide_fem.film.own_law import OwnFriction
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
 from iceslide_fem.heat.elements import LayeredElements, QuadraticElements
 from iceslide_fem.heat.equation import HeatEquation, of_regions, uniform
+from iceslide_fem.heat.tabulated import Rows, TabulatedHeat
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints, OwnColumns
 from iceslide_fem.interface.ice_continuum import Continuum
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
@@ -31,7 +32,6 @@ from iceslide_fem.mesh.grid import Lines
 from iceslide_fem.mesh.ice import heating_times, passing_time, patch_lines, window_lines
 from iceslide_fem.mesh.ice_body import ice_body
 from iceslide_fem.mesh.rubber import block_shape
-from iceslide_fem.parallel import from_root
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.scene import Scene
 from iceslide_fem.thermal_layers import HEATED_LAYERS
@@ -136,11 +136,14 @@ def _equation(block: Block, surface: list[Lines], heated: Array) -> HeatEquation
     mesh of the user's own. Collective.
     """
     ice, comm = block.scene.ice, block.surface.comm
-    tagged = from_root(lambda: ice_body(block.scene, surface, heated), comm)
-    body = gmsh_model.distribute(tagged, comm)
+    body = gmsh_model.distribute_made(lambda: ice_body(block.scene, surface, heated), comm)
     solids = {layer.name: layer.solid for layer in ice.stack}
     base = None if ice.held is None else ("base", ice.held - ice.temperature)
-    return HeatEquation(body, LayeredElements(body.mesh), of_regions(body, solids), base)
+    elements = LayeredElements(body.mesh)
+    if not ice.has_rows:
+        return HeatEquation(body, elements, of_regions(body, solids), base)
+    rows = Rows.of(ice.conductivity), Rows.of(ice.heat_capacity)
+    return TabulatedHeat(body, elements, solids, ice.temperature, rows, base)
 
 
 def _rubber_equation(block: Block) -> HeatEquation:

@@ -9,9 +9,10 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import PETSc
-from iceslide_fem.heat.balance import product, reading_matrix
+from iceslide_fem.heat.balance import reading_matrix
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.exchange import numbers_at, taking
+from iceslide_fem.heat.matrices import product
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
 from iceslide_fem.interface.surface_grid import Contacts, Placement, Profile, SurfaceGrid
 

@@ -13,7 +13,7 @@ import signal
 import sys
 import tempfile
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -27,6 +27,7 @@ from iceslide_fem.mesh.mesh_file import MeshFile
 from iceslide_fem.mesh.named_cells import Block, NamedCells, tagged_mesh
 from iceslide_fem.mesh.partition import owners
 from iceslide_fem.mesh.tagged import TaggedMesh
+from iceslide_fem.parallel import from_root
 
 if TYPE_CHECKING:
     from iceslide_fem.fenics.compat import MPI
@@ -85,6 +86,21 @@ def distribute(tagged: TaggedMesh, comm: MPI.Comm) -> DistributedMesh:
         mesh, cell_tags, facet_tags = compat.mesh_from_gmsh(None, comm, 0, dim, shared)
     facets, regions = (_numbered(names) for names in (tagged.facets, tagged.named_cells))
     return DistributedMesh(mesh, facet_tags, facets, cell_tags, regions)
+
+
+def distribute_made(make: Callable[[], TaggedMesh], comm: MPI.Comm) -> DistributedMesh:
+    """Share out what rank 0 alone makes: the others know its names, and get their parts.
+
+    Collective; all ranks raise what rank 0 does.
+    """
+    made: list[TaggedMesh] = []
+
+    def names() -> TaggedMesh:
+        made.append(make())
+        return made[0].empty
+
+    empty = from_root(names, comm)
+    return distribute(made[0] if made else empty, comm)
 
 
 def _numbered(names: Iterable[str]) -> dict[str, int]:

@@ -20,7 +20,6 @@ from iceslide_fem.mesh.profile import CONTACT_HEIGHT, block_mesh, count
 from iceslide_fem.mesh.shape import BlockShape, built_in_shape
 from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.mesh.user_mesh import load_user_mesh, mesh_size
-from iceslide_fem.parallel import from_root
 from iceslide_fem.scene import Scene
 
 if TYPE_CHECKING:  # lines and sizes are wanted where there is no MPI, too
@@ -42,8 +41,7 @@ def rubber_mesh(scene: Scene, comm: MPI.Comm) -> RubberMesh:
 
     Collective. Raises SceneError if the user's mesh can't be used.
     """
-    tagged = from_root(lambda: with_sides(tagged_rubber(scene)), comm)
-    meshed = gmsh_model.distribute(tagged, comm)
+    meshed = gmsh_model.distribute_made(lambda: with_sides(tagged_rubber(scene)), comm)
     return RubberMesh(meshed.mesh, meshed.facet_tags, meshed.tags)
 
 

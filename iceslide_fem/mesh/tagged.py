@@ -30,3 +30,12 @@ class TaggedMesh(NamedTuple):
     def named_cells(self) -> Mapping[str, IntArray]:
         """Numbers (k,) of the cells by their names: the regions, or all of the one body."""
         return self.regions or {self.body: np.arange(len(self.cells))}
+
+    @property
+    def empty(self) -> TaggedMesh:
+        """The same names without points, cells and facets."""
+        facets = {name: nodes[:0] for name, nodes in self.facets.items()}
+        regions = {name: cells[:0] for name, cells in self.regions.items()}
+        return self._replace(
+            points=self.points[:0], cells=self.cells[:0], facets=facets, regions=regions
+        )

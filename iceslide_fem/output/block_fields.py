@@ -99,7 +99,7 @@ class BlockFields:
         assert equation is not None and isinstance(equation.elements, LayeredElements)
         current = self._sliding.current
         own = self._sliding.carrier.ice.of_ice(current.interface.ice)
-        rise = equation.elements.values(own).x.array
+        rise = equation.elements.values(equation.rise(own)).x.array
         celsius = self._celsius(self._sliding.block.scene.ice.temperature + rise)
         return mesh_grid(equation.elements, {TEMPERATURE: celsius}, -current.loads.offset)
 

@@ -157,7 +157,7 @@ class Probes:
         """The same where the ice has a mesh: what its elements have there. Collective."""
         scene, current = sliding.block.scene, sliding.current
         own = sliding.carrier.ice.of_ice(current.interface.ice)
-        rise = np.real(equation.elements.values(own).x.array)
+        rise = np.real(equation.elements.values(equation.rise(own)).x.array)
         place = probe.place + np.eye(1, probe.place.size)[0] * current.loads.offset
         found = cell_around(equation.elements.space, place)
         if found is None:

@@ -310,6 +310,11 @@ class Scene(Table):
                 f'rubber.heat = "mesh" and ice.heat = "{self.ice.heat}" contradict each other: '
                 "both meshes are solved together; allowed: ice.heat = 'mesh', or rubber.heat = true"
             )
+        if self.ice.has_rows:
+            raise ValueError(
+                'rubber.heat = "mesh" and rows of ice.conductivity or ice.heat_capacity contradict '
+                "each other; allowed: numbers, or rubber.heat = true"
+            )
         if self.ice.motion == "sliding":
             raise ValueError(
                 'rubber.heat = "mesh" and ice.motion = "sliding" contradict each other: films and '

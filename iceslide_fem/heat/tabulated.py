@@ -1,0 +1,122 @@
+"""The heat equation of ice whose conductivity and heat capacity follow its temperature.
+
+    rho c(T) dT/dt = div(lambda(T) grad T)
+
+The content is the rise that the heat of an unknown would make at the initial capacity c_0,
+
+    w = int c(T) / c_0 dT  from the initial temperature,
+
+so that heat is C_0 w and conserved, as the capacity is diagonal. Unknowns on the face of a layer
+below have the ice's share of their capacity so, and the other as it is. The conductivity in a stage
+is that at its start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.fenics.compat import PETSc, fem
+from iceslide_fem.heat.elements import LayeredElements
+from iceslide_fem.heat.equation import Conducting, HeatEquation, Properties, of_regions
+from iceslide_fem.materials import Solid
+from iceslide_fem.mesh.gmsh_model import DistributedMesh
+
+PASSES, CLOSE = 30, 1e-12  # of Newton's method for a rise, K
+
+
+class Rows(NamedTuple):
+    """Values over temperature (K), straight between rows and held outside of them."""
+
+    kelvin: Array
+    values: Array
+
+    @classmethod
+    def of(cls, given: float | Sequence[tuple[float, float]]) -> Rows:
+        """Rows of a scene's value, which may be a number."""
+        if not isinstance(given, Sequence):
+            return cls(np.array([0.0, 1.0]), np.full(2, given))
+        kelvin, values = zip(*given, strict=True)
+        return cls(np.array(kelvin), np.array(values))
+
+    def at(self, kelvin: Array) -> Array:
+        """Values at temperatures (K)."""
+        return np.interp(kelvin, self.kelvin, self.values)
+
+    def integral(self, kelvin: Array) -> Array:
+        """Integral of the values from the first row's temperature, exact."""
+        steps = np.diff(self.kelvin) * 0.5 * (self.values[1:] + self.values[:-1])
+        whole = np.append(0.0, np.cumsum(steps))
+        low, high = self.kelvin[0], self.kelvin[-1]
+        inside = np.clip(kelvin, low, high)
+        row = np.clip(np.searchsorted(self.kelvin, inside) - 1, 0, len(steps) - 1)
+        part = 0.5 * (inside - self.kelvin[row]) * (self.values[row] + self.at(inside))
+        outside = self.values[0] * np.minimum(kelvin - low, 0.0)
+        outside += self.values[-1] * np.maximum(kelvin - high, 0.0)
+        return np.asarray(whole[row] + part + outside)
+
+
+class TabulatedHeat(HeatEquation):
+    """Layers of which the region `ice` has conductivity and heat capacity over temperature."""
+
+    def __init__(
+        self,
+        body: DistributedMesh,
+        elements: LayeredElements,
+        solids: dict[str, Solid],
+        temperature: float,
+        rows: tuple[Rows, Rows],
+        base: tuple[str, float] | None = None,
+    ) -> None:
+        """Ice at `temperature` (K) at first; rows in W/(m K) and J/(kg K). Collective."""
+        self._T_0, self._conductivity, self._heat_capacity = (
+            temperature,
+            conductivity,
+            heat_capacity,
+        )
+        at_first = of_regions(body, solids)
+        nothing = Solid(0.0, 0.0, 0.0)
+        ice = of_regions(body, {name: nothing for name in solids} | {"ice": Solid(1.0, 1.0, 1.0)})
+        self._relative: Any = fem.Function(elements.space)
+        self._relative.x.array[:] = 1.0
+        varying = 1.0 + ice.conductivity * (self._relative - 1.0)
+        properties = Properties(at_first.conductivity * varying, at_first.heat_capacity)
+        super().__init__(body, elements, properties, base)
+        of_ice = elements.capacity(ice.heat_capacity * at_first.heat_capacity)
+        self._share = of_ice / self.capacity
+        self._first = float(self._heat_capacity.at(np.array(temperature)))
+        self._now: PETSc.Mat | None = None
+
+    def content(self, rise: Array) -> Array:
+        """Content (K): the rise that its heat would make at the initial capacity."""
+        kelvin, first = self._T_0 + rise, np.array(self._T_0)
+        heat = self._heat_capacity.integral(kelvin) - self._heat_capacity.integral(first)
+        return np.asarray(self._share * heat / self._first + (1.0 - self._share) * rise)
+
+    def steepness(self, rise: Array) -> Array:
+        """Derivative of the content with the rise."""
+        relative = self._heat_capacity.at(self._T_0 + rise) / self._first
+        return np.asarray(self._share * relative + 1.0 - self._share)
+
+    def rise(self, content: Array) -> Array:
+        """Rise (K) of a content, by Newton's method: capacities change slowly."""
+        rise = content.copy()
+        for _ in range(PASSES):
+            change = (content - self.content(rise)) / self.steepness(rise)
+            rise = rise + change
+            if not np.abs(change).max(initial=0.0) > CLOSE:
+                break
+        return rise
+
+    def conducting(self, rise: Array) -> Conducting:
+        """Conduction at a rise. Collective."""
+        first = self._conductivity.at(np.array(self._T_0))
+        nodal = self.elements.values(rise).x.array
+        self._relative.x.array[:] = self._conductivity.at(self._T_0 + np.real(nodal)) / first
+        if self._now is not None:
+            self._now.destroy()
+        self._now = self._assembled()
+        return Conducting(self._now, self._apart(self._now))
