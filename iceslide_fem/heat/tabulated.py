@@ -71,12 +71,11 @@ class TabulatedHeat(HeatEquation):
         rows: tuple[Rows, Rows],
         base: tuple[str, float] | None = None,
     ) -> None:
-        """Ice at `temperature` (K) at first; rows in W/(m K) and J/(kg K). Collective."""
-        self._T_0, self._conductivity, self._heat_capacity = (
-            temperature,
-            conductivity,
-            heat_capacity,
-        )
+        """Ice at `temperature` (K) at first; rows of its conductivity, W/(m K), and of its heat
+        capacity, J/(kg K). Collective.
+        """
+        self._T_0 = temperature
+        self._conductivity, self._heat_capacity = rows
         at_first = of_regions(body, solids)
         nothing = Solid(0.0, 0.0, 0.0)
         ice = of_regions(body, {name: nothing for name in solids} | {"ice": Solid(1.0, 1.0, 1.0)})

@@ -146,6 +146,9 @@ class Ice(Protocol):
     def of_ice(self, content: Array) -> Array:
         """The ice's own part of a content, which may hold the rubber's, too."""
 
+    def rubber_rise(self, content: Array) -> Array | None:
+        """Rise (K) at the rubber's nodes, ghosts included, where its mesh takes heat. Collective."""
+
     def initial(self, n_points: int) -> Array:
         """Content of ice at its initial temperature."""
 

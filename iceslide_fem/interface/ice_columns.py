@@ -47,6 +47,10 @@ class OwnColumns:
         """All of it."""
         return content
 
+    def rubber_rise(self, content: Array) -> Array | None:
+        """The rubber's mesh takes no heat."""
+        return None
+
     def saved(self, content: Array) -> dict[str, Array]:
         """The model's, at the points."""
         return self._model.saved(content)
@@ -98,6 +102,10 @@ class GridColumns(Column):
     def of_ice(self, content: Array) -> Array:
         """All of it."""
         return content
+
+    def rubber_rise(self, content: Array) -> Array | None:
+        """The rubber's mesh takes no heat."""
+        return None
 
     def initial(self, n_points: int) -> Array:
         """Cold ice below this rank's nodes, whatever the number of points."""

@@ -106,6 +106,10 @@ class Continuum:
         """All of it."""
         return content
 
+    def rubber_rise(self, content: Array) -> Array | None:
+        """The rubber's mesh takes no heat."""
+        return None
+
     def heat(self, content: Array) -> float:
         """Heat above the initial temperature, J (J/m in a slice)."""
         return float(self._column.heat(self._columns(content)) @ self.grid.cell_area)

@@ -107,6 +107,10 @@ class MeshedIce:
         """All of it."""
         return content
 
+    def rubber_rise(self, content: Array) -> Array | None:
+        """The rubber's mesh takes no heat."""
+        return None
+
     def heat(self, content: Array) -> float:
         """Heat above the initial temperature, J (J/m in a slice). Collective."""
         return self.equation.heat(content)

@@ -85,9 +85,10 @@ class MeshedIceAndRubber(MeshedIce):
         """The ice's own part of a content, (n_own,)."""
         return self._bodies.parts(content)[0]
 
-    def of_rubber(self, content: Array) -> Array:
-        """The rubber's own part of a content, (n_own,)."""
-        return self._bodies.parts(content)[1]
+    def rubber_rise(self, content: Array) -> Array:
+        """Rise (K) at the rubber's nodes, ghosts included. Collective."""
+        values = self.rubber.elements.values(self._bodies.parts(content)[1])
+        return np.asarray(np.real(values.x.array))
 
     def saved(self, content: Array) -> dict[str, Array]:
         """What checkpoints keep, at this rank's unknowns of both."""

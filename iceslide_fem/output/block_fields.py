@@ -65,7 +65,10 @@ class BlockFields:
     def _rubber(self, accepted: Accepted | None) -> Grid | None:
         u = self._sliding.block.rubber.displacements
         velocity = self._sliding.current.motion.velocity.reshape(u.shape)
-        return self._nodes.grid(u, velocity, self._stress)
+        rise = self._sliding.carrier.ice.rubber_rise(self._sliding.current.interface.ice)
+        first = self._sliding.block.scene.ice.temperature - ZERO_CELSIUS
+        warm = {} if rise is None else {TEMPERATURE: first + rise}
+        return self._nodes.grid(u, velocity, self._stress, warm)
 
     def _interface(self, accepted: Accepted | None) -> Grid | None:
         block, contact = self._sliding.block, self._sliding.current.contact

@@ -74,9 +74,18 @@ class RubberGrid:
         if self._points is not None and self._dofs is not None and weights is not None:
             self._means = _means_at_nodes(self._dofs, weights, from_vertices(rubber))
 
-    def grid(self, u: Array, velocity: Array | None, stress: bool) -> Grid | None:
-        """With displacements `u`, velocities (blocked dofs, d) and the `stress`. Collective."""
+    def grid(
+        self,
+        u: Array,
+        velocity: Array | None,
+        stress: bool,
+        more: Mapping[str, Array] | None = None,
+    ) -> Grid | None:
+        """With displacements `u`, velocities (blocked dofs, d), the `stress`, and `more` values at
+        the nodes. Collective.
+        """
         data = {"displacement": self._gather(_in_space(u))}
+        data |= {name: self._gather(values) for name, values in (more or {}).items()}
         if velocity is not None:
             data["velocity (m/s)"] = self._gather(_in_space(velocity))
         at_vertices = _gather(self._comm, self._recovery.at_vertices(u)) if stress else None
