@@ -21,7 +21,7 @@ from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoin
 from iceslide_fem.interface.ice_continuum import Continuum
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
 from iceslide_fem.interface.on_ice import OnIce
-from iceslide_fem.interface.on_rubber import Attached, OnRubber, Rubbing
+from iceslide_fem.interface.on_rubber import Attached, AttachedBetween, OnRubber, Rubbing
 from iceslide_fem.interface.passing_mesh import PassingMeshedIce
 from iceslide_fem.interface.remembering_ice import RememberingIce
 from iceslide_fem.interface.rubber_columns import RubberOverGrid
@@ -77,7 +77,7 @@ def _attached(block: Block, duration: Array) -> Attached:
             meshed = MeshedIceAndRubber(
                 equation, _rubber_equation(block), block.surface, settings, half_film(scene)
             )
-            return Attached(block.friction, meshed, meshed.place(points))
+            return AttachedBetween(block.friction, meshed, meshed.place(points))
         return _on_shared(block, meshed, meshed.place(points), rubber)
     ice = _continuum(block, patch_lines(scene, footprint), duration)
     # The ice stays under the point of the rubber that it lies under at t = 0.

@@ -147,7 +147,7 @@ class Ice(Protocol):
         """The ice's own part of a content, which may hold the rubber's, too."""
 
     def rubber_rise(self, content: Array) -> Array | None:
-        """Rise (K) at the rubber's nodes, ghosts included, where its mesh takes heat. Collective."""
+        """Rise (K) at the rubber's nodes with ghosts, where its mesh takes heat. Collective."""
 
     def initial(self, n_points: int) -> Array:
         """Content of ice at its initial temperature."""

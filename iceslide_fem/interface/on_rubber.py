@@ -133,6 +133,15 @@ class Attached:
         return Contacts(self._at, 0.5 * (start.area + end.area))
 
 
+class AttachedBetween(Attached):
+    """The same between meshes of ice and rubber, which films join where they touch."""
+
+    def _contacts(self, start: ContactLoads, end: ContactLoads) -> Contacts:
+        at, area = super()._contacts(start, end)
+        touching = (start.pressure > 0.0) | (end.pressure > 0.0)
+        return Contacts(at, np.where(touching, area, 0.0))
+
+
 class Rubbing(Attached):
     """The same over meshed ice, which knows its temperature by itself, where the rubber takes none
     of the heat and films remember no viscosity: those that do not rub in a step stay as they are,

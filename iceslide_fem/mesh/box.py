@@ -259,7 +259,19 @@ def _rows(block: BlockShape, sized: Grading) -> list[Lines]:
     for number, high in enumerate([*depths, block.height]):
         rows.append(sized.between(low, high, bool(sized.edge) and number == 0))
         low = high
+    if block.skin and not sized.edge:
+        rows[0] = _with_skin(rows[0], block.skin)
     return rows
+
+
+def _with_skin(line: Lines, skin: float) -> Lines:
+    """Lines with the first cell divided into ones that are as thin as `skin` (m) first, and twice
+    as thick as the one before.
+    """
+    first = line[1] - line[0]
+    count = math.ceil(math.log2(first / skin + 1.0))
+    ends = np.expm1(math.log(2.0) * np.arange(count + 1)) / (2.0**count - 1.0)
+    return np.concatenate([line[0] + first * ends, line[2:]])
 
 
 def _waved(line: Lines, waves: list[Wave], refinement: float) -> Lines:

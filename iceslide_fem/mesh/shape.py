@@ -59,12 +59,16 @@ class Channel(NamedTuple):
     depth: float
 
 
+SKIN = 0.1  # of the thermal layer of the run
+
+
 class BlockShape(NamedTuple):
     """Ranges of x and (in 3-D) y that the rubber covers at the ice, and its height, in m.
 
     If it is `symmetric`, y begins at 0 and the other half is left out. edge (m): radius of the
     lower edges of all lugs or, if `cut`, what is cut off them on either side; draft: tan of the
-    lean of the sides.
+    lean of the sides; skin (m): thickness of the lowest cells of a block with sharp edges, where
+    its mesh takes heat, else 0.
     """
 
     ranges: list[tuple[float, float]]
@@ -75,6 +79,7 @@ class BlockShape(NamedTuple):
     edge: float = 0.0
     cut: bool = False
     draft: float = 0.0
+    skin: float = 0.0
 
     @property
     def area(self) -> float:
@@ -113,7 +118,16 @@ def built_in_shape(scene: Scene) -> BlockShape:
         rubber.edge_radius or rubber.chamfer,
         rubber.chamfer > 0.0,
         math.tan(rubber.draft_angle),
+        _skin(scene),
     )
+
+
+def _skin(scene: Scene) -> float:
+    """Thickness (m) of the lowest cells, for heat that reaches a thermal layer in the run."""
+    if scene.rubber.heat != "mesh":
+        return 0.0
+    layer = math.sqrt(scene.rubber.solid.diffusivity * scene.load.duration)
+    return SKIN * layer / max(scene.numerics.refinement, 1.0)
 
 
 def leaned(block: BlockShape, points: Array) -> Array:
