@@ -12,6 +12,7 @@ are the whole space, for bodies of any shape; the capacity is lumped, too.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -242,8 +243,8 @@ def _nodes_rule(dim: int) -> dict[str, Any]:
     """Trapezoids along the surface, Simpson's rule downwards, on the reference cell."""
     ends, simpson = [(0.0, 0.5), (1.0, 0.5)], [(0.0, 1 / 6), (0.5, 4 / 6), (1.0, 1 / 6)]
     product = list(itertools.product(*[ends] * (dim - 1), simpson))
-    points = np.array([[axis[0] for axis in point] for point in product])
-    weights = np.array([np.prod([axis[1] for axis in point]) for point in product])
+    points = tuple(tuple(axis[0] for axis in point) for point in product)
+    weights = tuple(math.prod(axis[1] for axis in point) for point in product)
     return {
         "quadrature_rule": "custom",
         "quadrature_points": points,
