@@ -271,7 +271,7 @@ def test_one_bad_value(key, value, words):
         ({"film.k": 0.3, "film.D": "30 um"}, ["film has k and D only"]),
         (
             {"ice.heat": "half-space", "ice.motion": "sliding"},
-            ["half-space", "sliding", "'column'"],
+            ["half-space", "sliding", "'column', 'continuum' or 'mesh'"],
         ),
         (
             {"model": "point", "ice.motion": "sliding", "film.carrier": "rubber"},
@@ -283,7 +283,7 @@ def test_one_bad_value(key, value, words):
         ),
         (
             {"rubber.heat": True, "ice.heat": "half-space"},
-            ["half-space", "rubber.heat", "'column' or 'continuum'"],
+            ["half-space", "rubber.heat", "'column', 'continuum' or 'mesh'"],
         ),
         ({"rubber.heat": True, "rubber.height": 1e-4}, ["rubber.height = 0.1 mm is too thin"]),
     ],

@@ -90,7 +90,8 @@ def _heat(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     rubber_diffusivity = scene.rubber.solid.diffusivity
     thermal = sqrt(diffusivity * heated)
     lateral = thermal / min(size[:-1])
-    enough = "columns of ice suffice" if lateral <= LATERAL_SHARE else "take continuum ice"
+    sideways = "take continuum ice" if scene.ice.is_half_space else "take ice on a mesh"
+    enough = "columns of ice suffice" if lateral <= LATERAL_SHARE else sideways
     return [
         Row("heat", "warm layer in ice", readable(thermal, "m"), when),
         Row(
