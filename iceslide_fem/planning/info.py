@@ -268,6 +268,7 @@ def _ice_mesh(scene: Scene) -> list[Row]:
     return [
         Row("mesh", "cells of ice", f"{len(tagged.cells)}", f"{regions}, quadratic"),
         Row("mesh", "topmost cells of ice", topmost, "the thickest; half as much between nodes"),
+        Row("mesh", "depth", readable(-float(heights.min()), "m"), "to the base, or as heat comes"),
     ]
 
 
