@@ -44,7 +44,7 @@ START_SECONDS = 2.2
 PLANE_SECONDS = 0.014, 1.1e-8
 SPACE_SECONDS = 0.036, 2.2e-7
 ICE_SECONDS = 0.0, 5.7e-6
-MESHED_SECONDS = 0.0, 3.3e-5
+MESHED_SECONDS = 0.0, 1.7e-5
 START_STEPS = 15  # press and speed ramp, in steps
 POINT_MEMORY = 0.16e9  # bytes, of which nearly all is programs
 

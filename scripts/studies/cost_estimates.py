@@ -48,6 +48,7 @@ SCENES = [
     ("thesis_1bar", "model=slice ice.heat=mesh"),
     ("thesis_1bar", "model=slice ice.heat=mesh numerics.tolerance=1e-2"),
     ("thesis_1bar", "ice.heat=mesh numerics.tolerance=1e-2"),
+    ("thesis_sliding_5bar", "model=slice ice.heat=mesh numerics.tolerance=1e-2"),
 ]  # fmt: skip
 QUICK = [0, 3, 10]
 
