@@ -293,6 +293,12 @@ def test_contradictions(changes, words):
     assert all(word in message for word in words), message
 
 
+def test_heat_on_the_mesh_of_the_rubber_takes_blocks_of_any_height():
+    data = deepcopy(BASE)
+    data["rubber"] |= {"heat": "mesh", "height": 1e-4}
+    assert scene_from_dict(data).rubber.heat == "mesh"
+
+
 def test_missing_keys():
     data = deepcopy(BASE)
     del data["load"]["speed"]
