@@ -49,7 +49,7 @@ def check(out, done, scene):
     assert np.isfinite(run.history["mu"]).all() and 0.006 < run.summary["mu_mean"] < 1.0
     assert run.summary["stopped"] is None
     assert set(run.preload["phase"]) == {"press", "ramp"}
-    meshed = ("rubber", "interface", "ice")[: 3 if scene.ice.heat == "continuum" else 2]
+    meshed = ("rubber", "interface", "ice")[: 3 if scene.ice.heat in ("continuum", "mesh") else 2]
     for name in meshed:
         files = field_files(out, name)
         assert len(files) > 5 and all(path.is_file() for _, path in files)

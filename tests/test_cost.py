@@ -57,7 +57,7 @@ def test_estimates_are_within_a_factor_of_two_of_the_runs_in_the_docstring(row):
     assert 0.5 < expected / steps < 2.0
     size = Unknowns(2 if model == "slice" else 3, int(rubber), int(ice), 0)
     memory = memory_needed(size)
-    time = cost.START_SECONDS + (expected + cost.START_STEPS) * step_seconds(*size[:3])
+    time = cost.START_SECONDS + (expected + cost.START_STEPS) * step_seconds(*size[:3], heat)
     assert 0.5 < time / seconds < 2.0
     assert 0.8 < memory / (1e6 * megabytes) < 1.25
 
@@ -67,7 +67,7 @@ def test_time_and_memory_of_a_run_follow_from_its_steps_and_unknowns():
     found = estimate(scene)
     size = Unknowns(3, found.rubber_unknowns, found.ice_unknowns, 0)
     assert found.memory == memory_needed(size)
-    seconds = found.steps * step_seconds(*size[:3])
+    seconds = found.steps * step_seconds(*size[:3], scene.ice.heat)
     assert seconds < found.time < 1.3 * seconds + 2.0
 
 

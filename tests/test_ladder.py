@@ -66,6 +66,21 @@ def test_other_models_are_left_alone():
     assert on_rung(scene, Rung("point", "column", 1.0)).model == "point"
 
 
+@pytest.mark.parametrize(
+    ("changes", "kinds"),
+    [
+        ([], ["half-space", "column", "continuum"]),
+        (["ice.heat=mesh"], ["half-space", "column", "continuum", "mesh"]),
+        (["ice.heat=mesh", "ice.depth=1mm"], ["column", "mesh"]),
+    ],
+)
+def test_ice_on_a_mesh_is_the_top_rung_where_the_scene_has_it(changes, kinds):
+    scene = thesis(*changes)
+    chosen, skipped = rungs(scene, simplifications(scene), (1.0,))
+    assert chosen[-1] == Rung("block", kinds[-1], 1.0)
+    assert {rung.heat for rung in [*chosen, *skipped]} == set(kinds)
+
+
 @pytest.mark.quick
 def test_every_rung_is_a_valid_scene():
     """With heat in the rubber there is no half-space; refinements stay where scenes allow them."""

@@ -271,7 +271,7 @@ def test_one_bad_value(key, value, words):
         ({"film.k": 0.3, "film.D": "30 um"}, ["film has k and D only"]),
         (
             {"ice.heat": "half-space", "ice.motion": "sliding"},
-            ["half-space", "sliding", "'column'"],
+            ["half-space", "sliding", "'column', 'continuum' or 'mesh'"],
         ),
         (
             {"model": "point", "ice.motion": "sliding", "film.carrier": "rubber"},
@@ -283,7 +283,7 @@ def test_one_bad_value(key, value, words):
         ),
         (
             {"rubber.heat": True, "ice.heat": "half-space"},
-            ["half-space", "rubber.heat", "'column' or 'continuum'"],
+            ["half-space", "rubber.heat", "'column', 'continuum' or 'mesh'"],
         ),
         ({"rubber.heat": True, "rubber.height": 1e-4}, ["rubber.height = 0.1 mm is too thin"]),
     ],
@@ -291,6 +291,12 @@ def test_one_bad_value(key, value, words):
 def test_contradictions(changes, words):
     message = refusal(changes)
     assert all(word in message for word in words), message
+
+
+def test_heat_on_the_mesh_of_the_rubber_takes_blocks_of_any_height():
+    data = deepcopy(BASE)
+    data["rubber"] |= {"heat": "mesh", "height": 1e-4}
+    assert scene_from_dict(data).rubber.heat == "mesh"
 
 
 def test_missing_keys():
@@ -312,6 +318,10 @@ def test_the_cases_are_valid_and_named_after_their_files(path):
         return
     if path.stem in ("load_step", "friction_tester", "braking_wheel"):
         assert scene.load.changes
+        return
+    if path.stem == "thin_ice":
+        assert [layer.thickness for layer in scene.ice.stack] == [1e-3, 10e-3]
+        assert scene.ice.held == scene.ice.temperature == pytest.approx(263.15)
         return
     if path.stem == "user_mesh":
         assert scene.rubber.mesh is not None and scene.rubber.mesh.is_file()

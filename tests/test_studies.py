@@ -316,21 +316,22 @@ def test_constants_of_the_cost_are_found_from_runs_that_have_them(capsys):
     cost = importlib.import_module("iceslide_fem.planning.cost")
     chosen = ["model=point ice.heat=column"]
     for rubber, model in enumerate(["slice", "slice", "block"]):
-        for ice in ("continuum", "column"):
+        for ice in ("continuum", "column", "mesh"):
             chosen.append(f"model={model} ice.heat={ice} numerics.refinement={0.5 + 0.25 * rubber}")
     runs = []
     for changes in chosen:
         scene = case("thesis_1bar", "numerics.tolerance=1e-2", *changes.split())
         expected = cost.estimate(scene)
         steps = expected.steps // 2
-        of_steps = cost.step_seconds(2 if scene.model == "slice" else 3, *expected[1:3])
+        dimensions = 2 if scene.model == "slice" else 3
+        of_steps = cost.step_seconds(dimensions, *expected[1:3], scene.ice.heat)
         share = steps + cost.START_STEPS if scene.model != "point" else 0.0
         seconds = 2.0 * (cost.START_SECONDS + share * of_steps)
         runs.append(study.Run(scene, expected, steps, seconds))
     study.fit(runs)
     printed = capsys.readouterr().out
     assert f"START_SECONDS = {2 * cost.START_SECONDS:.2g}" in printed
-    for name in ("PLANE", "SPACE", "ICE"):
+    for name in ("PLANE", "SPACE", "ICE", "MESHED"):
         fixed, work = getattr(cost, f"{name}_SECONDS")
         if name != "SPACE":  # of one mesh: one of the two is left free
             told = re.search(rf"^{name}_SECONDS = (.*), (.*)$", printed, re.MULTILINE)

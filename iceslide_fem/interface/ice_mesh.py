@@ -88,6 +88,8 @@ class MeshedIce:
             return self._known[here][1]
         reads = self._reading(at)
         self._known.append((at, reads))
+        # PETSc frees matrices that Python has let go of only when all ranks ask for it together.
+        PETSc.garbage_cleanup(reads.getComm())
         return reads
 
     def surface_temperature(self, content: Array) -> Array:

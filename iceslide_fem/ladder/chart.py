@@ -14,7 +14,7 @@ from iceslide_fem.results.style import BLACK, BLUE, GREEN, ORANGE, RED
 
 COLORS = {"point": ORANGE, "slice": BLUE, "block": GREEN}
 MARKS = {"half-space": "^", "column": "s", "continuum": "o", "mesh": "D"}
-LINES = {"half-space": ":", "column": "--", "continuum": "-", "mesh": "-"}
+LINES = {"half-space": ":", "column": "--", "continuum": "-", "mesh": "-."}
 
 
 def ladder_chart(
@@ -36,7 +36,7 @@ def ladder_chart(
         rung, history, seconds = outcome.rung, outcome.run.history, outcome.run.summary["wall_s"]
         color = BLACK if outcome is finest else COLORS[rung.model]
         label = f"{rung.model}, {rung.heat}"
-        label += "" if rung.model == "point" else f", mesh x {rung.refinement:g}"
+        label += "" if rung.model == "point" else f", refinement {rung.refinement:g}"
         curves.plot(
             MS * history["time_s"],
             history["mu"],

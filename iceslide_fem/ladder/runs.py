@@ -91,7 +91,8 @@ def _heats(scene: Scene) -> tuple[str, ...]:
     if not ice.is_half_space:
         return ("column", "mesh")
     closed_form = ("half-space",) if ice.motion == "attached" and not scene.rubber.heat else ()
-    return (*closed_form, "column", "continuum")
+    meshed = ("mesh",) if ice.heat == "mesh" else ()  # it gives what continuum ice gives, slower
+    return (*closed_form, "column", "continuum", *meshed)
 
 
 def _needless(rung: Rung, found: Simplifications, tolerance: float) -> str:

@@ -14,6 +14,9 @@ seconds, MB):
     block  column     1e-2         1755     0     59   4.2     265
     block  column     1e-2        13311     0     58  10.9     510
     block  continuum  1e-2        13311  7047     59  15.2     482
+    slice  mesh       1e-3         4346  1431    222  16.0     255
+    slice  mesh       1e-2         4346  1431     64   7.3     258
+    block  mesh       1e-2        12987  6075     62  25.8     503
 
 The estimates are within a factor of two of these (tests/test_cost.py); other scenes may be farther
 off. Where ice slides a step is no longer than the passage of some of its cells.
@@ -35,12 +38,13 @@ STEPS_PER_POINT_STEP = 0.5  # at a tolerance of 1e-2
 TIGHTER = 0.55  # a block's steps grow faster with 1 / tolerance than a point's, by this power
 FIXED_STEPS = 40  # of a block whose integrator has no error estimate
 # Seconds of a start, and per step: fixed, and for every n^(3/2) of a plane's or n^(4/3) of a
-# block's n unknowns of rubber; fixed, and for every node of meshed ice. The direct solver's work
-# grows so. Fitted by scripts.studies.cost_estimates, which prints them.
+# block's n unknowns of rubber; fixed, and for every node of continuum ice and of ice on a mesh. The
+# direct solver's work grows so. Fitted by scripts.studies.cost_estimates, which prints them.
 START_SECONDS = 2.2
 PLANE_SECONDS = 0.014, 1.1e-8
 SPACE_SECONDS = 0.036, 2.2e-7
 ICE_SECONDS = 0.0, 5.7e-6
+MESHED_SECONDS = 0.0, 1.7e-5
 START_STEPS = 15  # press and speed ramp, in steps
 POINT_MEMORY = 0.16e9  # bytes, of which nearly all is programs
 
@@ -64,15 +68,16 @@ def estimate(scene: Scene) -> Cost:
     from iceslide_fem.mesh.size import memory_needed, unknowns  # loads gmsh
 
     size = unknowns(scene)
-    seconds = step_seconds(size.dimensions, size.rubber, size.ice)
+    seconds = step_seconds(size.dimensions, size.rubber, size.ice, scene.ice.heat)
     time = START_SECONDS + (steps + START_STEPS) * seconds
     return Cost(steps, size.rubber, size.ice, memory_needed(size), time)
 
 
-def step_seconds(dimensions: int, rubber: int, ice: int) -> float:
-    """Time (s) per step with these unknowns of rubber and ice."""
+def step_seconds(dimensions: int, rubber: int, ice: int, heat: str) -> float:
+    """Time (s) per step with these unknowns of rubber, and of ice with this `ice.heat`."""
     fixed, work = PLANE_SECONDS if dimensions == 2 else SPACE_SECONDS
-    ice_seconds = ICE_SECONDS[0] + ICE_SECONDS[1] * ice if ice else 0.0
+    of_ice, of_node = MESHED_SECONDS if heat == "mesh" else ICE_SECONDS
+    ice_seconds = of_ice + of_node * ice if ice else 0.0
     return fixed + work * rubber ** work_power(dimensions) + ice_seconds
 
 

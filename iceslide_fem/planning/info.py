@@ -90,7 +90,8 @@ def _heat(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     rubber_diffusivity = scene.rubber.solid.diffusivity
     thermal = sqrt(diffusivity * heated)
     lateral = thermal / min(size[:-1])
-    enough = "columns of ice suffice" if lateral <= LATERAL_SHARE else "take continuum ice"
+    sideways = "take continuum ice" if scene.ice.is_half_space else "take ice on a mesh"
+    enough = "columns of ice suffice" if lateral <= LATERAL_SHARE else sideways
     return [
         Row("heat", "warm layer in ice", readable(thermal, "m"), when),
         Row(
@@ -267,6 +268,7 @@ def _ice_mesh(scene: Scene) -> list[Row]:
     return [
         Row("mesh", "cells of ice", f"{len(tagged.cells)}", f"{regions}, quadratic"),
         Row("mesh", "topmost cells of ice", topmost, "the thickest; half as much between nodes"),
+        Row("mesh", "depth", readable(-float(heights.min()), "m"), "to the base, or as heat comes"),
     ]
 
 

@@ -193,7 +193,7 @@ class Scene(Table):
             raise ValueError(
                 'ice.heat = "half-space" and ice.motion = "sliding" contradict each other: the '
                 "closed form holds for ice that stays under the rubber; "
-                "allowed with sliding: 'column' or 'continuum'"
+                "allowed with sliding: 'column', 'continuum' or 'mesh'"
             )
         if self.load.changes:
             self._loads_may_change()
@@ -204,7 +204,7 @@ class Scene(Table):
         if below and self.ice.heat == "half-space":
             raise ValueError(
                 f'output.probes.{below[0]} lies in the ice, and ice.heat = "half-space" has no '
-                "temperature below its surface; allowed: 'column' or 'continuum'"
+                "temperature below its surface; allowed: 'column', 'continuum' or 'mesh'"
             )
         if (late := self.output.latest) > self.load.duration:
             raise ValueError(
@@ -288,7 +288,7 @@ class Scene(Table):
             raise ValueError(
                 'ice.heat = "half-space" and rubber.heat = true contradict each other: the closed '
                 "form gives the ice a flux that does not depend on the rubber; "
-                "allowed with heat in the rubber: 'column' or 'continuum'"
+                "allowed with heat in the rubber: 'column', 'continuum' or 'mesh'"
             )
         if self.rubber.heat == "mesh":
             self._rubber_mesh_can_take_heat()

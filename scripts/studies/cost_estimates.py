@@ -45,6 +45,10 @@ SCENES = [
     ("thesis_sliding_1bar", "model=block numerics.refinement=0.5 numerics.tolerance=1e-2"),
     ("thesis_1bar", "model=slice numerics.tolerance=1e-2"),
     ("thesis_1bar", "numerics.tolerance=1e-2"),
+    ("thesis_1bar", "model=slice ice.heat=mesh"),
+    ("thesis_1bar", "model=slice ice.heat=mesh numerics.tolerance=1e-2"),
+    ("thesis_1bar", "ice.heat=mesh numerics.tolerance=1e-2"),
+    ("thesis_sliding_5bar", "model=slice ice.heat=mesh numerics.tolerance=1e-2"),
 ]  # fmt: skip
 QUICK = [0, 3, 10]
 
@@ -99,7 +103,8 @@ def fit(runs: Sequence[Run]) -> None:
     start, *pairs = found
     print("\nconstants that fit best (0: not in these runs, or lost in another one):")
     print(f"START_SECONDS = {start:.2g}")
-    for name, pair in zip(("PLANE", "SPACE", "ICE"), np.reshape(pairs, (3, 2)), strict=True):
+    names = "PLANE", "SPACE", "ICE", "MESHED"
+    for name, pair in zip(names, np.reshape(pairs, (4, 2)), strict=True):
         print(f"{name}_SECONDS = {pair[0]:.2g}, {pair[1]:.2g}")
     print(
         f"seconds by them, at the steps measured, over measured: {_spread(parts @ found / seconds)}"
@@ -107,8 +112,10 @@ def fit(runs: Sequence[Run]) -> None:
 
 
 def seconds_by_constant(run: Run) -> Array:
-    """What a run takes for each constant of `cost`: start; plane, space and ice, two of each."""
-    parts = np.zeros(7)
+    """What a run takes for each constant of `cost`: start; plane, space, continuum ice and ice
+    on a mesh, two of each.
+    """
+    parts = np.zeros(9)
     parts[0] = 1.0
     if run.scene.model == "point":
         return parts
@@ -117,7 +124,8 @@ def seconds_by_constant(run: Run) -> Array:
     first = 1 if plane else 3
     parts[first : first + 2] = steps, steps * rubber ** cost.work_power(2 if plane else 3)
     if ice:
-        parts[5:] = steps, steps * ice
+        of_ice = 7 if run.scene.ice.heat == "mesh" else 5
+        parts[of_ice : of_ice + 2] = steps, steps * ice
     return parts
 
 
