@@ -1,6 +1,7 @@
 """Heat on a mesh: closed forms, manufactured solutions, conservation, bounds, whole slides."""
 
-import json
+import csv
+from pathlib import Path
 
 import meshio
 import numpy as np
@@ -11,6 +12,7 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from test_sliding import slide, started  # noqa: E402
 
 from iceslide_fem.cli import main  # noqa: E402
+from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, fem, ufl  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS  # noqa: E402
@@ -24,7 +26,6 @@ from iceslide_fem.materials import ICE, ZERO_CELSIUS, Layer, Solid  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.ice import tagged_ice  # noqa: E402
 from iceslide_fem.mesh.upright import upright  # noqa: E402
-from iceslide_fem.output.history import Ledger  # noqa: E402
 from iceslide_fem.reference import (  # noqa: E402
     constant_flux_rise,
     held_layer_rise,
@@ -36,6 +37,7 @@ from iceslide_fem.simulate import run  # noqa: E402
 from iceslide_fem.thermal_layers import layers, stacked_layers  # noqa: E402
 
 pytestmark = pytest.mark.fe
+CASES = Path(__file__).parent.parent / "cases"
 WORLD = MPI.COMM_WORLD
 T_0, DURATION, FLUX = 269.15, 7e-3, 1e5
 LENGTH = 1e-3  # m, of bodies along each axis of their surface
@@ -270,3 +272,178 @@ def test_steps_have_the_order_of_their_integrator(method, order):
     exact = surface(320, "sdirk3")
     found = slopes([abs(surface(steps, method) - exact) for steps in (10, 20, 40)])
     assert found[-1] > order - 0.15, found
+
+
+# --- whole slides
+
+WARM = "ice.temperature=-1degC"
+SHEAR = "load.speed=4m/s"
+COARSE = "numerics.refinement=0.5", "numerics.tolerance=1e-2"
+PASSING = (
+    "model=slice",
+    "film.carrier=ice",
+    "rubber.length=4mm",
+    "rubber.height=3mm",
+    SHEAR,
+    "load.duration=1.5ms",
+)
+
+
+def thesis(name, *changes, heat="mesh"):
+    return load_scene(CASES / f"{name}.toml", [*changes, f"ice.heat={heat}"])
+
+
+SLIDES = {
+    "slice": ("thesis_1bar", "model=slice", "load.duration=2.2ms", "numerics.tolerance=1e-2"),
+    "block": ("thesis_1bar", *COARSE, WARM, "load.duration=0.3ms"),
+}
+
+
+@pytest.mark.parametrize("model", SLIDES)
+def test_heat_of_a_slide_is_in_the_ice_within_its_temperatures(model):
+    """Also while some of its surface melts. The ledger counts the whole block."""
+    scene = thesis(*SLIDES[model])
+    sliding = started(scene)
+    ledger, ice = Ledger(sliding), sliding.carrier.ice
+    whole = 2.0 if model == "block" else scene.rubber.width
+    melts, most, least = False, -np.inf, np.inf
+    for accepted in sliding.steps():
+        ledger.add(accepted)
+        content = sliding.current.interface.ice
+        assert whole * ice.heat(content) == pytest.approx(ledger.ice_heat, rel=1e-9)
+        melts |= any(one.step.last.melting.any() for one in accepted.passage.steps)
+        most, least = max(most, content.max()), min(least, content.min())
+    assert melts
+    melting = scene.ice.melting_temperature - scene.ice.temperature
+    assert 0.99 * melting < most < melting + 1e-3
+    assert least > -1e-6
+
+
+def differences(scenes, comm):
+    """Largest relative difference of mu(t) in two slides, each on its communicator."""
+    rows = [slide(scene, one) for scene, one in zip(scenes, comm, strict=True)]
+    times = np.linspace(0.0, scenes[0].load.duration, 200)
+    one, other = (np.interp(times, each["time_s"], each["mu"]) for each in rows)
+    return np.abs(one / other - 1.0).max()
+
+
+@pytest.mark.parametrize(
+    ("case", "changes", "most"),
+    [
+        ("thesis_1bar", ("model=slice", "load.duration=3.5ms"), 2.5e-3),
+        ("thesis_sliding_5bar", PASSING, 3e-3),
+    ],
+    ids=["attached", "passing"],
+)
+def test_friction_is_that_on_continuum_ice(case, changes, most):
+    scenes = [thesis(case, *changes, heat=heat) for heat in ("mesh", "continuum")]
+    assert differences(scenes, [MPI.COMM_SELF] * 2) < most
+
+
+RANKS = {
+    "attached": ("thesis_1bar", "model=slice", *COARSE, WARM, "load.duration=1ms"),
+    "passing": (
+        "thesis_sliding_5bar",
+        *PASSING,
+        *COARSE,
+        "rubber.length=1mm",
+        "rubber.height=1mm",
+        "load.duration=0.2ms",
+    ),
+    "block": ("thesis_1bar", *COARSE, "numerics.refinement=0.35", WARM, "load.duration=0.05ms"),
+}
+
+
+@pytest.mark.three
+@pytest.mark.mpi
+@pytest.mark.parametrize("name", RANKS)
+def test_friction_is_the_same_on_any_number_of_ranks(name):
+    scene = thesis(*RANKS[name])
+    assert differences([scene, scene], [WORLD, MPI.COMM_SELF]) < 1e-4
+
+
+# --- what a run writes
+
+
+def test_fields_and_probes_have_the_temperature_of_the_ice(tmp_path):
+    place = (0.1e-3, 0.0, -5e-6)
+    scene = thesis(*RANKS["attached"], f"output.probes.deep={list(place)}")
+    run(scene, tmp_path)
+    *_, (time, path) = field_files(tmp_path, "ice")
+    assert time == scene.load.duration
+    ice = meshio.read(path)
+    x, z, _ = np.round(ice.points.T, 12)
+    celsius = ice.point_data["temperature (degC)"]
+    initial = scene.ice.temperature - ZERO_CELSIUS
+    assert initial - 1e-5 <= celsius.min() and -0.01 < celsius.max() <= 1e-3
+    lines = [np.unique(axis) for axis in (x, z)]
+    assert z.max() == 0.0 and z.min() < -4.0 * np.sqrt(ICE.diffusivity * time)
+    assert x.min() == pytest.approx(-0.5e-3, rel=0.06) == -x.max()
+    assert len(ice.points) == lines[0].size * lines[1].size
+    assert ice.cells_dict["quad"].size == 4 * (lines[0].size - 1) * (lines[1].size - 1)
+    order = np.lexsort([z, x])
+    values = celsius[order].reshape(lines[0].size, lines[1].size)
+    with open(tmp_path / "probes.csv", newline="") as file:
+        *_, last = csv.DictReader(file)
+    assert float(last["time_s"]) == time
+    below = [np.interp(place[-1], lines[1], column) for column in values]
+    expected = np.interp(place[0], lines[0], below)
+    assert initial + 0.1 < expected < -0.1
+    assert float(last["temperature_C"]) == pytest.approx(expected, abs=5e-3)
+
+
+STEEL_LAYER = """
+[[ice.layers]]
+name = "steel"
+conductivity = "50 W/m/K"
+density = "7800 kg/m^3"
+heat_capacity = "460 J/kg/K"
+"""
+ON_STEEL = """
+name = "on_steel"
+model = "slice"
+[rubber]
+compound = "B"
+[load]
+pressure = "1 bar"
+speed = "3 m/s"
+duration = "0.2 ms"
+[ice]
+heat = "mesh"
+base = "held"
+"""
+FITTED = "{}[numerics]\ntolerance = 1e-2\nrefinement = 0.5\n"
+
+
+def test_a_run_on_the_example_of_an_own_mesh(tmp_path):
+    mesh = CASES.parent / "meshes" / "ice_on_steel.msh"
+    text = ON_STEEL + f'mesh = "{mesh}"\n' + FITTED.format(STEEL_LAYER)
+    (tmp_path / "scene.toml").write_text(text)
+    with pytest.raises(SystemExit, match="0"):
+        main(["run", str(tmp_path / "scene.toml"), "--out", str(tmp_path / "out")])
+    *_, (_, path) = field_files(tmp_path / "out", "ice")
+    points = meshio.read(path).points
+    given = meshio.read(mesh).points[:, :2]
+    assert {*map(tuple, np.round(1e9 * given))} <= {*map(tuple, np.round(1e9 * points[:, :2]))}
+
+
+def test_thin_ice_on_steel_that_is_held_colder(tmp_path):
+    """Cold comes up from the base: heat is drawn, and the surface is less warm than without."""
+    layer = STEEL_LAYER + 'thickness = "0.1 mm"\n'
+    ground = 'depth = "20 um"\n'
+    (tmp_path / "scene.toml").write_text(ON_STEEL + ground + FITTED.format(layer))
+    scenes = [
+        load_scene(tmp_path / "scene.toml", [f"ice.base_temperature={celsius}degC"])
+        for celsius in (-4, -9)
+    ]
+    slides = [started(scene) for scene in scenes]
+    surfaces = []
+    for sliding in slides:
+        for _ in sliding.steps():
+            pass
+        current = sliding.current
+        surfaces.append(sliding.carrier.ice_temperature(current.interface, current.loads).mean())
+        equation, content = sliding.carrier.ice.equation, current.interface.ice
+        assert content.min() == pytest.approx(equation.base_rise, abs=1e-6)
+        assert (content[equation.held] == equation.base_rise).all() and equation.held.any()
+    assert surfaces[1] < surfaces[0] - 0.1
