@@ -295,7 +295,7 @@ def thesis(name, *changes, heat="mesh"):
 
 SLIDES = {
     "slice": ("thesis_1bar", "model=slice", "load.duration=2.2ms", "numerics.tolerance=1e-2"),
-    "block": ("thesis_1bar", *COARSE, WARM, "load.duration=0.3ms"),
+    "block": ("thesis_1bar", *COARSE, WARM, "load.duration=0.5ms"),
 }
 
 
@@ -306,17 +306,22 @@ def test_heat_of_a_slide_is_in_the_ice_within_its_temperatures(model):
     sliding = started(scene)
     ledger, ice = Ledger(sliding), sliding.carrier.ice
     whole = 2.0 if model == "block" else scene.rubber.width
-    melts, most, least = False, -np.inf, np.inf
+    initial, melting = scene.ice.temperature, scene.ice.melting_temperature
+    melts, points, nodes, coldest = False, -np.inf, -np.inf, np.inf
     for accepted in sliding.steps():
         ledger.add(accepted)
-        content = sliding.current.interface.ice
-        assert whole * ice.heat(content) == pytest.approx(ledger.ice_heat, rel=1e-9)
+        state, loads = sliding.current.interface, sliding.current.loads
+        assert whole * ice.heat(state.ice) == pytest.approx(ledger.ice_heat, rel=1e-9)
         melts |= any(one.step.last.melting.any() for one in accepted.passage.steps)
-        most, least = max(most, content.max()), min(least, content.min())
+        touching = sliding.carrier.ice_temperature(state, loads)[loads.pressure > 0.0]
+        points, nodes = max(points, touching.max()), max(nodes, initial + state.ice.max())
+        coldest = min(coldest, initial + state.ice.min())
     assert melts
-    melting = scene.ice.melting_temperature - scene.ice.temperature
-    assert 0.99 * melting < most < melting + 1e-3
-    assert least > -1e-6
+    assert melting - 1e-3 < points < melting + 1e-3
+    # Nodes beyond the last point that melts go on with the slope of the surface below it.
+    assert nodes < melting + 0.02
+    # In steps far too short for the first layer quadratic elements cool what is below it a little.
+    assert coldest > initial - 1e-4 * (melting - initial)
 
 
 def differences(scenes, comm):
@@ -388,7 +393,7 @@ def test_fields_and_probes_have_the_temperature_of_the_ice(tmp_path):
     assert float(last["time_s"]) == time
     below = [np.interp(place[-1], lines[1], column) for column in values]
     expected = np.interp(place[0], lines[0], below)
-    assert initial + 0.1 < expected < -0.1
+    assert initial + 0.1 < expected < -0.05
     assert float(last["temperature_C"]) == pytest.approx(expected, abs=5e-3)
 
 
