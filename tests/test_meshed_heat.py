@@ -20,6 +20,7 @@ from iceslide_fem.film.law import FilmStage  # noqa: E402
 from iceslide_fem.heat.elements import LayeredElements, QuadraticElements  # noqa: E402
 from iceslide_fem.heat.equation import HeatEquation  # noqa: E402
 from iceslide_fem.heat.linear import LinearSolver  # noqa: E402
+from iceslide_fem.interface import build  # noqa: E402
 from iceslide_fem.interface.ice_mesh import MeshedIce  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts  # noqa: E402
 from iceslide_fem.materials import ICE, ZERO_CELSIUS, Layer, Solid  # noqa: E402
@@ -362,10 +363,12 @@ RANKS = {
 @pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("name", RANKS)
-def test_friction_is_the_same_on_any_number_of_ranks(name):
+def test_friction_is_the_same_on_any_number_of_ranks(name, monkeypatch):
+    """To how closely points and ice agree: a hundredth of that which the tolerance asks for."""
+    by_tolerance = build.agreement
+    monkeypatch.setattr(build, "agreement", lambda tolerance: 0.01 * by_tolerance(tolerance))
     scene = thesis(*RANKS[name])
-    # Sums in another order may let an iteration more be taken, within the tolerance.
-    assert differences([scene, scene], [WORLD, MPI.COMM_SELF]) < 1e-3
+    assert differences([scene, scene], [WORLD, MPI.COMM_SELF]) < 1e-4
 
 
 # --- what a run writes

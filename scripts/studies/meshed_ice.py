@@ -1,10 +1,9 @@
 """Ice on a mesh against continuum ice and columns, itself on a finer mesh, and steel below it.
 
 The thesis's scene at 1 bar, as a slice at a tolerance of 1e-3 and as a block at 1e-2: mu(t) with
-ice.heat = "mesh", "continuum" and "column", and meshed ice with all meshes, the rubber's, too, twice as fine
-(slice). Then
-slices of 1 mm of ice on 10 mm of steel that is held at -10 degC. Differences are relative to the
-first row of each table: of mu(t), the largest, and of its mean.
+ice.heat = "mesh", "continuum" and "column", and on meshed ice (slice) with all meshes twice as
+fine, the rubber's, too. Then slices of 1 mm of ice on 10 mm of steel that is held at -10 degC.
+Differences are relative to the first row of each table: of mu(t), the largest, and of its mean.
 """
 
 from __future__ import annotations
