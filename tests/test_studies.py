@@ -379,3 +379,11 @@ def test_two_lugs_press_on_each_other_as_in_calculix(tmp_path):
         assert float(row[2]) == pytest.approx(float(ours[2]), rel=2e-2)
         assert float(row[5].removesuffix("%")) < 10.0
     assert (tmp_path / "walls_calculix.png").stat().st_size > 10_000
+
+
+def test_meshed_ice_beside_the_other_models():
+    rows = [row for row in printed("meshed_ice") if row[0] in ("mesh", "continuum", "column")]
+    assert [row[0] for row in rows] == ["mesh", "continuum", "column", "mesh", "column"]
+    largest = [float(row[4]) for row in rows]
+    assert 0.0 == largest[0] < largest[1] < 5e-3 and 0.0 == largest[3] < largest[4] < 0.05
+    assert int(rows[0][2]) > 100

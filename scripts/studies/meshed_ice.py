@@ -1,0 +1,80 @@
+"""Ice on a mesh against continuum ice and columns, itself on a finer mesh, and steel below it.
+
+The thesis's scene at 1 bar, as a slice at a tolerance of 1e-3 and as a block at 1e-2: mu(t) with
+ice.heat = "mesh", "continuum" and "column", and on meshed ice (slice) with all meshes twice as
+fine, the rubber's, too. Then slices of 1 mm of ice on 10 mm of steel that is held at -10 degC.
+Differences are relative to the first row of each table: of mu(t), the largest, and of its mean.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from iceslide_fem.scene import Scene
+from scripts.studies.blocks import Slide, slid
+from scripts.studies.common import case, options, table
+
+HEAD = ("ice", "steps", "unknowns of ice", "mean of mu", "mu(t)", "mean", "processor (s)")
+HEATS = ("mesh", "continuum", "column")
+SLICE = "model=slice", "numerics.tolerance=1e-3"
+BLOCK = "model=block", "numerics.tolerance=1e-2"
+SHORT = (  # and warm, so that it melts
+    "load.duration=1ms", "ice.temperature=-1degC", "numerics.tolerance=1e-2",
+    "numerics.refinement=0.5",
+)  # fmt: skip
+STEEL = (
+    "{name='steel', thickness='10 mm', conductivity='50 W/m/K', density='7800 kg/m^3', "
+    "heat_capacity='460 J/kg/K'}"
+)
+ON_STEEL = (
+    "ice.depth=1mm", "ice.base=held", "ice.base_temperature=-10degC", f"ice.layers=[{STEEL}]",
+)  # fmt: skip
+MOMENTS = 400  # at which mu(t) is compared
+
+
+def compared(title: str, scenes: Mapping[str, Scene]) -> None:
+    """Print a table of slides of the scenes against that of the first one."""
+    print(f"\n{title}\n")
+    first: list[Slide] = []
+
+    def row(name: str, scene: Scene) -> tuple[str, ...]:
+        found = slid(scene)
+        first.append(found)
+        times = np.linspace(0.0, scene.load.duration, MOMENTS)
+        here, there = (np.interp(times, one.time, one.mu) for one in (found, first[0]))
+        largest = float(np.abs(here / there - 1.0).max())
+        unknowns = str(found.last.carrier.ice.n_dofs)
+        mean = found.mean / first[0].mean - 1.0
+        return (
+            name, str(found.steps), unknowns, f"{found.mean:.5f}", f"{largest:.2e}", f"{mean:+.1e}",
+            f"{found.seconds:.1f}",
+        )  # fmt: skip
+
+    table(HEAD, (row(name, scene) for name, scene in scenes.items()))
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = options(__doc__)
+    parser.add_argument("--quick", action="store_true", help="short coarse slices, no block")
+    parser.add_argument("--slices", action="store_true", help="no block")
+    asked = parser.parse_args()
+    short = SHORT if asked.quick else ()
+    slices = {heat: case("thesis_1bar", *SLICE, f"ice.heat={heat}", *short) for heat in HEATS}
+    refinement = 2.0 * slices["mesh"].numerics.refinement
+    finer = f"numerics.refinement={refinement}"
+    slices["mesh, twice as fine"] = case("thesis_1bar", *SLICE, "ice.heat=mesh", *short, finer)
+    compared("Slice", slices)
+    steel = {
+        heat: case("thesis_1bar", *SLICE, *ON_STEEL, f"ice.heat={heat}", *short)
+        for heat in ("mesh", "column")
+    }
+    compared("Slice, 1 mm of ice on 10 mm of steel held at -10 degC", steel)
+    if not (asked.quick or asked.slices):
+        compared("Block", {heat: case("thesis_1bar", *BLOCK, f"ice.heat={heat}") for heat in HEATS})
+
+
+if __name__ == "__main__":
+    main()
