@@ -70,11 +70,7 @@ def test_both_ledgers_close_and_rubber_takes_what_columns_take():
     assert scale * ice.heat(content) == pytest.approx(energies.ice_heat, rel=1e-9)
     assert scale * ice.rubber_heat(content) == pytest.approx(energies.rubber_heat, rel=1e-9)
     assert energies.latent_heat > 0.0
-    columns = slide(
-        thesis(
-            "ice.heat=mesh", "rubber.heat=true", "load.duration=2.2ms", "numerics.tolerance=1e-2"
-        )
-    )
+    columns = slide(thesis("ice.heat=mesh", "rubber.heat=true", *run))
     assert energies.rubber_heat == pytest.approx(columns["rubber_heat_J"][-1], rel=0.06)
     assert energies.ice_heat == pytest.approx(columns["ice_heat_J"][-1], rel=0.01)
 

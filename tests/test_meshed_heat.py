@@ -18,10 +18,10 @@ from iceslide_fem.fenics.compat import MPI, fem, ufl  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS  # noqa: E402
 from iceslide_fem.film.law import FilmStage  # noqa: E402
 from iceslide_fem.heat.elements import LayeredElements, QuadraticElements  # noqa: E402
-from iceslide_fem.heat.equation import HeatEquation  # noqa: E402
+from iceslide_fem.heat.equation import HeatEquation, of_regions  # noqa: E402
 from iceslide_fem.heat.linear import LinearSolver  # noqa: E402
 from iceslide_fem.interface import build  # noqa: E402
-from iceslide_fem.interface.ice_mesh import MeshedIce  # noqa: E402
+from iceslide_fem.interface.ice_mesh import MeshedIce, Settings  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts  # noqa: E402
 from iceslide_fem.materials import ICE, ZERO_CELSIUS, Layer, Solid  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
@@ -63,7 +63,7 @@ def equation_of(lines, stack, elements=LayeredElements, base=None):
     """The heat equation of a `stack` on these grid lines, shared out among all ranks."""
     body = gmsh_model.distribute(upright(tagged_ice(lines, stack)), WORLD)
     solids = {layer.name: layer.solid for layer in stack}
-    return HeatEquation(body, elements(body.mesh), solids, base)
+    return HeatEquation(body, elements(body.mesh), of_regions(body, solids), base)
 
 
 class GivenFlux:
@@ -90,7 +90,7 @@ def under_points(equation):
     points = np.stack([axis.ravel() for axis in across], axis=1)
     area = np.full(len(points), LENGTH ** points.shape[1] / len(points))
     mine = slice(WORLD.size - 1 - WORLD.rank, None, WORLD.size)
-    ice = MeshedIce(equation, ICE, T_0, link=1e-9, agreement=1e-8)
+    ice = MeshedIce(equation, Settings(ICE, T_0, link=1e-9, agreement=1e-8))
     return ice.under(Contacts(ice.place(points[mine]), area[mine])), len(points[mine])
 
 
@@ -196,7 +196,7 @@ def error_of_a_stage(lines, elements, across, deep, warp=0.0):
     tagged = upright(tagged_ice(lines, HALF_SPACE))
     bent = np.prod(np.sin(2.0 * np.pi * tagged.points / LENGTH), axis=1, keepdims=True)
     body = gmsh_model.distribute(tagged._replace(points=tagged.points + warp * bent), WORLD)
-    equation = HeatEquation(body, elements(body.mesh), {"ice": ICE})
+    equation = HeatEquation(body, elements(body.mesh), of_regions(body, {"ice": ICE}))
     dim = equation.x.shape[1]
     rate = ICE.diffusivity * (np.pi / LENGTH) ** 2 * ((dim - 1) * across**2 + deep**2)
     dt = 1.0 / rate

@@ -9,7 +9,8 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.heat.elements import LayeredElements  # noqa: E402
-from iceslide_fem.heat.equation import HeatEquation  # noqa: E402
+from iceslide_fem.heat.equation import HeatEquation, of_regions  # noqa: E402
+from iceslide_fem.interface.ice_mesh import Settings  # noqa: E402
 from iceslide_fem.interface.passing_mesh import PassingMeshedIce  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
 from iceslide_fem.materials import ICE, Layer  # noqa: E402
@@ -27,9 +28,9 @@ def test_contacts_that_have_passed_take_no_memory():
     body = gmsh_model.distribute(
         upright(tagged_ice([along, down], (Layer("ice", np.inf, ICE),))), MPI.COMM_WORLD
     )
-    equation = HeatEquation(body, LayeredElements(body.mesh), {"ice": ICE})
+    equation = HeatEquation(body, LayeredElements(body.mesh), of_regions(body, {"ice": ICE}))
     grid = SurfaceGrid.shared([along], MPI.COMM_WORLD)
-    ice = PassingMeshedIce(equation, grid, ICE, 269.15, 1e-8, 1e-4)
+    ice = PassingMeshedIce(equation, grid, Settings(ICE, 269.15, 1e-8, 1e-4))
     points = np.linspace(0.0, 1e-3, 2000)[:, None]
     area = np.full(len(points), 5e-7)
 
