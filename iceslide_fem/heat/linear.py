@@ -2,7 +2,7 @@
 
 The preconditioner is PETSc's incomplete Cholesky factor of each rank's own block, in the order of
 the unknowns: column by column. Steps are short, so that heat hardly goes sideways within one, and a
-handful of iterations suffice (docs/heat.md). Options begin with `-heat_`: with
+handful of iterations suffice (docs/theory.md). Options begin with `-heat_`: with
 `-heat_pc_type hypre`, `gamg` or `cholesky` PETSc takes another.
 """
 
