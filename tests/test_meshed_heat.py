@@ -21,7 +21,8 @@ from iceslide_fem.heat.elements import LayeredElements, QuadraticElements  # noq
 from iceslide_fem.heat.equation import HeatEquation, of_regions  # noqa: E402
 from iceslide_fem.heat.linear import LinearSolver  # noqa: E402
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings  # noqa: E402
-from iceslide_fem.interface.surface_grid import Contacts  # noqa: E402
+from iceslide_fem.interface.passing_mesh import PassingMeshedIce  # noqa: E402
+from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
 from iceslide_fem.materials import ICE, ZERO_CELSIUS, Layer, Solid  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.ice import tagged_ice  # noqa: E402
@@ -157,6 +158,33 @@ def test_a_layer_on_a_held_base_comes_to_rest(dim, base):
     content = march(ice, ice.initial(points), [0.0, 1e4, 1e8], lambda t: FLUX / 10, points)
     rise = ice.surface_temperature(content) - T_0 - base
     np.testing.assert_allclose(rise, held_layer_rise(FLUX / 10, depth), rtol=1e-6)
+
+
+def test_ice_that_passes_below_a_band_of_heat():
+    """dT_max = 2 q sqrt(L / (pi v)) / e at the trailing edge, at high Peclet numbers."""
+    band, speed, cell = 1e-3, 3.0, 1e-5
+    line = np.arange(-0.2e-3, 1.2e-3 + 0.5 * cell, cell)
+    depths = layers(ICE.diffusivity, line.size * cell / speed)
+    body = gmsh_model.distribute(
+        upright(tagged_ice([line, downwards(depths)], HALF_SPACE)), MPI.COMM_SELF
+    )
+    equation = HeatEquation(body, LayeredElements(body.mesh), of_regions(body, {"ice": ICE}))
+    grid = SurfaceGrid.shared([line], MPI.COMM_SELF)
+    ice = PassingMeshedIce(equation, grid, Settings(ICE, T_0, link=1e-9, agreement=1e-8))
+    heated = (line > 0.0) & (line < band + 0.5 * cell)
+    contacts = Contacts(grid.own_nodes(), grid.cell_area)
+    content, parts = ice.initial(0), 4
+    for _ in range(line.size):
+        for _ in range(parts):  # of the time in which a cell passes
+            film = GivenFlux(FLUX * heated)
+            content, _ = ice.under(contacts).stage(content, cell / speed / parts, film)
+        content = ice.shifted(content, 1)
+    rise = ice.profile(content).kelvin[0] - T_0
+    expected = 2.0 * FLUX * np.sqrt(band / (np.pi * speed)) / ICE.effusivity
+    assert expected == pytest.approx(0.963, rel=1e-3)
+    assert rise.max() == pytest.approx(expected, rel=0.01)
+    assert rise[heated].mean() == pytest.approx(2.0 / 3.0 * expected, rel=0.015)
+    np.testing.assert_allclose(rise[line > band + 5 * cell], 0.0, atol=1e-3)
 
 
 def test_bodies_pressed_together_meet_at_the_temperature_that_effusivities_weigh():

@@ -381,6 +381,12 @@ def test_two_lugs_press_on_each_other_as_in_calculix(tmp_path):
     assert (tmp_path / "walls_calculix.png").stat().st_size > 10_000
 
 
+def test_solvers_of_the_heat_equation_find_the_same():
+    rows = [row for row in printed("heat_solvers") if row[0] in ("mesh", "continuum")]
+    assert len(rows) == 4
+    assert all(float(row[6]) < 1e-3 for row in rows[:-1])
+
+
 def test_meshed_ice_beside_the_other_models():
     rows = [row for row in printed("meshed_ice") if row[0] in ("mesh", "continuum", "column")]
     assert [row[0] for row in rows] == ["mesh", "continuum", "column", "mesh", "column"]

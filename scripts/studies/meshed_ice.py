@@ -2,17 +2,27 @@
 
 The thesis's scene at 1 bar, as a slice at a tolerance of 1e-3 and as a block at 1e-2: mu(t) with
 ice.heat = "mesh", "continuum" and "column", and on meshed ice (slice) with all meshes twice as
-fine, the rubber's, too. Then slices of 1 mm of ice on 10 mm of steel that is held at -10 degC.
+fine, the rubber's, too, and with the ice's alone. Then slices of 1 mm of ice on 10 mm of steel that
+is held at -10 degC.
 Differences are relative to the first row of each table: of mu(t), the largest, and of its mean.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, nullcontext
+from functools import partial
+from typing import Any
+from unittest import mock
 
 import numpy as np
 
+from iceslide_fem.interface import build
+from iceslide_fem.mesh import ice
+from iceslide_fem.mesh.grid import Lines
+from iceslide_fem.mesh.ice import patch_lines
 from iceslide_fem.scene import Scene
+from iceslide_fem.thermal_layers import FIRST_LAYER, LAYER_RATIO, stacked_layers
 from scripts.studies.blocks import Slide, slid
 from scripts.studies.common import case, options, table
 
@@ -31,7 +41,26 @@ STEEL = (
 ON_STEEL = (
     "ice.depth=1mm", "ice.base=held", "ice.base_temperature=-10degC", f"ice.layers=[{STEEL}]",
 )  # fmt: skip
+ICE_ALONE = "mesh, ice alone twice as fine"
 MOMENTS = 400  # at which mu(t) is compared
+
+
+@contextmanager
+def finer_ice() -> Iterator[None]:
+    """Mesh of the ice alone twice as fine, along the surface and downwards."""
+
+    def halved(*arguments: Any) -> list[Lines]:
+        lines = patch_lines(*arguments)
+        return [np.sort(np.append(line, 0.5 * (line[1:] + line[:-1]))) for line in lines]
+
+    thin = partial(
+        stacked_layers, first_layer=0.5 * FIRST_LAYER, ratio=1.0 + 0.5 * (LAYER_RATIO - 1.0)
+    )
+    with (
+        mock.patch.object(build, "patch_lines", halved),
+        mock.patch.object(ice, "stacked_layers", thin),
+    ):
+        yield
 
 
 def compared(title: str, scenes: Mapping[str, Scene]) -> None:
@@ -40,7 +69,8 @@ def compared(title: str, scenes: Mapping[str, Scene]) -> None:
     first: list[Slide] = []
 
     def row(name: str, scene: Scene) -> tuple[str, ...]:
-        found = slid(scene)
+        with finer_ice() if name == ICE_ALONE else nullcontext():
+            found = slid(scene)
         first.append(found)
         times = np.linspace(0.0, scene.load.duration, MOMENTS)
         here, there = (np.interp(times, one.time, one.mu) for one in (found, first[0]))
@@ -66,6 +96,7 @@ def main() -> None:
     refinement = 2.0 * slices["mesh"].numerics.refinement
     finer = f"numerics.refinement={refinement}"
     slices["mesh, twice as fine"] = case("thesis_1bar", *SLICE, "ice.heat=mesh", *short, finer)
+    slices[ICE_ALONE] = slices["mesh"]
     compared("Slice", slices)
     steel = {
         heat: case("thesis_1bar", *SLICE, *ON_STEEL, f"ice.heat={heat}", *short)
@@ -73,7 +104,8 @@ def main() -> None:
     }
     compared("Slice, 1 mm of ice on 10 mm of steel held at -10 degC", steel)
     if not (asked.quick or asked.slices):
-        compared("Block", {heat: case("thesis_1bar", *BLOCK, f"ice.heat={heat}") for heat in HEATS})
+        blocks = {heat: case("thesis_1bar", *BLOCK, f"ice.heat={heat}") for heat in HEATS}
+        compared("Block", blocks | {ICE_ALONE: blocks["mesh"]})
 
 
 if __name__ == "__main__":

@@ -67,7 +67,7 @@ def main() -> None:
     print(f"{'ice':10} {'cells':>6} {'tol':>6} {'mu':>8} {'point':>8} {'diff':>8} "
           f"{'h: largest':>11} {'mean':>8} {'s':>5}")  # fmt: skip
     worst = 0.0
-    for heat in ("column", "continuum"):
+    for heat in ("column", "continuum", "mesh"):
         for cells, tolerance in ((400, 1e-2),) if quick else ((400, 1e-2), (800, 3e-3)):
             start = perf_counter()
             scene = transit_scene(heat, LENGTH / cells, tolerance, height)

@@ -1,0 +1,76 @@
+"""PETSc's solvers of the heat equation on the ice's mesh, and ranks: seconds, and mu(t).
+
+Whole runs of the thesis's block at 1 bar with ice.heat = "mesh", at a tolerance of 1e-2, for 4 ms:
+conjugate gradients with several preconditioners (options `-heat_...`), on several numbers of ranks;
+below them continuum ice. Rows give the wall seconds and the largest difference of mu(t) from that
+of the first row of meshed ice, relative to its mean. --quick runs a moment on coarse meshes
+with a half of them.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from iceslide_fem.results.run_directory import read_run
+from scripts.studies.common import ROOT, options, run_words, table
+from scripts.studies.precision import MOMENT, TIMES, Found, moved
+
+BLOCK = "model=block", "numerics.tolerance=1e-2", "load.duration=4ms"
+HEAD = ("ice", "preconditioner", "ranks", "unknowns", "steps", "wall s", "largest of mu(t)", "mean")
+SOLVERS = {  # PETSc's options by what they are called here
+    "blocks, incomplete Cholesky": "",
+    "overlapping blocks": "-heat_pc_type asm -heat_pc_asm_type basic -heat_pc_asm_overlap 1",
+    "hypre": "-heat_pc_type hypre",
+    "GAMG": "-heat_pc_type gamg",
+    "Cholesky (MUMPS)": "-heat_pc_type cholesky -heat_pc_factor_mat_solver_type mumps",
+    "Jacobi": "-heat_pc_type jacobi",
+}
+
+
+def made(heat: str, ranks: int, solver: str, moment: Sequence[str]) -> Found:
+    """A run of the command. Raises CalledProcessError."""
+    with tempfile.TemporaryDirectory() as folder:
+        more = ["--no-report", *(["--", *solver.split()] if solver else [])]
+        changes = [*BLOCK, f"ice.heat={heat}", *moment, "output.times=1"]
+        path = ROOT / "cases" / "thesis_1bar.toml"
+        words = run_words(path, folder, *changes, ranks=ranks, more=more)
+        subprocess.run(words, check=True, capture_output=True)
+        run = read_run(folder)
+        times = np.linspace(0.0, run.history["time_s"][-1], TIMES)
+        mu = np.interp(times, run.history["time_s"], run.history["mu"])
+        return Found(json.loads((Path(folder) / "summary.json").read_text(encoding="utf-8")), mu)
+
+
+def rows(ranks: Sequence[int], moment: Sequence[str]) -> Iterator[tuple[object, ...]]:
+    """Continuum ice, and meshed ice with each solver, on every number of ranks."""
+    exact: Found | None = None
+    solvers = list(SOLVERS.items())[:: 2 if moment else 1]
+    cases = [("mesh", name, solver) for name, solver in solvers]
+    for heat, name, solver in [*cases, ("continuum", "", "")]:
+        for number in ranks:
+            run = made(heat, number, solver, moment)
+            exact = exact or run
+            summary = run.summary
+            yield (
+                heat, name, number, summary["dofs"], summary["steps"], f"{summary['wall_s']:.3g}",
+                *moved(run, exact),
+            )  # fmt: skip
+
+
+def main() -> None:
+    """Print the table."""
+    parser = options(__doc__)
+    parser.add_argument("--quick", action="store_true", help="a moment on coarse meshes, one rank")
+    parser.add_argument("--ranks", nargs="+", type=int, default=[1, 2])
+    arguments = parser.parse_args()
+    table(HEAD, rows(*(([1], MOMENT) if arguments.quick else (arguments.ranks, ()))))
+
+
+if __name__ == "__main__":
+    main()
