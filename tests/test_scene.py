@@ -296,6 +296,7 @@ def test_contradictions(changes, words):
 def test_heat_on_the_mesh_of_the_rubber_takes_blocks_of_any_height():
     data = deepcopy(BASE)
     data["rubber"] |= {"heat": "mesh", "height": 1e-4}
+    data["ice"] = data.get("ice", {}) | {"heat": "mesh", "motion": "attached"}
     assert scene_from_dict(data).rubber.heat == "mesh"
 
 
