@@ -32,9 +32,8 @@ def total(equation, own):
     return float(equation.comm.allreduce(float(own.sum()), op=MPI.SUM))
 
 
-@pytest.mark.three
 @pytest.mark.mpi
-@pytest.mark.parametrize("cells", ["triangle", "quadrilateral", "tetrahedron", "hexahedron"])
+@pytest.mark.parametrize("cells", ["quadrilateral", "tetrahedron"])
 def test_a_uniform_source_warms_a_body_of_any_cells_alike(cells):
     block, solid = a_block(cells, 3), rubber_solid(1100.0)
     equation = HeatEquation(block, QuadraticElements(block.mesh), uniform(block.mesh, solid))
@@ -78,10 +77,10 @@ def test_both_ledgers_close_and_rubber_takes_what_columns_take():
 @pytest.mark.three
 @pytest.mark.mpi
 def test_the_same_friction_and_heat_of_both_on_any_number_of_ranks():
-    scene = thesis(*MESHES, "load.duration=0.3ms", "numerics.tolerance=1e-2", "load.speed=8m/s")
+    scene = thesis(*MESHES, "load.duration=0.1ms", "numerics.tolerance=1e-2", "ice.temperature=-1degC")
     together, alone = slide(scene, WORLD), slide(scene, MPI.COMM_SELF)
     for name in ("mu", "rubber_heat_J", "ice_heat_J"):
-        curves = [np.interp(2.5e-4, rows["time_s"], rows[name]) for rows in (together, alone)]
+        curves = [np.interp(0.9e-4, rows["time_s"], rows[name]) for rows in (together, alone)]
         assert curves[0] == pytest.approx(curves[1], rel=1e-4)
 
 
@@ -128,8 +127,6 @@ def test_integrals_of_rows_are_exact():
     np.testing.assert_allclose(rows.integral(kelvin), found, atol=1e-6)
 
 
-@pytest.mark.three
-@pytest.mark.mpi
 def test_a_content_is_the_enthalpy_of_its_rise():
     lines = [np.linspace(0.0, 1e-3, 4), np.linspace(-1e-3, 0.0, 7)]
     equation = tabulated(lines)

@@ -59,6 +59,7 @@ def a_scene(model, refinement=1.0):
             width=1e-3,
             height=1e-3,
             mesh=None,
+            heat=False,
             outline=None,
             cuts=(),
             grooves=(),
