@@ -74,7 +74,6 @@ def test_both_ledgers_close_and_rubber_takes_what_columns_take():
     assert energies.ice_heat == pytest.approx(columns["ice_heat_J"][-1], rel=0.01)
 
 
-@pytest.mark.three
 @pytest.mark.mpi
 def test_the_same_friction_and_heat_of_both_on_any_number_of_ranks():
     scene = thesis(*MESHES, "load.duration=0.1ms", "numerics.tolerance=1e-2", "ice.temperature=-1degC")

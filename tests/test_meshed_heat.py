@@ -134,7 +134,6 @@ def test_a_half_space_under_constant_flux(dim):
     np.testing.assert_allclose(rises, np.broadcast_to(exact, rises.shape), rtol=3e-4)
 
 
-@pytest.mark.three
 @pytest.mark.mpi
 def test_ice_on_a_half_space_of_steel_under_constant_flux():
     times, depth = np.array([0.7e-3, DURATION]), 30e-6
@@ -146,7 +145,6 @@ def test_ice_on_a_half_space_of_steel_under_constant_flux():
     np.testing.assert_allclose(rises, np.broadcast_to(exact, rises.shape), rtol=3e-4)
 
 
-@pytest.mark.three
 @pytest.mark.mpi
 @pytest.mark.parametrize("base", [0.0, -6.0])
 @pytest.mark.parametrize("dim", [2, 3])

@@ -107,8 +107,8 @@ CLOSED_SIPE = ["rubber.length=4mm", "rubber.height=3mm", SIPE, "rubber.wall_fric
     "changes",
     [
         pytest.param([ATTACHED, "ice.heat=continuum"], marks=[pytest.mark.mpi, pytest.mark.three]),
-        pytest.param([ATTACHED, "ice.heat=mesh"], marks=[pytest.mark.mpi, pytest.mark.three]),
-        pytest.param([*PASSING, "ice.heat=mesh"], marks=[pytest.mark.mpi, pytest.mark.three]),
+        pytest.param([ATTACHED, "ice.heat=mesh"], marks=pytest.mark.mpi),
+        pytest.param([*PASSING, "ice.heat=mesh"], marks=pytest.mark.mpi),
         [ATTACHED, "ice.heat=column"],
         [ATTACHED, "ice.heat=half-space"],
         pytest.param([*PASSING, "ice.heat=column"], marks=[pytest.mark.mpi, pytest.mark.three]),
@@ -280,9 +280,7 @@ def test_lists_name_no_fields_that_are_gone(tmp_path, monkeypatch, capsys):
     "changes",
     [
         ["load.duration=1ms", "ice.heat=column"],
-        pytest.param(
-            ["load.duration=1ms", "ice.heat=mesh"], marks=[pytest.mark.mpi, pytest.mark.three]
-        ),
+        pytest.param(["load.duration=1ms", "ice.heat=mesh"], marks=pytest.mark.mpi),
         ["load.duration=1ms", "ice.heat=continuum", "rubber.heat=true"],
         pytest.param(
             ["load.duration=0.3ms", "ice.motion=sliding", "ice.heat=continuum", "rubber.heat=true"],
