@@ -76,7 +76,8 @@ def test_both_ledgers_close_and_rubber_takes_what_columns_take():
 
 @pytest.mark.mpi
 def test_the_same_friction_and_heat_of_both_on_any_number_of_ranks():
-    scene = thesis(*MESHES, "load.duration=0.1ms", "numerics.tolerance=1e-2", "ice.temperature=-1degC")
+    short = "load.duration=0.1ms", "numerics.tolerance=1e-2", "ice.temperature=-1degC"
+    scene = thesis(*MESHES, *short)
     together, alone = slide(scene, WORLD), slide(scene, MPI.COMM_SELF)
     for name in ("mu", "rubber_heat_J", "ice_heat_J"):
         curves = [np.interp(0.9e-4, rows["time_s"], rows[name]) for rows in (together, alone)]
