@@ -325,6 +325,7 @@ SLIDES = {
 }
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("model", SLIDES)
 def test_heat_of_a_slide_is_in_the_ice_within_its_temperatures(model):
     """Also while some of its surface melts. The ledger counts the whole block."""
@@ -358,6 +359,7 @@ def differences(scenes, comm):
     return np.abs(one / other - 1.0).max()
 
 
+@pytest.mark.once
 @pytest.mark.parametrize(
     ("case", "changes", "most"),
     [
