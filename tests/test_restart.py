@@ -109,6 +109,7 @@ CLOSED_SIPE = ["rubber.length=4mm", "rubber.height=3mm", SIPE, "rubber.wall_fric
         pytest.param([ATTACHED, "ice.heat=continuum"], marks=[pytest.mark.mpi, pytest.mark.three]),
         pytest.param([ATTACHED, "ice.heat=mesh"], marks=pytest.mark.mpi),
         pytest.param([*PASSING, "ice.heat=mesh"], marks=pytest.mark.mpi),
+        pytest.param([ATTACHED, "ice.heat=mesh", "rubber.heat=mesh"], marks=pytest.mark.mpi),
         [ATTACHED, "ice.heat=column"],
         [ATTACHED, "ice.heat=half-space"],
         pytest.param([*PASSING, "ice.heat=column"], marks=[pytest.mark.mpi, pytest.mark.three]),
@@ -281,6 +282,7 @@ def test_lists_name_no_fields_that_are_gone(tmp_path, monkeypatch, capsys):
     [
         ["load.duration=1ms", "ice.heat=column"],
         pytest.param(["load.duration=1ms", "ice.heat=mesh"], marks=pytest.mark.mpi),
+        ["load.duration=1ms", "ice.heat=mesh", "rubber.heat=mesh"],
         ["load.duration=1ms", "ice.heat=continuum", "rubber.heat=true"],
         pytest.param(
             ["load.duration=0.3ms", "ice.motion=sliding", "ice.heat=continuum", "rubber.heat=true"],
@@ -319,7 +321,7 @@ def test_a_finished_run_goes_on_longer(changes, shared):
     ]
     assert len(times[0]) == len(times[1]) == 11 and times[1] == sorted(times[1])
     slid = read_checkpoint(shared / "parts", FINISHED).state["sliding"]
-    body = "rubber" if scene.rubber.heat else "ice"
+    body = "rubber" if scene.rubber.heat is True else "ice"  # its mesh is kept with the ice
     assert slid["layers_for"] == duration
     assert len(slid[body]["rise"]) > len(first[body]["rise"])
 

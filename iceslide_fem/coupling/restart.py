@@ -167,10 +167,9 @@ def layouts_of(block: Block, carrier: Carrier) -> Layouts:
 
 
 def _of_ice(ice: Ice, layout: Callable[[OwnNodes | None], Layout], comm: MPI.Comm) -> Layout:
-    equation = ice.equation
-    return (
-        layout(ice.nodes) if equation is None else UnknownLayout(equation.x, len(equation.x), comm)
-    )
+    if ice.places is None:
+        return layout(ice.nodes)
+    return UnknownLayout(ice.places, len(ice.places), comm)
 
 
 def gathered(sliding: Sliding) -> dict[str, Any]:
