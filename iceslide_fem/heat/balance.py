@@ -30,8 +30,7 @@ from iceslide_fem.film.law import Film, FilmStage
 from iceslide_fem.heat.bodies import Bodies
 from iceslide_fem.heat.contact import Answer, Contact, Slopes
 from iceslide_fem.heat.linear import LinearSolver
-from iceslide_fem.heat.matrices import add, product, set_diagonal
-from iceslide_fem.heat.surface import Reading
+from iceslide_fem.heat.matrices import add, product, set_diagonal, transposed_product
 
 MOST_ITERATIONS = 40
 MOST_PLACES = 16
@@ -39,7 +38,6 @@ FALLEN = 0.5  # of the slope along a change: then it goes far enough
 # Of the agreement: how nearly the surface is balanced, so that any number of ranks finds the same,
 # and how closely a linear system is solved, as films answer by 1 / link times as much.
 SETTLED, CLOSE = 1e-2, 1e-5
-NOTHING = 1e-12  # of a point's weights
 SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
 UNSETTLED = "the melting part of the ice's surface does not settle"
 
@@ -76,8 +74,7 @@ class Balance:
         """
         self._bodies, self._T_0, self._agreement = bodies, temperature, agreement
         self._solver = LinearSolver(bodies.comm, CLOSE * agreement)
-        self._diagonal = bodies.conduction.getDiagonal().array.copy()
-        self._heating = np.zeros_like(self._diagonal)
+        self._heating = np.zeros_like(bodies.capacity)
         self._changed = bodies.conduction.duplicate()  # what each iteration writes anew
 
     def make_room(self, reads: PETSc.Mat, slopes: Slopes) -> None:
@@ -98,13 +95,13 @@ class Balance:
             one.destroy()
 
     def under(self, reads: PETSc.Mat, contact: Contact) -> Balance:
-        """The same bodies with a `contact` whose points `reads` (`reading_matrix`)."""
+        """The same bodies with a `contact` whose points `reads` (`Bodies.reading`)."""
         below = copy(self)
         below._contact, below._reads = contact, reads
         return below
 
     def heated(self, power: Array) -> Balance:
-        """The same bodies with a source of heat within, W, (n_own,) (`HeatEquation.load`)."""
+        """The same bodies with a source of heat within, W, (n_own,) (`load` of the elements)."""
         inside = copy(self)
         inside._heating = power
         return inside
@@ -122,7 +119,7 @@ class Balance:
         rise = begin.rise
         asked = self._asked(begin, film, rise, film.log_height)
         for _ in range(MOST_ITERATIONS):
-            if self._settled(asked, begin.capacity):
+            if self._settled(begin, asked):
                 return self._kept(rise, asked.imbalance, dt), asked.answer.stage
             tangent = self._tangent(begin, rise, asked.answer.slopes)
             change = self._solver.solve(tangent, asked.imbalance)
@@ -165,13 +162,13 @@ class Balance:
 
     def _asked(self, begin: Begin, film: Film, rise: Array, near: Array) -> Asked:
         answer = self._contact.ask(film, self._T_0 + product(self._reads, rise), near)
-        given = self._to_bodies(answer.given) + begin.power
+        given = transposed_product(self._reads, answer.given) + begin.power
         kept = begin.capacity * (self._bodies.content(rise) - begin.content)
         return Asked(answer, given - kept - product(begin.conduction, rise))
 
-    def _settled(self, asked: Asked, capacity: Array) -> bool:
+    def _settled(self, begin: Begin, asked: Asked) -> bool:
         """Whether what is out of balance would warm no unknown by more than the agreement."""
-        off = np.abs(asked.imbalance / (capacity + self._diagonal)).max(initial=0.0)
+        off = np.abs(asked.imbalance / (begin.capacity + begin.diagonal)).max(initial=0.0)
         most = self._bodies.comm.allreduce(off, op=MPI.MAX)
         if np.isnan(most):
             raise NotConverged(UNSETTLED)
@@ -198,27 +195,5 @@ class Balance:
                 one.destroy()
         return tangent
 
-    def _to_bodies(self, given: Array) -> Array:
-        """What points give (n,), W, to the unknowns."""
-        power, heat = self._reads.createVecs()
-        heat.array[:] = given
-        self._reads.multTranspose(heat, power)
-        found = power.array.copy()
-        power.destroy()
-        heat.destroy()
-        return np.asarray(found)
-
     def _dot(self, one: Array, other: Array) -> float:
         return self._bodies.total(float(one @ other))
-
-
-def reading_matrix(reading: Reading, bodies: Bodies) -> PETSc.Mat:
-    """Matrix that reads the unknowns of all bodies at this rank's points. Collective."""
-    counts = np.abs(reading.weight) > NOTHING
-    starts = np.concatenate([[0], np.cumsum(counts.sum(axis=1))]).astype(PETSc.IntType)
-    columns = reading.number[counts].astype(PETSc.IntType)
-    return PETSc.Mat().createAIJ(
-        ((len(counts), PETSc.DETERMINE), (bodies.capacity.size, PETSc.DETERMINE)),
-        csr=(starts, columns, reading.weight[counts]),
-        comm=bodies.comm,
-    )

@@ -9,6 +9,7 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.heat.equation import Conducting, HeatEquation
+from iceslide_fem.heat.matrices import rows_of
 from iceslide_fem.heat.surface import Reading
 
 
@@ -77,3 +78,7 @@ class Bodies:
         rank = np.searchsorted(ranges, reading.number, side="right") - 1
         before = sum(np.diff(other)[rank] for other in self._own_ranges[:body])
         return Reading(joint[rank] + before + reading.number - ranges[rank], reading.weight)
+
+    def reading(self, reading: Reading) -> PETSc.Mat:
+        """Matrix that reads the unknowns of all bodies, by joint numbers. Collective."""
+        return rows_of(reading.number, reading.weight, self.capacity.size, self.comm)

@@ -121,6 +121,10 @@ class HeatEquation:
         """Content (K): the rise that its heat would make at the initial capacity."""
         return rise
 
+    def nodal(self, content: Array) -> Array:
+        """Rise (K) at all local dofs of the space, ghosts included. Collective."""
+        return np.asarray(np.real(self.elements.values(self.rise(content)).x.array))
+
     def steepness(self, rise: Array) -> Array:
         """Derivative of the content with the rise."""
         return np.ones_like(rise)

@@ -9,6 +9,8 @@ from scipy.spatial import cKDTree
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import PETSc
 from iceslide_fem.heat.equation import HeatEquation
+from iceslide_fem.heat.matrices import rows_of
+from iceslide_fem.heat.ranks import answered
 
 SAME_PLACE = 1e-7  # of the body's extent
 
@@ -33,9 +35,8 @@ def numbers_at(equation: HeatEquation, points: Array) -> NDArray[np.int64]:
         distance, number = cKDTree(x).query(places)
         return np.where(distance <= near, first + number, -1)
 
-    answers = comm.alltoall([here(places) for places in comm.alltoall([points[i] for i in asked])])
     numbers = np.full(len(points), -1, dtype=np.int64)
-    for index, answer in zip(asked, answers, strict=True):
+    for index, answer in answered(points, asked, here, comm):
         numbers[index] = np.maximum(numbers[index], answer)
     return numbers
 
@@ -45,12 +46,5 @@ def taking(equation: HeatEquation, numbers: NDArray[np.int64]) -> PETSc.Mat:
 
     Nothing where a number is -1. Collective.
     """
-    own = numbers.size
-    there = numbers >= 0
-    starts = np.concatenate([[0], np.cumsum(there)]).astype(PETSc.IntType)
-    columns = numbers[there].astype(PETSc.IntType)
-    return PETSc.Mat().createAIJ(
-        ((own, PETSc.DETERMINE), (own, PETSc.DETERMINE)),
-        csr=(starts, columns, np.ones(columns.size)),
-        comm=equation.comm,
-    )
+    there = (numbers >= 0).astype(float)
+    return rows_of(numbers[:, None], there[:, None], numbers.size, equation.comm)

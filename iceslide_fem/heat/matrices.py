@@ -3,9 +3,26 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.fenics.compat import PETSc
+from iceslide_fem.fenics.compat import MPI, PETSc
+
+NOTHING = 1e-12  # of weights that add up to 1
+
+
+def rows_of(numbers: NDArray[np.int64], weights: Array, columns: int, comm: MPI.Comm) -> PETSc.Mat:
+    """Matrix whose rows (n, few) weigh values by their numbers, of which this rank has `columns`.
+
+    What weighs nothing is left out. Collective.
+    """
+    counts = np.abs(weights) > NOTHING
+    starts = np.concatenate([[0], np.cumsum(counts.sum(axis=1))]).astype(PETSc.IntType)
+    return PETSc.Mat().createAIJ(
+        ((len(counts), PETSc.DETERMINE), (columns, PETSc.DETERMINE)),
+        csr=(starts, numbers[counts].astype(PETSc.IntType), weights[counts]),
+        comm=comm,
+    )
 
 
 def product(matrix: PETSc.Mat, values: Array) -> Array:
@@ -14,6 +31,17 @@ def product(matrix: PETSc.Mat, values: Array) -> Array:
     right.array[:] = values
     matrix.mult(right, left)
     found = left.array.copy()
+    right.destroy()
+    left.destroy()
+    return np.asarray(found)
+
+
+def transposed_product(matrix: PETSc.Mat, values: Array) -> Array:
+    """The transpose of a matrix times this rank's `values`. Collective."""
+    right, left = matrix.createVecs()
+    left.array[:] = values
+    matrix.multTranspose(left, right)
+    found = right.array.copy()
     right.destroy()
     left.destroy()
     return np.asarray(found)

@@ -17,6 +17,7 @@ from iceslide_fem.arrays import Array, Index
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import basix
 from iceslide_fem.heat.equation import HeatEquation
+from iceslide_fem.heat.ranks import answered
 
 NEAREST = 4  # facets around a point that are looked at: whose boxes are nearest
 ENTRIES = 1_000_000  # of distances, at a time
@@ -36,14 +37,13 @@ class Reading(NamedTuple):
 class HeatedSurface:
     """The facets of `equation`'s body with a name, which lie in a plane; those of this rank.
 
-    numbers: unknowns of each facet among those of all ranks, (f, a); middles of it in the plane.
+    numbers: unknowns of each facet among those of all ranks, (f, a).
     """
 
-    def __init__(self, equation: HeatEquation, name: str, plane: tuple[int, ...] = ()) -> None:
-        """`plane`: axes of the plane, by default all but the last. Collective."""
+    def __init__(self, equation: HeatEquation, name: str) -> None:
+        """The facets `name`, which lie in the plane of all axes but the last. Collective."""
         body, self._comm = equation.body, equation.comm
         mesh, dim = body.mesh, body.mesh.geometry.dim
-        axes = list(plane or range(dim - 1))
         facets = body.facet_tags.find(body.tags[name])
         cells, self._local = compat.facet_cell_pairs(mesh, facets)
         cell = compat.cell_name(mesh)
@@ -55,9 +55,9 @@ class HeatedSurface:
         self._vertices = np.array(basix.topology(kind)[dim - 1], dtype=np.intp)
         dofs = compat.cell_dofs(elements.space)[cells]  # the vertices are first
         self.numbers = equation.numbers[np.take_along_axis(dofs, self._closures[self._local], 1)]
-        x = elements.space.tabulate_dof_coordinates()[:, axes]
+        x = elements.space.tabulate_dof_coordinates()[:, : dim - 1]
         corners = np.take_along_axis(dofs, self._vertices[self._local], 1)
-        self._corners = x[corners].reshape(len(cells), self._vertices.shape[1], len(axes))
+        self._corners = x[corners].reshape(len(cells), self._vertices.shape[1], dim - 1)
         self._low, self._high = self._corners.min(axis=1), self._corners.max(axis=1)
         ends = self._low.min(axis=0, initial=np.inf), self._high.max(axis=0, initial=-np.inf)
         self._boxes = np.array(self._comm.allgather(ends))
@@ -71,17 +71,13 @@ class HeatedSurface:
         """
         comm = self._comm
         away = _distance(points, self._boxes[:, 0], self._boxes[:, 1])
-        size = float(
-            np.ptp(self._boxes[np.isfinite(self._boxes).all(axis=(1, 2))], axis=(0, 1)).max()
-        )
-        near = away <= away.min(axis=1, keepdims=True) + SAME * size
+        near = away <= away.min(axis=1, keepdims=True) + SAME * self._size
         asked = [np.flatnonzero(near[:, rank]) for rank in range(comm.size)]
-        answers = comm.alltoall([self._here(p) for p in comm.alltoall([points[i] for i in asked])])
         outside = np.full(len(points), np.inf)
         shape = len(points), self._closures.shape[1]
         number, weight = np.zeros(shape, dtype=np.int64), np.zeros(shape)
         found = outside, number, weight
-        for index, answer in zip(asked, answers, strict=True):
+        for index, answer in answered(points, asked, self._here, comm):
             nearer = answer[0] < outside[index]
             for all_of_them, one in zip(found, answer, strict=True):
                 all_of_them[index[nearer]] = one[nearer]
@@ -143,11 +139,8 @@ def _places(points: Array, corners: Array) -> Array:
         length = corners[:, 1] - corners[:, 0]
         return np.asarray((points - corners[:, 0]) / length)
     places = np.full_like(points, 0.5)
-    origin, first, second = (
-        corners[:, 0],
-        corners[:, 1] - corners[:, 0],
-        corners[:, 2] - corners[:, 0],
-    )
+    origin = corners[:, 0]
+    first, second = corners[:, 1] - origin, corners[:, 2] - origin
     twist = corners[:, 3] - corners[:, 2] - first
     for _ in range(PASSES):
         s, t = places[:, :1], places[:, 1:]

@@ -72,12 +72,12 @@ def _attached(block: Block, duration: Array) -> Attached:
     if scene.ice.heat == "mesh":
         equation = _equation(block, patch_lines(scene, footprint), duration)
         settings = _settings(block, duration)
-        meshed = MeshedIce(equation, settings)
         if scene.rubber.heat == "mesh":
-            meshed = MeshedIceAndRubber(
+            both = MeshedIceAndRubber(
                 equation, _rubber_equation(block), block.surface, settings, half_film(scene)
             )
-            return AttachedBetween(block.friction, meshed, meshed.place(points))
+            return AttachedBetween(block.friction, both, both.place(points))
+        meshed = MeshedIce(equation, settings)
         return _on_shared(block, meshed, meshed.place(points), rubber)
     ice = _continuum(block, patch_lines(scene, footprint), duration)
     # The ice stays under the point of the rubber that it lies under at t = 0.

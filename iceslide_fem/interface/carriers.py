@@ -120,6 +120,30 @@ class OwnStep(InterfaceStep):
         return shear_change(self.step, self.loads, self.ice, before.state)
 
 
+class Rises(NamedTuple):
+    """Rises (K) above the initial temperature at all local dofs of quadratic spaces, ghosts
+    included: of the ice's mesh and of the rubber's, None where there is none that takes heat.
+    """
+
+    ice: Array | None = None
+    rubber: Array | None = None
+
+
+class Unmeshed:
+    """What ice without a finite element mesh says of one."""
+
+    equation, places = None, None
+
+    @property
+    def n_dofs(self) -> int:
+        """No unknowns of a mesh."""
+        return 0
+
+    def rises(self, content: Array) -> Rises:
+        """None."""
+        return Rises()
+
+
 class Ice(Protocol):
     """The ice of a run. `initial` and the content are those of `IceHeat`.
 
@@ -143,11 +167,8 @@ class Ice(Protocol):
     def places(self) -> Array | None:
         """Where the unknowns of a finite element mesh are, (n_own, d), m; None without one."""
 
-    def of_ice(self, content: Array) -> Array:
-        """The ice's own part of a content, which may hold the rubber's, too."""
-
-    def rubber_rise(self, content: Array) -> Array | None:
-        """Rise (K) at the rubber's nodes with ghosts, where its mesh takes heat. Collective."""
+    def rises(self, content: Array) -> Rises:
+        """Rises at the nodes of finite element meshes. Collective."""
 
     def initial(self, n_points: int) -> Array:
         """Content of ice at its initial temperature."""

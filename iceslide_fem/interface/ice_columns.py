@@ -15,6 +15,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column, IceHeat
 from iceslide_fem.film.law import Film, FilmStage
+from iceslide_fem.interface.carriers import Unmeshed
 from iceslide_fem.interface.ice_surface import IceSurface, StageSurface
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile, SurfaceGrid
 from iceslide_fem.interface.window import shifted
@@ -26,11 +27,10 @@ RESISTANCE_SHARE = 1e-3
 AGREEMENT = 1e-7  # K, of points and columns
 
 
-class OwnColumns:
+class OwnColumns(Unmeshed):
     """Every point of the rubber has ice of its own: `model` below each; content: the model's."""
 
     nodes: OwnNodes | None = None  # the points hold the content
-    n_dofs, equation, places = 0, None, None  # of a mesh
 
     def __init__(self, model: Column | HalfSpace) -> None:
         self._model = model
@@ -42,14 +42,6 @@ class OwnColumns:
     def under(self, contacts: Contacts) -> IceHeat:
         """The ice below the points, wherever they lie."""
         return self._model
-
-    def of_ice(self, content: Array) -> Array:
-        """All of it."""
-        return content
-
-    def rubber_rise(self, content: Array) -> Array | None:
-        """The rubber's mesh takes no heat."""
-        return None
 
     def saved(self, content: Array) -> dict[str, Array]:
         """The model's, at the points."""
@@ -67,13 +59,11 @@ class OwnColumns:
         return Profile(column.depths, column.at_depths(content), column.heat(content), None)
 
 
-class GridColumns(Column):
+class GridColumns(Unmeshed, Column):
     """Columns below this rank's nodes of `grid`, heated by films on the nodes themselves.
 
     Content: amplitudes (n_modes, own nodes).
     """
-
-    n_dofs, equation, places = 0, None, None  # of a mesh
 
     def __init__(
         self,
@@ -98,14 +88,6 @@ class GridColumns(Column):
             self.grid.allgather(own) for own in (self.at_depths(content), self.heat(content))
         )
         return Profile(self.depths, kelvin, heat, self.grid)
-
-    def of_ice(self, content: Array) -> Array:
-        """All of it."""
-        return content
-
-    def rubber_rise(self, content: Array) -> Array | None:
-        """The rubber's mesh takes no heat."""
-        return None
 
     def initial(self, n_points: int) -> Array:
         """Cold ice below this rank's nodes, whatever the number of points."""

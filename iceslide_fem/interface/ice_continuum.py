@@ -22,21 +22,20 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.law import Film, FilmStage
+from iceslide_fem.interface.carriers import Unmeshed
 from iceslide_fem.interface.ice_modes import SurfaceModes
 from iceslide_fem.interface.ice_surface import IceSurface, StageSurface
 from iceslide_fem.interface.surface_grid import Contacts, Profile, SurfaceGrid
 from iceslide_fem.mesh.grid import Lines
 
 
-class Continuum:
+class Continuum(Unmeshed):
     """Heat equation in the ice below a grid on its surface.
 
     grid: that of the surface, whose `nodes` the ranks share evenly. Content: lateral amplitudes of
     what the column's modes hold (J/m2, as `Column` has them), (n_modes, *shape of the grid), on all
     ranks. No heat passes the sides.
     """
-
-    equation, places = None, None  # of finite elements
 
     def __init__(
         self,
@@ -101,14 +100,6 @@ class Continuum:
         before = self._at_surface(start)
         given, result = self._surface.settled(stage, before, film, self._link, self._agreement)
         return cooled + dt * self._modes.load_amplitudes(given) * decay, result
-
-    def of_ice(self, content: Array) -> Array:
-        """All of it."""
-        return content
-
-    def rubber_rise(self, content: Array) -> Array | None:
-        """The rubber's mesh takes no heat."""
-        return None
 
     def heat(self, content: Array) -> float:
         """Heat above the initial temperature, J (J/m in a slice)."""

@@ -7,7 +7,7 @@ its own part of the ice, and of points what lies on it; what crosses goes by PET
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
 from typing import NamedTuple
 
@@ -16,11 +16,12 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.film.law import Film, FilmStage
-from iceslide_fem.heat.balance import Balance, reading_matrix
+from iceslide_fem.heat.balance import Balance
 from iceslide_fem.heat.bodies import Bodies
 from iceslide_fem.heat.contact import AboveIce
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.surface import HeatedSurface, Reading
+from iceslide_fem.interface.carriers import Rises
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement, Profile
 from iceslide_fem.materials import Solid
 
@@ -47,14 +48,14 @@ class MeshedIce:
         self,
         equation: HeatEquation,
         settings: Settings,
+        others: Sequence[HeatEquation] = (),
     ) -> None:
-        """Ice without points yet. Collective."""
+        """Ice without points yet, balanced together with `others`. Collective."""
         self.equation: HeatEquation = equation
         self._surface = HeatedSurface(equation, "surface")
-        self._bodies = Bodies([equation])
+        self._bodies = Bodies([equation, *others])
         self._settings = settings
         self._balance = Balance(self._bodies, settings.temperature, settings.agreement)
-
         self._known: deque[tuple[Placement, PETSc.Mat]] = deque(maxlen=KNOWN)
 
     @property
@@ -105,13 +106,9 @@ class MeshedIce:
         """Where this rank's unknowns are, (n_own, d), m."""
         return self.equation.x
 
-    def of_ice(self, content: Array) -> Array:
-        """All of it."""
-        return content
-
-    def rubber_rise(self, content: Array) -> Array | None:
-        """The rubber's mesh takes no heat."""
-        return None
+    def rises(self, content: Array) -> Rises:
+        """Rise at the nodes of the ice. Collective."""
+        return Rises(self.equation.nodal(content))
 
     def heat(self, content: Array) -> float:
         """Heat above the initial temperature, J (J/m in a slice). Collective."""
@@ -119,7 +116,7 @@ class MeshedIce:
 
     def _reading(self, at: Placement) -> PETSc.Mat:
         """Matrix that reads the unknowns at the points `at` their places. Collective."""
-        return reading_matrix(Reading(at.node.astype(np.int64), at.share), self._bodies)
+        return self._bodies.reading(Reading(at.node.astype(np.int64), at.share))
 
     def profile(self, content: Array) -> Profile | None:
         """None: there is a mesh instead."""

@@ -9,10 +9,9 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import PETSc
-from iceslide_fem.heat.balance import reading_matrix
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.exchange import numbers_at, taking
-from iceslide_fem.heat.matrices import product
+from iceslide_fem.heat.matrices import product, rows_of
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
 from iceslide_fem.interface.surface_grid import Contacts, Placement, Profile, SurfaceGrid
 
@@ -34,7 +33,7 @@ class PassingMeshedIce(MeshedIce):
         self._shift = taking(equation, numbers_at(equation, ahead))
         axes = np.meshgrid(*grid.lines, indexing="ij")
         nodes = np.stack([axis.ravel()[grid.own] for axis in axes], axis=1)
-        self._of_nodes = reading_matrix(self._surface.read(nodes), self._bodies)
+        self._of_nodes = self._bodies.reading(self._surface.read(nodes))
 
     def profile(self, content: Array) -> Profile:
         """Temperature of the surface's nodes, and heat below them. Collective."""
@@ -54,14 +53,8 @@ class PassingMeshedIce(MeshedIce):
 
     def _reading(self, at: Placement) -> PETSc.Mat:
         """By way of the grid's nodes, on which points lie."""
-        n, corners = at.node.shape
-        starts = corners * np.arange(n + 1, dtype=PETSc.IntType)
-        columns = at.node.astype(PETSc.IntType).ravel()
-        on_grid = PETSc.Mat().createAIJ(
-            ((n, PETSc.DETERMINE), (self.grid.own.size, PETSc.DETERMINE)),
-            csr=(starts, columns, at.share.ravel()),
-            comm=self.grid.comm,
-        )
+        numbers = at.node.astype(np.int64)
+        on_grid = rows_of(numbers, at.share, self.grid.own.size, self.grid.comm)
         reads = on_grid.matMult(self._of_nodes)
         on_grid.destroy()
         return reads

@@ -6,7 +6,6 @@ The films between it and the ice conduct to either body; its plate is insulated 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from copy import copy
 
 import numpy as np
@@ -14,11 +13,10 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import PETSc
 from iceslide_fem.film.rubber_heat import HalfFilm
-from iceslide_fem.heat.balance import Balance, reading_matrix
-from iceslide_fem.heat.bodies import Bodies
 from iceslide_fem.heat.contact import BetweenIceAndRubber, Slopes
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.surface import Reading
+from iceslide_fem.interface.carriers import Rises
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
 from iceslide_fem.interface.surface_grid import Contacts, Placement
 from iceslide_fem.rubber.contact_surface import ContactSurface
@@ -40,10 +38,8 @@ class MeshedIceAndRubber(MeshedIce):
         half_film: HalfFilm,
     ) -> None:
         """The rubber's points are those of its contact `surface`. Collective."""
-        super().__init__(ice, settings)
+        super().__init__(ice, settings, [rubber])
         self.rubber, self._half_film = rubber, half_film
-        self._bodies = Bodies([ice, rubber])
-        self._balance = Balance(self._bodies, settings.temperature, settings.agreement)
         nodes = rubber.numbers[surface.dofs]
         f, q, a = surface.shape.shape
         number = np.broadcast_to(nodes[:, None], (f, q, a)).reshape(f * q, a)
@@ -75,35 +71,23 @@ class MeshedIceAndRubber(MeshedIce):
 
     def heat(self, content: Array) -> float:
         """Heat of the ice above the initial temperature, J (J/m in a slice). Collective."""
-        return super().heat(self.of_ice(content))
+        return self.equation.heat(self._bodies.parts(content)[0])
 
     def rubber_heat(self, content: Array) -> float:
         """Heat of the rubber above the initial temperature, J (J/m in a slice). Collective."""
         return self.rubber.heat(self._bodies.parts(content)[1])
 
-    def of_ice(self, content: Array) -> Array:
-        """The ice's own part of a content, (n_own,)."""
-        return self._bodies.parts(content)[0]
-
-    def rubber_rise(self, content: Array) -> Array:
-        """Rise (K) at the rubber's nodes, ghosts included. Collective."""
-        values = self.rubber.elements.values(self._bodies.parts(content)[1])
-        return np.asarray(np.real(values.x.array))
-
-    def saved(self, content: Array) -> dict[str, Array]:
-        """What checkpoints keep, at this rank's unknowns of both."""
-        return {"rise": content}
-
-    def restored(self, saved: Mapping[str, Array]) -> Array:
-        """Content of what was `saved`."""
-        return saved["rise"]
+    def rises(self, content: Array) -> Rises:
+        """Rises at the nodes of both. Collective."""
+        ice, rubber = self._bodies.parts(content)
+        return Rises(self.equation.nodal(ice), self.rubber.nodal(rubber))
 
     def _reading(self, at: Placement) -> PETSc.Mat:
         below = self._bodies.joint(0, Reading(at.node.astype(np.int64), at.share))
         widest = max(below.number.shape[1], self._above.number.shape[1])
         both = (_widened(one, widest) for one in (below, self._above))
         number, weight = (np.concatenate(parts) for parts in zip(*both, strict=True))
-        reads = reading_matrix(Reading(number, weight), self._bodies)
+        reads = self._bodies.reading(Reading(number, weight))
         n = len(at.node)
         self._balance.make_room(reads, Slopes(np.ones(2 * n), np.ones(n)))
         return reads

@@ -10,6 +10,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import Accepted
 from iceslide_fem.heat.elements import LayeredElements
+from iceslide_fem.interface.carriers import Rises
 from iceslide_fem.interface.surface_grid import Profile, SurfaceGrid
 from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.output.grids import (
@@ -65,7 +66,7 @@ class BlockFields:
     def _rubber(self, accepted: Accepted | None) -> Grid | None:
         u = self._sliding.block.rubber.displacements
         velocity = self._sliding.current.motion.velocity.reshape(u.shape)
-        rise = self._sliding.carrier.ice.rubber_rise(self._sliding.current.interface.ice)
+        rise = self._rises().rubber
         first = self._sliding.block.scene.ice.temperature - ZERO_CELSIUS
         warm = {} if rise is None else {TEMPERATURE: first + rise}
         return self._nodes.grid(u, velocity, self._stress, warm)
@@ -98,11 +99,10 @@ class BlockFields:
 
     def _meshed_ice(self, accepted: Accepted | None) -> Grid | None:
         """This rank's part of the ice's mesh, where the ice is relative to the plate."""
-        equation = self._sliding.carrier.ice.equation
+        equation, rise = self._sliding.carrier.ice.equation, self._rises().ice
         assert equation is not None and isinstance(equation.elements, LayeredElements)
+        assert rise is not None
         current = self._sliding.current
-        own = self._sliding.carrier.ice.of_ice(current.interface.ice)
-        rise = equation.elements.values(equation.rise(own)).x.array
         celsius = self._celsius(self._sliding.block.scene.ice.temperature + rise)
         return mesh_grid(equation.elements, {TEMPERATURE: celsius}, -current.loads.offset)
 
@@ -135,6 +135,9 @@ class BlockFields:
         """Lines of the ice's grid where the ice is relative to the plate, m."""
         along, *across = grid.lines
         return [along - self._sliding.current.loads.offset, *across]
+
+    def _rises(self) -> Rises:
+        return self._sliding.carrier.ice.rises(self._sliding.current.interface.ice)
 
     def _profile(self) -> Profile:
         profile = self._sliding.carrier.ice.profile(self._sliding.current.interface.ice)

@@ -156,11 +156,10 @@ class Probes:
     def _in_mesh(self, probe: Probe, equation: HeatEquation, sliding: Sliding) -> float:
         """The same where the ice has a mesh: what its elements have there. Collective."""
         scene, current = sliding.block.scene, sliding.current
-        own = sliding.carrier.ice.of_ice(current.interface.ice)
-        rise = np.real(equation.elements.values(equation.rise(own)).x.array)
+        rise = sliding.carrier.ice.rises(current.interface.ice).ice
         place = probe.place + np.eye(1, probe.place.size)[0] * current.loads.offset
         found = cell_around(equation.elements.space, place)
-        if found is None:
+        if found is None or rise is None:
             return math.nan
         cell, within = found
         element = compat.basix_lagrange(compat.cell_name(equation.body.mesh), 2)

@@ -9,19 +9,13 @@ with a half of them.
 
 from __future__ import annotations
 
-import json
-import subprocess
-import tempfile
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 
-import numpy as np
-
-from iceslide_fem.results.run_directory import read_run
-from scripts.studies.common import ROOT, options, run_words, table
-from scripts.studies.precision import MOMENT, TIMES, Found, moved
+from scripts.studies.common import options, table
+from scripts.studies.precision import MOMENT, Found, found, moved
 
 BLOCK = "model=block", "numerics.tolerance=1e-2", "load.duration=4ms"
+MELTING = "ice.temperature=-0.5degC"  # in that moment, too
 HEAD = ("ice", "preconditioner", "ranks", "unknowns", "steps", "wall s", "largest of mu(t)", "mean")
 SOLVERS = {  # PETSc's options by what they are called here
     "blocks, incomplete Cholesky": "",
@@ -33,20 +27,6 @@ SOLVERS = {  # PETSc's options by what they are called here
 }
 
 
-def made(heat: str, ranks: int, solver: str, moment: Sequence[str]) -> Found:
-    """A run of the command. Raises CalledProcessError."""
-    with tempfile.TemporaryDirectory() as folder:
-        more = ["--no-report", *(["--", *solver.split()] if solver else [])]
-        changes = [*BLOCK, f"ice.heat={heat}", *moment, "output.times=1"]
-        path = ROOT / "cases" / "thesis_1bar.toml"
-        words = run_words(path, folder, *changes, ranks=ranks, more=more)
-        subprocess.run(words, check=True, capture_output=True)
-        run = read_run(folder)
-        times = np.linspace(0.0, run.history["time_s"][-1], TIMES)
-        mu = np.interp(times, run.history["time_s"], run.history["mu"])
-        return Found(json.loads((Path(folder) / "summary.json").read_text(encoding="utf-8")), mu)
-
-
 def rows(ranks: Sequence[int], moment: Sequence[str]) -> Iterator[tuple[object, ...]]:
     """Continuum ice, and meshed ice with each solver, on every number of ranks."""
     exact: Found | None = None
@@ -54,7 +34,8 @@ def rows(ranks: Sequence[int], moment: Sequence[str]) -> Iterator[tuple[object, 
     cases = [("mesh", name, solver) for name, solver in solvers]
     for heat, name, solver in [*cases, ("continuum", "", "")]:
         for number in ranks:
-            run = made(heat, number, solver, moment)
+            changes = (*BLOCK, f"ice.heat={heat}", *moment)
+            run = found("thesis_1bar", changes, number, *solver.split())
             exact = exact or run
             summary = run.summary
             yield (
@@ -69,7 +50,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="a moment on coarse meshes, one rank")
     parser.add_argument("--ranks", nargs="+", type=int, default=[1, 2])
     arguments = parser.parse_args()
-    table(HEAD, rows(*(([1], MOMENT) if arguments.quick else (arguments.ranks, ()))))
+    table(HEAD, rows(*(([1], (*MOMENT, MELTING)) if arguments.quick else (arguments.ranks, ()))))
 
 
 if __name__ == "__main__":

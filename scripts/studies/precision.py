@@ -28,7 +28,7 @@ CASES = {  # each with what else is changed
 }
 MOMENT = ("load.duration=0.1ms", "numerics.refinement=0.5")
 TIMES = 400  # at which mu(t) is compared
-PRECISIONS = ("double", "single")
+PRECISION, PRECISIONS = "-rubber_pc_precision", ("double", "single")
 
 
 class Found(NamedTuple):
@@ -38,10 +38,10 @@ class Found(NamedTuple):
     mu: Array
 
 
-def found(case: str, changes: Sequence[str], ranks: int, precision: str) -> Found:
-    """A run of the command with factors of this precision. Raises CalledProcessError."""
+def found(case: str, changes: Sequence[str], ranks: int, *solver: str) -> Found:
+    """A run of the command with PETSc's options for the `solver`. Raises CalledProcessError."""
     with tempfile.TemporaryDirectory() as folder:
-        more = ["--no-report", "--", "-rubber_pc_precision", precision]
+        more = ["--no-report", *(["--", *solver] if solver else [])]
         path = ROOT / "cases" / f"{case}.toml"
         words = run_words(path, folder, *changes, "output.times=1", ranks=ranks, more=more)
         subprocess.run(words, check=True, capture_output=True)
@@ -65,7 +65,7 @@ def rows(
         changes = ("model=block", *CASES[case], f"numerics.tolerance={tolerance}", *moment)
         exact: Found | None = None
         for precision in PRECISIONS:
-            run = found(case, changes, number, precision)
+            run = found(case, changes, number, PRECISION, precision)
             exact = exact or run
             summary = run.summary
             yield (

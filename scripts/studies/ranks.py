@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from scripts.studies.common import options, table
-from scripts.studies.precision import CASES, MOMENT, Found, found, moved
+from scripts.studies.precision import CASES, MOMENT, PRECISION, Found, found, moved
 
 TOLERANCE = "1e-2"
 HEAD = ("case", "ranks", "unknowns", "steps", "iterations", "wall s", "least", "most",
@@ -28,7 +28,7 @@ def rows(
         runs: dict[int, list[Found]] = {number: [] for number in ranks}
         for _ in range(repeats):
             for number, made in runs.items():
-                made.append(found(case, changes, number, "single"))
+                made.append(found(case, changes, number, PRECISION, "single"))
         seconds = {
             number: np.array([run.summary["wall_s"] for run in made])
             for number, made in runs.items()

@@ -1,0 +1,23 @@
+"""What ranks ask each other about points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import TypeVar
+
+from iceslide_fem.arrays import Array, Index
+from iceslide_fem.fenics.compat import MPI
+
+Answer = TypeVar("Answer")
+
+
+def answered(
+    points: Array, asked: Sequence[Index], here: Callable[[Array], Answer], comm: MPI.Comm
+) -> Iterator[tuple[Index, Answer]]:
+    """Which of this rank's `points` (n, d) each rank was asked for, and what is `here` there.
+
+    asked: numbers of the points, for every rank. Collective, before the first is given.
+    """
+    questions = comm.alltoall([points[index] for index in asked])
+    answers = comm.alltoall([here(places) for places in questions])
+    return zip(asked, answers, strict=True)
