@@ -259,6 +259,12 @@ def test_factors_in_single_precision_give_newton_his_direction(cells):
     assert 1e-9 < error < 1e-2 * tangent.FORCING  # the former: they are single
 
 
+def test_a_solver_that_petsc_does_not_know_is_one_sentence():
+    sentence = "PETSc does not take the options -rubber_...: .*nonsense"
+    with options_of_rubber({"pc_type": "nonsense"}), pytest.raises(SceneError, match=sentence):
+        equilibrium_of("quadrilateral")
+
+
 @pytest.mark.parametrize("cells", ["tetrahedron", "hexahedron"])
 def test_a_precision_that_is_none_is_refused(cells):
     sentence = "the option -rubber_pc_precision is half; it may be single or double"

@@ -10,9 +10,10 @@ import pytest
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 from runs import write_run  # noqa: E402
-from written_fields import TIMES, write_fields  # noqa: E402
+from written_fields import TIMES, in_parts, write_fields  # noqa: E402
 
 from iceslide_fem.errors import SceneError  # noqa: E402
+from iceslide_fem.report.fields import fields_of  # noqa: E402
 from iceslide_fem.results import read_run  # noqa: E402
 
 
@@ -40,6 +41,28 @@ def test_pictures_at_peak_and_end(tmp_path, cells, with_ice):
     for picture in (peak, end):
         colourful = np.ptp(picture.astype(int), axis=2) > 60
         assert 0.005 < colourful.mean() < 0.6
+
+
+@pytest.mark.fe
+@pytest.mark.parametrize("cells", ["quadrilateral", "hexahedron"])
+def test_ice_that_ranks_wrote_in_parts_is_whole(tmp_path, cells):
+    """In pictures and in pages, at the moments of all other fields."""
+    pictures, drawn = [], []
+    for parts in (1, 2):
+        folder = tmp_path / str(parts)
+        folder.mkdir()
+        write_run(folder, "slice" if cells == "quadrilateral" else "block")
+        write_fields(folder, cells, True)
+        if parts == 2:
+            in_parts(folder)
+        done = view(folder)
+        assert done.returncode == 0, done.stderr
+        pictures.append(imageio.imread(folder / "view_end.png")[..., :3].astype(int))
+        *_, fields = fields_of(read_run(folder))
+        drawn.append([len(str(drawing)) for drawing in fields.drawings])
+    assert np.abs(pictures[0] - pictures[1]).mean() < 0.1
+    assert len(drawn[0]) == len(drawn[1])
+    np.testing.assert_allclose(*drawn, rtol=0.05)
 
 
 @pytest.mark.fe

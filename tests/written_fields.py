@@ -1,12 +1,14 @@
 """Fields of an invented run, for the tests of what reads them. Needs DOLFINx."""
 
+import meshio
 import numpy as np
 from blocks import SIZE, a_block
 from runs import DURATION, a_scene
 
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.output.fields import Fields
-from iceslide_fem.output.grids import FacetGrid, RubberGrid, tensor_grid
+from iceslide_fem.output.grids import FacetGrid, Grid, RubberGrid, tensor_grid
+from iceslide_fem.output.vtu import vtu
 from iceslide_fem.rubber.contact_surface import contact_surface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 
@@ -40,3 +42,22 @@ def write_fields(directory, cells, with_ice):
         if with_ice:
             grids["ice"] = tensor_grid(lines, {"temperature (degC)": ice})
         fields.write(time, grids)
+
+
+def in_parts(directory):
+    """Let the ice be in two files at each time, as two ranks write it."""
+    folder = directory / "fields"
+    lines = []
+    for number, time in enumerate(TIMES):
+        whole = meshio.read(folder / f"ice_{number:06d}.vtu")
+        (block,) = whole.cells
+        half = len(block.data) // 2
+        for part, cells in enumerate((block.data[:half], block.data[half:])):
+            used, inner = np.unique(cells, return_inverse=True)
+            values = {name: data[used] for name, data in whole.point_data.items()}
+            grid = Grid(whole.points[used], block.type, inner.reshape(cells.shape), values, {})
+            name = f"ice_{number:06d}{'_1' * part}.vtu"
+            (folder / name).write_text(vtu(grid))
+            lines.append(f'<DataSet timestep="{time:.12g}" part="{part}" file="{name}" />')
+    inside = f"<Collection>{''.join(lines)}</Collection>"
+    (folder / "ice.pvd").write_text(f'<VTKFile type="Collection" version="1.0">{inside}</VTKFile>')

@@ -32,6 +32,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics.cache import cache_folder, processor
 from iceslide_fem.fenics.jit import compile_alone, failing_in_one_sentence
 
@@ -337,3 +338,17 @@ def solve_linear(ksp: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec) -> None:
         if error.__cause__ is not None:
             raise error.__cause__ from None
         raise
+
+
+def take_options(ksp: PETSc.KSP) -> None:
+    """Let `ksp` take the user's options. Raises SceneError if PETSc does not know one's value.
+
+    Collective: all ranks raise it.
+    """
+    try:
+        ksp.setFromOptions()
+    except PETSc.Error as error:
+        reason = str(error).strip().splitlines()[-1].partition("] ")[2]
+        raise SceneError(
+            f"PETSc does not take the options -{ksp.getOptionsPrefix()}...: {reason}"
+        ) from None

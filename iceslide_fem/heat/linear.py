@@ -14,7 +14,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
-from iceslide_fem.fenics.compat import PETSc, solve_linear
+from iceslide_fem.fenics.compat import PETSc, solve_linear, take_options
 
 MOST_ITERATIONS = 2000
 RELATIVE = 1e-4  # of what is off: the next iteration of Newton's method takes the rest
@@ -33,7 +33,7 @@ class LinearSolver:
         options = PETSc.Options()
         if not options.hasName("heat_sub_pc_type"):
             options["heat_sub_pc_type"] = "icc"
-        ksp.setFromOptions()
+        take_options(ksp)
 
     @property
     def iterations(self) -> int:

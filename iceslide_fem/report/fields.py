@@ -17,10 +17,11 @@ from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.errors import SceneError
 from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.report.page import Fields, Text, colours, plain
-from iceslide_fem.results import Run, field_files
+from iceslide_fem.results import Run, field_files, field_parts
 
 MOMENTS = 13  # at most
 CELLS = 6000  # of a drawing at most
+PLACES = 10  # of coordinates in m, to which points are the same
 ROBUST = 98.0  # percentile at which colours end: pressures are singular at an edge
 PRESSURE, MISES = "contact pressure (Pa)", "von Mises stress (Pa)"
 MM, MS, UM = 1e3, 1e3, 1e6
@@ -105,8 +106,8 @@ def _moments(times: Array, peak: float) -> list[int]:
 
 def _drawings(run: Run, chosen: Sequence[int]) -> list[dict[str, Any]]:
     def read(name: str) -> list[Grid]:
-        files = field_files(run.directory, name)
-        return [_read(files[number][1]) for number in chosen if number < len(files)]
+        files = field_parts(run.directory, name)
+        return [_read_parts(files[number][1]) for number in chosen if number < len(files)]
 
     rubber, interface, ice = read("rubber"), read("interface"), read("ice")
     flat = run.scene["model"] == "slice"
@@ -127,6 +128,26 @@ def _drawings(run: Run, chosen: Sequence[int]) -> list[dict[str, Any]]:
         if drawing:
             drawings.append(drawing)
     return drawings
+
+
+def _read_parts(paths: Sequence[Path]) -> Grid:
+    """One grid of all parts, which are of one kind: points on the border of two are one."""
+    parts = [_read(path) for path in paths]
+    first, *_ = parts
+    if len(parts) == 1:
+        return first
+    points = np.concatenate([part.points for part in parts])
+    _, kept, number = np.unique(
+        points.round(PLACES), axis=0, return_index=True, return_inverse=True
+    )
+    before = np.cumsum([0, *(len(part.points) for part in parts)])[:-1]
+    cells = np.concatenate([part.cells + start for part, start in zip(parts, before, strict=True)])
+    at_points, at_cells = (
+        {name: np.concatenate([one[name] for one in values]) for name in values[0]}
+        for values in ([part.at_points for part in parts], [part.at_cells for part in parts])
+    )
+    once = {name: values[kept] for name, values in at_points.items()}
+    return Grid(points[kept], first.kind, number.reshape(-1)[cells], once, at_cells)
 
 
 def _read(path: Path) -> Grid:
@@ -346,8 +367,8 @@ def _section(grid: Grid, flat: bool) -> dict[str, Any] | None:
         middle = y[np.abs(y).argmin()]
         here = np.abs(y - middle) < 1e-9
         points, values = points[here], values[here]
-    x, column = np.unique(points[:, 0].round(10), return_inverse=True)
-    z, row = np.unique(points[:, vertical].round(10), return_inverse=True)
+    x, column = np.unique(points[:, 0].round(PLACES), return_inverse=True)
+    z, row = np.unique(points[:, vertical].round(PLACES), return_inverse=True)
     if x.size * z.size != len(points):
         return None
     table = np.full((z.size, x.size), np.nan)

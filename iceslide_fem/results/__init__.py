@@ -3,6 +3,12 @@
 Imports `errors`, `materials`, `progress` and types only.
 """
 
-from iceslide_fem.results.run_directory import Run, differences, field_files, read_run
+from iceslide_fem.results.run_directory import (
+    Run,
+    differences,
+    field_files,
+    field_parts,
+    read_run,
+)
 
-__all__ = ["Run", "differences", "field_files", "read_run"]
+__all__ = ["Run", "differences", "field_files", "field_parts", "read_run"]

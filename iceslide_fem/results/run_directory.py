@@ -108,18 +108,30 @@ def differences(run: Run, exact: Run, count: int = 500) -> Array:
 def field_files(directory: Path, name: str) -> list[tuple[float, Path]]:
     """Times (s) and files of the field `name` (rubber, ice, interface); empty if not written.
 
+    Of a field that ranks wrote in parts the first ones. Raises SceneError if the list is damaged.
+    """
+    return [(time, parts[0]) for time, parts in field_parts(directory, name)]
+
+
+def field_parts(directory: Path, name: str) -> list[tuple[float, list[Path]]]:
+    """Times (s) and the files of all parts of the field `name`; empty if not written.
+
     Raises SceneError if the list is damaged.
     """
     path = directory / "fields" / f"{name}.pvd"
     if not path.is_file():
         return []
+    found: list[tuple[float, list[Path]]] = []
     try:
-        return [
-            (float(entry.attrib["timestep"]), path.parent / entry.attrib["file"])
-            for entry in ET.parse(path).iter("DataSet")
-        ]
-    except (ET.ParseError, KeyError, OSError, ValueError) as error:
+        for entry in ET.parse(path).iter("DataSet"):
+            file = path.parent / entry.attrib["file"]
+            if int(entry.attrib.get("part", 0)) == 0:
+                found.append((float(entry.attrib["timestep"]), [file]))
+            else:
+                found[-1][1].append(file)
+    except (ET.ParseError, LookupError, OSError, ValueError) as error:
         raise SceneError(f"{path} is not a list that a run wrote ({error})") from None
+    return found
 
 
 def read_table(path: Path) -> dict[str, Array]:

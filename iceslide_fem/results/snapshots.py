@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 
 from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.errors import SceneError
-from iceslide_fem.results import field_files
+from iceslide_fem.results import field_files, field_parts
 
 TEMPERATURE = "temperature (degC)"
 PRESSURE = "contact pressure (Pa)"
@@ -129,10 +129,10 @@ def _snapshot(directory: Path, number: int) -> Snapshot:
         if rubber.bounds.y_min > -1e-6 * rubber.length:  # half a block
             rubber, interface = _with_mirror_image(rubber, interface)
             undeformed[0, 1] = -undeformed[1, 1]
-    ice_files = field_files(directory, "ice")
+    ice_files = field_parts(directory, "ice")
     ice = None
     if ice_files:
-        grid = _read(ice_files[number][1])
+        grid = pv.merge([_read(part) for part in ice_files[number][1]])
         # just inside the cells, whose faces lie in the plane of symmetry itself
         inside = (0.0, 1e-6 * grid.length, 0.0)
         section = (

@@ -73,7 +73,7 @@ class Tangent:
         self.ksp.setOperators(self._matrix)
         points = rubber.space.tabulate_dof_coordinates()[: index_map.size_local, : self._dim]
         factorise(self.ksp, points)
-        self.ksp.setFromOptions()
+        compat.take_options(self.ksp)
         if takes_blocks(self.ksp):
             self.ksp.reset()  # what it has prepared is for a matrix without blocks
             self._matrix = rubber.create_matrix("baij")
