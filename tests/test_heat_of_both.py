@@ -13,7 +13,7 @@ from iceslide_fem.fenics.compat import MPI, fem  # noqa: E402
 from iceslide_fem.heat.elements import LayeredElements, QuadraticElements  # noqa: E402
 from iceslide_fem.heat.equation import HeatEquation, uniform  # noqa: E402
 from iceslide_fem.heat.linear import LinearSolver  # noqa: E402
-from iceslide_fem.heat.matrices import product, set_diagonal  # noqa: E402
+from iceslide_fem.heat.matrices import product  # noqa: E402
 from iceslide_fem.heat.tabulated import Rows, TabulatedHeat  # noqa: E402
 from iceslide_fem.materials import ICE, Layer, rubber_solid  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
@@ -152,9 +152,9 @@ def test_a_steady_layer_whose_conductivity_falls_meets_its_integral():
     solver = LinearSolver(equation.comm, 1e-12)
     for _ in range(60):
         matrix, drawn = equation.conducting(rise)
-        held = matrix.getDiagonal().array.copy()
-        system = matrix.copy()
-        set_diagonal(system, held + np.where(equation.held, 1.0, 0.0))
+        system, diagonal = matrix.copy(), matrix.getDiagonal()
+        diagonal.array[equation.held] += 1.0
+        system.setDiagonal(diagonal)
         rise = rise + solver.solve(system, load - drawn - product(matrix, rise))
     warm = float(rise[top].mean())
     # int lambda dT = lambda_0 T + 0.5 slope T^2 = q d

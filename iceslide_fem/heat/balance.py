@@ -30,7 +30,7 @@ from iceslide_fem.film.law import Film, FilmStage
 from iceslide_fem.heat.bodies import Bodies
 from iceslide_fem.heat.contact import Answer, Contact, Slopes
 from iceslide_fem.heat.linear import LinearSolver
-from iceslide_fem.heat.matrices import add, product, set_diagonal, transposed_product
+from iceslide_fem.heat.readings import Readings
 
 MOST_ITERATIONS = 40
 MOST_PLACES = 16
@@ -39,6 +39,7 @@ FALLEN = 0.5  # of the slope along a change: then it goes far enough
 # and how closely a linear system is solved, as films answer by 1 / link times as much.
 SETTLED, CLOSE = 1e-2, 1e-5
 SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
+SUBSET = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
 UNSETTLED = "the melting part of the ice's surface does not settle"
 
 
@@ -66,7 +67,7 @@ class Balance:
     """Bodies with films between or below them: `contact` says what those give."""
 
     _contact: Contact
-    _reads: PETSc.Mat
+    _reads: Readings
 
     def __init__(self, bodies: Bodies, temperature: float, agreement: float) -> None:
         """All bodies are at `temperature` (K) at first. agreement: how far (K) the surface may be
@@ -76,25 +77,22 @@ class Balance:
         self._solver = LinearSolver(bodies.comm, CLOSE * agreement)
         self._heating = np.zeros_like(bodies.capacity)
         self._changed = bodies.conduction.duplicate()  # what each iteration writes anew
+        self._own, self._other = bodies.conduction.createVecs()  # as are these
 
-    def make_room(self, reads: PETSc.Mat, slopes: Slopes) -> None:
+    def make_room(self, reads: Readings, slopes: Slopes) -> None:
         """Let the matrices have entries for films that couple what it `reads` with `slopes`.
 
         Films above one body couple nothing that it does not. Collective.
         """
-        weighed = slopes.weighed(reads)
-        falls = reads.transposeMatMult(weighed)
-        conduction = self._bodies.conduction
-        wide = conduction.copy()
-        wide.axpy(1.0, falls, structure=PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+        wide = self._bodies.conduction.copy()
+        wide.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
+        reads.couple(wide, slopes.between)
         wide.zeroEntries()
-        wide.axpy(1.0, conduction, structure=PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        wide.axpy(1.0, self._bodies.conduction, structure=SUBSET)
         self._bodies.conduction = wide
         self._changed = wide.duplicate()
-        for one in (weighed, falls):
-            one.destroy()
 
-    def under(self, reads: PETSc.Mat, contact: Contact) -> Balance:
+    def under(self, reads: Readings, contact: Contact) -> Balance:
         """The same bodies with a `contact` whose points `reads` (`Bodies.reading`)."""
         below = copy(self)
         below._contact, below._reads = contact, reads
@@ -108,7 +106,7 @@ class Balance:
 
     def temperature(self, content: Array) -> Array:
         """At all that is read, K. Collective."""
-        return self._T_0 + product(self._reads, self._bodies.rise(content))
+        return self._T_0 + self._reads.of(self._bodies.rise(content))
 
     def stage(self, start: Array, dt: float, film: Film) -> tuple[Array, FilmStage]:
         """Content at the end of a stage of `dt` (s) from `start`, and the film's. Collective.
@@ -131,10 +129,9 @@ class Balance:
         bodies = self._bodies
         rise = bodies.rise(start)
         matrix, drawn = bodies.conducting(rise)
-        diagonal = matrix.getDiagonal()
-        own = diagonal.array.copy()
-        diagonal.destroy()
-        return Begin(start, rise, bodies.capacity / dt, matrix, own, self._heating - drawn)
+        matrix.getDiagonal(self._own)
+        diagonal = np.array(self._own.array)
+        return Begin(start, rise, bodies.capacity / dt, matrix, diagonal, self._heating - drawn)
 
     def _along(
         self, begin: Begin, film: Film, rise: Array, change: Array, before: Asked
@@ -161,10 +158,10 @@ class Balance:
         return there, asked
 
     def _asked(self, begin: Begin, film: Film, rise: Array, near: Array) -> Asked:
-        answer = self._contact.ask(film, self._T_0 + product(self._reads, rise), near)
-        given = transposed_product(self._reads, answer.given) + begin.power
+        answer = self._contact.ask(film, self._T_0 + self._reads.of(rise), near)
+        given = self._reads.given(answer.given) + begin.power
         kept = begin.capacity * (self._bodies.content(rise) - begin.content)
-        return Asked(answer, given - kept - product(begin.conduction, rise))
+        return Asked(answer, given - kept - self._conducted(begin.conduction, rise))
 
     def _settled(self, begin: Begin, asked: Asked) -> bool:
         """Whether what is out of balance would warm no unknown by more than the agreement."""
@@ -185,15 +182,17 @@ class Balance:
     def _tangent(self, begin: Begin, rise: Array, slopes: Slopes) -> PETSc.Mat:
         """Capacity and conduction at a rise, and the falls of what the films give."""
         tangent = begin.conduction.copy(self._changed, SAME)
-        set_diagonal(tangent, begin.capacity * self._bodies.steepness(rise) + begin.diagonal)
+        self._own.array[:] = begin.capacity * self._bodies.steepness(rise) + begin.diagonal
+        tangent.setDiagonal(self._own)
         steepest = float(slopes.falls.max(initial=0.0))
         if self._bodies.comm.allreduce(steepest, op=MPI.MAX) > 0.0:
-            weighed = slopes.weighed(self._reads)
-            falls = self._reads.transposeMatMult(weighed)
-            add(tangent, falls)
-            for one in (weighed, falls):
-                one.destroy()
+            self._reads.couple(tangent, slopes.between)
         return tangent
+
+    def _conducted(self, conduction: PETSc.Mat, rise: Array) -> Array:
+        self._own.array[:] = rise
+        conduction.mult(self._own, self._other)
+        return np.asarray(self._other.array)
 
     def _dot(self, one: Array, other: Array) -> float:
         return self._bodies.total(float(one @ other))

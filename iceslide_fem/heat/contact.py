@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.fenics.compat import PETSc
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.film.rubber_heat import FilmBetween, HalfFilm, RubberSurface, parallel
 from iceslide_fem.materials import Solid
@@ -27,29 +27,16 @@ class Slopes(NamedTuple):
     falls: Array
     shared: Array | None = None
 
-    def weighed(self, reads: PETSc.Mat) -> PETSc.Mat:
-        """The falls times what `reads` the temperatures. Collective."""
-        if self.shared is None:
-            scaled = reads.copy()
-            weights = scaled.createVecLeft()
-            weights.array[:] = self.falls
-            scaled.diagonalScale(L=weights)
-            weights.destroy()
-            return scaled
-        first, n = reads.getOwnershipRange()[0], self.shared.size
-        own, other = np.arange(2 * n), np.roll(np.arange(2 * n), n)
-        columns = first + np.stack([own, other], axis=1)
-        values = np.stack([self.falls, np.tile(-self.shared, 2)], axis=1)
-        starts = 2 * np.arange(2 * n + 1, dtype=PETSc.IntType)
-        size = reads.getSizes()[0]
-        slopes = PETSc.Mat().createAIJ(
-            (size, size),
-            csr=(starts, columns.astype(PETSc.IntType).ravel(), values.ravel()),
-            comm=reads.comm,
-        )
-        weighed = slopes.matMult(reads)
-        slopes.destroy()
-        return weighed
+    @property
+    def between(self) -> csr_matrix:
+        """The slopes as a matrix between what is read, (m, m)."""
+        n = self.falls.size
+        columns, values = np.arange(n)[:, None], self.falls[:, None]
+        if self.shared is not None:
+            columns = np.hstack([columns, np.roll(columns, n // 2, axis=0)])
+            values = np.hstack([values, np.tile(-self.shared, 2)[:, None]])
+        starts = np.arange(n + 1) * columns.shape[1]
+        return csr_matrix((values.ravel(), columns.ravel(), starts), shape=(n, n))
 
 
 class Answer(NamedTuple):

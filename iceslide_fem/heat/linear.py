@@ -21,10 +21,11 @@ RELATIVE = 1e-4  # of what is off: the next iteration of Newton's method takes t
 
 
 class LinearSolver:
-    """Solves symmetric positive systems."""
+    """Solves symmetric positive systems of one size."""
 
     def __init__(self, comm: Any, close: float) -> None:
         """Solutions are as `close` (of their unit) as the preconditioned residual tells."""
+        self._vectors: tuple[PETSc.Vec, PETSc.Vec] | None = None
         self._ksp = ksp = PETSc.KSP().create(comm)
         ksp.setOptionsPrefix("heat_")
         ksp.setType("cg")
@@ -42,13 +43,12 @@ class LinearSolver:
 
     def solve(self, matrix: PETSc.Mat, right: Array) -> Array:
         """The solution (n_own,). Raises NotConverged. Collective."""
-        load, solution = matrix.createVecs()
+        if self._vectors is None:
+            self._vectors = matrix.createVecs()
+        load, solution = self._vectors
         load.array[:] = right
         self._ksp.setOperators(matrix)
         solve_linear(self._ksp, load, solution)
-        found = solution.array.copy()
-        for vector in (load, solution):
-            vector.destroy()
         if self._ksp.getConvergedReason() < 0:
             raise NotConverged("the linear solver of the heat equation fails")
-        return np.asarray(found)
+        return np.array(solution.array)

@@ -34,31 +34,3 @@ def product(matrix: PETSc.Mat, values: Array) -> Array:
     right.destroy()
     left.destroy()
     return np.asarray(found)
-
-
-def transposed_product(matrix: PETSc.Mat, values: Array) -> Array:
-    """The transpose of a matrix times this rank's `values`. Collective."""
-    right, left = matrix.createVecs()
-    left.array[:] = values
-    matrix.multTranspose(left, right)
-    found = right.array.copy()
-    right.destroy()
-    left.destroy()
-    return np.asarray(found)
-
-
-def add(matrix: PETSc.Mat, few: PETSc.Mat) -> None:
-    """Add `few` to a matrix that has its entries; most of its rows are empty. Collective."""
-    starts, columns, values = few.getValuesCSR()
-    rows = np.flatnonzero(np.diff(starts)).astype(PETSc.IntType)
-    starts = np.append(starts[rows], starts[-1]).astype(PETSc.IntType)
-    numbers = matrix.getOwnershipRange()[0] + rows
-    matrix.setValuesIJV(starts, columns, values, addv=True, rowmap=numbers)
-    matrix.assemble()
-
-
-def set_diagonal(matrix: PETSc.Mat, values: Array) -> None:
-    diagonal = matrix.createVecRight()
-    diagonal.array[:] = values
-    matrix.setDiagonal(diagonal)
-    diagonal.destroy()

@@ -20,6 +20,7 @@ from iceslide_fem.heat.balance import Balance
 from iceslide_fem.heat.bodies import Bodies
 from iceslide_fem.heat.contact import AboveIce
 from iceslide_fem.heat.equation import HeatEquation
+from iceslide_fem.heat.readings import Readings
 from iceslide_fem.heat.surface import HeatedSurface, Reading
 from iceslide_fem.interface.carriers import Rises
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement, Profile
@@ -56,7 +57,7 @@ class MeshedIce:
         self._bodies = Bodies([equation, *others])
         self._settings = settings
         self._balance = Balance(self._bodies, settings.temperature, settings.agreement)
-        self._known: deque[tuple[Placement, PETSc.Mat]] = deque(maxlen=KNOWN)
+        self._known: deque[tuple[Placement, Readings]] = deque(maxlen=KNOWN)
 
     @property
     def n_dofs(self) -> int:
@@ -79,7 +80,7 @@ class MeshedIce:
         below._balance = self._balance.under(self._reads(contacts.at), contact)
         return below
 
-    def _reads(self, at: Placement) -> PETSc.Mat:
+    def _reads(self, at: Placement) -> Readings:
         """That of recent points is known, where it is on all ranks. Collective."""
         places = [number for number, (one, _) in enumerate(self._known) if one is at]
         here = places[0] if places else -1
@@ -87,10 +88,10 @@ class MeshedIce:
         self.equation.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MIN)
         if ends[0] == -ends[1] and here >= 0:
             return self._known[here][1]
-        reads = self._reading(at)
+        reads = Readings(self._reading(at))
         self._known.append((at, reads))
-        # PETSc frees matrices that Python has let go of only when all ranks ask for it together.
-        PETSc.garbage_cleanup(reads.getComm())
+        # PETSc frees what Python has let go of only when all ranks ask for it together.
+        PETSc.garbage_cleanup(self._bodies.conduction.getComm())
         return reads
 
     def surface_temperature(self, content: Array) -> Array:

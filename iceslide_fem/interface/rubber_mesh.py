@@ -15,6 +15,7 @@ from iceslide_fem.fenics.compat import PETSc
 from iceslide_fem.film.rubber_heat import HalfFilm
 from iceslide_fem.heat.contact import BetweenIceAndRubber, Slopes
 from iceslide_fem.heat.equation import HeatEquation
+from iceslide_fem.heat.readings import Readings
 from iceslide_fem.heat.surface import Reading
 from iceslide_fem.interface.carriers import Rises
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
@@ -89,7 +90,7 @@ class MeshedIceAndRubber(MeshedIce):
         number, weight = (np.concatenate(parts) for parts in zip(*both, strict=True))
         reads = self._bodies.reading(Reading(number, weight))
         n = len(at.node)
-        self._balance.make_room(reads, Slopes(np.ones(2 * n), np.ones(n)))
+        self._balance.make_room(Readings(reads), Slopes(np.ones(2 * n), np.ones(n)))
         return reads
 
 
