@@ -110,6 +110,7 @@ CLOSED_SIPE = ["rubber.length=4mm", "rubber.height=3mm", SIPE, "rubber.wall_fric
         pytest.param([ATTACHED, "ice.heat=mesh"], marks=pytest.mark.mpi),
         pytest.param([*PASSING, "ice.heat=mesh"], marks=pytest.mark.mpi),
         pytest.param([ATTACHED, "ice.heat=mesh", "rubber.heat=mesh"], marks=pytest.mark.mpi),
+        [*PASSING, "ice.heat=mesh", "film.carrier=rubber", "rubber.heat=mesh"],
         [ATTACHED, "ice.heat=column"],
         [ATTACHED, "ice.heat=half-space"],
         pytest.param([*PASSING, "ice.heat=column"], marks=[pytest.mark.mpi, pytest.mark.three]),

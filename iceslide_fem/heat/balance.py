@@ -39,7 +39,6 @@ FALLEN = 0.5  # of the slope along a change: then it goes far enough
 # and how closely a linear system is solved, as films answer by 1 / link times as much.
 SETTLED, CLOSE = 1e-2, 1e-5
 SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
-SUBSET = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
 UNSETTLED = "the melting part of the ice's surface does not settle"
 
 
@@ -63,11 +62,23 @@ class Begin(NamedTuple):
     power: Array
 
 
+class Meeting(NamedTuple):
+    """How films meet the bodies: what their points read, and the matrix of a system.
+
+    conduction: that of the bodies (W/K) with entries for what the films couple, None where they
+    couple nothing that conduction does not; tangent: what each iteration writes anew.
+    """
+
+    reads: Readings
+    conduction: PETSc.Mat | None
+    tangent: PETSc.Mat
+
+
 class Balance:
     """Bodies with films between or below them: `contact` says what those give."""
 
     _contact: Contact
-    _reads: Readings
+    _meeting: Meeting
 
     def __init__(self, bodies: Bodies, temperature: float, agreement: float) -> None:
         """All bodies are at `temperature` (K) at first. agreement: how far (K) the surface may be
@@ -76,26 +87,24 @@ class Balance:
         self._bodies, self._T_0, self._agreement = bodies, temperature, agreement
         self._solver = LinearSolver(bodies.comm, CLOSE * agreement)
         self._heating = np.zeros_like(bodies.capacity)
-        self._changed = bodies.conduction.duplicate()  # what each iteration writes anew
-        self._own, self._other = bodies.conduction.createVecs()  # as are these
+        self._tangent_of_one = bodies.conduction.duplicate()
+        self._own, self._other = bodies.conduction.createVecs()  # written anew in each product
 
-    def make_room(self, reads: Readings, slopes: Slopes) -> None:
-        """Let the matrices have entries for films that couple what it `reads` with `slopes`.
+    def meeting(self, reads: Readings, slopes: Slopes | None = None) -> Meeting:
+        """How films meet the bodies at points with these readings. Collective.
 
-        Films above one body couple nothing that it does not. Collective.
+        slopes: any of films that join bodies; those above one couple nothing that it does not.
         """
-        wide = self._bodies.conduction.copy()
-        wide.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
-        reads.couple(wide, slopes.between)
-        wide.zeroEntries()
-        wide.axpy(1.0, self._bodies.conduction, structure=SUBSET)
-        self._bodies.conduction = wide
-        self._changed = wide.duplicate()
+        conduction = self._bodies.conduction
+        if slopes is None:
+            return Meeting(reads, None, self._tangent_of_one)
+        wide = reads.widened(conduction, slopes.between)
+        return Meeting(reads, wide, wide.duplicate())
 
-    def under(self, reads: Readings, contact: Contact) -> Balance:
-        """The same bodies with a `contact` whose points `reads` (`Bodies.reading`)."""
+    def under(self, meeting: Meeting, contact: Contact) -> Balance:
+        """The same bodies as a `contact` meets them."""
         below = copy(self)
-        below._contact, below._reads = contact, reads
+        below._contact, below._meeting = contact, meeting
         return below
 
     def heated(self, power: Array) -> Balance:
@@ -106,7 +115,7 @@ class Balance:
 
     def temperature(self, content: Array) -> Array:
         """At all that is read, K. Collective."""
-        return self._T_0 + self._reads.of(self._bodies.rise(content))
+        return self._T_0 + self._meeting.reads.of(self._bodies.rise(content))
 
     def stage(self, start: Array, dt: float, film: Film) -> tuple[Array, FilmStage]:
         """Content at the end of a stage of `dt` (s) from `start`, and the film's. Collective.
@@ -129,6 +138,7 @@ class Balance:
         bodies = self._bodies
         rise = bodies.rise(start)
         matrix, drawn = bodies.conducting(rise)
+        matrix = self._meeting.conduction or matrix
         matrix.getDiagonal(self._own)
         diagonal = np.array(self._own.array)
         return Begin(start, rise, bodies.capacity / dt, matrix, diagonal, self._heating - drawn)
@@ -158,8 +168,8 @@ class Balance:
         return there, asked
 
     def _asked(self, begin: Begin, film: Film, rise: Array, near: Array) -> Asked:
-        answer = self._contact.ask(film, self._T_0 + self._reads.of(rise), near)
-        given = self._reads.given(answer.given) + begin.power
+        answer = self._contact.ask(film, self._T_0 + self._meeting.reads.of(rise), near)
+        given = self._meeting.reads.given(answer.given) + begin.power
         kept = begin.capacity * (self._bodies.content(rise) - begin.content)
         return Asked(answer, given - kept - self._conducted(begin.conduction, rise))
 
@@ -181,12 +191,12 @@ class Balance:
 
     def _tangent(self, begin: Begin, rise: Array, slopes: Slopes) -> PETSc.Mat:
         """Capacity and conduction at a rise, and the falls of what the films give."""
-        tangent = begin.conduction.copy(self._changed, SAME)
+        tangent = begin.conduction.copy(self._meeting.tangent, SAME)
         self._own.array[:] = begin.capacity * self._bodies.steepness(rise) + begin.diagonal
         tangent.setDiagonal(self._own)
         steepest = float(slopes.falls.max(initial=0.0))
         if self._bodies.comm.allreduce(steepest, op=MPI.MAX) > 0.0:
-            self._reads.couple(tangent, slopes.between)
+            self._meeting.reads.couple(tangent, slopes.between)
         return tangent
 
     def _conducted(self, conduction: PETSc.Mat, rise: Array) -> Array:

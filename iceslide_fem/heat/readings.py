@@ -40,3 +40,19 @@ class Readings:
         starts = falls.indptr.astype(PETSc.IntType)
         matrix.setValuesIJV(starts, columns, falls.data, addv=True, rowmap=rows)
         matrix.assemble()
+
+    def widened(self, matrix: PETSc.Mat, slopes: csr_matrix) -> PETSc.Mat:
+        """The same matrix with entries wherever P^T S P has some. Collective."""
+        first, last = self._matrix.getOwnershipRange()
+        columns = (first + slopes.indices).astype(PETSc.IntType)
+        csr = slopes.indptr.astype(PETSc.IntType), columns, slopes.data
+        size = last - first, PETSc.DETERMINE
+        between = PETSc.Mat().createAIJ((size, size), csr=csr, comm=self._matrix.comm)
+        weighed = between.matMult(self._matrix)
+        falls = self._matrix.transposeMatMult(weighed)
+        falls.zeroEntries()
+        wide = matrix.copy()
+        wide.axpy(1.0, falls, structure=PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+        for one in (between, weighed, falls):
+            one.destroy()
+        return wide

@@ -22,7 +22,7 @@ from iceslide_fem.interface.ice_continuum import Continuum
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
 from iceslide_fem.interface.on_ice import OnIce
 from iceslide_fem.interface.on_rubber import Attached, AttachedBetween, OnRubber, Rubbing
-from iceslide_fem.interface.passing_mesh import PassingMeshedIce
+from iceslide_fem.interface.passing_mesh import PassingMeshedIce, PassingMeshedIceAndRubber
 from iceslide_fem.interface.remembering_ice import RememberingIce
 from iceslide_fem.interface.rubber_columns import RubberOverGrid
 from iceslide_fem.interface.rubber_mesh import MeshedIceAndRubber
@@ -104,8 +104,13 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     heated = heating_times(scene, float(np.ptp(lines[0])), duration)
     ice: Continuum | GridColumns | PassingMeshedIce
     if scene.ice.heat == "mesh":
-        grid = SurfaceGrid.shared(lines, comm)
-        ice = PassingMeshedIce(_equation(block, lines, heated), grid, _settings(block, heated))
+        grid, settings = SurfaceGrid.shared(lines, comm), _settings(block, heated)
+        equation = _equation(block, lines, heated)
+        if scene.rubber.heat == "mesh":
+            above = _rubber_equation(block), block.surface
+            both = PassingMeshedIceAndRubber(grid, equation, *above, settings, half_film(scene))
+            return OnRubber(friction, both)
+        ice = PassingMeshedIce(equation, grid, settings)
     elif scene.ice.heat == "continuum":
         ice = _continuum(block, lines, heated)
     else:

@@ -16,7 +16,7 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.film.law import Film, FilmStage
-from iceslide_fem.heat.balance import Balance
+from iceslide_fem.heat.balance import Balance, Meeting
 from iceslide_fem.heat.bodies import Bodies
 from iceslide_fem.heat.contact import AboveIce
 from iceslide_fem.heat.equation import HeatEquation
@@ -57,7 +57,7 @@ class MeshedIce:
         self._bodies = Bodies([equation, *others])
         self._settings = settings
         self._balance = Balance(self._bodies, settings.temperature, settings.agreement)
-        self._known: deque[tuple[Placement, Readings]] = deque(maxlen=KNOWN)
+        self._known: deque[tuple[Placement, Meeting]] = deque(maxlen=KNOWN)
 
     @property
     def n_dofs(self) -> int:
@@ -77,10 +77,10 @@ class MeshedIce:
         """The same ice as it answers below `contacts`. Collective."""
         below = copy(self)
         contact = AboveIce(contacts.area, self._settings.solid, self._settings.link)
-        below._balance = self._balance.under(self._reads(contacts.at), contact)
+        below._balance = self._balance.under(self._meeting(contacts.at), contact)
         return below
 
-    def _reads(self, at: Placement) -> Readings:
+    def _meeting(self, at: Placement) -> Meeting:
         """That of recent points is known, where it is on all ranks. Collective."""
         places = [number for number, (one, _) in enumerate(self._known) if one is at]
         here = places[0] if places else -1
@@ -88,11 +88,11 @@ class MeshedIce:
         self.equation.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MIN)
         if ends[0] == -ends[1] and here >= 0:
             return self._known[here][1]
-        reads = Readings(self._reading(at))
-        self._known.append((at, reads))
+        meeting = self._met(self.unknowns(at))
+        self._known.append((at, meeting))
         # PETSc frees what Python has let go of only when all ranks ask for it together.
         PETSc.garbage_cleanup(self._bodies.conduction.getComm())
-        return reads
+        return meeting
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature at the points (K), shape (n,). Collective."""
@@ -115,9 +115,13 @@ class MeshedIce:
         """Heat above the initial temperature, J (J/m in a slice). Collective."""
         return self.equation.heat(content)
 
-    def _reading(self, at: Placement) -> PETSc.Mat:
-        """Matrix that reads the unknowns at the points `at` their places. Collective."""
-        return self._bodies.reading(Reading(at.node.astype(np.int64), at.share))
+    def unknowns(self, at: Placement) -> Reading:
+        """How the points `at` their places read the ice: by its unknowns' numbers."""
+        return Reading(at.node.astype(np.int64), at.share)
+
+    def _met(self, below: Reading) -> Meeting:
+        """How films meet the ice that they read so. Collective."""
+        return self._balance.meeting(Readings(self._bodies.reading(below)))
 
     def profile(self, content: Array) -> Profile | None:
         """None: there is a mesh instead."""

@@ -1,6 +1,6 @@
 """Meshed ice that passes under the block: a window of equal cells that is shifted by whole ones.
 
-The unknowns of the surface are the nodes of the window's grid, which has the films or the points.
+The unknowns of the surface are the nodes of the window's grid, on which films or points lie.
 """
 
 from __future__ import annotations
@@ -8,53 +8,79 @@ from __future__ import annotations
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.fenics.compat import PETSc
+from iceslide_fem.film.rubber_heat import HalfFilm
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.exchange import numbers_at, taking
-from iceslide_fem.heat.matrices import product, rows_of
+from iceslide_fem.heat.matrices import product
+from iceslide_fem.heat.readings import Readings
+from iceslide_fem.heat.surface import Reading
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
-from iceslide_fem.interface.surface_grid import Contacts, Placement, Profile, SurfaceGrid
+from iceslide_fem.interface.rubber_mesh import MeshedIceAndRubber
+from iceslide_fem.interface.surface_grid import Placement, Profile, SurfaceGrid
+from iceslide_fem.rubber.contact_surface import ContactSurface
 
 
-class PassingMeshedIce(MeshedIce):
-    """Ice below the nodes of a `grid` on its surface. Content: as that of `MeshedIce`."""
+class _Passing(MeshedIce):
+    """Ice below the nodes of a `grid` on its surface, whose first axis has equal cells."""
 
-    def __init__(
-        self,
-        equation: HeatEquation,
-        grid: SurfaceGrid,
-        settings: Settings,
-    ) -> None:
-        """As `MeshedIce`, below a `grid` whose first axis has equal cells. Collective."""
-        super().__init__(equation, settings)
-        self.grid = grid
+    grid: SurfaceGrid
+
+    def window(self, grid: SurfaceGrid) -> None:
+        """Let the ice be the window with this `grid`. Collective."""
+        self.grid, equation = grid, self.equation
         along = grid.lines[0]
         ahead = equation.x + np.eye(1, equation.x.shape[1]) * (along[1] - along[0])
         self._shift = taking(equation, numbers_at(equation, ahead))
         axes = np.meshgrid(*grid.lines, indexing="ij")
         nodes = np.stack([axis.ravel()[grid.own] for axis in axes], axis=1)
-        self._of_nodes = self._bodies.reading(self._surface.read(nodes))
+        number, weight = self._surface.read(nodes)
+        own = np.take_along_axis(number, weight.argmax(axis=1)[:, None], axis=1)[:, 0]
+        self._numbers = np.rint(grid.allgather(own.astype(float))).astype(np.int64)
+        of_nodes = self._bodies.joint(0, Reading(own[:, None], np.ones((own.size, 1))))
+        self._of_nodes = Readings(self._bodies.reading(of_nodes))
+
+    def unknowns(self, at: Placement) -> Reading:
+        """How points `at` their places on the grid read the ice: nodes are unknowns."""
+        return Reading(self._numbers[at.node], at.share)
 
     def profile(self, content: Array) -> Profile:
         """Temperature of the surface's nodes, and heat below them. Collective."""
-        grid, x = self.grid, self.equation.x
-        own = self.under(Contacts(grid.own_nodes(), grid.cell_area[grid.own]))
-        kelvin = grid.allgather(own.surface_temperature(content))
-        heat = np.where(self.equation.held, 0.0, self.equation.capacity * content)
-        below = grid.scatter(heat, grid.place(x[:, :-1])) / grid.cell_area
-        return Profile(np.zeros(1), kelvin[None], below, grid)
+        grid, ice = self.grid, self.equation
+        rise = grid.allgather(self._of_nodes.of(self._bodies.rise(content)))
+        heat = np.where(ice.held, 0.0, ice.capacity * self._bodies.parts(content)[0])
+        below = grid.scatter(heat, grid.place(ice.x[:, :-1])) / grid.cell_area
+        return Profile(np.zeros(1), self._settings.temperature + rise[None], below, grid)
 
     def shifted(self, content: Array, cells: int) -> Array:
         """Content after the window has moved `cells` cells in +x: fresh ice enters. Collective."""
-        fresh = self._bodies.initial()
+        ice, *others = self._bodies.parts(content)
+        fresh = self.equation.initial()
         for _ in range(cells):
-            content = fresh + product(self._shift, content - fresh)
-        return content
+            ice = fresh + product(self._shift, ice - fresh)
+        return np.concatenate([ice, *others])
 
-    def _reading(self, at: Placement) -> PETSc.Mat:
-        """By way of the grid's nodes, on which points lie."""
-        numbers = at.node.astype(np.int64)
-        on_grid = rows_of(numbers, at.share, self.grid.own.size, self.grid.comm)
-        reads = on_grid.matMult(self._of_nodes)
-        on_grid.destroy()
-        return reads
+
+class PassingMeshedIce(_Passing):
+    """Meshed ice that passes. Content: as that of `MeshedIce`."""
+
+    def __init__(self, equation: HeatEquation, grid: SurfaceGrid, settings: Settings) -> None:
+        """As `MeshedIce`, with the window's `grid`. Collective."""
+        super().__init__(equation, settings)
+        self.window(grid)
+
+
+class PassingMeshedIceAndRubber(_Passing, MeshedIceAndRubber):
+    """Meshed ice that passes, and meshed rubber. Content: as that of `MeshedIceAndRubber`."""
+
+    def __init__(
+        self,
+        grid: SurfaceGrid,
+        ice: HeatEquation,
+        rubber: HeatEquation,
+        surface: ContactSurface,
+        settings: Settings,
+        half_film: HalfFilm,
+    ) -> None:
+        """As `MeshedIceAndRubber`, with the window's `grid`. Collective."""
+        super().__init__(ice, rubber, surface, settings, half_film)
+        self.window(grid)

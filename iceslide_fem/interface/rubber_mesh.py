@@ -11,15 +11,15 @@ from copy import copy
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.fenics.compat import PETSc
 from iceslide_fem.film.rubber_heat import HalfFilm
+from iceslide_fem.heat.balance import Meeting
 from iceslide_fem.heat.contact import BetweenIceAndRubber, Slopes
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.readings import Readings
 from iceslide_fem.heat.surface import Reading
 from iceslide_fem.interface.carriers import Rises
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
-from iceslide_fem.interface.surface_grid import Contacts, Placement
+from iceslide_fem.interface.surface_grid import Contacts
 from iceslide_fem.rubber.contact_surface import ContactSurface
 
 RAISED = 0.1  # m, above all ice
@@ -56,7 +56,7 @@ class MeshedIceAndRubber(MeshedIce):
         below = copy(self)
         area, settings = contacts.area, self._settings
         contact = BetweenIceAndRubber(area, settings.solid, settings.link, self._half_film)
-        below._balance = self._balance.under(self._reads(contacts.at), contact)
+        below._balance = self._balance.under(self._meeting(contacts.at), contact)
         return below
 
     def surface_temperature(self, content: Array) -> Array:
@@ -83,15 +83,14 @@ class MeshedIceAndRubber(MeshedIce):
         ice, rubber = self._bodies.parts(content)
         return Rises(self.equation.nodal(ice), self.rubber.nodal(rubber))
 
-    def _reading(self, at: Placement) -> PETSc.Mat:
-        below = self._bodies.joint(0, Reading(at.node.astype(np.int64), at.share))
+    def _met(self, below: Reading) -> Meeting:
+        """How films meet both, of which they read the ice so. Collective."""
+        below, n = self._bodies.joint(0, below), len(below.number)
         widest = max(below.number.shape[1], self._above.number.shape[1])
         both = (_widened(one, widest) for one in (below, self._above))
         number, weight = (np.concatenate(parts) for parts in zip(*both, strict=True))
-        reads = self._bodies.reading(Reading(number, weight))
-        n = len(at.node)
-        self._balance.make_room(Readings(reads), Slopes(np.ones(2 * n), np.ones(n)))
-        return reads
+        reads = Readings(self._bodies.reading(Reading(number, weight)))
+        return self._balance.meeting(reads, Slopes(np.ones(2 * n), np.ones(n)))
 
 
 def _widened(reading: Reading, nodes: int) -> Reading:

@@ -315,11 +315,11 @@ class Scene(Table):
                 'rubber.heat = "mesh" and rows of ice.conductivity or ice.heat_capacity contradict '
                 "each other; allowed: numbers, or rubber.heat = true"
             )
-        if self.ice.motion == "sliding":
+        if self.ice.motion == "sliding" and self.film.carrier == "ice":
             raise ValueError(
-                'rubber.heat = "mesh" and ice.motion = "sliding" contradict each other: films and '
-                "ice that pass meet other points of the rubber in every step; allowed: "
-                "ice.motion = 'attached', or rubber.heat = true"
+                'rubber.heat = "mesh" and film.carrier = "ice" contradict each other: films that '
+                "pass meet other points of the rubber in every step; allowed: "
+                "film.carrier = 'rubber', ice.motion = 'attached', or rubber.heat = true"
             )
         if self.friction.law != "film":
             raise ValueError(
