@@ -29,6 +29,7 @@ LOCK = ".lock"
 RESULTS = {
     "run": (
         "checkpoint",  # first: without it nobody goes on with a run that is half removed
+        "checkpoint.*",
         "finished",
         "summary.json",
         "stopped.txt",
@@ -160,7 +161,7 @@ def clear_results(out: Path, keep: Sequence[str] = ()) -> None:
     """Remove all results in `out`, but what is called as in `keep`. Raises OutputError."""
     with writing(out):
         for path in results_in(out):
-            if path.name in keep:
+            if any(path.match(pattern) for pattern in keep):
                 continue
             if path.is_dir() and not path.is_symlink():
                 shutil.rmtree(path)

@@ -40,6 +40,26 @@ def from_root(task: Callable[[], _Result], comm: Any) -> _Result:
     return result
 
 
+def together(task: Callable[[], _Result], comm: Any) -> _Result:
+    """Result of a task that every rank runs, or on all of them what one raises. Collective.
+
+    Only errors of this package are shared.
+    """
+    fault: tuple[str, str] | None = None
+    original: IceslideError | None = None
+    try:
+        result = task()
+    except IceslideError as error:
+        original, fault = error, (type(error).__name__, str(error))
+    faults = [one for one in comm.allgather(fault) if one is not None]
+    if original is not None:
+        raise original
+    if faults:
+        kind, sentence = faults[0]
+        raise getattr(errors, kind)(sentence)
+    return result
+
+
 @contextlib.contextmanager
 def failing_together(comm: Any, note: Callable[[Exception], None] | None = None) -> Iterator[None]:
     """Let an error pass that all ranks have; end all ranks where one has it alone.

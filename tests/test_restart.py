@@ -167,19 +167,21 @@ def test_places_know_nothing_of_ranks():
     mine = np.array_split(np.arange(12), comm.size)[comm.rank]
     ghosts = np.append(mine, (mine[-1] + 1) % 12) if comm.size > 1 else mine
     points = PointLayout(everywhere[ghosts], len(mine), comm)
-    gathered = comm.bcast(points.gather({"value": np.stack([ghosts, 10.0 * ghosts])}))
-    assert gathered["value"].shape == (2, 12)
-    np.testing.assert_array_equal(points.own(gathered)["value"], [ghosts, 10 * ghosts])
+    kept = comm.allgather(points.kept({"value": np.stack([ghosts, 10.0 * ghosts])}))
+    assert sum(part["value"].shape[1] for part in kept) == 12
+    np.testing.assert_array_equal(points.own(kept)["value"], [ghosts, 10 * ghosts])
     # other points, in another order, find the same values
     other = PointLayout(everywhere[::-1], 12, comm)
-    np.testing.assert_array_equal(other.own(gathered)["value"][0], np.arange(12)[::-1])
+    np.testing.assert_array_equal(other.own(kept)["value"][0], np.arange(12)[::-1])
     with pytest.raises(SceneError, match="does not fit the mesh"):
-        PointLayout(everywhere + 1e-3, 12, comm).own(gathered)
-    grid = GridLayout(OwnNodes(mine, 12), comm)
-    gathered = comm.bcast(grid.gather({"value": 2.0 * mine}))
-    np.testing.assert_array_equal(gathered["value"], 2.0 * np.arange(12))
+        PointLayout(everywhere + 1e-3, 12, comm).own(kept)
+    grid = GridLayout(OwnNodes(mine, 12))
+    kept = comm.allgather(grid.kept({"value": 2.0 * mine}))
+    np.testing.assert_array_equal(grid.own(kept)["value"], 2.0 * mine)
+    everything = GridLayout(OwnNodes(np.arange(12)[::-1], 12)).own(kept)
+    np.testing.assert_array_equal(everything["value"], 2.0 * np.arange(12)[::-1])
     with pytest.raises(SceneError, match="does not fit the ice"):
-        GridLayout(OwnNodes(mine, 13), comm).own(gathered)
+        GridLayout(OwnNodes(mine, 13)).own(kept)
 
 
 def test_a_checkpoint_gives_back_what_it_was_given(tmp_path):
@@ -418,9 +420,9 @@ def test_what_cannot_be_written_is_named(tmp_path):
 def test_checkpoints_at_chosen_times(tmp_path, monkeypatch):
     times = []
 
-    def noted(folder, scene, state):
+    def noted(folder, scene, state, comm=None):
         times.append(state["sliding"]["time"] if state else None)
-        write_checkpoint(folder, scene, state)
+        write_checkpoint(folder, scene, state, comm)
 
     for module in ("block", "observers"):
         monkeypatch.setattr(f"iceslide_fem.run.{module}.write_checkpoint", noted)
@@ -546,6 +548,32 @@ def test_a_signal_leaves_a_checkpoint_and_exit_code_4(number, tmp_path):
     assert f"stopped by {number.name} at t = " in stopped and "--restart" in stopped
     state = read_checkpoint(tmp_path).state
     assert len(state["results"]["rows"]) == len(read_run(tmp_path).history["time_s"])
+
+
+@pytest.mark.mpi
+def test_no_rank_keeps_what_others_have(shared):
+    comm, scene = MPI.COMM_WORLD, small_scene("load.duration=0.3ms", "ice.heat=mesh")
+    run(scene, shared / "run")
+    comm.Barrier()
+    whole = read_checkpoint(shared / "run", FINISHED)
+    assert len(whole.parts) == comm.size - 1
+    assert {path.name for path in (shared / "run").glob("checkpoint.*")} == {
+        part.path.name for part in whole.parts
+    }
+    tables = whole.state["sliding"]["ice"], *(part.table("sliding", "ice") for part in whole.parts)
+    sizes = [table["rise"].size for table in tables]
+    assert max(sizes) < 0.8 * sum(sizes) or comm.size == 1
+    comm.Barrier()
+    if comm.rank == 0 and whole.parts:
+        path = whole.parts[0].path
+        content = path.read_bytes()
+        path.write_bytes(content[:-1] + b"?")
+        with pytest.raises(SceneError, match="a part of the checkpoint, is damaged"):
+            read_checkpoint(shared / "run", FINISHED)
+        path.unlink()
+        with pytest.raises(SceneError, match="a part of the checkpoint: No such file"):
+            read_checkpoint(shared / "run", FINISHED)
+    comm.Barrier()
 
 
 @pytest.mark.parametrize("ranks", [(1, 2), (2, 1)], ids=str)

@@ -298,9 +298,9 @@ def test_a_grip_is_given_back_on_any_number_of_ranks(model):
         layout = PointLayout(walls.points, len(walls.points), comm)
         kept, trial = walls.grip, walls.followed(u)[0]
         assert walls.grip is kept  # a trial leaves no trace
-        found.append([comm.bcast(layout.gather(walls.saved(trial))), layout, walls, trial])
-    (gathered, *_), (_, layout, walls, trial) = found
-    again = walls.restored(layout.own(gathered))  # by one rank what all have saved
+        found.append([comm.allgather(layout.kept(walls.saved(trial))), layout, walls, trial])
+    (kept, *_), (_, layout, walls, trial) = found
+    again = walls.restored(layout.own(kept))  # by one rank what all have saved
     np.testing.assert_array_equal(again.facet, trial.facet)
     np.testing.assert_allclose(again.place, trial.place, atol=1e-9)
     np.testing.assert_allclose(again.bound, trial.bound, rtol=1e-9)

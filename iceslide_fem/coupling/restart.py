@@ -1,18 +1,18 @@
-"""What a slide remembers, gathered into arrays that know nothing of ranks, and given back.
+"""What a slide remembers, as arrays that know nothing of ranks, and how it is given back.
 
-A layout gathers values (..., n) of this rank's points into (..., N) on rank 0 (nothing elsewhere),
-and picks this rank's own from such arrays, on any number of ranks.
+Every rank keeps what is its own, with places or numbers that no partition changes. A layout picks
+this rank's values out of what all ranks of an earlier run have kept, one of them after the other.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import Memory
 from iceslide_fem.errors import SceneError
@@ -33,11 +33,14 @@ SAME_PLACE = 1e-7
 class Layout(Protocol):
     """How the values of one kind are laid out over the ranks."""
 
-    def gather(self, values: Mapping[str, Array]) -> Arrays:
-        """Arrays (..., N) on rank 0 of this rank's values (..., n). Collective."""
+    def kept(self, values: Mapping[str, Array]) -> Arrays:
+        """What this rank keeps of its values (..., n): those that no other has, and where."""
 
-    def own(self, gathered: Mapping[str, Array]) -> Arrays:
-        """This rank's values (..., n) of what `gather` gave on rank 0."""
+    def own(self, parts: Iterable[Mapping[str, Array]]) -> Arrays:
+        """This rank's values (..., n) out of what the ranks of an earlier run have `kept`.
+
+        Collective. Raises SceneError, on all ranks, where the two do not fit.
+        """
 
 
 class PointLayout:
@@ -48,29 +51,45 @@ class PointLayout:
 
     def __init__(self, x: Array, n_owned: int, comm: MPI.Comm) -> None:
         self._x, self._n_owned, self._comm = x, n_owned, comm
+        self._size = _extent(x, comm)
 
-    def gather(self, values: Mapping[str, Array]) -> Arrays:
-        """Values of all ranks' own points one after the other, and their `x`. Collective."""
+    def kept(self, values: Mapping[str, Array]) -> Arrays:
+        """Values of this rank's own points, and their `x`."""
         mine = {name: value[..., : self._n_owned] for name, value in values.items()}
-        mine["x"] = self._x[: self._n_owned].T
-        parts = self._comm.gather(mine, root=0)
-        if parts is None:
-            return {}
-        return {name: np.concatenate([part[name] for part in parts], axis=-1) for name in mine}
+        return mine | {"x": self._x[: self._n_owned].T}
 
-    def own(self, gathered: Mapping[str, Array]) -> Arrays:
-        """This rank's values, ghosts included. Raises SceneError where points are not found.
-
-        Collective: all ranks raise it.
-        """
-        saved = gathered["x"].T
-        size = float(np.ptp(saved, axis=0).max())
-        distance, place = cKDTree(saved).query(self._x) if len(self._x) else (np.zeros(0), [])
-        found = distance.max(initial=0.0) <= SAME_PLACE * size
-        once = len(np.unique(place)) == len(self._x)
-        if not self._comm.allreduce(found and once, op=MPI.LAND):
+    def own(self, parts: Iterable[Mapping[str, Array]]) -> Arrays:
+        """This rank's values, ghosts included. Collective: all ranks raise SceneError."""
+        picked = self._picked(parts)
+        if not self._comm.allreduce(bool(picked.there.all()), op=MPI.LAND):
             raise SceneError("the checkpoint does not fit the mesh of this run")
-        return {name: values[..., place] for name, values in gathered.items() if name != "x"}
+        return picked.values
+
+    def _picked(self, parts: Iterable[Mapping[str, Array]]) -> Picked:
+        """What is at this rank's points, 0 where nothing is."""
+        n, values = len(self._x), dict[str, Array]()
+        there, tree, total = np.zeros(n, dtype=bool), cKDTree(self._x) if n else None, 0
+        for part in parts:
+            saved = part["x"].T
+            total += len(saved)
+            distance, place = (
+                tree.query(saved) if tree is not None and len(saved) else (np.zeros(0), np.zeros(0))
+            )
+            near = np.flatnonzero(distance <= SAME_PLACE * self._size)
+            for name in part.keys() - {"x"}:
+                some = part[name]
+                mine = values.setdefault(name, np.zeros((*some.shape[:-1], n), some.dtype))
+                mine[..., place[near].astype(int)] = some[..., near]
+            there[place[near].astype(int)] = True
+        return Picked(values, there, total)
+
+
+class Picked(NamedTuple):
+    """Values at points, at which of them there is one, and how many were saved in all."""
+
+    values: Arrays
+    there: Mask
+    total: int
 
 
 class UnknownLayout(PointLayout):
@@ -79,44 +98,48 @@ class UnknownLayout(PointLayout):
     So much is that of the ice at first, which the content counts from.
     """
 
-    def own(self, gathered: Mapping[str, Array]) -> Arrays:
+    def own(self, parts: Iterable[Mapping[str, Array]]) -> Arrays:
         """This rank's values. Raises SceneError where the mesh is another one. Collective."""
-        saved = gathered["x"].T
-        size = float(np.ptp(saved, axis=0).max())
-        distance, place = cKDTree(saved).query(self._x) if len(self._x) else (np.zeros(0), [])
-        there = np.asarray(distance) <= SAME_PLACE * size
-        count = self._comm.allreduce(int(there.sum()), op=MPI.SUM)
-        if count != len(saved):
+        picked = self._picked(parts)
+        if self._comm.allreduce(int(picked.there.sum()), op=MPI.SUM) != picked.total:
             raise SceneError("the checkpoint does not fit the ice of this run")
-        return {
-            name: np.where(there, values[..., place], 0.0)
-            for name, values in gathered.items()
-            if name != "x"
-        }
+        return picked.values
 
 
 class GridLayout:
     """This rank's `nodes` of a grid that every rank knows."""
 
-    def __init__(self, nodes: OwnNodes, comm: MPI.Comm) -> None:
-        self._nodes, self._comm = nodes, comm
+    def __init__(self, nodes: OwnNodes) -> None:
+        self._nodes = nodes
 
-    def gather(self, values: Mapping[str, Array]) -> Arrays:
-        """Values at all nodes, in the grid's order. Collective."""
-        gathered: Arrays = {}
-        for name, value in values.items():
-            full = np.zeros((*value.shape[:-1], self._nodes.total))
-            full[..., self._nodes.numbers] = value
-            total = self._comm.reduce(full, op=MPI.SUM, root=0)
-            if total is not None:
-                gathered[name] = total
-        return gathered
+    def kept(self, values: Mapping[str, Array]) -> Arrays:
+        """Values at this rank's nodes, and their numbers."""
+        total = np.array(self._nodes.total)
+        return {"numbers": np.asarray(self._nodes.numbers), "total": total, **values}
 
-    def own(self, gathered: Mapping[str, Array]) -> Arrays:
+    def own(self, parts: Iterable[Mapping[str, Array]]) -> Arrays:
         """Values at this rank's nodes. Raises SceneError if the grid is another one."""
-        if any(values.shape[-1] != self._nodes.total for values in gathered.values()):
-            raise SceneError("the checkpoint does not fit the ice of this run")
-        return {name: values[..., self._nodes.numbers] for name, values in gathered.items()}
+        place = np.full(self._nodes.total, -1)
+        place[self._nodes.numbers] = np.arange(len(self._nodes.numbers))
+        values: Arrays = {}
+        for part in parts:
+            if not part:
+                continue
+            if int(part["total"]) != self._nodes.total:
+                raise SceneError("the checkpoint does not fit the ice of this run")
+            here = place[part["numbers"]]
+            near = np.flatnonzero(here >= 0)
+            for name in part.keys() - {"numbers", "total"}:
+                shape = *part[name].shape[:-1], len(self._nodes.numbers)
+                values.setdefault(name, np.zeros(shape))[..., here[near]] = part[name][..., near]
+        return values
+
+
+def _extent(x: Array, comm: MPI.Comm) -> float:
+    """The largest extent (m) of all ranks' points. Collective."""
+    ends = np.stack([-x.min(axis=0, initial=np.inf), x.max(axis=0, initial=-np.inf)])
+    comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MAX)
+    return float(ends.sum(axis=0).max())
 
 
 class Layouts(NamedTuple):
@@ -153,7 +176,7 @@ def layouts_of(block: Block, carrier: Carrier) -> Layouts:
     at_walls = np.zeros((0, undeformed.shape[-1])) if walls is None else walls.points
 
     def layout(nodes: OwnNodes | None) -> Layout:
-        return points if nodes is None else GridLayout(nodes, comm)
+        return points if nodes is None else GridLayout(nodes)
 
     return Layouts(
         node_layout(block),
@@ -172,8 +195,8 @@ def _of_ice(ice: Ice, layout: Callable[[OwnNodes | None], Layout], comm: MPI.Com
     return UnknownLayout(ice.places, len(ice.places), comm)
 
 
-def gathered(sliding: Sliding) -> dict[str, Any]:
-    """All that later steps depend on, of all ranks, in tables on rank 0. Collective."""
+def remembered(sliding: Sliding) -> dict[str, Any]:
+    """All that later steps depend on, in tables: of arrays this rank's own. Collective."""
     block, carrier, memory = sliding.block, sliding.carrier, sliding.memory()
     layouts, dim = layouts_of(block, carrier), block.rubber.mesh.geometry.dim
     state, motion = memory.interface, memory.motion._asdict()
@@ -189,30 +212,40 @@ def gathered(sliding: Sliding) -> dict[str, Any]:
         "way": memory.way,
         "strongest": memory.strongest,
         "layers_for": sliding.layers_for,
-        "nodes": layouts.nodes.gather({k: v.reshape(-1, dim).T for k, v in nodes.items()}),
-        "points": layouts.points.gather({"speed": memory.speed, "shear": memory.shear}),
-        "films": layouts.films.gather(films),
-        "memory": layouts.memory.gather({"memory": state.memory} if len(state.memory) else {}),
-        "ice": layouts.ice.gather(carrier.ice.saved(state.ice)),
-        "rubber": layouts.rubber.gather(carrier.rubber.saved(state.rubber)),
-        "walls": layouts.walls.gather(_saved_grip(block, memory.grip)),
+        "nodes": layouts.nodes.kept({k: v.reshape(-1, dim).T for k, v in nodes.items()}),
+        "points": layouts.points.kept({"speed": memory.speed, "shear": memory.shear}),
+        "films": layouts.films.kept(films),
+        "memory": layouts.memory.kept({"memory": state.memory} if len(state.memory) else {}),
+        "ice": layouts.ice.kept(carrier.ice.saved(state.ice)),
+        "rubber": layouts.rubber.kept(carrier.rubber.saved(state.rubber)),
+        "walls": layouts.walls.kept(_saved_grip(block, memory.grip)),
     }
 
 
-def resumed(block: Block, state: Mapping[str, Any]) -> Sliding:
-    """The slide whose tables `gathered` gave, at its moment, on any number of ranks. Collective.
+def resumed(
+    block: Block, state: Mapping[str, Any], others: Sequence[Callable[[str], Arrays]] = ()
+) -> Sliding:
+    """The slide whose tables `remembered` gave, at its moment, on any number of ranks. Collective.
+
+    state: what one rank gave; others: tables of arrays, by their names, that each other one gave.
 
     The scene's duration may be a longer one. Raises SceneError if the state does not fit the
     meshes, and what forged tables lead to.
     """
-    nodes = {name: v.T.ravel() for name, v in node_layout(block).own(state["nodes"]).items()}
+
+    def kept(name: str) -> Iterator[Arrays]:
+        yield state.get(name, {})
+        for other in others:
+            yield other(name)
+
+    nodes = {name: v.T.ravel() for name, v in node_layout(block).own(kept("nodes")).items()}
     block.rubber.u.x.array[:] = nodes["start"]  # where the ice was meshed
     sliding = Sliding(block, layers_for=state["layers_for"])
     carrier = sliding.carrier
     layouts = layouts_of(block, carrier)
-    points, films = layouts.points.own(state["points"]), layouts.films.own(state["films"])
-    memory = layouts.memory.own(state.get("memory", {}))  # of a grid nothing is kept of nothing
-    walls = layouts.walls.own(state["walls"]) if block.grip is not None else {}
+    points, films = layouts.points.own(kept("points")), layouts.films.own(kept("films"))
+    memory = layouts.memory.own(kept("memory"))  # of a grid nothing is kept of nothing
+    walls = layouts.walls.own(kept("walls")) if block.grip is not None else {}
     sliding.recall(
         Memory(
             time=state["time"],
@@ -226,8 +259,8 @@ def resumed(block: Block, state: Mapping[str, Any]) -> Sliding:
             interface=InterfaceState(
                 films["log_height"],
                 films["squeezed_height"],
-                carrier.ice.restored(layouts.ice.own(state["ice"])),
-                carrier.rubber.restored(layouts.rubber.own(state["rubber"])),
+                carrier.ice.restored(layouts.ice.own(kept("ice"))),
+                carrier.rubber.restored(layouts.rubber.own(kept("rubber"))),
                 memory["memory"] if memory else np.zeros((0, films["log_height"].size)),
             ),
             steady=state["steady"],

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from iceslide_fem.coupling.ledger import Ledger
-from iceslide_fem.coupling.restart import gathered, resumed
+from iceslide_fem.coupling.restart import remembered, resumed
 from iceslide_fem.coupling.sliding import Refusal, Sliding
 from iceslide_fem.errors import Interrupted, OutputError, SceneError, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
@@ -63,7 +63,7 @@ def run_block(
     with failing_together(comm):
         block = build_block(scene, comm)
         probes = Probes(block)
-        before = _before(block, probes, out, state, results) if state else None
+        before = _before(block, probes, out, checkpoint, results) if checkpoint and state else None
     # Not before: a mesh or a checkpoint that cannot be used leaves everything as it was.
     from_root(lambda: clear_results(out, keep=GOES_ON if state else ()), comm)
     log = Log(out, comm.rank)
@@ -128,14 +128,16 @@ def _bring_to_speed(block: Block, watch: Watch) -> None:
 
 
 def _before(
-    block: Block, probes: Probes, out: Path, state: Mapping[str, Any], results: Results
+    block: Block, probes: Probes, out: Path, checkpoint: Checkpoint, results: Results
 ) -> tuple[Sliding, Ledger]:
-    """Slide and ledger of the run in `out` at the moment of `state`, and its `results`.
+    """Slide and ledger of the run in `out` at the moment of `checkpoint`, and its `results`.
 
     Raises SceneError where something does not fit; nothing in `out` is changed.
     """
+    state = checkpoint.state
     with trusted(last_checkpoint(out)):
-        sliding = resumed(block, state["sliding"])
+        others = [functools.partial(part.table, "sliding") for part in checkpoint.parts]
+        sliding = resumed(block, state["sliding"], others)
         ledger = Ledger(sliding)
         ledger.restore(state["ledger"])
         results.restore(state["results"])
@@ -165,7 +167,7 @@ def _slide(
         probing = ProbeSeries(out / "probes.csv", probes, state.get("probes"), comm.rank)
         open_files.enter_context(probing)
         parts: dict[str, Callable[[], Any]] = {
-            "sliding": functools.partial(gathered, sliding),
+            "sliding": functools.partial(remembered, sliding),
             "ledger": ledger.state,
             "results": results.state,
             "fields": fields.state,

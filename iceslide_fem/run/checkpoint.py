@@ -1,7 +1,8 @@
 """Checkpoints: all that a run needs to go on, in one file that is whole or not there.
 
 The file is a line that says what it is, the SHA-256 of the rest, a line of JSON (the scene, its
-fingerprint, numbers), and the arrays as NumPy's `.npz`. Arrays are gathered from all ranks with
+fingerprint, numbers, other ranks' files), and the first rank's arrays as NumPy's `.npz`. Every
+other rank has a file of its own (`checkpoint_parts`): none has the arrays of all. Arrays come with
 their places, so that a run goes on with any number of ranks. The two formats that exist for
 DOLFINx, adios4dolfinx and io4dolfinx, need ADIOS2 and DOLFINx 0.7 or newer, and know functions on
 meshes; films at contact points and a moving window of ice are none.
@@ -26,6 +27,15 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError
 from iceslide_fem.files import replace_file, writing
+from iceslide_fem.parallel import from_root, together
+from iceslide_fem.run.checkpoint_parts import (
+    PATTERN,
+    Part,
+    packed,
+    parts_of,
+    remove_others,
+    write_part,
+)
 from iceslide_fem.scene import Scene, flat, scene_from_dict
 from iceslide_fem.scene.fingerprint import fingerprint
 from iceslide_fem.scene.messages import shortened
@@ -34,8 +44,9 @@ from iceslide_fem.scene.toml import key_and_text, override
 FILE = "checkpoint"
 FINISHED = "finished"  # the last one of a run that has ended
 # What a run that goes on needs.
-GOES_ON = (FILE, FINISHED, "history.csv", "preload.csv", "probes.csv", "log.jsonl", "fields")
-_FIRST_LINE = b"iceslide_fem checkpoint 1\n"
+TABLES = "history.csv", "preload.csv", "probes.csv", "log.jsonl"
+GOES_ON = (FILE, FINISHED, PATTERN, *TABLES, "fields")
+_FIRST_LINE = b"iceslide_fem checkpoint 2\n"
 # What reading or using foreign content ends in; none of it is a fault of the program.
 _NOT_OURS = (
     ArithmeticError,
@@ -54,31 +65,44 @@ _NOT_OURS = (
 
 
 class Checkpoint(NamedTuple):
-    """scene: what runs; state: nested tables of numbers and arrays, empty before sliding."""
+    """scene: what runs; state: nested tables of numbers and of the first rank's arrays, empty
+    before sliding; parts: the arrays of other ranks.
+    """
 
     scene: Scene
     state: dict[str, Any]
+    parts: tuple[Part, ...] = ()
 
 
-def write_checkpoint(folder: Path, scene: Scene, state: Mapping[str, Any]) -> None:
-    """Write `state` (tables of JSON values and arrays) to `folder`. Call it on one rank.
+def write_checkpoint(
+    folder: Path, scene: Scene, state: Mapping[str, Any], comm: Any = None
+) -> None:
+    """Write `state` to `folder`: tables of JSON values, the same on all ranks, and own arrays.
 
-    Raises OutputError if that fails; an older checkpoint then stays.
+    Collective; `comm` None: there is one rank. Raises OutputError on all ranks if that fails on
+    one; an older checkpoint then stays.
     """
     entries = flat(state)
-    arrays: dict[str, Any] = {
-        key: value for key, value in entries.items() if isinstance(value, np.ndarray)
-    }
-    header = {
-        "fingerprint": fingerprint(scene),
-        "scene": scene.as_dict(),
-        "numbers": {key: value for key, value in entries.items() if key not in arrays},
-    }
-    packed = io.BytesIO()
-    np.savez(packed, **arrays)
-    body = json.dumps(header).encode() + b"\n" + packed.getvalue()
-    digest = hashlib.sha256(body).hexdigest().encode()
-    replace_file(folder / FILE, _FIRST_LINE + digest + b"\n" + body)
+    arrays = {key: value for key, value in entries.items() if isinstance(value, np.ndarray)}
+    numbers = {key: value for key, value in entries.items() if key not in arrays}
+    listed: list[tuple[str, str]] = []
+    if comm is not None:
+        mine = together(lambda: write_part(folder, comm.rank, arrays) if comm.rank else None, comm)
+        listed = [one for one in comm.allgather(mine) if one is not None]
+
+    def write() -> None:
+        header = {
+            "fingerprint": fingerprint(scene),
+            "scene": scene.as_dict(),
+            "numbers": numbers,
+            "parts": listed,
+        }
+        body = json.dumps(header).encode() + b"\n" + packed(arrays)
+        digest = hashlib.sha256(body).hexdigest().encode()
+        replace_file(folder / FILE, _FIRST_LINE + digest + b"\n" + body)
+        remove_others(folder, listed)
+
+    from_root(write, comm)
 
 
 def finish(folder: Path) -> None:
@@ -117,22 +141,22 @@ def read_checkpoint(folder: Path, name: str = FILE) -> Checkpoint:
     digest, _, body = content[len(_FIRST_LINE) :].partition(b"\n")
     if hashlib.sha256(body).hexdigest().encode() != digest:
         raise SceneError(f"the checkpoint {path} is damaged: its checksum does not fit its content")
-    line, _, packed = body.partition(b"\n")
+    line, _, packed_arrays = body.partition(b"\n")
     with trusted(path):
         header = json.loads(line)
         given, print_there, numbers = (header[key] for key in ("scene", "fingerprint", "numbers"))
-        scene = scene_from_dict(given)
+        scene, listed = scene_from_dict(given), [(str(n), str(d)) for n, d in header["parts"]]
     if fingerprint(scene) != print_there:
         raise SceneError(
             f"the checkpoint {path} is of another version of iceslide_fem or DOLFINx, or a file "
             "that its scene names has changed: start the run anew"
         )
     with trusted(path):
-        with np.load(io.BytesIO(packed), allow_pickle=False) as file:
+        with np.load(io.BytesIO(packed_arrays), allow_pickle=False) as file:
             arrays = {key: file[key] for key in file}
         state = _nested(numbers | arrays)
         _check(state, scene)
-    return Checkpoint(scene, state)
+    return Checkpoint(scene, state, parts_of(folder, listed))
 
 
 def last_checkpoint(folder: Path) -> Path:
@@ -164,7 +188,7 @@ def read_changed(folder: Path, changes: Sequence[str]) -> Checkpoint:
             f"load.duration = {1e3 * duration:.4g} ms does not let the run in {folder} go on; "
             f"allowed: longer than its {1e3 * first:.4g} ms"
         )
-    return Checkpoint(scene, checkpoint.state)
+    return checkpoint._replace(scene=scene)
 
 
 @contextlib.contextmanager

@@ -113,7 +113,7 @@ class Checkpoints:
     ) -> None:
         """A checkpoint holds what `parts` give, by their names; `tables` are secured before.
 
-        What they give on rank 0 is JSON values and arrays.
+        What they give is JSON values and this rank's own arrays.
         """
         self._folder, self._sliding, self._parts = folder, sliding, parts
         self._tables, self._comm, self._log = tables, sliding.block.surface.comm, watch.log
@@ -130,8 +130,7 @@ class Checkpoints:
         for table in self._tables:
             table.secure()
         present = {name: state() for name, state in self._parts.items()}
-        if self._comm.rank == 0:
-            write_checkpoint(self._folder, self._sliding.block.scene, present)
+        write_checkpoint(self._folder, self._sliding.block.scene, present, self._comm)
         self._log("checkpoint", time_s=self._sliding.current.time)
 
 
