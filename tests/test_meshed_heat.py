@@ -13,8 +13,9 @@ from test_sliding import slide, started  # noqa: E402
 
 from iceslide_fem.cli import main  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
+from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
-from iceslide_fem.fenics.compat import MPI, fem, ufl  # noqa: E402
+from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS  # noqa: E402
 from iceslide_fem.film.law import FilmStage  # noqa: E402
 from iceslide_fem.heat.elements import LayeredElements, QuadraticElements  # noqa: E402
@@ -483,3 +484,15 @@ def test_thin_ice_on_steel_that_is_held_colder(tmp_path):
         assert content.min() == pytest.approx(equation.base_rise, abs=1e-6)
         assert (content[equation.held] == equation.base_rise).all() and equation.held.any()
     assert surfaces[1] < surfaces[0] - 0.1
+
+
+def test_a_preconditioner_that_petsc_does_not_know_is_refused_before_anything_is_written(tmp_path):
+    options = PETSc.Options()
+    options["heat_pc_type"] = "nonsense"
+    sentence = "PETSc does not take the options -heat_...: .*nonsense"
+    try:
+        with pytest.raises(SceneError, match=sentence):
+            run(thesis("thesis_1bar", "model=slice"), tmp_path / "out")
+    finally:
+        del options["heat_pc_type"]
+    assert not list((tmp_path / "out").glob("[!.]*"))

@@ -52,3 +52,8 @@ class LinearSolver:
         if self._ksp.getConvergedReason() < 0:
             raise NotConverged("the linear solver of the heat equation fails")
         return np.array(solution.array)
+
+
+def check_options(comm: Any) -> None:
+    """Raise SceneError if PETSc does not know a value of an option `-heat_...`. Collective."""
+    LinearSolver(comm, 1.0)

@@ -15,6 +15,7 @@ from iceslide_fem.coupling.sliding import Refusal, Sliding
 from iceslide_fem.errors import Interrupted, OutputError, SceneError, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.folder import clear_results
+from iceslide_fem.heat.linear import check_options
 from iceslide_fem.output.history import memory_names, preload_row, slide_row
 from iceslide_fem.output.log import Log
 from iceslide_fem.output.probes import ProbeRow, Probes
@@ -62,6 +63,8 @@ def run_block(
     state = checkpoint.state if checkpoint is not None else {}
     with failing_together(comm):
         block = build_block(scene, comm)
+        if scene.ice.heat == "mesh":
+            check_options(comm)
         probes = Probes(block)
         before = _before(block, probes, out, checkpoint, results) if checkpoint and state else None
     # Not before: a mesh or a checkpoint that cannot be used leaves everything as it was.

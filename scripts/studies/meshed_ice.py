@@ -3,7 +3,8 @@
 The thesis's scene at 1 bar, as a slice at a tolerance of 1e-3 and as a block at 1e-2: mu(t) with
 ice.heat = "mesh", "continuum" and "column", and on meshed ice (slice) with all meshes twice as
 fine, the rubber's, too, and with the ice's alone. Then slices of 1 mm of ice on 10 mm of steel that
-is held at -10 degC.
+is held at -10 degC, the ice at that temperature, too, or at -4 degC at first. With --fine only
+slices on meshes of both that are finer and finer, the finest first.
 Differences are relative to the first row of each table: of mu(t), the largest, and of its mean.
 """
 
@@ -42,6 +43,7 @@ ON_STEEL = (
     "ice.depth=1mm", "ice.base=held", "ice.base_temperature=-10degC", f"ice.layers=[{STEEL}]",
 )  # fmt: skip
 ICE_ALONE = "mesh, ice alone twice as fine"
+FINER = 8, 4, 2, 1
 MOMENTS = 400  # at which mu(t) is compared
 
 
@@ -90,7 +92,17 @@ def main() -> None:
     parser = options(__doc__)
     parser.add_argument("--quick", action="store_true", help="short coarse slices, no block")
     parser.add_argument("--slices", action="store_true", help="no block")
+    parser.add_argument("--fine", action="store_true", help="finer and finer meshes (15 minutes)")
     asked = parser.parse_args()
+    if asked.fine:
+        scenes = {
+            f"mesh, {n} times as fine": case(
+                "thesis_1bar", *SLICE, "ice.heat=mesh", f"numerics.refinement={n}"
+            )
+            for n in FINER
+        }
+        compared("Slice, meshes of ice and rubber", scenes)
+        return
     short = SHORT if asked.quick else ()
     slices = {heat: case("thesis_1bar", *SLICE, f"ice.heat={heat}", *short) for heat in HEATS}
     refinement = 2.0 * slices["mesh"].numerics.refinement
@@ -98,11 +110,13 @@ def main() -> None:
     slices["mesh, twice as fine"] = case("thesis_1bar", *SLICE, "ice.heat=mesh", *short, finer)
     slices[ICE_ALONE] = slices["mesh"]
     compared("Slice", slices)
-    steel = {
-        heat: case("thesis_1bar", *SLICE, *ON_STEEL, f"ice.heat={heat}", *short)
-        for heat in ("mesh", "column")
-    }
-    compared("Slice, 1 mm of ice on 10 mm of steel held at -10 degC", steel)
+    for degrees in (-10, -4):
+        ground = *ON_STEEL, f"ice.temperature={degrees}degC"
+        steel = {
+            heat: case("thesis_1bar", *SLICE, *ground, f"ice.heat={heat}", *short)
+            for heat in ("mesh", "column")
+        }
+        compared(f"Slice, 1 mm of ice at {degrees} degC on 10 mm of steel held at -10 degC", steel)
     if not (asked.quick or asked.slices):
         blocks = {heat: case("thesis_1bar", *BLOCK, f"ice.heat={heat}") for heat in HEATS}
         compared("Block", blocks | {ICE_ALONE: blocks["mesh"]})
