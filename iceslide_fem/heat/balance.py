@@ -28,7 +28,7 @@ from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.film.law import Film, FilmStage
 from iceslide_fem.heat.bodies import Bodies
-from iceslide_fem.heat.contact import Answer, Contact, Slopes
+from iceslide_fem.heat.contact import Answer, Contact
 from iceslide_fem.heat.linear import LinearSolver
 from iceslide_fem.heat.readings import Readings
 
@@ -90,15 +90,13 @@ class Balance:
         self._tangent_of_one = bodies.conduction.duplicate()
         self._own, self._other = bodies.conduction.createVecs()  # written anew in each product
 
-    def meeting(self, reads: Readings, slopes: Slopes | None = None) -> Meeting:
-        """How films meet the bodies at points with these readings. Collective.
-
-        slopes: any of films that join bodies; those above one couple nothing that it does not.
+    def meeting(self, reads: Readings, joins: bool = False) -> Meeting:
+        """How films meet the bodies at points with these readings, and whether they join them:
+        those above one body couple nothing that it does not. Collective.
         """
-        conduction = self._bodies.conduction
-        if slopes is None:
+        if not joins:
             return Meeting(reads, None, self._tangent_of_one)
-        wide = reads.widened(conduction, slopes.between)
+        wide = reads.widened(self._bodies.conduction)
         return Meeting(reads, wide, wide.duplicate())
 
     def under(self, meeting: Meeting, contact: Contact) -> Balance:
@@ -189,14 +187,12 @@ class Balance:
         ]
         return self._bodies.content(rise) + np.concatenate(warmer)
 
-    def _tangent(self, begin: Begin, rise: Array, slopes: Slopes) -> PETSc.Mat:
+    def _tangent(self, begin: Begin, rise: Array, slopes: Array) -> PETSc.Mat:
         """Capacity and conduction at a rise, and the falls of what the films give."""
         tangent = begin.conduction.copy(self._meeting.tangent, SAME)
         self._own.array[:] = begin.capacity * self._bodies.steepness(rise) + begin.diagonal
         tangent.setDiagonal(self._own)
-        steepest = float(slopes.falls.max(initial=0.0))
-        if self._bodies.comm.allreduce(steepest, op=MPI.MAX) > 0.0:
-            self._meeting.reads.couple(tangent, slopes.between)
+        self._meeting.reads.couple(tangent, slopes)
         return tangent
 
     def _conducted(self, conduction: PETSc.Mat, rise: Array) -> Array:

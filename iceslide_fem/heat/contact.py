@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.film.law import Film, FilmStage, Surface
@@ -17,36 +16,16 @@ from iceslide_fem.film.rubber_heat import FilmBetween, HalfFilm, RubberSurface, 
 from iceslide_fem.materials import Solid
 
 
-class Slopes(NamedTuple):
-    """How what films give follows the temperatures that are read, m of them.
-
-    falls: of what each gets with its own temperature, W/K, (m,); shared: by which it rises with the
-    temperature on the other side of the film, W/K, (m / 2,), where there are two.
-    """
-
-    falls: Array
-    shared: Array | None = None
-
-    @property
-    def between(self) -> csr_matrix:
-        """The slopes as a matrix between what is read, (m, m)."""
-        n = self.falls.size
-        columns, values = np.arange(n)[:, None], self.falls[:, None]
-        if self.shared is not None:
-            columns = np.hstack([columns, np.roll(columns, n // 2, axis=0)])
-            values = np.hstack([values, np.tile(-self.shared, 2)[:, None]])
-        starts = np.arange(n + 1) * columns.shape[1]
-        return csr_matrix((values.ravel(), columns.ravel(), starts), shape=(n, n))
-
-
 class Answer(NamedTuple):
-    """Films at given temperatures of what is read: what they give to each of it, W, (m,), and how
-    that follows the temperatures.
+    """Films at given temperatures of what is read: what they give to each of it, W, (m,).
+
+    slopes: by which that falls with the temperature there, and with that of the other body, where
+    there are two, W/K, (bodies, m).
     """
 
     stage: FilmStage
     given: Array
-    slopes: Slopes
+    slopes: Array
 
 
 class Contact(Protocol):
@@ -67,7 +46,7 @@ class AboveIce(NamedTuple):
         """What they give to the ice."""
         links = np.full_like(temperature, self.link)
         stage = film.solve(Surface.of(temperature, links, self.solid), near)
-        slopes = Slopes(self.area * stage.ice_slope / self.link)
+        slopes = (self.area * stage.ice_slope / self.link)[None]
         return Answer(stage, self.area * stage.ice_flux, slopes)
 
 
@@ -96,7 +75,8 @@ class BetweenIceAndRubber(NamedTuple):
         stage = FilmBetween(film, rubber).solve(ice, near)
         to_ice, to_rubber, _ = parallel(ice, rubber, stage.log_height)
         through = to_ice * to_rubber / (to_ice + to_rubber)
-        shared = self.area * np.where(stage.melting, 0.0, through)
-        falls = [self.area * np.where(stage.melting, one, through) for one in (to_ice, to_rubber)]
+        own = [np.where(stage.melting, one, through) for one in (to_ice, to_rubber)]
+        across = [np.where(stage.melting, 0.0, -through)] * 2
         given = self.area * stage.ice_flux, self.area * stage.rubber_flux
-        return Answer(stage, np.concatenate(given), Slopes(np.concatenate(falls), shared))
+        slopes = np.tile(self.area, 2) * np.array([np.concatenate(own), np.concatenate(across)])
+        return Answer(stage, np.concatenate(given), slopes)

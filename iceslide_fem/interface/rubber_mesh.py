@@ -13,7 +13,7 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.film.rubber_heat import HalfFilm
 from iceslide_fem.heat.balance import Meeting
-from iceslide_fem.heat.contact import BetweenIceAndRubber, Slopes
+from iceslide_fem.heat.contact import BetweenIceAndRubber
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.readings import Readings
 from iceslide_fem.heat.surface import Reading
@@ -85,12 +85,12 @@ class MeshedIceAndRubber(MeshedIce):
 
     def _met(self, below: Reading) -> Meeting:
         """How films meet both, of which they read the ice so. Collective."""
-        below, n = self._bodies.joint(0, below), len(below.number)
+        below = self._bodies.joint(0, below)
         widest = max(below.number.shape[1], self._above.number.shape[1])
         both = (_widened(one, widest) for one in (below, self._above))
         number, weight = (np.concatenate(parts) for parts in zip(*both, strict=True))
-        reads = Readings(self._bodies.reading(Reading(number, weight)))
-        return self._balance.meeting(reads, Slopes(np.ones(2 * n), np.ones(n)))
+        reads = Readings(self._bodies.reading(Reading(number, weight)), bodies=2)
+        return self._balance.meeting(reads, joins=True)
 
 
 def _widened(reading: Reading, nodes: int) -> Reading:

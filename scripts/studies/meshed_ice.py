@@ -43,7 +43,7 @@ ON_STEEL = (
     "ice.depth=1mm", "ice.base=held", "ice.base_temperature=-10degC", f"ice.layers=[{STEEL}]",
 )  # fmt: skip
 ICE_ALONE = "mesh, ice alone twice as fine"
-FINER = 8, 4, 2, 1
+FINER = 4, 2, 1
 MOMENTS = 400  # at which mu(t) is compared
 
 
@@ -92,7 +92,7 @@ def main() -> None:
     parser = options(__doc__)
     parser.add_argument("--quick", action="store_true", help="short coarse slices, no block")
     parser.add_argument("--slices", action="store_true", help="no block")
-    parser.add_argument("--fine", action="store_true", help="finer and finer meshes (15 minutes)")
+    parser.add_argument("--fine", action="store_true", help="finer and finer meshes")
     asked = parser.parse_args()
     if asked.fine:
         scenes = {
