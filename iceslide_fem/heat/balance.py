@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.arrays import Array, Index
 from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.film.law import Film, FilmStage
@@ -72,6 +72,10 @@ class Meeting(NamedTuple):
     reads: Readings
     conduction: PETSc.Mat | None
     tangent: PETSc.Mat
+
+    def among(self, points: Index | None) -> Meeting:
+        """The same of films at some of the points alone."""
+        return self if points is None else self._replace(reads=self.reads.among(points))
 
 
 class Balance:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.arrays import Array, Index
 from iceslide_fem.fenics.compat import PETSc
 
 
@@ -19,28 +21,43 @@ class Readings:
         self._matrix, self._bodies = matrix, bodies
         self._unknowns, self._points = matrix.createVecs()
         number, weight = _padded(*matrix.getValuesCSR())
+        numbers, place = np.unique(number, return_inverse=True)
+        place = place.reshape(number.shape)
         # pairs of readings that follow each other's temperature: of a point, and across its film
-        others = [np.arange(len(number)), np.roll(np.arange(len(number)), len(number) // 2)]
-        first = np.stack([number] * bodies)[:, :, :, None]
-        second = np.stack([number[other] for other in others[:bodies]])[:, :, None, :]
-        product = np.stack([weight[:, :, None] * weight[o][:, None] for o in others[:bodies]])
-        counts = product != 0.0
-        self._product, self._slope = product[counts], np.nonzero(counts)[:2]
-        places = np.stack([np.broadcast_to(one, counts.shape)[counts] for one in (first, second)])
-        entries, self._entry = np.unique(places, axis=1, return_inverse=True)
-        self._rows, counted = np.unique(entries[0], return_counts=True)
-        self._starts = np.concatenate([[0], np.cumsum(counted)]).astype(PETSc.IntType)
-        self._columns = entries[1].astype(PETSc.IntType)
+        pairs = []
+        for body in range(bodies):
+            other = np.roll(np.arange(len(number)), body * (len(number) // 2))
+            product = weight[:, :, None] * weight[other][:, None]
+            entry = place[:, :, None] * numbers.size + place[other][:, None]
+            there = np.nonzero(product)
+            slope = np.full(there[0].size, body), there[0]
+            pairs.append((product[there], entry[there], *slope))
+        self._product, entry, *self._slope = (
+            np.concatenate(one) for one in zip(*pairs, strict=True)
+        )
+        entries, self._entry = np.unique(entry, return_inverse=True)
+        rows, columns = np.divmod(entries, max(numbers.size, 1))
+        rows, counts = np.unique(rows, return_counts=True)
+        self._rows, self._columns = (numbers[one].astype(PETSc.IntType) for one in (rows, columns))
+        self._starts = np.concatenate([[0], np.cumsum(counts)]).astype(PETSc.IntType)
+        self._some: Index | slice = slice(None)
+
+    def among(self, points: Index) -> Readings:
+        """The same of some of the points alone, by their numbers."""
+        some = copy(self)
+        some._some = points
+        return some
 
     def of(self, values: Array) -> Array:
         """Values (n,) of this rank's points. Collective."""
         self._unknowns.array[:] = values
         self._matrix.mult(self._unknowns, self._points)
-        return np.array(self._points.array)
+        return np.array(self._points.array[self._some])
 
     def given(self, values: Array) -> Array:
         """What the unknowns get of the points' `values` (n,). Collective."""
-        self._points.array[:] = values
+        self._points.array[:] = 0.0
+        self._points.array[self._some] = values
         self._matrix.multTranspose(self._points, self._unknowns)
         return np.array(self._unknowns.array)
 
@@ -50,7 +67,9 @@ class Readings:
         slopes: of what each point gets with its own temperature, and with that of the other body,
         where there are two, (bodies, n).
         """
-        values = self._product * slopes[self._slope]
+        of_all = np.zeros((self._bodies, self._points.getLocalSize()))
+        of_all[:, self._some] = slopes
+        values = self._product * of_all[tuple(self._slope)]
         values = np.bincount(self._entry, values, len(self._columns))
         matrix.setValuesIJV(self._starts, self._columns, values, addv=True, rowmap=self._rows)
         matrix.assemble()

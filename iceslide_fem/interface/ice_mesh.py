@@ -77,7 +77,8 @@ class MeshedIce:
         """The same ice as it answers below `contacts`. Collective."""
         below = copy(self)
         contact = AboveIce(contacts.area, self._settings.solid, self._settings.link)
-        below._balance = self._balance.under(self._meeting(contacts.at), contact)
+        meeting = self._meeting(contacts.at).among(contacts.points)
+        below._balance = self._balance.under(meeting, contact)
         return below
 
     def _meeting(self, at: Placement) -> Meeting:

@@ -162,7 +162,7 @@ class IceSurface:
         return below
 
     def _place(self, contacts: Contacts) -> None:
-        self.at, self._area = at, area = contacts
+        self.at, self._area = at, area = contacts.placed, contacts.area
         touching, place = np.flatnonzero(area > 0.0), at
         self._touching: NDArray[np.intp] | slice = slice(None)
         if touching.size < area.size:

@@ -20,7 +20,7 @@ from iceslide_fem.interface.carriers import (
     Shifted,
     fresh,
 )
-from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement, part_of
+from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement
 from iceslide_fem.interface.window import (
     RECENT,
     PassingIce,
@@ -137,7 +137,7 @@ class AttachedBetween(Attached):
     """The same between meshes of ice and rubber, which films join where they touch."""
 
     def _contacts(self, start: ContactLoads, end: ContactLoads) -> Contacts:
-        at, area = super()._contacts(start, end)
+        at, area, _ = super()._contacts(start, end)
         touching = (start.pressure > 0.0) | (end.pressure > 0.0)
         return Contacts(at, np.where(touching, area, 0.0))
 
@@ -158,8 +158,8 @@ class Rubbing(Attached):
     ) -> InterfaceStep:
         """Advance the points that touch the ice at an end of the step. Collective."""
         rubs = np.flatnonzero((start.pressure > 0.0) | (end.pressure > 0.0))
-        at, area = self._contacts(start, end)
-        ice = self.ice.under(Contacts(part_of(at, rubs.tobytes()), area[rubs]))
+        at, area, _ = self._contacts(start, end)
+        ice = self.ice.under(Contacts(at, area[rubs], rubs))
         first, last = (self._loads(one).take(rubs) for one in (start, end))
         films = state.log_height[rubs], state.squeezed_height[rubs]
         begin = InterfaceState(*films, state.ice)

@@ -33,7 +33,7 @@ class Nodes:
 
     def changed(self, memory: Array, by: Array) -> Array:
         """Memory of this rank's nodes after changes (m, n) at the points. Collective."""
-        grid, (at, area) = self._grid, self._contacts
+        grid, (at, area, _) = self._grid, self._contacts
         given = grid.scatter(area * by, at) / grid.cell_area
         return np.asarray(memory + given[:, grid.own])
 

@@ -67,7 +67,7 @@ class RubberOverGrid(RubberColumns):
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
         """Content after a stage with `flux` (W/m2) at this rank's nodes. Collective."""
-        cover, (at, area) = self._node_cover(), self._contacts
+        cover, (at, area, _) = self._node_cover(), self._contacts
         at_contact = np.divide(flux, cover, out=np.zeros_like(flux), where=cover > 0.0)
         at_points = self.grid.interpolate(self.grid.allgather(at_contact), at)
         return super().heated(start, dt, np.where(area > 0.0, at_points, 0.0))
@@ -78,7 +78,7 @@ class RubberOverGrid(RubberColumns):
 
     def _mean(self, values: Array) -> Array:
         """Mean over the points around each of this rank's nodes; T_0 where there are none."""
-        at, own = self._contacts
+        at, own, _ = self._contacts
         area, amount = self.grid.scatter(np.stack([own, own * values]), at)
         mean = np.full_like(area, float(self.column.temperature))
         np.divide(amount, area, out=mean, where=area > 0.0)
@@ -86,6 +86,6 @@ class RubberOverGrid(RubberColumns):
 
     def _node_cover(self) -> Array:
         """Share of the cells of this rank's nodes that is in contact."""
-        at, area = self._contacts
+        at, area, _ = self._contacts
         cover = self.grid.scatter(area, at) / self.grid.cell_area
         return np.asarray(cover[self.grid.own])

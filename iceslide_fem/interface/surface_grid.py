@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.arrays import Array, Index
 from iceslide_fem.fenics.compat import MPI
 
 
@@ -45,10 +45,18 @@ def own_points(n: int) -> Placement:
 class Contacts(NamedTuple):
     """Points that touch the ice within a step: where they lie on its surface's grid, and what
     each stands for, area (n,), m2 (m in a slice).
+
+    points: their numbers (int64) among those that are placed; None: they are all.
     """
 
     at: Placement
     area: Array
+    points: Index | None = None
+
+    @property
+    def placed(self) -> Placement:
+        """Where they lie, without the others."""
+        return self.at if self.points is None else part_of(self.at, self.points.tobytes())
 
 
 class OwnNodes(NamedTuple):
