@@ -5,6 +5,7 @@ from __future__ import annotations
 from copy import copy
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from iceslide_fem.arrays import Array, Index
 from iceslide_fem.fenics.compat import PETSc
@@ -30,12 +31,11 @@ class Readings:
             product = weight[:, :, None] * weight[other][:, None]
             entry = place[:, :, None] * numbers.size + place[other][:, None]
             there = np.nonzero(product)
-            slope = np.full(there[0].size, body), there[0]
-            pairs.append((product[there], entry[there], *slope))
-        self._product, entry, *self._slope = (
-            np.concatenate(one) for one in zip(*pairs, strict=True)
-        )
-        entries, self._entry = np.unique(entry, return_inverse=True)
+            pairs.append((product[there], entry[there], body * len(number) + there[0]))
+        product, entry, slope = (np.concatenate(one) for one in zip(*pairs, strict=True))
+        entries, entry = np.unique(entry, return_inverse=True)
+        shape = entries.size, bodies * len(number)
+        self._couples = csr_matrix((product, (entry, slope)), shape=shape)
         rows, columns = np.divmod(entries, max(numbers.size, 1))
         rows, counts = np.unique(rows, return_counts=True)
         self._rows, self._columns = (numbers[one].astype(PETSc.IntType) for one in (rows, columns))
@@ -69,8 +69,7 @@ class Readings:
         """
         of_all = np.zeros((self._bodies, self._points.getLocalSize()))
         of_all[:, self._some] = slopes
-        values = self._product * of_all[tuple(self._slope)]
-        values = np.bincount(self._entry, values, len(self._columns))
+        values = self._couples @ of_all.ravel()
         matrix.setValuesIJV(self._starts, self._columns, values, addv=True, rowmap=self._rows)
         matrix.assemble()
 
