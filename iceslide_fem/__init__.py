@@ -3,11 +3,7 @@
 import importlib
 from typing import Any
 
-from iceslide_fem.blas import choose_kernels
-
 __version__ = "0.2.0"
-
-choose_kernels()  # before the package loads NumPy or PETSc
 
 
 def __getattr__(name: str) -> Any:

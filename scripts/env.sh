@@ -4,6 +4,10 @@ venv=.venv
 [ -x .venv/bin/iceslide ] || venv=.venv-pip
 export PATH="$PWD/$venv/bin:$PATH"
 export OMP_NUM_THREADS=1
+# OpenBLAS knows processors by name: on one newer than itself it goes back to kernels without AVX.
+if [ -z "${OPENBLAS_CORETYPE:-}" ] && grep -qm1 avx512vl /proc/cpuinfo 2>/dev/null; then
+    export OPENBLAS_CORETYPE=SkylakeX
+fi
 export OMPI_MCA_rmaps_base_oversubscribe=1
 export OMPI_MCA_hwloc_base_binding_policy=none # two runs at once would share the first cores
 # The same for Open MPI 5.

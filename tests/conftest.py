@@ -1,11 +1,9 @@
-"""NumPy is loaded with the kernels of OpenBLAS that commands choose: what tests and commands
-compute is the same to the last digit. The PyPI wheel has to load its own MPI before anything else
-does, also where one file of tests is run alone.
+"""The PyPI wheel has to load its own MPI before anything else does, also where one file of tests is
+run alone.
 """
 
 from contextlib import suppress
 
-import pytest
 from browser import chromium, open_page  # noqa: F401
 
 from iceslide_fem.launch import started_by_mpirun
@@ -26,12 +24,3 @@ def pytest_configure(config):
         from ranks_agree import RanksAgree
 
         config.pluginmanager.register(RanksAgree())
-
-
-@pytest.fixture
-def in_double():
-    """Factors of blocks answer exactly to twelve digits, not to five."""
-    from blocks import options_of_rubber
-
-    with options_of_rubber({"pc_precision": "double"}):
-        yield

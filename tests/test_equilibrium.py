@@ -8,8 +8,8 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from blocks import CELLS, SIZE, a_block, bend, options_of_rubber  # noqa: E402
 
 from iceslide_fem.errors import NotConverged, SceneError  # noqa: E402
-from iceslide_fem.fenics import direct_solver, mumps  # noqa: E402
-from iceslide_fem.fenics.compat import MPI, SINGLE_BY_MUMPS  # noqa: E402
+from iceslide_fem.fenics import direct_solver  # noqa: E402
+from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.materials import BAR, COMPOUNDS  # noqa: E402
 from iceslide_fem.rubber import contact_nodes, responses, tangent  # noqa: E402
 from iceslide_fem.rubber.contact import contact_state, sliding_friction, static_friction  # noqa: E402
@@ -109,7 +109,9 @@ def test_five_bar():
 
 
 @pytest.mark.parametrize("cells", CELLS)
-def test_newton_direction_solves_the_linearised_bordered_system(cells, in_double):
+def test_newton_direction_solves_the_linearised_bordered_system(cells, monkeypatch):
+    monkeypatch.setattr(tangent, "FORCING", 1e-10)
+    monkeypatch.setattr(responses, "MOST_SOLVES", 60)
     system = equilibrium_of(cells)
     rubber, values = system.rubber, system.rubber.u.x.array
     bend(rubber, 0.03)
@@ -136,7 +138,7 @@ def test_newton_direction_solves_the_linearised_bordered_system(cells, in_double
 
 @pytest.mark.three
 @pytest.mark.parametrize("cells", CELLS)
-def test_kept_factors_give_the_change_of_the_present_contact(cells, in_double, monkeypatch):
+def test_kept_factors_give_the_change_of_the_present_contact(cells, monkeypatch):
     monkeypatch.setattr(tangent, "FORCING", 1e-10)
     monkeypatch.setattr(responses, "MOST_SOLVES", 60)
     fresh, kept = equilibrium_of(cells), equilibrium_of(cells)
@@ -157,13 +159,11 @@ def test_kept_factors_give_the_change_of_the_present_contact(cells, in_double, m
 
 
 @pytest.mark.three
-@pytest.mark.parametrize("precision, same", [("double", 1e-9), ("single", 1e-5)])
-def test_loads_are_answered_line_by_line_at_once(precision, same):
-    with options_of_rubber({"pc_precision": precision}):
-        system = equilibrium_of("hexahedron")
-        system.rubber.displacements[:, -1] -= 0.1 * BAR / PENALTY
-        system._imbalance(1.0, sliding)
-        system._linearise()
+def test_loads_are_answered_line_by_line_at_once():
+    system = equilibrium_of("hexahedron")
+    system.rubber.displacements[:, -1] -= 0.1 * BAR / PENALTY
+    system._imbalance(1.0, sliding)
+    system._linearise()
     bordered = system._tangent
     load = np.random.default_rng(1).random(bordered._nodes.n_loads)
     load[:-1][bordered._nodes._fixed] = 0.0
@@ -180,9 +180,9 @@ def test_loads_are_answered_line_by_line_at_once(precision, same):
         bordered._load.array[bordered._nodes.own] = bordered._nodes.on_own(one)
         alone.append(bordered._solved(one[-1]))
     answers = bordered._response(loads)
-    np.testing.assert_allclose(answers, alone, atol=same * np.abs(answers).max())
+    np.testing.assert_allclose(answers, alone, atol=1e-9 * np.abs(answers).max())
     size = np.abs(alone[:1]).max(initial=0.0)
-    np.testing.assert_allclose(bordered._response(loads[:1]), alone[:1], atol=same * size)
+    np.testing.assert_allclose(bordered._response(loads[:1]), alone[:1], atol=1e-9 * size)
 
 
 @pytest.mark.three
@@ -241,24 +241,6 @@ def test_too_large_a_load_is_refused_and_the_caller_can_restore():
     assert system.plate_displacement() == displacement
 
 
-@pytest.mark.three
-@pytest.mark.parametrize("cells", ["tetrahedron", "hexahedron"])
-def test_factors_in_single_precision_give_newton_his_direction(cells):
-    """Their error is far below what a change may leave."""
-    directions = []
-    for precision in ("double", "single"):
-        with options_of_rubber({"pc_precision": precision}):
-            system = equilibrium_of(cells)
-            press(system, sliding, 0.4 * BAR)
-            system._imbalance(1.0, sliding)
-            system._linearise()
-            directions.append(system._direction())
-    exact, single = directions
-    length = system._tangent.length
-    error = length(exact - single) / length(exact)
-    assert 1e-9 < error < 1e-2 * tangent.FORCING  # the former: they are single
-
-
 def test_a_solver_that_petsc_does_not_know_is_one_sentence():
     sentence = "PETSc does not take the options -rubber_...: .*nonsense"
     with options_of_rubber({"pc_type": "nonsense"}), pytest.raises(SceneError, match=sentence):
@@ -266,28 +248,31 @@ def test_a_solver_that_petsc_does_not_know_is_one_sentence():
 
 
 @pytest.mark.parametrize("cells", ["tetrahedron", "hexahedron"])
-def test_a_precision_that_is_none_is_refused(cells):
-    sentence = "the option -rubber_pc_precision is half; it may be single or double"
-    with options_of_rubber({"pc_precision": "half"}), pytest.raises(SceneError, match=sentence):
-        equilibrium_of(cells)
-
-
-@pytest.mark.parametrize("cells", ["tetrahedron", "hexahedron"])
-@pytest.mark.parametrize("precision", ["double", "single"])
-def test_factors_get_more_room_where_theirs_is_too_small(cells, precision, monkeypatch):
-    with options_of_rubber({"pc_precision": precision}):
-        enough = equilibrium_of(cells)
-        press(enough, sliding)
-        for module in (direct_solver, mumps):
-            monkeypatch.setattr(module, "ROOM", -80)  # less than MUMPS's own estimate
-        tight = equilibrium_of(cells)
-        press(tight, sliding)
-    pc = tight._tangent.ksp.getPC()
-    by_mumps = pc.getType() == "python"
-    room = pc.getPythonContext().room if by_mumps else pc.getFactorMatrix().getMumpsIcntl(14)
-    assert by_mumps == (SINGLE_BY_MUMPS and precision == "single")
-    assert room == mumps.MORE_ROOM
+def test_factors_get_more_room_where_theirs_is_too_small(cells, monkeypatch):
+    enough = equilibrium_of(cells)
+    press(enough, sliding)
+    monkeypatch.setattr(direct_solver, "ROOM", -80)  # less than MUMPS's own estimate
+    tight = equilibrium_of(cells)
+    press(tight, sliding)
+    room = tight._tangent.ksp.getPC().getFactorMatrix().getMumpsIcntl(14)
+    assert room == direct_solver.MORE_ROOM
     assert tight.plate_displacement() == pytest.approx(enough.plate_displacement(), rel=1e-9)
+
+
+@pytest.mark.three
+@pytest.mark.parametrize("cells", ["tetrahedron", "hexahedron"])
+def test_symmetric_factors_give_newton_the_direction_of_all_of_the_tangent(cells, monkeypatch):
+    monkeypatch.setattr(tangent, "FORCING", 1e-10)
+    directions = []
+    for factors in ("lu", "cholesky"):
+        with options_of_rubber({"pc_type": factors}):
+            system = equilibrium_of(cells)
+            press(system, sliding, 0.4 * BAR)
+            system._imbalance(1.0, sliding)
+            system._linearise()
+            directions.append(system._direction())
+    exact, found = directions
+    assert system._tangent.length(exact - found) < 1e-8 * system._tangent.length(exact)
 
 
 @pytest.mark.parametrize(

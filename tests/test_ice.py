@@ -21,12 +21,13 @@ from iceslide_fem.film.law import (  # noqa: E402
     Surface,
     implicit_stage,
 )
-from iceslide_fem.interface import build, ice_surface  # noqa: E402
+from iceslide_fem.interface import build, ice_balance, ice_surface  # noqa: E402
 from iceslide_fem.interface.carriers import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumnsUnderPoints  # noqa: E402
+from iceslide_fem.interface.ice_conduction import StageSurface  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
 from iceslide_fem.interface.ice_modes import SurfaceModes  # noqa: E402
-from iceslide_fem.interface.ice_surface import IceSurface, StageSurface  # noqa: E402
+from iceslide_fem.interface.ice_surface import IceSurface  # noqa: E402
 from iceslide_fem.interface.on_rubber import Attached, Rubbing  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
 from iceslide_fem.materials import (  # noqa: E402
@@ -431,7 +432,7 @@ def test_first_guess_saves_changes_and_moves_nothing(model, monkeypatch):
 @pytest.mark.parametrize("tolerance", [1e-1, 1e-3, 1e-4, 2e-5, 1e-5, 1e-6])
 def test_stages_settle_with_the_link_and_agreement_of_a_tolerance(tolerance, monkeypatch):
     """Also where a stiff link lets rounding grow: the agreement does not ask for more."""
-    monkeypatch.setattr(ice_surface, "MAX_ITERATIONS", 30)  # a stalled balance takes all of them
+    monkeypatch.setattr(ice_balance, "MAX_ITERATIONS", 30)  # a stalled balance takes all of them
     ice, points, _ = some_ice("slice", 0.5, build.LINK * tolerance, build.agreement(tolerance))
     content = ice.initial(0)
     for _ in range(3):

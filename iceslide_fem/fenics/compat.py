@@ -24,7 +24,6 @@ except ImportError:
 import basix
 import dolfinx
 import numpy as np
-import petsc4py
 import ufl
 from dolfinx import fem, jit
 from dolfinx.fem import petsc as fem_petsc
@@ -52,10 +51,6 @@ COMPILER_FLAGS = [
     "-fno-signed-zeros",
     "-g0",
 ]
-# MUMPS has factors in single precision, too. Debian's PETSc gives none: there they come from MUMPS
-# itself. That of the wheel does, by its option -pc_precision.
-SINGLE_BY_MUMPS = str(petsc4py.get_config()["PETSC_DIR"]).startswith("/usr/lib/petscdir")
-SINGLE_BY_PETSC = dolfinx_solver is not None
 _HAS_BASIX_UFL = hasattr(fem, "functionspace")  # since 0.7
 COMPILED = cache_folder() / f"forms-{processor()}"  # native code of one processor
 _JIT_DEFAULTS = (

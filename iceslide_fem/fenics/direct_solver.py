@@ -1,26 +1,47 @@
-"""Direct linear solvers of rubber and ice: PETSc's own factors in a slice, MUMPS's in a block."""
+"""The rubber's linear solver: PETSc's own factors in a slice, MUMPS's symmetric ones in a block.
+
+Options with the solver's prefix choose another: `-rubber_pc_type gamg -rubber_ksp_type fgmres`.
+"""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.errors import SceneError
-from iceslide_fem.fenics.compat import SINGLE_BY_MUMPS, SINGLE_BY_PETSC, PETSc, solve_linear
-from iceslide_fem.fenics.mumps import MORE_ROOM, MOST_ROOM, NO_ROOM, ROOM, SparseColumns
-from iceslide_fem.fenics.single_factors import SingleFactors
+from iceslide_fem.fenics.compat import PETSc, solve_linear
 
-PRECISIONS = ("single", "double")
+# MUMPS estimates the room for its factors before it knows the pivots and which rank takes what:
+# so much is added to the estimate, in per cent, and doubled until it is enough.
+ROOM, MORE_ROOM, MOST_ROOM = 100, 200, 1600
+NO_ROOM = (-8, -9)  # MUMPS's errors: too small a workspace of integers, of reals
+SPREAD = 10  # of MUMPS's ICNTL(20): every rank gives its part of a load
 
 
-def factorise(ksp: PETSc.KSP, points: Array) -> None:
-    """Let `ksp`, which has its matrix, use direct factors. `points`: (n, d) of this rank's nodes.
-
-    Raises SceneError for an option that is none. Collective.
+class SparseColumns(NamedTuple):
+    """Columns by their entries: those of column k are first[k] to first[k + 1] of rows (global
+    numbers, int32) and values.
     """
+
+    first: NDArray[np.int32]
+    rows: NDArray[np.int32]
+    values: Array
+
+    @classmethod
+    def none(cls) -> SparseColumns:
+        """No columns."""
+        return cls(np.zeros(1, dtype=np.int32), np.zeros(0, dtype=np.int32), np.zeros(0))
+
+
+def factorise(ksp: PETSc.KSP, dim: int) -> None:
+    """Let `ksp`, which has its matrix, use direct factors in `dim` dimensions. Collective."""
     pc = ksp.getPC()
-    if points.shape[1] == 3:
-        _use_mumps(ksp, points)
+    if dim == 3:
+        pc.setType("cholesky")
+        pc.setFactorSolverType("mumps")
+        _give_room(pc, ROOM)
     elif ksp.comm.size > 1:  # a slice is small: every rank factorises the whole of it
         pc.setType("redundant")
     else:  # and PETSc's own factors take a third to a twentieth of MUMPS's time
@@ -28,6 +49,11 @@ def factorise(ksp: PETSc.KSP, points: Array) -> None:
         pc.setFactorSolverType("petsc")
         if PETSc.Sys.hasExternalPackage("suitesparse"):  # a tenth fewer entries than PETSc's own
             pc.setFactorOrdering("amd")
+
+
+def takes_symmetric(ksp: PETSc.KSP) -> bool:
+    """Whether the factors are of a symmetric matrix: of another they take one half."""
+    return bool(ksp.getPC().getType() == "cholesky")
 
 
 def takes_blocks(ksp: PETSc.KSP) -> bool:
@@ -39,20 +65,21 @@ def takes_blocks(ksp: PETSc.KSP) -> bool:
     return bool(pc.getType() == "lu" and pc.getFactorSolverType() == "petsc" and not shifts)
 
 
+def takes_many(ksp: PETSc.KSP) -> bool:
+    """Whether the factors are MUMPS's: several sparse loads hardly take longer than one."""
+    pc = ksp.getPC()
+    return bool(pc.getType() in ("lu", "cholesky") and pc.getFactorSolverType() == "mumps")
+
+
 def solve(ksp: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec) -> bool:
     """Solve, with more room for the factors where MUMPS needs it; whether that succeeded.
 
-    Raises NotConverged where single factors cannot.
+    Collective.
     """
     solve_linear(ksp, right, solution)
     while ksp.getConvergedReason() < 0 and _more_room(ksp):
         solve_linear(ksp, right, solution)
     return bool(ksp.getConvergedReason() >= 0)
-
-
-def takes_many(ksp: PETSc.KSP) -> bool:
-    """Whether the factors are MUMPS's: several sparse loads hardly take longer than one."""
-    return bool(_in_single(ksp) or _in_double(ksp))
 
 
 def solve_many(ksp: PETSc.KSP, loads: SparseColumns) -> Array:
@@ -61,8 +88,6 @@ def solve_many(ksp: PETSc.KSP, loads: SparseColumns) -> Array:
     The factors are those that a first `solve` has made: the first pass through them goes only where
     the loads are. Collective.
     """
-    if single := _in_single(ksp):
-        return single.solve_many(loads)
     count, first = len(loads.first) - 1, ksp.comm.rank == 0
     sizes, (_, unknowns) = ksp.getOperators()[0].getSizes()
     # the first rank has all loads, as rows
@@ -78,43 +103,9 @@ def solve_many(ksp: PETSc.KSP, loads: SparseColumns) -> Array:
     return np.asarray(found)
 
 
-def _in_single(ksp: PETSc.KSP) -> SingleFactors | None:
-    pc = ksp.getPC()
-    context = pc.getPythonContext() if pc.getType() == "python" else None
-    return context if isinstance(context, SingleFactors) else None
-
-
-def _in_double(ksp: PETSc.KSP) -> bool:
-    pc = ksp.getPC()
-    return bool(pc.getType() == "lu" and pc.getFactorSolverType() == "mumps")
-
-
-def _use_mumps(ksp: PETSc.KSP, points: Array) -> None:
-    """In single precision, where it is to be had and the option -pc_precision does not say double.
-
-    Such factors take half the memory, and half the time where that is what their reading takes.
-    Raises SceneError for another precision.
-    """
-    pc, options = ksp.getPC(), PETSc.Options(ksp.getOptionsPrefix())
-    precision = options.getString("pc_precision", PRECISIONS[0])
-    if precision not in PRECISIONS:
-        name = f"-{ksp.getOptionsPrefix()}pc_precision"
-        raise SceneError(f"the option {name} is {precision}; it may be {' or '.join(PRECISIONS)}")
-    single = precision == "single"
-    if single and SINGLE_BY_MUMPS:
-        pc.setType("python")
-        pc.setPythonContext(SingleFactors(ksp.comm.tompi4py(), points))
-        return
-    if single and SINGLE_BY_PETSC:
-        options["pc_precision"] = "single"
-    pc.setType("lu")
-    pc.setFactorSolverType("mumps")
-    _give_room(pc, ROOM)
-
-
 def _more_room(ksp: PETSc.KSP) -> bool:
     """Make more room for the next factors; whether that may help."""
-    if not _in_double(ksp):
+    if not takes_many(ksp):
         return False
     pc = ksp.getPC()
     factors = pc.getFactorMatrix()
@@ -131,9 +122,10 @@ def _more_room(ksp: PETSc.KSP) -> bool:
 def _give_room(pc: PETSc.PC, room: int) -> None:
     pc.setFactorSetUpSolverType()
     factors = pc.getFactorMatrix()
-    factors.setOptionsPrefix(pc.getOptionsPrefix())  # that of its precision among them
+    factors.setOptionsPrefix(pc.getOptionsPrefix())
     factors.setMumpsIcntl(14, room)
     factors.setMumpsIcntl(13, 1)  # the last front on one rank: shared out, solves wait for it
+    factors.setMumpsIcntl(20, SPREAD)
     # Stiffnesses of one kind of element need neither a permutation of columns nor scaling, which
     # take 3 to 20 % of the factors' time.
     factors.setMumpsIcntl(6, 0)

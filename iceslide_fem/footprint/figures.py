@@ -19,7 +19,6 @@ from iceslide_fem.footprint.macroscopic import HeatModel
 from iceslide_fem.footprint.pressure_map import PressureMap
 from iceslide_fem.footprint.survey import Survey
 from iceslide_fem.materials import BAR, ZERO_CELSIUS
-from iceslide_fem.results.png import write_png
 from iceslide_fem.results.style import BLACK, BLUE, GREEN, NO_CONTACT, ORANGE, PURPLE, RED
 
 DPI = 130
@@ -242,5 +241,5 @@ def _figure(panel: Axes) -> Figure:
 
 
 def _save(figure: Figure, path: Path) -> Path:
-    write_png(figure, path, DPI)
+    figure.savefig(path, dpi=DPI)
     return path

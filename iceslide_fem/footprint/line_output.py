@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from iceslide_fem.arrays import Array
 from iceslide_fem.footprint.survey import Survey
 from iceslide_fem.materials import BAR, ZERO_CELSIUS
-from iceslide_fem.results.png import write_png
 from iceslide_fem.results.style import BLACK, BLUE, GREEN, ORANGE, RED
 
 COLOURS = {"thesis": ORANGE, "moving": BLUE, "given": GREEN, "film": BLACK}
@@ -78,4 +77,4 @@ def draw_line(columns: dict[str, Array], title: str, path: Path) -> None:
         panel.grid(alpha=0.25)
     rise.legend(fontsize=8)
     friction.legend(fontsize=8)
-    write_png(figure, path, DPI)
+    figure.savefig(path, dpi=DPI)

@@ -16,7 +16,8 @@ from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column, IceHeat
 from iceslide_fem.film.law import Film, FilmStage
 from iceslide_fem.interface.carriers import Unmeshed
-from iceslide_fem.interface.ice_surface import IceSurface, StageSurface
+from iceslide_fem.interface.ice_conduction import StageSurface
+from iceslide_fem.interface.ice_surface import IceSurface
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile, SurfaceGrid
 from iceslide_fem.interface.window import shifted
 from iceslide_fem.materials import BOTTOMLESS, ICE, Ground, Solid

@@ -72,6 +72,10 @@ class SurfaceModes:
         """What loads (W, say) at the nodes are to each mode."""
         return _along_axes([modes.vectors.T for modes in self.lines], loads)
 
+    def loads(self, amplitudes: Array) -> Array:
+        """Loads at the nodes that are these amplitudes to the modes."""
+        return _along_axes([modes.inverse.T for modes in self.lines], amplitudes)
+
 
 def _along_axes(matrices: Sequence[Array], values: Array) -> Array:
     """`values` with each of the last axes multiplied by a matrix of its own."""

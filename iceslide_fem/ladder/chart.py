@@ -8,7 +8,6 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from iceslide_fem.ladder.runs import RungResult, finest_of
-from iceslide_fem.results.png import write_png
 from iceslide_fem.results.report import MS
 from iceslide_fem.results.style import BLACK, BLUE, GREEN, ORANGE, RED
 
@@ -92,4 +91,4 @@ def ladder_chart(
     for panel in (curves, costs):
         panel.grid(alpha=0.25)
         panel.spines[["top", "right"]].set_visible(False)
-    write_png(figure, path, 130)
+    figure.savefig(path, dpi=130)

@@ -22,7 +22,6 @@ from iceslide_fem.mesh.ice_body import ice_body
 from iceslide_fem.mesh.rubber import tagged_rubber
 from iceslide_fem.mesh.soundness import among, facets_of, outer_facets
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
-from iceslide_fem.results.png import write_png
 from iceslide_fem.scene import Scene
 
 COLOURS = {"contact": "#d55e00", "walls": "#009e73", "plate": "#0072b2", "symmetry": "#bbbbbb"}
@@ -50,7 +49,7 @@ def draw_mesh(scene: Scene, path: Path) -> None:
     draw(figure, *meshes)
     _add_legend(figure, meshes)
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_png(figure, path, 120)
+    figure.savefig(path, dpi=120)
 
 
 def _size(scene: Scene, meshes: int) -> tuple[float, float]:

@@ -11,7 +11,6 @@ from matplotlib.patches import Patch
 
 from iceslide_fem.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.results import Run, read_run
-from iceslide_fem.results.png import write_png
 from iceslide_fem.results.style import BLACK, BLUE, GREEN, MELTING, ORANGE, RED, SATURATED
 
 MS, NM, UM = 1e3, 1e9, 1e6
@@ -73,7 +72,7 @@ def report(directory: Path | str) -> Path:
             panel.locator_params(axis="y", nbins=TICKS, steps=[1, 2, 5, 10])
         _place_words(panel, figure.get_figheight())
     path = Path(directory) / "report.png"
-    write_png(figure, path, DPI)
+    figure.savefig(path, dpi=DPI)
     return path
 
 

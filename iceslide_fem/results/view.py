@@ -17,7 +17,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from iceslide_fem.progress import LongTask
 from iceslide_fem.results import Run, read_run
 from iceslide_fem.results.picture import DPI, Scales, draw, scales_of
-from iceslide_fem.results.png import write_png
 from iceslide_fem.results.report import report
 from iceslide_fem.results.snapshots import read_snapshot, times
 
@@ -40,7 +39,7 @@ def view(directory: Path | str, animate: bool = False) -> list[Path]:
     for name, number in (("peak", peak), ("end", written.size - 1)):
         paths.append(run.directory / f"view_{name}.png")
         figure = draw(run, read_snapshot(run.directory, number), scales)
-        write_png(figure, paths[-1], DPI)
+        figure.savefig(paths[-1], dpi=DPI)
     return paths + _animate(run, scales, written.size) if animate else paths
 
 

@@ -9,7 +9,7 @@ from scipy.sparse import csc_matrix, csr_matrix
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc
-from iceslide_fem.fenics.mumps import SparseColumns
+from iceslide_fem.fenics.direct_solver import SparseColumns
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.walls import Walls
 

@@ -140,9 +140,8 @@ class Walls:
             traction = tractions(springs.along, gripped.bound, self.penalty)
             self._add(vector, gripped.pressing, traction, gripped.facet, springs.shape)
 
-    def add_tangent(self, u: Array, matrix: PETSc.Mat) -> None:
-        """Add the derivative of the forces to this rank's rows of `matrix`. Collective."""
-        stiffness = self.stiffness(u)
+    def add_tangent(self, stiffness: csr_matrix, matrix: PETSc.Mat) -> None:
+        """Add a `stiffness`, as `Walls.stiffness`, to this rank's rows of `matrix`. Collective."""
         if not stiffness.nnz:  # on every rank
             return
         dofs = self.unknowns.astype(PETSc.IntType)

@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.materials import BAR, ZERO_CELSIUS
-from iceslide_fem.results.png import write_png
 from iceslide_fem.results.style import BLUE
 
 DPI = 130
@@ -194,4 +193,4 @@ def _title(dataset: xr.Dataset, what: str, rest: str) -> str:
 
 
 def _save(figure: Figure, path: Path) -> None:
-    write_png(figure, path, DPI)
+    figure.savefig(path, dpi=DPI)

@@ -11,8 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from scripts.studies.command_runs import MOMENT, Found, found, moved
 from scripts.studies.common import options, table
-from scripts.studies.precision import MOMENT, Found, found, moved
 
 BLOCK = "model=block", "numerics.tolerance=1e-2", "load.duration=4ms"
 MELTING = "ice.temperature=-0.5degC"  # in that moment, too

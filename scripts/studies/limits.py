@@ -1,5 +1,5 @@
-"""Seconds and memory of the 3-D tread block against its unknowns: direct (in single and in double
-precision) and iterative, 1 and 2 ranks, where the time goes, the exponents, and what two million
+"""Seconds and memory of the 3-D tread block against its unknowns: direct
+and iterative, 1 and 2 ranks, where the time goes, the exponents, and what two million
 unknowns would take.
 
 Each run presses the block and slides it for a moment, in a process of its own. Seconds are per
@@ -39,7 +39,6 @@ from scripts.studies.sliding_cost import PARTS
 
 SOLVERS = {
     "direct": "",
-    "double": "-rubber_pc_precision double",  # direct as well
     "iterative": "-rubber_ksp_type fgmres -rubber_ksp_rtol 1e-3 -rubber_ksp_max_it 400 "
     "-rubber_ksp_gmres_restart 100 -rubber_pc_type gamg",
 }

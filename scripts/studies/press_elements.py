@@ -183,9 +183,9 @@ class MixedRubber(HyperelasticBody):
         self._update_pressure()
         super().internal_forces(vector)
 
-    def tangent(self, matrix: PETSc.Mat) -> None:
+    def tangent(self, matrix: PETSc.Mat, symmetric: bool = False) -> None:
         self._update_pressure()
-        super().tangent(matrix)
+        super().tangent(matrix, symmetric)
         compat.assemble_matrix(self._coupling, self._slope)
         self._product = self._stiffness.PtAP(self._coupling, result=self._product)
         matrix.axpy(1.0, self._product, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)

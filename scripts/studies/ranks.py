@@ -2,7 +2,8 @@
 
 The runs of all numbers of ranks are made in turn, `--repeats` times: seconds are medians, with the
 least and the most of them beside. mu(t) is compared with that on the first number of ranks, by
-its mean. --quick runs half of the refinement for a moment, once.
+its mean. --solver gives options of PETSc's, as
+`--solver="-rubber_pc_type lu"`. --quick runs half of the refinement for a moment, once.
 """
 
 from __future__ import annotations
@@ -11,8 +12,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from scripts.studies.command_runs import CASES, MOMENT, Found, found, moved
 from scripts.studies.common import options, table
-from scripts.studies.precision import CASES, MOMENT, PRECISION, Found, found, moved
 
 TOLERANCE = "1e-2"
 HEAD = ("case", "ranks", "unknowns", "steps", "iterations", "wall s", "least", "most",
@@ -20,7 +21,11 @@ HEAD = ("case", "ranks", "unknowns", "steps", "iterations", "wall s", "least", "
 
 
 def rows(
-    cases: Sequence[str], ranks: Sequence[int], repeats: int, moment: Sequence[str]
+    cases: Sequence[str],
+    ranks: Sequence[int],
+    repeats: int,
+    moment: Sequence[str],
+    solver: Sequence[str],
 ) -> Iterator[tuple[object, ...]]:
     """Of each case on every number of ranks."""
     for case in cases:
@@ -28,7 +33,7 @@ def rows(
         runs: dict[int, list[Found]] = {number: [] for number in ranks}
         for _ in range(repeats):
             for number, made in runs.items():
-                made.append(found(case, changes, number, PRECISION, "single"))
+                made.append(found(case, changes, number, *solver))
         seconds = {
             number: np.array([run.summary["wall_s"] for run in made])
             for number, made in runs.items()
@@ -50,9 +55,11 @@ def main() -> None:
     parser.add_argument("--cases", nargs="+", choices=tuple(CASES), default=tuple(CASES))
     parser.add_argument("--ranks", nargs="+", type=int, default=[1, 2])
     parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--solver", default="", help="options of PETSc's")
     arguments = parser.parse_args()
     repeats, moment = (1, MOMENT) if arguments.quick else (arguments.repeats, ())
-    table(HEAD, rows(arguments.cases, arguments.ranks, repeats, moment))
+    solver = arguments.solver.split()
+    table(HEAD, rows(arguments.cases, arguments.ranks, repeats, moment, solver))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,58 @@
+"""What ice takes within an implicit stage where its surface is warmer than without heat.
+
+The surface's temperatures are an offset and a known, symmetric response to the heat that its nodes
+are given: diagonal in the modes of ice that conducts along it (`ice_modes`), or of each column
+alone.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.interface.ice_modes import SurfaceModes
+
+
+class StageSurface(NamedTuple):
+    """The surface in a stage. offset: temperatures of its nodes without heat, K; resistance: of the
+    lateral modes, or of the columns, K m2/W; both of the grid's shape, or one after the other.
+    """
+
+    offset: Array
+    resistance: Array
+
+
+class SurfaceConduction:
+    """Conduction below the surface in a `stage`; arrays are of all nodes, (n,)."""
+
+    def __init__(
+        self,
+        stage: StageSurface,
+        cell_area: Array,
+        shape: tuple[int, ...],
+        modes: SurfaceModes | None,
+    ) -> None:
+        """`cell_area` of the nodes, m2; `shape` of the grid. Without `modes` nothing is conducted
+        along it.
+        """
+        self.stage, self.cell_area, self._modes, self._shape = stage, cell_area, modes, shape
+        self.offset = stage.offset.ravel()
+        self.resistance = stage.resistance.reshape(shape)
+        ends = float(self.resistance.min()), float(self.resistance.max())
+        self.middle, self.most = float(np.sqrt(ends[0] * ends[1])), ends[1]  # resistances, K m2/W
+
+    def taken(self, rise: Array) -> Array:
+        """Heat (W) that the ice takes where its surface is by `rise` (K) above the offset."""
+        if self._modes is None:
+            return self.cell_area / self.resistance.ravel() * rise
+        amplitudes = self._modes.amplitudes(rise.reshape(self._shape))
+        return self._modes.loads(amplitudes / self.resistance).ravel()
+
+    def warmed(self, heat: Array) -> Array:
+        """How far (K) the surface is above the offset where the ice takes the `heat` (W)."""
+        if self._modes is None:
+            return self.resistance.ravel() / self.cell_area * heat
+        amplitudes = self._modes.load_amplitudes(heat.reshape(self._shape))
+        return self._modes.values(amplitudes * self.resistance).ravel()
