@@ -6,7 +6,6 @@ its own part of the ice, and of points what lies on it; what crosses goes by PET
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Mapping, Sequence
 from copy import copy
 from typing import NamedTuple
@@ -14,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.fenics.compat import MPI, PETSc
+from iceslide_fem.fenics.compat import PETSc
 from iceslide_fem.film.law import Film, FilmStage
 from iceslide_fem.heat.balance import Balance, Meeting
 from iceslide_fem.heat.bodies import Bodies
@@ -23,10 +22,9 @@ from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.readings import Readings
 from iceslide_fem.heat.surface import HeatedSurface, Reading
 from iceslide_fem.interface.carriers import Rises
+from iceslide_fem.interface.recent import Recent
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement, Profile
 from iceslide_fem.materials import Solid
-
-KNOWN = 4  # of recent contacts
 
 
 class Settings(NamedTuple):
@@ -57,7 +55,7 @@ class MeshedIce:
         self._bodies = Bodies([equation, *others])
         self._settings = settings
         self._balance = Balance(self._bodies, settings.temperature, settings.agreement)
-        self._known: deque[tuple[Placement, Meeting]] = deque(maxlen=KNOWN)
+        self._recent = Recent(self._meeting, equation.comm)
 
     @property
     def n_dofs(self) -> int:
@@ -77,23 +75,9 @@ class MeshedIce:
         """The same ice as it answers below `contacts`. Collective."""
         below = copy(self)
         contact = AboveIce(contacts.area, self._settings.solid, self._settings.link)
-        meeting = self._meeting(contacts.at).among(contacts.points)
+        meeting = self._recent.of(contacts.at).among(contacts.points)
         below._balance = self._balance.under(meeting, contact)
         return below
-
-    def _meeting(self, at: Placement) -> Meeting:
-        """That of recent points is known, where it is on all ranks. Collective."""
-        places = [number for number, (one, _) in enumerate(self._known) if one is at]
-        here = places[0] if places else -1
-        ends = np.array([here, -here])
-        self.equation.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MIN)
-        if ends[0] == -ends[1] and here >= 0:
-            return self._known[here][1]
-        meeting = self._met(self.unknowns(at))
-        self._known.append((at, meeting))
-        # PETSc frees what Python has let go of only when all ranks ask for it together.
-        PETSc.garbage_cleanup(self._bodies.conduction.getComm())
-        return meeting
 
     def surface_temperature(self, content: Array) -> Array:
         """Temperature at the points (K), shape (n,). Collective."""
@@ -119,6 +103,13 @@ class MeshedIce:
     def unknowns(self, at: Placement) -> Reading:
         """How the points `at` their places read the ice: by its unknowns' numbers."""
         return Reading(at.node.astype(np.int64), at.share)
+
+    def _meeting(self, at: Placement) -> Meeting:
+        """How films meet the bodies at points `at` their places. Collective."""
+        meeting = self._met(self.unknowns(at))
+        # PETSc frees what Python has let go of only when all ranks ask for it together.
+        PETSc.garbage_cleanup(self._bodies.conduction.getComm())
+        return meeting
 
     def _met(self, below: Reading) -> Meeting:
         """How films meet the ice that they read so. Collective."""

@@ -10,7 +10,6 @@ from __future__ import annotations
 from copy import copy
 
 import numpy as np
-from numpy.typing import NDArray
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
@@ -19,8 +18,9 @@ from iceslide_fem.interface.ice_balance import UNSETTLED, Balance, Lines, balanc
 from iceslide_fem.interface.ice_conduction import StageSurface, SurfaceConduction
 from iceslide_fem.interface.ice_modes import SurfaceModes
 from iceslide_fem.interface.melting_guess import melting_guess
+from iceslide_fem.interface.recent import Recent
 from iceslide_fem.interface.shared_points import SharedPoints
-from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid, part_of
+from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid
 from iceslide_fem.materials import Solid
 
 # Full changes find what films give in a few requests; where they cycle, half of each does.
@@ -54,6 +54,7 @@ class IceSurface:
         """
         self._grid, self._solid = grid, solid
         self._modes = modes
+        self._recent = Recent(lambda at: SharedPoints(at, grid.shape, grid.comm), grid.comm)
         self._place(Contacts(grid.own_nodes(), np.zeros(grid.own.size)))
 
     def under(self, contacts: Contacts) -> IceSurface:
@@ -63,12 +64,8 @@ class IceSurface:
         return below
 
     def _place(self, contacts: Contacts) -> None:
-        self.at, self._area = at, area = contacts.placed, contacts.area
-        touching, place = np.flatnonzero(area > 0.0), at
-        self._touching: NDArray[np.intp] | slice = slice(None)
-        if touching.size < area.size:
-            self._touching, place = touching, part_of(at, touching.tobytes())
-        self._points = SharedPoints(place, self._grid.shape, self._grid.comm)
+        self.at, self._area = contacts.placed, contacts.area
+        self._points = self._recent.of(contacts.at).among(contacts.points)
 
     def settled(
         self, stage: StageSurface, before: Array, film: Film, link: float, agreement: float
@@ -83,16 +80,16 @@ class IceSurface:
         link: between points and ice, K m2/W. Raises NotConverged.
         """
         grid, at, area, T_m = self._grid, self.at, self._area, self._solid.melting_temperature
-        touching, of_all, inside = self._touching, self._points.of_all, self.inside(stage)
+        of_all, inside = self._points.of_all, self.inside(stage)
         temperature, near, links = before, None, np.full(area.shape, link)
         if isinstance(film, FilmOnIce):
-            power = of_all(np.stack([area * film.power, area], axis=-1)[touching])
+            power = of_all(np.stack([area * film.power, area], axis=-1))
             temperature = self.melting_guess(inside, before, power, link)
         below = grid.interpolate(temperature.ravel(), at)
         for iteration in range(MAX_REQUESTS):
             result = film.solve(Surface.of(below, links, self._solid), near)
             near = result.log_height
-            lines = of_all(fluxes(result, below, area, link, T_m)[touching])
+            lines = of_all(fluxes(result, below, area, link, T_m))
             balance = self.balanced(inside, lines, temperature, agreement)
             if balance.settled:
                 return balance.given, result

@@ -56,7 +56,7 @@ class MeshedIceAndRubber(MeshedIce):
         below = copy(self)
         area, settings = contacts.area, self._settings
         contact = BetweenIceAndRubber(area, settings.solid, settings.link, self._half_film)
-        below._balance = self._balance.under(self._meeting(contacts.at), contact)
+        below._balance = self._balance.under(self._recent.of(contacts.at), contact)
         return below
 
     def surface_temperature(self, content: Array) -> Array:
