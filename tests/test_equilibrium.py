@@ -111,6 +111,7 @@ def test_five_bar():
 @pytest.mark.parametrize("cells", CELLS)
 def test_newton_direction_solves_the_linearised_bordered_system(cells, monkeypatch):
     monkeypatch.setattr(tangent, "FORCING", 1e-10)
+    monkeypatch.setattr(tangent, "FRESH", 1e-10)
     monkeypatch.setattr(responses, "MOST_SOLVES", 60)
     system = equilibrium_of(cells)
     rubber, values = system.rubber, system.rubber.u.x.array
@@ -140,6 +141,7 @@ def test_newton_direction_solves_the_linearised_bordered_system(cells, monkeypat
 @pytest.mark.parametrize("cells", CELLS)
 def test_kept_factors_give_the_change_of_the_present_contact(cells, monkeypatch):
     monkeypatch.setattr(tangent, "FORCING", 1e-10)
+    monkeypatch.setattr(tangent, "FRESH", 1e-10)
     monkeypatch.setattr(responses, "MOST_SOLVES", 60)
     fresh, kept = equilibrium_of(cells), equilibrium_of(cells)
     for system in (fresh, kept):
@@ -263,6 +265,7 @@ def test_factors_get_more_room_where_theirs_is_too_small(cells, monkeypatch):
 @pytest.mark.parametrize("cells", ["tetrahedron", "hexahedron"])
 def test_symmetric_factors_give_newton_the_direction_of_all_of_the_tangent(cells, monkeypatch):
     monkeypatch.setattr(tangent, "FORCING", 1e-10)
+    monkeypatch.setattr(tangent, "FRESH", 1e-10)
     directions = []
     for factors in ("lu", "cholesky"):
         with options_of_rubber({"pc_type": factors}):

@@ -314,6 +314,7 @@ def test_a_grip_is_given_back_on_any_number_of_ranks(model):
 def test_changes_by_kept_factors_take_walls_as_they_touch_now(model, monkeypatch):
     """Of factors without walls and of those with them, the same change."""
     monkeypatch.setattr("iceslide_fem.rubber.tangent.FORCING", 1e-4)
+    monkeypatch.setattr("iceslide_fem.rubber.tangent.FRESH", 1e-4)
     monkeypatch.setattr("iceslide_fem.rubber.responses.MOST_SOLVES", 300)
     block = siped(model, WORLD)
     walls, equilibrium, u = block.rubber.walls, block.equilibrium, block.rubber.displacements

@@ -4,7 +4,7 @@ A tangent costs as much as some forty solves with its factors. What changes from
 the next is hardly the rubber, but the contact: points touch down and lift off, and the film's shear
 follows the slip by a slope that belongs to the step. That part is exact in every change
 (`responses`). Symmetric factors, which take half of the time and memory, have the rubber and what
-presses; friction is in the changes alone.
+holds against pressing and slip; what friction makes of the pressure is in the changes alone.
 """
 
 from __future__ import annotations
@@ -34,6 +34,8 @@ from iceslide_fem.rubber.rigid_modes import rigid_modes
 # What a change leaves of the imbalance for the contact's sake: Newton's method gains no more from
 # less, because the rubber's part of the tangent is an earlier one.
 FORCING = 0.03
+# By factors of the place where it starts, which may be symmetric, a change leaves less.
+FRESH = 1e-3
 
 
 # What new factors and their assembly cost, in solves with them, and a new preconditioner.
@@ -68,6 +70,7 @@ class Tangent:
         self._factored: Array = np.zeros(0)  # the contact's part of the factors
         self._factored_walls = rubber.wall_stiffness()
         self._differs = self._held = False
+        self._forcing = FORCING
         self._nodes = ContactNodes(surface, rubber.walls, self._load, self._fixed, self.plate_z)
         self.ksp = PETSc.KSP().create(self._comm)
         self.ksp.setType("preonly")
@@ -115,7 +118,7 @@ class Tangent:
         """
         matrix, dim, dofs = self._matrix, self._dim, self._surface.dofs[self._surface.firsts]
         self._rubber.tangent(matrix, self._symmetric)
-        self._factored = _normal(contact) if self._symmetric else contact
+        self._factored = _symmetric(contact) if self._symmetric else contact
         self._differs = False
         self._factored_walls = self._rubber.wall_stiffness(self._symmetric)
         self._responses.clear()
@@ -137,6 +140,7 @@ class Tangent:
         self._solve(self._column, self._border)
         if self._symmetric:
             self.touch(contact)
+        self._forcing = FRESH
 
     def touch(self, contact: Array) -> None:
         """Take the present `contact` (as in `factorise`) from now on, with the same factors."""
@@ -146,7 +150,7 @@ class Tangent:
             walls = walls - self._factored_walls
         difference = (self._factored - contact).reshape(len(contact), nodes, nodes)
         self._responses.differ(difference, walls)
-        self._differs = True
+        self._differs, self._forcing = True, FORCING
 
     def change(self, residual: PETSc.Vec, plate: float | None, enough: float = 0.0) -> Array:
         """Newton's change where `residual` (N) and the plate's imbalance (N) are left. Collective.
@@ -160,7 +164,7 @@ class Tangent:
         self._load.array[:] = -residual.array
         answer, size = self._solved(-imbalance), self.size(residual, plate)
         if self._differs and 0.0 < size < np.inf:
-            limit = max(FORCING * size, enough)
+            limit = max(self._forcing * size, enough)
             answer -= self._responses.correction(answer, limit, self._response)
         return answer
 
@@ -224,9 +228,11 @@ class Tangent:
             raise NotConverged(f"the linear solver fails (PETSc's reason {reason})")
 
 
-def _normal(contact: Array) -> Array:
-    """Of a contact's tangent (f, a, d, a, d), N/m, the stiffness against pressing, symmetric."""
-    normal = np.zeros_like(contact)
-    pressing = contact[:, :, -1, :, -1]
-    normal[:, :, -1, :, -1] = 0.5 * (pressing + pressing.transpose(0, 2, 1))
-    return normal
+def _symmetric(contact: Array) -> Array:
+    """Of a contact's tangent (f, a, d, a, d), N/m, the symmetric stiffness against pressing and
+    against slip, without what friction makes of the pressure.
+    """
+    apart = contact.copy()
+    apart[:, :, -1, :, :-1] = 0.0
+    apart[:, :, :-1, :, -1] = 0.0
+    return np.asarray(0.5 * (apart + apart.transpose(0, 3, 4, 1, 2)))
