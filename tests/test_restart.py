@@ -41,7 +41,7 @@ from iceslide_fem.run.summary import Results  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 
-pytestmark = pytest.mark.fe
+pytestmark = [pytest.mark.fe, pytest.mark.once]
 
 # Python's own copy of the environment: MPI, started in this process, adds to the system's.
 ENVIRONMENT = os.environ | {

@@ -25,7 +25,6 @@ SOLVERS = {  # PETSc's options by what they are called here
     "hypre": "-heat_pc_type hypre",
     "GAMG": "-heat_pc_type gamg",
     "Cholesky (MUMPS)": "-heat_pc_type cholesky -heat_pc_factor_mat_solver_type mumps",
-    "Jacobi": "-heat_pc_type jacobi",
 }
 
 
