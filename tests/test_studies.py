@@ -380,6 +380,11 @@ def test_solvers_of_the_heat_equation_find_the_same():
     assert all(float(row[6]) < 1e-3 for row in rows[:-1])
 
 
+def test_the_curves_of_one_tree_are_the_same():
+    (row,) = [row for row in printed("same_curves") if row[0] == "thesis_1bar"]
+    assert int(row[1]) == int(row[2]) > 10 and float(row[5]) == float(row[6]) == 0.0
+
+
 def test_meshed_ice_beside_the_other_models():
     rows = [row for row in printed("meshed_ice") if row[0] in ("mesh", "continuum", "column")]
     assert [row[0] for row in rows] == ["mesh", "continuum", "column", *2 * ["mesh", "column"]]
