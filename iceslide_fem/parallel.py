@@ -7,7 +7,7 @@ import sys
 import time
 import traceback
 from collections.abc import Callable, Iterator
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from iceslide_fem import errors
 from iceslide_fem.errors import IceslideError
@@ -24,39 +24,27 @@ def from_root(task: Callable[[], _Result], comm: Any) -> _Result:
     """
     if comm is None or comm.size == 1:
         return task()
-    outcome: tuple[Any, tuple[str, str] | None] | None = None
-    original: Exception | None = None
-    if comm.rank == 0:
-        try:
-            outcome = (task(), None)
-        except Exception as error:
-            original, outcome = error, (None, (type(error).__name__, str(error)))
-    result, fault = comm.bcast(outcome)
-    if original is not None:
-        raise original
-    if fault is not None:
-        kind, sentence = fault
-        raise getattr(errors, kind, RuntimeError)(sentence)
-    return result
+    result = together(lambda: task() if comm.rank == 0 else None, comm)
+    return cast("_Result", comm.bcast(result))
 
 
 def together(task: Callable[[], _Result], comm: Any) -> _Result:
-    """Result of a task that every rank runs, or on all of them what one raises. Collective.
+    """Result of a task that every rank runs, or on all of them what the first one raises that does.
 
-    Only errors of this package are shared.
+    Collective.
     """
     fault: tuple[str, str] | None = None
-    original: IceslideError | None = None
+    original: Exception | None = None
     try:
         result = task()
-    except IceslideError as error:
+    except Exception as error:
         original, fault = error, (type(error).__name__, str(error))
     faults = [one for one in comm.allgather(fault) if one is not None]
     if original is not None:
         raise original
     if faults:
         kind, sentence = faults[0]
-        raise getattr(errors, kind)(sentence)
+        raise getattr(errors, kind, RuntimeError)(sentence)
     return result
 
 

@@ -68,19 +68,18 @@ class PointLayout:
     def _picked(self, parts: Iterable[Mapping[str, Array]]) -> Picked:
         """What is at this rank's points, 0 where nothing is."""
         n, values = len(self._x), dict[str, Array]()
-        there, tree, total = np.zeros(n, dtype=bool), cKDTree(self._x) if n else None, 0
+        there, tree, total = np.zeros(n, dtype=bool), cKDTree(self._x), 0
         for part in parts:
             saved = part["x"].T
             total += len(saved)
-            distance, place = (
-                tree.query(saved) if tree is not None and len(saved) else (np.zeros(0), np.zeros(0))
-            )
+            distance, place = tree.query(saved)
             near = np.flatnonzero(distance <= SAME_PLACE * self._size)
+            here = place[near]
             for name in part.keys() - {"x"}:
                 some = part[name]
-                mine = values.setdefault(name, np.zeros((*some.shape[:-1], n), some.dtype))
-                mine[..., place[near].astype(int)] = some[..., near]
-            there[place[near].astype(int)] = True
+                mine = values.setdefault(name, np.zeros((*some.shape[:-1], n)))
+                mine[..., here] = some[..., near]
+            there[here] = True
         return Picked(values, there, total)
 
 
@@ -123,8 +122,6 @@ class GridLayout:
         place[self._nodes.numbers] = np.arange(len(self._nodes.numbers))
         values: Arrays = {}
         for part in parts:
-            if not part:
-                continue
             if int(part["total"]) != self._nodes.total:
                 raise SceneError("the checkpoint does not fit the ice of this run")
             here = place[part["numbers"]]
@@ -234,7 +231,7 @@ def resumed(
     """
 
     def kept(name: str) -> Iterator[Arrays]:
-        yield state.get(name, {})
+        yield state[name]
         for other in others:
             yield other(name)
 
@@ -244,7 +241,7 @@ def resumed(
     carrier = sliding.carrier
     layouts = layouts_of(block, carrier)
     points, films = layouts.points.own(kept("points")), layouts.films.own(kept("films"))
-    memory = layouts.memory.own(kept("memory"))  # of a grid nothing is kept of nothing
+    memory = layouts.memory.own(kept("memory"))
     walls = layouts.walls.own(kept("walls")) if block.grip is not None else {}
     sliding.recall(
         Memory(
