@@ -25,7 +25,7 @@ from iceslide_fem.interface.on_rubber import Attached, AttachedBetween, OnRubber
 from iceslide_fem.interface.passing_mesh import PassingMeshedIce, PassingMeshedIceAndRubber
 from iceslide_fem.interface.remembering_ice import RememberingIce
 from iceslide_fem.interface.rubber_columns import RubberOverGrid
-from iceslide_fem.interface.rubber_mesh import MeshedIceAndRubber
+from iceslide_fem.interface.rubber_mesh import MeshedIceAndRubber, MeshedRubber
 from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid, own_points
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.grid import Lines
@@ -73,9 +73,7 @@ def _attached(block: Block, duration: Array) -> Attached:
         equation = _equation(block, patch_lines(scene, footprint), duration)
         settings = _settings(block, duration)
         if scene.rubber.heat == "mesh":
-            both = MeshedIceAndRubber(
-                equation, _rubber_equation(block), block.surface, settings, half_film(scene)
-            )
+            both = MeshedIceAndRubber(equation, _meshed_rubber(block), settings)
             return AttachedBetween(block.friction, both, both.place(points))
         meshed = MeshedIce(equation, settings)
         return _on_shared(block, meshed, meshed.place(points), rubber)
@@ -107,9 +105,8 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
         grid, settings = SurfaceGrid.shared(lines, comm), _settings(block, heated)
         equation = _equation(block, lines, heated)
         if scene.rubber.heat == "mesh":
-            above = _rubber_equation(block), block.surface
-            both = PassingMeshedIceAndRubber(grid, equation, *above, settings, half_film(scene))
-            return OnRubber(friction, both)
+            above = _meshed_rubber(block)
+            return OnRubber(friction, PassingMeshedIceAndRubber(equation, above, grid, settings))
         ice = PassingMeshedIce(equation, grid, settings)
     elif scene.ice.heat == "continuum":
         ice = _continuum(block, lines, heated)
@@ -151,11 +148,13 @@ def _equation(block: Block, surface: list[Lines], heated: Array) -> HeatEquation
     return TabulatedHeat(body, elements, solids, ice.temperature, rows, base)
 
 
-def _rubber_equation(block: Block) -> HeatEquation:
-    """Heat equation of the block on its own mesh. Collective."""
+def _meshed_rubber(block: Block) -> MeshedRubber:
+    """The block as it conducts heat in its own mesh. Collective."""
     rubber, body = block.scene.rubber, block.rubber.block
     plate = ("plate", 0.0) if rubber.plate == "held" else None
-    return HeatEquation(body, QuadraticElements(body.mesh), uniform(body.mesh, rubber.solid), plate)
+    properties = uniform(body.mesh, rubber.solid)
+    equation = HeatEquation(body, QuadraticElements(body.mesh), properties, plate)
+    return MeshedRubber(equation, block.surface, half_film(block.scene))
 
 
 def _settings(block: Block, heated: Array) -> Settings:

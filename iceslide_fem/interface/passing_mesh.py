@@ -8,16 +8,14 @@ from __future__ import annotations
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.film.rubber_heat import HalfFilm
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.exchange import numbers_at, taking
 from iceslide_fem.heat.matrices import product
 from iceslide_fem.heat.readings import Readings
 from iceslide_fem.heat.surface import Reading
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
-from iceslide_fem.interface.rubber_mesh import MeshedIceAndRubber
+from iceslide_fem.interface.rubber_mesh import MeshedIceAndRubber, MeshedRubber
 from iceslide_fem.interface.surface_grid import Placement, Profile, SurfaceGrid
-from iceslide_fem.rubber.contact_surface import ContactSurface
 
 
 class _Passing(MeshedIce):
@@ -73,14 +71,8 @@ class PassingMeshedIceAndRubber(_Passing, MeshedIceAndRubber):
     """Meshed ice that passes, and meshed rubber. Content: as that of `MeshedIceAndRubber`."""
 
     def __init__(
-        self,
-        grid: SurfaceGrid,
-        ice: HeatEquation,
-        rubber: HeatEquation,
-        surface: ContactSurface,
-        settings: Settings,
-        half_film: HalfFilm,
+        self, ice: HeatEquation, rubber: MeshedRubber, grid: SurfaceGrid, settings: Settings
     ) -> None:
         """As `MeshedIceAndRubber`, with the window's `grid`. Collective."""
-        super().__init__(ice, rubber, surface, settings, half_film)
+        super().__init__(ice, rubber, settings)
         self.window(grid)

@@ -7,6 +7,7 @@ The films between it and the ice conduct to either body; its plate is insulated 
 from __future__ import annotations
 
 from copy import copy
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,23 +26,26 @@ from iceslide_fem.rubber.contact_surface import ContactSurface
 RAISED = 0.1  # m, above all ice
 
 
+class MeshedRubber(NamedTuple):
+    """Rubber that conducts in its own mesh: its heat equation, the contact surface that has its
+    points, and what conducts from the middle of a film to it.
+    """
+
+    equation: HeatEquation
+    surface: ContactSurface
+    half_film: HalfFilm
+
+
 class MeshedIceAndRubber(MeshedIce):
     """Ice that stays below the rubber, and the rubber. Content: rises of this rank's unknowns, of
     the ice and then of the rubber, (n_own,), K.
     """
 
-    def __init__(
-        self,
-        ice: HeatEquation,
-        rubber: HeatEquation,
-        surface: ContactSurface,
-        settings: Settings,
-        half_film: HalfFilm,
-    ) -> None:
-        """The rubber's points are those of its contact `surface`. Collective."""
-        super().__init__(ice, settings, [rubber])
-        self.rubber, self._half_film = rubber, half_film
-        nodes = rubber.numbers[surface.dofs]
+    def __init__(self, ice: HeatEquation, rubber: MeshedRubber, settings: Settings) -> None:
+        """Without points yet. Collective."""
+        super().__init__(ice, settings, [rubber.equation])
+        self.rubber, surface, self._half_film = rubber
+        nodes = self.rubber.numbers[surface.dofs]
         f, q, a = surface.shape.shape
         number = np.broadcast_to(nodes[:, None], (f, q, a)).reshape(f * q, a)
         self._above = self._bodies.joint(1, Reading(number, surface.shape.reshape(f * q, a)))
