@@ -136,26 +136,21 @@ class HyperelasticBody:
             if self.beside is not None:
                 self.plate_reaction = self.beside.add_forces(self.displacements, forces)
 
-    def tangent(self, matrix: PETSc.Mat, symmetric: bool = False) -> None:
+    def tangent(self, matrix: PETSc.Mat, walls: csr_matrix | None = None) -> None:
         """Overwrite `matrix` with the derivative of the internal forces at `u`.
 
-        `symmetric`: of walls that rub on each other its symmetric part.
+        walls: the stiffness of those that meet, N/m, `wall_stiffness` if it is not given.
         """
         compat.assemble_matrix(matrix, self._tangent)
-        stiffness = self.wall_stiffness(symmetric)
+        stiffness = self.wall_stiffness() if walls is None else walls
         if self.walls is not None and stiffness is not None:
             self.walls.add_tangent(stiffness, matrix)
         if self.beside is not None:
             self.beside.add_tangent(self.displacements, matrix)
 
-    def wall_stiffness(self, symmetric: bool = False) -> csr_matrix | None:
-        """What walls that meet have in the tangent at `u` (`Walls.stiffness`), or the symmetric
-        part of that. Collective.
-        """
-        if self.walls is None:
-            return None
-        stiffness = self.walls.stiffness(self.displacements)
-        return (0.5 * (stiffness + stiffness.T)).tocsr() if symmetric else stiffness
+    def wall_stiffness(self) -> csr_matrix | None:
+        """What walls that meet have in the tangent at `u` (`Walls.stiffness`). Collective."""
+        return None if self.walls is None else self.walls.stiffness(self.displacements)
 
     def lift_slope(self, vector: PETSc.Vec) -> float:
         """Overwrite `vector` (ghosts summed) with the derivative of the internal forces by a lift

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
@@ -117,10 +118,12 @@ class Tangent:
         Raises NotConverged where the linear solver fails.
         """
         matrix, dim, dofs = self._matrix, self._dim, self._surface.dofs[self._surface.firsts]
-        self._rubber.tangent(matrix, self._symmetric)
-        self._factored = _symmetric(contact) if self._symmetric else contact
-        self._differs = False
-        self._factored_walls = self._rubber.wall_stiffness(self._symmetric)
+        walls = self._rubber.wall_stiffness()
+        self._factored, self._factored_walls, self._differs = contact, walls, False
+        if self._symmetric:
+            self._factored = _symmetric(contact)
+            self._factored_walls = None if walls is None else (0.5 * (walls + walls.T)).tocsr()
+        self._rubber.tangent(matrix, self._factored_walls)
         self._responses.clear()
         rows = dofs[:, :, None] * dim + np.arange(dim, dtype=np.int32)
         for row, block in zip(rows, self._factored, strict=True):
@@ -138,19 +141,14 @@ class Tangent:
         matrix.zeroRowsColumns(self._fixed + self._first, diag=1.0)
         self.ksp.setOperators(matrix)
         self._solve(self._column, self._border)
-        if self._symmetric:
-            self.touch(contact)
         self._forcing = FRESH
+        if self._symmetric:
+            self._differ(contact, walls)
 
     def touch(self, contact: Array) -> None:
         """Take the present `contact` (as in `factorise`) from now on, with the same factors."""
-        nodes = contact.shape[1] * contact.shape[2]
-        walls = self._rubber.wall_stiffness()
-        if walls is not None:
-            walls = walls - self._factored_walls
-        difference = (self._factored - contact).reshape(len(contact), nodes, nodes)
-        self._responses.differ(difference, walls)
-        self._differs, self._forcing = True, FORCING
+        self._forcing = FORCING
+        self._differ(contact, self._rubber.wall_stiffness())
 
     def change(self, residual: PETSc.Vec, plate: float | None, enough: float = 0.0) -> Array:
         """Newton's change where `residual` (N) and the plate's imbalance (N) are left. Collective.
@@ -167,6 +165,15 @@ class Tangent:
             limit = max(self._forcing * size, enough)
             answer -= self._responses.correction(answer, limit, self._response)
         return answer
+
+    def _differ(self, contact: Array, walls: csr_matrix | None) -> None:
+        """Take this contact and these walls, with factors of others."""
+        nodes = contact.shape[1] * contact.shape[2]
+        if walls is not None:
+            walls = walls - self._factored_walls
+        difference = (self._factored - contact).reshape(len(contact), nodes, nodes)
+        self._responses.differ(difference, walls)
+        self._differs = True
 
     @property
     def worn(self) -> bool:

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
+from scipy.sparse import csr_matrix
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SimulationStopped
@@ -183,9 +184,9 @@ class MixedRubber(HyperelasticBody):
         self._update_pressure()
         super().internal_forces(vector)
 
-    def tangent(self, matrix: PETSc.Mat, symmetric: bool = False) -> None:
+    def tangent(self, matrix: PETSc.Mat, walls: csr_matrix | None = None) -> None:
         self._update_pressure()
-        super().tangent(matrix, symmetric)
+        super().tangent(matrix, walls)
         compat.assemble_matrix(self._coupling, self._slope)
         self._product = self._stiffness.PtAP(self._coupling, result=self._product)
         matrix.axpy(1.0, self._product, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
