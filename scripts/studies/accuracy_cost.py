@@ -268,7 +268,8 @@ def coupling(quick: bool) -> Iterable[Chart]:
 
 SOLVERS = {
     "direct (default)": [],
-    "direct, unsymmetric factors": ["-rubber_pc_type", "lu"],
+    "direct, unsymmetric factors": ["-rubber_pc_type", "lu", "-rubber_pc_factor_mat_solver_type",
+                                    "mumps"],
     "GMRES, ILU of the blocks": ["-rubber_ksp_type", "gmres", "-rubber_ksp_rtol", "1e-8",
                                  "-rubber_pc_type", "bjacobi", "-rubber_sub_pc_type", "ilu",
                                  "-rubber_sub_pc_factor_levels", "2", "-rubber_ksp_max_it", "500"],

@@ -1,8 +1,10 @@
-"""Whole runs of the command on a number of ranks, with options of PETSc, and what they change."""
+"""Whole runs of the command, on ranks, with options of PETSc or by another tree's package, and
+what that changes.
+"""
 
 from __future__ import annotations
 
-import json
+import os
 import subprocess
 import tempfile
 from collections.abc import Sequence
@@ -31,17 +33,21 @@ class Found(NamedTuple):
     mu: Array
 
 
-def found(case: str, changes: Sequence[str], ranks: int, *solver: str) -> Found:
-    """A run of the command with PETSc's options for the `solver`. Raises CalledProcessError."""
+def found(case: str, changes: Sequence[str], ranks: int, *solver: str, tree: Path = ROOT) -> Found:
+    """A run of the command with PETSc's options for the `solver`, by the package of a `tree`.
+
+    Raises CalledProcessError.
+    """
     with tempfile.TemporaryDirectory() as folder:
         more = ["--no-report", *(["--", *solver] if solver else [])]
         path = ROOT / "cases" / f"{case}.toml"
         words = run_words(path, folder, *changes, "output.times=1", ranks=ranks, more=more)
-        subprocess.run(words, check=True, capture_output=True)
+        paths = os.environ | {"PYTHONPATH": str(tree)}
+        subprocess.run(words, check=True, capture_output=True, cwd=tree, env=paths)
         run = read_run(folder)
         times = np.linspace(0.0, run.history["time_s"][-1], TIMES)
         mu = np.interp(times, run.history["time_s"], run.history["mu"])
-        return Found(json.loads((Path(folder) / "summary.json").read_text(encoding="utf-8")), mu)
+        return Found(dict(run.summary), mu)
 
 
 def moved(run: Found, exact: Found) -> tuple[str, str]:

@@ -1,6 +1,6 @@
-"""Seconds and memory of the 3-D tread block against its unknowns: direct
-and iterative, 1 and 2 ranks, where the time goes, the exponents, and what two million
-unknowns would take.
+"""Seconds and memory of the 3-D tread block against its unknowns: direct and
+iterative, 1 and 2 ranks, where the time goes, the exponents, and what two million unknowns would
+take.
 
 Each run presses the block and slides it for a moment, in a process of its own. Seconds are per
 step of the slide, memory is that of one process. What stands for more unknowns than were run is
