@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from scipy.special import erf, erfc
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.film.law import squeeze_rate
+from iceslide_fem.film.loads import squeeze_rate
 from iceslide_fem.materials import (
     ICE,
     ICE_CONDUCTIVITY,

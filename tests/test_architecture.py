@@ -13,12 +13,12 @@ PACKAGE = Path(__file__).parent.parent / "iceslide_fem"
 
 # From the ground up; a module or folder imports only what stands below its floor.
 FLOORS = [
-    {"arrays", "blas", "errors", "launch", "machine", "units"},
+    {"arrays", "errors", "launch", "machine", "units"},
     {"files", "materials", "options", "parallel", "progress", "screen"},
     {"tables", "thermal_layers"},
-    {"laws"},
     {"folder", "scene", "fenics"},
     {"film", "results", "mesh"},
+    {"laws"},
     {"heat", "rubber", "footprint", "roughness", "reference"},
     {"interface"},
     {"coupling"},
@@ -33,7 +33,7 @@ FLOORS = [
 ]
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 # What needs no finite elements is usable without them, and starts fast.
-WITHOUT_FENICS = {"arrays", "blas", "errors", "launch", "machine", "units", "files"}
+WITHOUT_FENICS = {"arrays", "errors", "launch", "machine", "units", "files"}
 WITHOUT_FENICS |= {"materials", "tables", "scene", "film"}
 WITHOUT_FENICS |= {"reference", "laws", "results", "footprint", "roughness", "report", "app"}
 WITHOUT_FENICS |= {"commands", "cli"}

@@ -9,7 +9,7 @@ import ufl  # noqa: E402
 from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
 
 from iceslide_fem.fenics import compat  # noqa: E402
-from iceslide_fem.film.friction import FilmFriction  # noqa: E402
+from iceslide_fem.laws.film import FilmLaw  # noqa: E402
 from iceslide_fem.materials import COMPOUNDS, CONTACT_TABLES, WATER_VISCOSITY  # noqa: E402
 from iceslide_fem.rubber.contact import (  # noqa: E402
     Traction,
@@ -29,7 +29,7 @@ pytestmark = [pytest.mark.fe, pytest.mark.mpi, pytest.mark.quick]
 DEGREE = 4
 PENALTY = 2e9  # Pa/m
 MU, LENGTH = 0.3, 2e-5
-FILM = FilmFriction(CONTACT_TABLES["B"], nominal=None, ramp_pressure=6e4)
+FILM = FilmLaw(CONTACT_TABLES["B"], nominal=None, ramp_pressure=6e4)
 
 
 @pytest.fixture(params=CELLS)
@@ -168,7 +168,7 @@ def test_film_shear_is_that_of_the_law_above_the_ramp_and_fades_below():
 
 
 def test_nominal_pressure_for_the_film_law():
-    film = FilmFriction(CONTACT_TABLES["B"], nominal=1e5, ramp_pressure=1e3)
+    film = FilmLaw(CONTACT_TABLES["B"], nominal=1e5, ramp_pressure=1e3)
     shear, slope = film.shear(np.array([2e3, 5e5]), 3.0, 70e-9)
     np.testing.assert_allclose(shear, 0.266 * WATER_VISCOSITY * 3.0 / 70e-9)
     np.testing.assert_array_equal(slope, 0.0)

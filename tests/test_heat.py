@@ -8,7 +8,8 @@ from iceslide_fem import reference
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance, error_norms
-from iceslide_fem.film.law import FilmLoads, FilmStage, Surface
+from iceslide_fem.film.law import FilmStage, Surface
+from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.point import Conditions, Record, simulate
 from iceslide_fem.materials import MELTING_ENTHALPY, MELTING_TEMPERATURE, WATER_VISCOSITY
 

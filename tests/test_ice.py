@@ -11,16 +11,10 @@ pytest.importorskip("dolfinx")
 from iceslide_fem.errors import NotConverged  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, ufl  # noqa: E402
-from iceslide_fem.film.friction import FilmFriction  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance  # noqa: E402
-from iceslide_fem.film.law import (  # noqa: E402
-    FilmLoads,
-    FilmOnIce,
-    FilmStage,
-    Surface,
-    implicit_stage,
-)
+from iceslide_fem.film.law import FilmStage, Surface, implicit_stage  # noqa: E402
+from iceslide_fem.film.loads import FilmLoads, FilmOnIce  # noqa: E402
 from iceslide_fem.interface import build, ice_balance, ice_surface  # noqa: E402
 from iceslide_fem.interface.carriers import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumnsUnderPoints  # noqa: E402
@@ -30,6 +24,7 @@ from iceslide_fem.interface.ice_modes import SurfaceModes  # noqa: E402
 from iceslide_fem.interface.ice_surface import IceSurface  # noqa: E402
 from iceslide_fem.interface.on_rubber import Attached, Rubbing  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
+from iceslide_fem.laws.film import FilmLaw  # noqa: E402
 from iceslide_fem.materials import (  # noqa: E402
     ICE,
     ICE_DENSITY,
@@ -298,7 +293,7 @@ def test_melting_points_are_found_where_full_changes_cycle(monkeypatch):
 def test_points_that_do_not_rub_are_left_out_and_nothing_else_changes(model):
     """Against all points in every step, while contact leaves the middle of the patch."""
     ice, points, area = some_ice(model, 0.5)
-    friction = FilmFriction(ConstantContact(4.0, 2e-5, 1e-6), None, 1e4)
+    friction = FilmLaw(ConstantContact(4.0, 2e-5, 1e-6), None, 1e4)
     at = ice.grid.place(points)
     middle, inside = np.abs(points[:, 0]).max(initial=0.0), np.abs(points[:, 0])
     some, fewer = (np.where(inside < share * middle, 2e5, 0.0) for share in (0.7, 0.3))

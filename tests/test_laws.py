@@ -8,9 +8,9 @@ import pytest
 from scipy.integrate import trapezoid
 
 from iceslide_fem.errors import SceneError, SimulationStopped
-from iceslide_fem.film.own_law import law_of
 from iceslide_fem.laws.coulomb import Coulomb, read_table
 from iceslide_fem.laws.protocol import Contact, Surface
+from iceslide_fem.laws.table import law_of
 from iceslide_fem.planning.info import describe
 from iceslide_fem.planning.simplifications import simplifications
 from iceslide_fem.run.point import point_history

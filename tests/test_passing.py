@@ -12,7 +12,6 @@ from test_sliding import CASES, slide, started  # noqa: E402
 
 from iceslide_fem.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.film.friction import FilmFriction  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.interface.carriers import ContactLoads  # noqa: E402
@@ -21,6 +20,7 @@ from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
 from iceslide_fem.interface.on_ice import OnIce, on_nodes  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
 from iceslide_fem.interface.window import reaches  # noqa: E402
+from iceslide_fem.laws.film import FilmLaw  # noqa: E402
 from iceslide_fem.materials import CONTACT_TABLES  # noqa: E402
 from iceslide_fem.mesh.ice import WINDOW_BULGE, window_lines  # noqa: E402
 from iceslide_fem.reference import band_source_rise  # noqa: E402
@@ -277,7 +277,7 @@ def test_friction_power_is_the_same_on_both_sides():
     rng = np.random.default_rng(1)
     grid = SurfaceGrid([np.linspace(0.0, 1e-3, 30)], np.arange(30), MPI.COMM_SELF)
     ice = GridColumns(grid, T_0, 1e-3)
-    friction = FilmFriction(CONTACT_TABLES["B"], None, 1e4)
+    friction = FilmLaw(CONTACT_TABLES["B"], None, 1e4)
     carrier = OnIce(friction, ice, 70e-9)
     n = 200
     side = ContactLoads(
@@ -301,7 +301,7 @@ def test_friction_power_is_the_same_on_both_sides():
 def test_a_shift_moves_whole_cells_and_lets_fresh_ice_in():
     grid = SurfaceGrid([np.linspace(0.0, 1e-3, 11)], np.arange(11), MPI.COMM_SELF)
     ice = GridColumns(grid, T_0, 1e-3)
-    carrier = OnIce(FilmFriction(CONTACT_TABLES["B"], None, 1e4), ice, 70e-9)
+    carrier = OnIce(FilmLaw(CONTACT_TABLES["B"], None, 1e4), ice, 70e-9)
     state = carrier.start(50e-9, 0)
     state = state._replace(
         log_height=state.log_height + np.arange(11.0),

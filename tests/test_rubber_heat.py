@@ -7,7 +7,8 @@ from test_heat import given_flux
 from iceslide_fem.film import rubber_heat
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
-from iceslide_fem.film.law import FilmLoads, FilmOnIce, Surface, implicit_stage
+from iceslide_fem.film.law import Surface, implicit_stage
+from iceslide_fem.film.loads import FilmLoads, FilmOnIce
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.film.point_conditions import Loading
 from iceslide_fem.film.rubber_heat import FilmBetween, HalfFilm, RubberColumns, RubberSurface

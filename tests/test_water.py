@@ -12,14 +12,14 @@ from test_sliding import slide  # noqa: E402
 
 from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.film.friction import FilmFriction  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS  # noqa: E402
-from iceslide_fem.film.law import squeeze_rate  # noqa: E402
+from iceslide_fem.film.loads import squeeze_rate  # noqa: E402
 from iceslide_fem.interface.carriers import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumns  # noqa: E402
 from iceslide_fem.interface.on_ice import OnIce  # noqa: E402
 from iceslide_fem.interface.surface_grid import SurfaceGrid  # noqa: E402
 from iceslide_fem.interface.water import moved_by_a_cell  # noqa: E402
+from iceslide_fem.laws.film import FilmLaw  # noqa: E402
 from iceslide_fem.materials import ConstantContact  # noqa: E402
 from iceslide_fem.mesh.ice import window_cell  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
@@ -36,7 +36,7 @@ class EvenBlock:
         cell = LENGTH / cells
         x = -0.5 * LENGTH - trail + cell * np.arange(-4, cells + 5 + round(trail / cell))
         grid = SurfaceGrid([x], np.arange(x.size), MPI.COMM_SELF)
-        friction = FilmFriction(ConstantContact(1e-9, D, H_V), None, 1.0)
+        friction = FilmLaw(ConstantContact(1e-9, D, H_V), None, 1.0)
         ice = GridColumns(grid, 269.15, 1e-2)
         self.carrier = OnIce(friction, ice, H0, water_speed=share)
         n = 8 * cells

@@ -5,8 +5,8 @@ The shear is faded in with the pressure, because the film's does not go to zero 
 
 import numpy as np
 
-from iceslide_fem.film.friction import FilmFriction
 from iceslide_fem.film.law import Surface, implicit_stage
+from iceslide_fem.laws.film import FilmLaw as SceneFilm
 from iceslide_fem.laws.protocol import Response
 from iceslide_fem.materials import CONTACT_TABLES
 
@@ -15,7 +15,7 @@ class FilmLaw:
     fields = {"log_height": float(np.log(70e-9)), "squeezed_height_m": 0.0}
 
     def __init__(self, ramp_pressure=5e3):
-        self.friction = FilmFriction(CONTACT_TABLES["B"], None, ramp_pressure)
+        self.friction = SceneFilm(CONTACT_TABLES["B"], None, ramp_pressure)
 
     def respond(self, contact, state, surface, dt):
         log_height, squeezed = (state[name] for name in self.fields)

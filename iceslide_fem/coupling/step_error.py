@@ -47,7 +47,7 @@ REST_SHARE = 5e-3
 # inertia delays it. Steps of up to this share of the duration may jump so, if what is missing then
 # is at most this share of the energy that the whole run turns over at the present friction.
 SNAP_STEP, SNAP_SHARE = 1e-5, 1e-3
-# Where loads go in time, or friction is that of a law of one's own, energies count against this
+# Where loads go in time, or the law is not viscous, energies count against this
 # friction coefficient at the mean speed at least, and the block's speed always: those of a plate
 # that starts or rests are nothing but the solver's tolerance. A tenth of it takes five to twenty
 # times the steps, to the same work (docs/loads.md).
@@ -186,13 +186,13 @@ class StepError:
         """What is missing in the energies of a step of `dt` (s), or too much.
 
         Where loads go in time they are small against what moves when the plate starts or stops, or
-        is pressed, and under a law of one's own when its friction dies away: `friction` (N) at the
-        mean speed is taken then, and what the load does.
+        is pressed, and under a law that is not viscous when its friction dies away. `friction` (N)
+        at the mean speed is taken then, and what the load does.
         """
         taken = energies.ice_heat + energies.rubber_heat + energies.latent_heat
         turnover = max(abs(energies.friction_work), taken)
         load = self._block.scene.load
-        if load.changes or self._block.friction.is_own:
+        if load.changes or not self._block.law.viscous:
             sliding = max(abs(friction), self.least_friction) * load.speeds.mean * dt
             turnover = max(turnover, abs(energies.load_work), sliding)
         share = ENERGY_SHARE

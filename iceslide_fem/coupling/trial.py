@@ -22,10 +22,10 @@ from iceslide_fem.coupling.plate import Plate
 from iceslide_fem.coupling.state import Accepted, CoupledState
 from iceslide_fem.coupling.step_error import Refused, StepError
 from iceslide_fem.errors import NotConverged
-from iceslide_fem.film.friction import Sheared
 from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.step_control import GROW, step_factor
 from iceslide_fem.interface.carriers import Carrier, ContactLoads
+from iceslide_fem.laws.interface_law import Sheared
 from iceslide_fem.rubber.block import Block, SpeedLaw
 from iceslide_fem.rubber.time_discretisation import Motion, MotionLaw, rested
 
@@ -57,9 +57,9 @@ class Trials:
         integrator = INTEGRATORS[block.scene.numerics.film_integrator]
         self._films = Films(carrier, error, integrator, plate.passing)
         self.adaptive = bool(integrator.estimate)
-        # Under a law of the scene's own the shear may fall for long: what springs back makes heat,
+        # Under a law that is not viscous the shear may fall for long: what springs back makes heat,
         # which a block that rests and is solved now and then would not give.
-        self._may_rest = motion_law.may_rest and not block.friction.is_own
+        self._may_rest = motion_law.may_rest and block.law.viscous
         self._acceptance = Acceptance(block, carrier, error, self.adaptive)
 
     def step(self, start: CoupledState, dt: float, film_step: float) -> Accepted:
@@ -203,7 +203,7 @@ class Trials:
     def _elasticity(self, sheared: Sheared, loads: ContactLoads) -> float:
         """Of friction with the slip speed, v / F dF/dv: 1 of a film. Collective."""
         block = self._block
-        if not block.friction.is_own:
+        if block.law.viscous:
             return 1.0
         shear, _, by_speed = sheared(loads.pressure, loads.speed)
         force = block.total(np.abs(shear), loads.area)

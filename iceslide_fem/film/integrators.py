@@ -101,7 +101,10 @@ class InterfaceState(NamedTuple):
 
 
 class Loads(Protocol):
-    """What acts on the interface at an end of a step, and the law that it acts under."""
+    """What acts on the interface at an end of a step, and the law that it acts under.
+
+    All may be collective: a law may keep its history elsewhere than at its points.
+    """
 
     def at(self, end: Self, fraction: float) -> Self:
         """Loads at `fraction` of a step that ends with `end`."""
@@ -117,6 +120,21 @@ class Loads(Protocol):
 
     def remembered(self, before: Array, stage: FilmStage) -> Array:
         """Memory of the state after the `stage`, of which it was `before` at its start."""
+
+    def take(self, index: Index) -> Self:
+        """The loads at `index`."""
+
+    def shear(self, state: InterfaceState, ice: IceHeat) -> Array:
+        """tau (Pa), (n,), of points in `state` on this ice."""
+
+    def force(self, step: Step) -> Array:
+        """Size of tau (Pa), (n,), at the end of a `step` that ends here."""
+
+    def shear_change(self, state: InterfaceState, other: InterfaceState, ice: IceHeat) -> Array:
+        """Relative difference (n,) of the shear of the `other` state from that of `state`."""
+
+    def local_error(self, step: Step, ice: IceHeat, rubber: RubberHeat, scale: Array) -> Array:
+        """Relative local errors (n,) of a `step` that ends here; `scale` of temperatures, K."""
 
 
 class Step(NamedTuple):

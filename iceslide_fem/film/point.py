@@ -18,7 +18,7 @@ from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, Integrator, InterfaceState
-from iceslide_fem.film.law import FilmLoads, interpolate
+from iceslide_fem.film.loads import FilmLoads, interpolate
 from iceslide_fem.film.point_conditions import Conditions, Loading
 from iceslide_fem.film.point_events import Warmth, events, onset_below, until
 from iceslide_fem.film.point_result import PointResult, Record, Tally

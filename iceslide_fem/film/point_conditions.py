@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iceslide_fem.arrays import Array, Index
-from iceslide_fem.film.law import FilmLoads, film_loads
+from iceslide_fem.film.loads import FilmLoads, film_loads
 from iceslide_fem.film.viscosity import Thinning
 from iceslide_fem.materials import (
     ICE,

@@ -13,7 +13,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array, Index, Mask
 from iceslide_fem.film.integrators import Step
-from iceslide_fem.film.law import FilmLoads
+from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.materials import Solid
 
 

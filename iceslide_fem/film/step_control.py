@@ -10,7 +10,7 @@ from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import Integrator, InterfaceState, Step, advance, error_norms
-from iceslide_fem.film.law import FilmLoads
+from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 
 SAFETY = 0.9

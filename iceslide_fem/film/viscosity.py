@@ -19,6 +19,7 @@ from iceslide_fem.materials import ViscosityTable
 Stage = TypeVar("Stage")
 Scale = TypeVar("Scale", float, Array)
 
+FILM_VISCOSITY = "film_viscosity_Pa_s"  # its column in tables
 SETTLED = 1e-10  # change of ln eta that is none
 MOST_PASSES = 100
 WARMER = 1e-3  # K, over which the fall of the viscosity is taken

@@ -22,7 +22,7 @@ from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
-from iceslide_fem.film.law import film_loads
+from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.point import taken
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.step_control import StepControl, close_enough

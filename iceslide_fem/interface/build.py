@@ -9,10 +9,8 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.conditions import half_film, rubber_columns
-from iceslide_fem.film.friction import FilmFriction
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.own_law import OwnFriction
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
 from iceslide_fem.heat.elements import LayeredElements, QuadraticElements
 from iceslide_fem.heat.equation import HeatEquation, of_regions, uniform
@@ -27,6 +25,8 @@ from iceslide_fem.interface.remembering_ice import RememberingIce
 from iceslide_fem.interface.rubber_columns import RubberOverGrid
 from iceslide_fem.interface.rubber_mesh import MeshedIceAndRubber, MeshedRubber
 from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid, own_points
+from iceslide_fem.laws.film import FilmLaw
+from iceslide_fem.laws.user_law import UserLaw
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.grid import Lines
 from iceslide_fem.mesh.ice import heating_times, passing_time, patch_lines, window_lines
@@ -64,17 +64,17 @@ def _attached(block: Block, duration: Array) -> Attached:
     rubber = INSULATED if scene.rubber.heat == "mesh" else rubber_columns(scene, duration)
     if scene.ice.heat == "column":
         columns = OwnColumns(Column(temperature, duration, solid=solid, ground=scene.ice.ground))
-        return Attached(block.friction, columns, own_points(block.surface.n_points), rubber)
+        return Attached(block.law, columns, own_points(block.surface.n_points), rubber)
     if scene.ice.heat == "half-space":
         half_spaces = OwnColumns(HalfSpace(temperature, duration, solid))
-        return Attached(block.friction, half_spaces, own_points(block.surface.n_points))
+        return Attached(block.law, half_spaces, own_points(block.surface.n_points))
     points, footprint = _footprint(block)
     if scene.ice.heat == "mesh":
         equation = _equation(block, patch_lines(scene, footprint), duration)
         settings = _settings(block, duration)
         if scene.rubber.heat == "mesh":
             both = MeshedIceAndRubber(equation, _meshed_rubber(block), settings)
-            return AttachedBetween(block.friction, both, both.place(points))
+            return AttachedBetween(block.law, both, both.place(points))
         meshed = MeshedIce(equation, settings)
         return _on_shared(block, meshed, meshed.place(points), rubber)
     ice = _continuum(block, patch_lines(scene, footprint), duration)
@@ -86,10 +86,9 @@ def _on_shared(
     block: Block, ice: Continuum | MeshedIce, at: Placement, rubber: RubberColumns | Insulated
 ) -> Attached:
     """Films on the rubber's points, which lie `at` places of ice that they share."""
-    remembers = not isinstance(block.friction, FilmFriction) or block.friction.table is not None
-    if remembers or rubber is not INSULATED:
-        return Attached(block.friction, ice, at, rubber)
-    return Rubbing(block.friction, ice, at)
+    if block.law.columns or not block.law.viscous or rubber is not INSULATED:
+        return Attached(block.law, ice, at, rubber)
+    return Rubbing(block.law, ice, at)
 
 
 def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
@@ -97,8 +96,8 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     temperature, solid = scene.ice.temperature, scene.ice.solid
     _, footprint = _footprint(block)
     lines = window_lines(scene, footprint)
-    friction, said = block.friction, scene.film.carrier
-    carrier = friction.law.carried_by(said) if isinstance(friction, OwnFriction) else said
+    law = block.law
+    carrier = law.frame(scene.film.carrier)
     heated = heating_times(scene, float(np.ptp(lines[0])), duration)
     ice: Continuum | GridColumns | PassingMeshedIce
     if scene.ice.heat == "mesh":
@@ -106,31 +105,31 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
         equation = _equation(block, lines, heated)
         if scene.rubber.heat == "mesh":
             above = _meshed_rubber(block)
-            return OnRubber(friction, PassingMeshedIceAndRubber(equation, above, grid, settings))
+            return OnRubber(law, PassingMeshedIceAndRubber(equation, above, grid, settings))
         ice = PassingMeshedIce(equation, grid, settings)
     elif scene.ice.heat == "continuum":
         ice = _continuum(block, lines, heated)
     else:
-        on_nodes = carrier == "ice" and isinstance(friction, FilmFriction)
-        columns = GridColumns if on_nodes else GridColumnsUnderPoints
+        nodal = carrier == "ice" and isinstance(law, FilmLaw)
+        columns = GridColumns if nodal else GridColumnsUnderPoints
         grid = SurfaceGrid.shared(lines, comm)
         ice = columns(grid, temperature, heated, solid, scene.ice.ground)
-    if isinstance(friction, OwnFriction) and carrier == "ice":
-        return RememberingIce(friction, ice, rubber_columns(scene, duration))
-    if not isinstance(friction, FilmFriction) or carrier == "rubber":
-        return OnRubber(friction, ice, rubber_columns(scene, duration))
-    rubber = None
-    if scene.rubber.heat:
-        rubber = RubberOverGrid(
-            ice.grid,
-            temperature,
-            duration,
-            scene.rubber.solid,
-            half_film(scene),
-            scene.ice.melting_temperature,
-        )
-    film = scene.film
-    return OnIce(friction, ice, scene.initial_height, rubber, film.water_speed)
+    if carrier == "ice" and isinstance(law, FilmLaw):
+        rubber = _rubber_over_grid(scene, ice.grid, duration)
+        return OnIce(law, ice, scene.initial_height, rubber, scene.film.water_speed)
+    columns_above = rubber_columns(scene, duration)
+    if carrier == "ice" and isinstance(law, UserLaw):
+        return RememberingIce(law, ice, columns_above)
+    return OnRubber(law, ice, columns_above)
+
+
+def _rubber_over_grid(scene: Scene, grid: SurfaceGrid, duration: Array) -> RubberOverGrid | None:
+    """Rubber that takes heat from films on nodes of the ice, None where it takes none."""
+    if not scene.rubber.heat:
+        return None
+    ice, solid = scene.ice, scene.rubber.solid
+    settings = duration, solid, half_film(scene), ice.melting_temperature
+    return RubberOverGrid(grid, ice.temperature, *settings)
 
 
 def _equation(block: Block, surface: list[Lines], heated: Array) -> HeatEquation:

@@ -17,19 +17,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from iceslide_fem.arrays import Array, Index, Mask
-from iceslide_fem.film.friction import Friction, Sheared
 from iceslide_fem.film.ice_heat import IceHeat
-from iceslide_fem.film.integrators import Integrator, InterfaceState, Step, error_norms
-from iceslide_fem.film.law import log_shearing
-from iceslide_fem.film.own_law import own_error, shear_change
+from iceslide_fem.film.integrators import Integrator, InterfaceState, Loads, Step
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile
+from iceslide_fem.laws.interface_law import InterfaceLaw, Sheared
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,13 +63,13 @@ class Shifted(NamedTuple):
 class InterfaceStep(NamedTuple):
     """Film and heat over a step: the step, what each film stands for (m2), loads at its end.
 
-    loads are `FilmLoads`; ice, rubber: the bodies as the films met them; state: of all films at the
+    ice, rubber: the bodies as the films met them; state: of all films at the
     end of the step, which is that of those `at` these numbers: it changes no others.
     """
 
     step: Step
     area: Array
-    loads: Any
+    loads: Loads
     ice: IceHeat
     rubber: RubberHeat
     state: InterfaceState
@@ -79,45 +77,21 @@ class InterfaceStep(NamedTuple):
 
     def local_error(self, scale: Array) -> Array:
         """Relative local errors (n,) over the step; `scale` of temperatures, K."""
-        return error_norms(self.step, self.ice, self.loads.free_height, scale, self.rubber)
+        return self.loads.local_error(self.step, self.ice, self.rubber, scale)
 
     def friction(self) -> Array:
-        """Size of the friction force (N) under each film at the end of the step.
-
-        Rubber that springs back faster than the block slides is sheared the other way.
-        """
-        viscous = np.abs(self.loads.viscous)
-        return np.asarray(self.area * viscous * np.exp(log_shearing(self.step.state)))
+        """Size of the friction force (N) under each film at the end of the step."""
+        return self.area * self.loads.force(self.step)
 
     def change(self, before: InterfaceStep) -> Array:
-        """By what share (n,) the shear differs from that of another trial of the step."""
-        return (log_shearing(before.state) - log_shearing(self.state))[self.at]
+        """Relative change (n,) of the shear from that of another trial of the step."""
+        return self.loads.shear_change(self.state, before.state, self.ice)[self.at]
 
     def of_all(self, values: Array | Mask) -> Array:
         """Values (n,) of the step's films among those of all films, of which the others have 0."""
         every = np.zeros(self.state.log_height.size)
         every[self.at] = values
         return every
-
-
-class OwnStep(InterfaceStep):
-    """The same of a law of the scene's own; loads are `OwnLoads`."""
-
-    def local_error(self, scale: Array) -> Array:
-        """Relative local errors (n,), as far as they change the shear."""
-        return own_error(self.step, self.loads, self.ice, scale, self.rubber)
-
-    def friction(self) -> Array:
-        """Size of the friction force (N) at each point at the end of the step.
-
-        A law may push rubber that springs back faster than the block slides: its power is below 0.
-        """
-        speed = np.maximum(np.abs(self.loads.speed), 1e-300)
-        return np.asarray(self.area * np.abs(self.step.last.friction_power) / speed)
-
-    def change(self, before: InterfaceStep) -> Array:
-        """By what share (n,) the shear differs from that of another trial of the step."""
-        return shear_change(self.step, self.loads, self.ice, before.state)
 
 
 class Rises(NamedTuple):
@@ -262,8 +236,8 @@ class Carrier(Protocol):
 
 
 def fresh(
-    friction: Friction, film_height: float, n: int, ice: Array, rubber: Array
+    law: InterfaceLaw, film_height: float, n: int, ice: Array, rubber: Array
 ) -> InterfaceState:
     """`n` films of `film_height` (m), nothing squeezed out, on the contents of ice and rubber."""
-    log_height, squeezed, memory = friction.initial(film_height, n)
+    log_height, squeezed, memory = law.initial(film_height, n)
     return InterfaceState(log_height, squeezed, ice, rubber, memory)

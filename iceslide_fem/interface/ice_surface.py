@@ -13,7 +13,8 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged
-from iceslide_fem.film.law import Film, FilmOnIce, FilmStage, Surface
+from iceslide_fem.film.law import Film, FilmStage, Surface
+from iceslide_fem.film.loads import FilmOnIce
 from iceslide_fem.interface.ice_balance import UNSETTLED, Balance, Lines, balance
 from iceslide_fem.interface.ice_conduction import StageSurface, SurfaceConduction
 from iceslide_fem.interface.ice_modes import SurfaceModes

@@ -7,9 +7,9 @@ from functools import lru_cache
 import numpy as np
 
 from iceslide_fem.arrays import Array, Mask
-from iceslide_fem.film.friction import FilmFriction, Sheared
 from iceslide_fem.film.integrators import Integrator, InterfaceState, advance
-from iceslide_fem.film.law import FilmLoads, log_shearing
+from iceslide_fem.film.law import log_shearing
+from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep, Shifted, fresh
 from iceslide_fem.interface.rubber_columns import InsulatedOverGrid, RubberOverGrid
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, SurfaceGrid
@@ -22,6 +22,8 @@ from iceslide_fem.interface.window import (
     shifted,
     whole_cells,
 )
+from iceslide_fem.laws.film import FilmLaw
+from iceslide_fem.laws.interface_law import Sheared
 
 
 class OnIce:
@@ -33,7 +35,7 @@ class OnIce:
 
     def __init__(
         self,
-        friction: FilmFriction,
+        law: FilmLaw,
         ice: PassingIce,
         film_height: float,
         rubber: RubberOverGrid | InsulatedOverGrid | None = None,
@@ -44,7 +46,7 @@ class OnIce:
         `water_speed` is that of squeezed-out water, a share of the sliding speed (see `water`).
         """
         self.ice, self.rubber = ice, rubber or InsulatedOverGrid()
-        self._friction = friction
+        self._law = law
         self._fresh_height, self._drag = film_height, 1.0 - water_speed
 
     @property
@@ -63,7 +65,7 @@ class OnIce:
         """Films of the initial height (m) on cold ice; `n_points` of rubber, as cold."""
         n = self.ice.grid.own.size
         contents = self.ice.initial(n), self.rubber.initial(n_points)
-        return fresh(self._friction, film_height, n, *contents)
+        return fresh(self._law, film_height, n, *contents)
 
     def pass_over(
         self,
@@ -75,8 +77,8 @@ class OnIce:
     ) -> InterfaceStep:
         """Advance the films of this rank's nodes. Collective."""
         grid = self.ice.grid
-        covered, first = on_nodes(self._friction, grid, start)
-        covers, last = on_nodes(self._friction, grid, end)
+        covered, first = on_nodes(self._law, grid, start)
+        covers, last = on_nodes(self._law, grid, end)
         first, last = _completed(covered, first, last), _completed(covers, last, first)
         area = np.where(covered | covers, grid.cell_area[grid.own], 0.0)
         ice = self.ice.under(Contacts(grid.own_nodes(), area))
@@ -87,7 +89,7 @@ class OnIce:
     def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
         """Shear under the films around each point. Collective."""
         shearing = self.at_points(np.exp(log_shearing(state)), contact)
-        return self._friction.over(1.0 / shearing)
+        return self._law.over(1.0 / shearing)
 
     def film_height(self, state: InterfaceState, contact: ContactLoads) -> Array:
         """Harmonic mean of the films around each point. Collective."""
@@ -125,7 +127,7 @@ class OnIce:
         height = (height - lost).reshape(grid.shape)
         here, there = self._drag * way, self._drag * (way + end.offset - start.offset)
         for _ in range(cells_passed(here, there, cell)):
-            _, loads = on_nodes(self._friction, grid, end)
+            _, loads = on_nodes(self._law, grid, end)
             free = grid.allgather(loads.free_height).reshape(grid.shape)
             height, pushed = moved_by_a_cell(height, (cover > HALF).reshape(grid.shape), free)
             lost += pushed.ravel()
@@ -162,15 +164,13 @@ class OnIce:
 
 
 @lru_cache(maxsize=RECENT)
-def on_nodes(
-    friction: FilmFriction, grid: SurfaceGrid, contact: ContactLoads
-) -> tuple[Mask, FilmLoads]:
+def on_nodes(law: FilmLaw, grid: SurfaceGrid, contact: ContactLoads) -> tuple[Mask, FilmLoads]:
     """Which of this rank's nodes are covered, and their loads per area of the node's cell.
 
     A cell that is covered in part has that part of the loads, so that a film is as old as it should
     be when the leading edge has passed its cell. Those of recent contacts are known. Collective.
     """
-    loads = friction.loads(contact.pressure, contact.speed)
+    loads = law.loads(contact.pressure, contact.speed)
     touching = contact.touching
     viscous = touching * loads.viscous
     amounts = np.stack(

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.film.friction import Friction, Sheared
-from iceslide_fem.film.integrators import Integrator, InterfaceState, advance
-from iceslide_fem.film.own_law import OwnFriction, OwnLoads
+from iceslide_fem.film.integrators import Integrator, InterfaceState, Loads, advance
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
 from iceslide_fem.interface.carriers import (
     ContactLoads,
     Ice,
     InterfaceStep,
-    OwnStep,
     Shifted,
     fresh,
 )
@@ -28,6 +24,7 @@ from iceslide_fem.interface.window import (
     reaches,
     whole_cells,
 )
+from iceslide_fem.laws.interface_law import InterfaceLaw, Sheared
 
 
 class Attached:
@@ -37,26 +34,25 @@ class Attached:
 
     def __init__(
         self,
-        friction: Friction,
+        law: InterfaceLaw,
         ice: Ice,
         at: Placement,
         rubber: RubberColumns | Insulated = INSULATED,
     ) -> None:
         """`at` is where the points lie on the ice."""
         self.ice, self.rubber = ice, rubber
-        self._friction, self._at = friction, at
-        self._filmless = isinstance(friction, OwnFriction)
+        self._law, self._at = law, at
 
         @lru_cache(maxsize=RECENT)
-        def loads(contact: ContactLoads) -> Any:
-            return friction.loads(contact.pressure, contact.speed)
+        def loads(contact: ContactLoads) -> Loads:
+            return law.loads(contact.pressure, contact.speed)
 
         self._loads = loads
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
         """Films of the initial height (m) on cold ice, under rubber as cold."""
         contents = self.ice.initial(n_points), self.rubber.initial(n_points)
-        return fresh(self._friction, film_height, n_points, *contents)
+        return fresh(self._law, film_height, n_points, *contents)
 
     def pass_over(
         self,
@@ -75,18 +71,15 @@ class Attached:
         ice, rubber = self.ice.under(contacts), self.rubber.covered(cover)
         first, last = (self._acting(one, contacts) for one in (start, end))
         step = advance(state, first, last, dt, ice, integrator, rubber)
-        kind = OwnStep if isinstance(last, OwnLoads) else InterfaceStep
-        return kind(step, contacts.area, last, ice, rubber, step.state)
+        return InterfaceStep(step, contacts.area, last, ice, rubber, step.state)
 
     def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
         """Shear under the points' own films, or law. Collective."""
-        return self._friction.sheared(state, lambda: self.ice_temperature(state, contact))
+        return self._law.sheared(state, lambda: self.ice_temperature(state, contact))
 
     def film_height(self, state: InterfaceState, contact: ContactLoads) -> Array:
-        """The points' own films; NaN where a law of the scene's own knows none."""
-        return (
-            np.exp(state.log_height) if not self._filmless else np.full_like(contact.area, np.nan)
-        )
+        """The points' own films; NaN under a law without films."""
+        return self._law.film_height(state)
 
     def at_points(self, values: Array, contact: ContactLoads) -> Array:
         """The points' own values."""
@@ -124,7 +117,7 @@ class Attached:
         """The points' own."""
         return state.memory
 
-    def _acting(self, contact: ContactLoads, contacts: Contacts) -> Any:
+    def _acting(self, contact: ContactLoads, contacts: Contacts) -> Loads:
         """Loads at an end of a step."""
         return self._loads(contact)
 
@@ -143,9 +136,9 @@ class AttachedBetween(Attached):
 
 
 class Rubbing(Attached):
-    """The same over meshed ice, which knows its temperature by itself, where the rubber takes none
-    of the heat and films remember no viscosity: those that do not rub in a step stay as they are,
-    and are left out of it.
+    """The same over ice that points share, under a viscous law without internal variables.
+
+    The rubber takes no heat. Points that do not rub in a step stay as they are.
     """
 
     def pass_over(
@@ -181,11 +174,11 @@ class OnRubber(Attached):
 
     def __init__(
         self,
-        friction: Friction,
+        law: InterfaceLaw,
         ice: PassingIce,
         rubber: RubberColumns | Insulated = INSULATED,
     ) -> None:
-        super().__init__(friction, ice, ice.grid.own_nodes(), rubber)
+        super().__init__(law, ice, ice.grid.own_nodes(), rubber)
 
     def reaches(self, contact: ContactLoads) -> bool:
         """Whether the window is below all points that touch."""

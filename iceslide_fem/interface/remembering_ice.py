@@ -1,4 +1,4 @@
-"""What a law of the scene's own remembers, on the nodes of ice that passes: its points rub.
+"""Internal variables of a user's law on the nodes of ice that passes; its points rub.
 
 A point reads the memory of the nodes around it, as it reads their temperature, and gives them what
 a step has changed of it, by the same weights. Only changes go over, so that nothing is smeared
@@ -11,17 +11,18 @@ from __future__ import annotations
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.film.friction import Sheared
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.film.own_law import OwnFriction, OwnLoads
 from iceslide_fem.interface.carriers import ContactLoads, Shifted
 from iceslide_fem.interface.on_rubber import OnRubber
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, SurfaceGrid
 from iceslide_fem.interface.window import place, shifted, whole_cells
+from iceslide_fem.laws.interface_law import Sheared
+from iceslide_fem.laws.user_law import UserLaw
+from iceslide_fem.laws.user_stage import UserLoads
 
 
 class Nodes:
-    """Nodes of `grid` as `film.own_law.Places`, met by the points of `contacts`."""
+    """Nodes of `grid` as `laws.user_stage.Places`, met by the points of `contacts`."""
 
     def __init__(self, grid: SurfaceGrid, contacts: Contacts) -> None:
         self._grid, self._contacts = grid, contacts
@@ -41,7 +42,7 @@ class Nodes:
 class RememberingIce(OnRubber):
     """Points of the rubber rub by a law whose memory lies on the nodes of the ice."""
 
-    _friction: OwnFriction
+    _law: UserLaw
 
     @property
     def remembering(self) -> OwnNodes:
@@ -51,12 +52,12 @@ class RememberingIce(OnRubber):
     def start(self, film_height: float, n_points: int) -> InterfaceState:
         """The law's memory at the start on all nodes; cold ice, rubber as cold."""
         state = super().start(film_height, n_points)
-        return state._replace(memory=self._friction.law.initial(self.ice.grid.own.size))
+        return state._replace(memory=self._law.initial(film_height, self.ice.grid.own.size)[2])
 
     def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
         """Shear by the memory around each point. Collective."""
         here = state._replace(memory=self.memory_at_points(state, contact))
-        return self._friction.sheared(here, lambda: self.ice_temperature(state, contact))
+        return self._law.sheared(here, lambda: self.ice_temperature(state, contact))
 
     def memory_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
         """Memory of the nodes, read at the points. Collective."""
@@ -69,9 +70,9 @@ class RememberingIce(OnRubber):
         cells, rest = whole_cells(grid, offset)
         if cells == 0:
             return Shifted(state, offset)
-        memory = shifted(grid, state.memory, cells, list(self._friction.law.fields.values()))
+        memory = shifted(grid, state.memory, cells, list(self._law.internal_at_start))
         return Shifted(state._replace(ice=self.ice.shifted(state.ice, cells), memory=memory), rest)
 
-    def _acting(self, contact: ContactLoads, contacts: Contacts) -> OwnLoads:
-        loads = self._friction.loads(contact.pressure, contact.speed)
+    def _acting(self, contact: ContactLoads, contacts: Contacts) -> UserLoads:
+        loads = self._law.loads(contact.pressure, contact.speed)
         return loads._replace(places=Nodes(self.ice.grid, contacts))

@@ -4,26 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.laws.protocol import Contact, Response, Surface
 from iceslide_fem.materials import ZERO_CELSIUS
-from iceslide_fem.tables.columns import Wanted, read_columns
+from iceslide_fem.scene.mu_table import LARGEST, read_table
 
 if TYPE_CHECKING:  # takes long to import, and only tables need it
     from scipy.interpolate import RegularGridInterpolator
 
-COLUMNS = (
-    Wanted("temperature", "K", ("T",)),
-    Wanted("speed", "m/s", ("v", "speed_m_s")),
-    Wanted("mu", ""),
-)
 # The temperature and the heat that makes it are found by so many bisections, to 1e-12 of a kelvin.
 BISECTIONS = 50
-LARGEST = 10.0  # mu, of a table
 
 
 class Coulomb:
@@ -33,6 +27,11 @@ class Coulomb:
 
     def __init__(self, mu: float | RegularGridInterpolator) -> None:
         self._mu = mu
+
+    @classmethod
+    def of(cls, mu: float | None, table: Path | None) -> Self:
+        """With the number `mu`, or the file of a `table`. Raises SceneError."""
+        return cls(read_table(table) if table is not None else mu or 0.0)
 
     def coefficient(self, temperature: Array, speed: Array) -> Array:
         """mu, (n,)."""
@@ -56,34 +55,3 @@ class Coulomb:
             low, high = np.where(warmer, middle, low), np.where(warmer, high, middle)
         mu = self.coefficient(0.5 * (low + high), v)
         return Response(mu * p, mu)
-
-
-def read_table(path: Path) -> RegularGridInterpolator:
-    """mu from a table with the columns temperature_C, speed_m_per_s and mu; all combinations.
-
-    Raises SceneError, one sentence.
-    """
-    from scipy.interpolate import RegularGridInterpolator
-
-    table, found = read_columns(path, "friction.table", COLUMNS, [each.name for each in COLUMNS])
-    values = np.column_stack([found[column.name] for column in COLUMNS])
-    allowed = np.isfinite(values)
-    allowed[:, 2] &= (values[:, 2] >= 0.0) & (values[:, 2] <= LARGEST)
-    if not allowed.all():
-        row, i = np.argwhere(~allowed)[0]
-        table.refuse(
-            f"row {row + 1} (line {table.lines[row].number}): {COLUMNS[i].heading} = "
-            f"{values[row, i]:g}; needs finite numbers, and mu of 0 to {LARGEST:g}"
-        )
-    values[:, 0] -= ZERO_CELSIUS
-    axes = [np.unique(values[:, i]) for i in (0, 1)]
-    order = np.lexsort((values[:, 1], values[:, 0]))
-    full = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-    if not np.array_equal(values[order][:, :2], full):
-        table.refuse("needs every combination of its temperatures and speeds once")
-    # An axis of one value is one of two equal ones, so that it can be interpolated.
-    mu = values[order][:, 2].reshape([axis.size for axis in axes])
-    for i, axis in enumerate(axes):
-        if axis.size == 1:
-            axes[i], mu = np.array([axis[0], axis[0] + 1.0]), np.repeat(mu, 2, axis=i)
-    return RegularGridInterpolator(axes, mu)

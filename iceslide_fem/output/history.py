@@ -11,9 +11,9 @@ from iceslide_fem.coupling.ledger import Ledger
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import Accepted, CoupledState
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.film.own_law import OwnFriction
+from iceslide_fem.film.viscosity import FILM_VISCOSITY
 from iceslide_fem.materials import ZERO_CELSIUS
-from iceslide_fem.output.table import FILM_VISCOSITY, HistoryRow, PreloadRow, row_of
+from iceslide_fem.output.table import HistoryRow, PreloadRow, row_of
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import ContactState
 from iceslide_fem.rubber.press import PathPoint
@@ -121,11 +121,8 @@ def interface_fields(sliding: Sliding, accepted: Accepted | None) -> dict[str, A
 
 
 def memory_names(sliding: Sliding) -> tuple[str, ...]:
-    """What the scene's own law remembers; of the film its viscosity where that follows a table."""
-    friction = sliding.block.friction
-    if isinstance(friction, OwnFriction):
-        return friction.law.columns
-    return () if sliding.block.scene.water.table is None else (FILM_VISCOSITY,)
+    """Columns of the law's internal variables."""
+    return sliding.block.law.columns
 
 
 def remembered_fields(sliding: Sliding, memory: Array) -> dict[str, Array]:
@@ -136,10 +133,7 @@ def remembered_fields(sliding: Sliding, memory: Array) -> dict[str, Array]:
 
 def _remembered(sliding: Sliding, memory: Array) -> dict[str, Array]:
     """Rows of the law's `memory` (m, n) by their columns, in SI."""
-    names = memory_names(sliding)
-    if names == (FILM_VISCOSITY,):  # which films keep as ln(eta / eta_0)
-        memory = sliding.block.scene.viscosity * np.exp(memory)
-    return dict(zip(names, memory, strict=False))
+    return dict(sliding.block.law.reported(memory))
 
 
 def _memory_at_points(sliding: Sliding) -> Array:
@@ -162,7 +156,7 @@ def thinnest_film(sliding: Sliding) -> float:
 def outside_table(block: Block, contact: ContactState) -> float:
     """Share of the contact area whose pressure the table of k, D, H_V does not cover."""
     touching = contact.pressure > 0.0
-    outside = touching & block.friction.outside(contact.pressure)
+    outside = touching & block.law.outside(contact.pressure)
     total = _contact_area(block, contact)
     return block.surface.total(outside.astype(float), contact.area) / total if total > 0.0 else 0.0
 

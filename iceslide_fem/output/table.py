@@ -55,9 +55,6 @@ class HistoryRow(NamedTuple):
     newton_iterations: int
 
 
-FILM_VISCOSITY = "film_viscosity_Pa_s"  # a column where the water's viscosity is a table
-
-
 def row_of(values: Mapping[str, Any], memory: Mapping[str, float]) -> HistoryRow:
     """A row of known `values`, 0 elsewhere, and behind them what the law remembers."""
     columns = {name: values.get(name, 0.0) for name in HistoryRow._fields}

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.film.law import squeeze_rate
-from iceslide_fem.film.own_law import OwnFriction, law_of
-from iceslide_fem.laws.bound import BoundLaw
+from iceslide_fem.film.loads import squeeze_rate
+from iceslide_fem.laws.table import law_of
+from iceslide_fem.laws.user_law import UserLaw
 from iceslide_fem.materials import (
     BAR,
     ContactTable,
@@ -117,8 +117,8 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     Squeeze-out alone: h0^2/h^2 = 1 + 2 K3 h0^2 t with K3 of (6.5); melting
     alone: h^2/h0^2 = 1 + 2 K1 t / h0^2 with K1 = k eta v^2 / (rho L).
     """
-    if (law := law_of(scene)) is not None:
-        return _own_law(scene, law)
+    if isinstance(law := law_of(scene), UserLaw):
+        return _user_law(scene, law)
     p, v, h0, eta = (
         scene.load.pressures.first,
         scene.load.speeds.first or scene.load.speeds.mean,
@@ -143,10 +143,10 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     ]
 
 
-def _own_law(scene: Scene, law: BoundLaw) -> list[Row]:
+def _user_law(scene: Scene, law: UserLaw) -> list[Row]:
     """What rubs in place of the film, and its friction at t = 0."""
     p, v = scene.load.pressures.first, scene.load.speeds.first
-    start = OwnFriction(law, scene.ice.temperature).at_start(scene.initial_height, 1)
+    start = law.at_start(scene.initial_height, 1)
     mu = float(start(np.array([p]), np.array([v]))[0][0]) / p
     remembered = ", ".join(law.fields) or "nothing"
     return [

@@ -15,11 +15,11 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.film.integrators import INTEGRATORS
-from iceslide_fem.film.own_law import OwnFriction, law_of
-from iceslide_fem.film.own_point import moments
 from iceslide_fem.film.point import Conditions, ice_below, simulate
 from iceslide_fem.film.point_conditions import RANGES
-from iceslide_fem.laws.bound import BoundLaw
+from iceslide_fem.laws.points import moments
+from iceslide_fem.laws.table import law_of
+from iceslide_fem.laws.user_law import UserLaw
 from iceslide_fem.materials import Ground
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import Course
@@ -129,13 +129,13 @@ def _friction(
     ice = scene.ice.ground if ice is None else ice
     nominal = scene.load.pressures.mean
     pressure = shares * nominal
-    if (own := law_of(scene)) is not None:
-        return _own_friction(scene, own, pressure, duration, times, ice)
-    law = pressure if scene.film.pressure == "local" else np.full_like(shares, nominal)
-    law = np.clip(law, *RANGES["pressure"][:2])  # where an edge has all but lifted off
-    k, D, H_V, _ = scene.contact_parameters(law)
+    if isinstance(law := law_of(scene), UserLaw):
+        return _user_friction(scene, law, pressure, duration, times, ice)
+    acting = pressure if scene.film.pressure == "local" else np.full_like(shares, nominal)
+    acting = np.clip(acting, *RANGES["pressure"][:2])  # where an edge has all but lifted off
+    k, D, H_V, _ = scene.contact_parameters(acting)
     conditions = Conditions.of(
-        pressure=law,
+        pressure=acting,
         speed=scene.load.speeds.mean,
         temperature=scene.ice.temperature,
         k=k,
@@ -153,16 +153,16 @@ def _friction(
         times=times,
         water=scene.water.table,
     )
-    return np.asarray(found.samples * law)
+    return np.asarray(found.samples * acting)
 
 
-def _own_friction(
-    scene: Scene, law: BoundLaw, pressure: Array, duration: float, times: Array, ice: str | Ground
+def _user_friction(
+    scene: Scene, law: UserLaw, pressure: Array, duration: float, times: Array, ice: str | Ground
 ) -> Array:
-    """The same under a law of the scene's own, at least that of `NO_FRICTION`."""
+    """The same under a user's law, at least that of `NO_FRICTION`."""
     cold = scene.ice.temperature
     walk = moments(
-        OwnFriction(law, cold),
+        law,
         pressure=Course((), (1.0,), duration),
         shares=pressure,
         speed=Course((), (scene.load.speeds.mean,), duration),

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.film.viscosity import FILM_VISCOSITY
 from iceslide_fem.materials import BAR
-from iceslide_fem.output.table import FILM_VISCOSITY
 from iceslide_fem.report.page import Band, Chart, Curve
 from iceslide_fem.results import Run
 from iceslide_fem.results.report import ENERGIES, energy_unit

@@ -12,8 +12,8 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SceneError, SimulationStopped
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
-from iceslide_fem.film.friction import FilmFriction, Friction, Sheared
-from iceslide_fem.film.own_law import OwnFriction, law_of
+from iceslide_fem.laws.interface_law import InterfaceLaw, Sheared
+from iceslide_fem.laws.table import law_of
 from iceslide_fem.mesh.rubber import nominal_area, rubber_mesh
 from iceslide_fem.mesh.size import check_memory
 from iceslide_fem.parallel import from_root
@@ -37,13 +37,9 @@ from iceslide_fem.scene import Scene
 # Newton stops at a residual of these shares of the plate's force and of the friction force, times
 # the scene's tolerance: mu(t) moves by a hundredth of that. The second is the smaller one where mu
 # is below 0.1. Where rubber has inertia what is left accelerates it: then a fifth of both. Under a
-# law of one's own the block is solved however little friction has changed, and what is left must
-# not be as much as that: then a tenth.
-EQUILIBRIUM_SHARE, FRICTION_SHARE, INERTIA, OWN_LAW = 5e-3, 5e-2, 0.2, 0.1
-# Shear is faded in up to this share of the nominal pressure, or more slowly where it would follow
-# the pressure more steeply than this friction coefficient: points that touch and lift under one of
-# hundreds have no single equilibrium, and the block snaps from one to the next.
-RAMP_SHARE, STEEPEST_RAMP = 0.05, 10.0
+# law that is not viscous the block is solved however little friction has changed, and what is left
+# must not be as much as that: then a tenth.
+EQUILIBRIUM_SHARE, FRICTION_SHARE, INERTIA, NOT_VISCOUS = 5e-3, 5e-2, 0.2, 0.1
 # Static friction is fully mobilised after a slip of about this share of the height.
 STICK_SHARE = 1e-3
 # Penalty of walls that meet, of the contact's: lugs are soft, and walls as hard as that would snap
@@ -66,7 +62,7 @@ class Block:
     rubber: HyperelasticBody
     surface: ContactSurface
     equilibrium: Equilibrium
-    friction: Friction
+    law: InterfaceLaw
     area: float
     force: float
     scale: float
@@ -97,8 +93,8 @@ class Block:
     @property
     def _tolerance(self) -> float:
         inertia = INERTIA if self.scene.rubber.inertia else 1.0
-        own_law = OWN_LAW if self.friction.is_own else 1.0
-        return self.scene.numerics.tolerance * min(inertia, own_law)
+        law = 1.0 if self.law.viscous else NOT_VISCOUS
+        return self.scene.numerics.tolerance * min(inertia, law)
 
     def drag(self, law: TractionLaw) -> float:
         """Force against the sliding direction of the whole block, N, by `law`. Collective."""
@@ -138,8 +134,8 @@ class Block:
         return law
 
     def stop_at_faults(self, moment: str) -> None:
-        """Raise SimulationStopped, on all ranks, if the scene's own law is at fault. Collective."""
-        faults = self.surface.comm.allgather(self.friction.fault) if self.friction.is_own else []
+        """Raise SimulationStopped, on all ranks, if the friction law is at fault. Collective."""
+        faults = self.surface.comm.allgather(self.law.fault)
         found = [(rank, fault) for rank, fault in enumerate(faults) if fault]
         if found:
             rank, fault = found[0]
@@ -213,34 +209,13 @@ class Block:
         return self.scale * self.surface.total(density, area)
 
 
-def film_friction(scene: Scene) -> FilmFriction:
-    """The film law of the scene."""
-    return FilmFriction(
-        scene.contact_parameters,
-        scene.load.pressures.first if scene.film.pressure == "nominal" else None,
-        scene.numerics.shear_ramp_pressure or default_ramp(scene),
-        scene.viscosity,
-        scene.water.table,
-    )
-
-
-def default_ramp(scene: Scene) -> float:
-    """Pressure (Pa) up to which shear is faded in: from the shear at h0 and the nominal pressure,
-    k eta v / h0; at most that pressure. Of loads that go in time the least pressure, the top speed.
-    """
-    pressure, speed = scene.load.pressures.smallest, scene.load.speeds.largest
-    k = float(scene.contact_parameters(pressure).k)
-    shear = k * scene.viscosity * speed / scene.initial_height
-    return min(max(RAMP_SHARE * pressure, shear / STEEPEST_RAMP), pressure)
-
-
 def build_block(scene: Scene, comm: MPI.Comm, energy: Energy = stored_energy) -> Block:
     """Mesh the scene's block and prepare its forms. Collective.
 
     `energy` chooses another element than the default. Raises SceneError if the user's mesh can't be
     used, or its penalty below that mesh, or a run needs more memory than there is.
     """
-    own = law_of(scene)
+    law = law_of(scene)
     from_root(lambda: check_memory(scene), comm)
     mesh = rubber_mesh(scene, comm)
     z = mesh.mesh.geometry.x[:, mesh.mesh.geometry.dim - 1]
@@ -269,7 +244,7 @@ def build_block(scene: Scene, comm: MPI.Comm, energy: Energy = stored_energy) ->
         rubber,
         surface,
         Equilibrium(rubber, surface, penalty),
-        film_friction(scene) if own is None else OwnFriction(own, scene.ice.temperature),
+        law,
         area,
         pressure * area,
         scale,

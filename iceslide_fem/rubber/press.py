@@ -100,7 +100,7 @@ def start_sliding(
     Raises SimulationStopped where no equilibrium is found, and what `before` raises.
     """
     scene = block.scene
-    sheared = block.friction.at_start(scene.initial_height, block.surface.n_points)
+    sheared = block.law.at_start(scene.initial_height, block.surface.n_points)
 
     carried = block.static
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from iceslide_fem.errors import SceneError
-from iceslide_fem.film.own_law import law_of
+from iceslide_fem.laws.table import law_of
 from iceslide_fem.planning.rungs import resolved
 from iceslide_fem.scene import (
     Scene,
@@ -57,7 +57,7 @@ def make_plan(scene_file: Path, overrides: Sequence[str], varied: Sequence[str])
     """All combinations of `varied`, each "key=first:last:count" or "key=value,value,...".
 
     Raises SceneError with one sentence if a value, or a combination of values, is not allowed, a
-    law of a scene's own can't be made, or there are more than `MOST_CASES`.
+    user's law can't be made, or there are more than `MOST_CASES`.
     """
     base = read_scene(scene_file, overrides)
     given = dict(_axis(text) for text in varied)

@@ -18,7 +18,8 @@ from scipy.special import erfc
 from iceslide_fem.arrays import Array
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
-from iceslide_fem.film.law import FilmLoads, FilmStage, Surface
+from iceslide_fem.film.law import FilmStage, Surface
+from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.materials import (
     ICE_CONDUCTIVITY,
     ICE_DIFFUSIVITY,

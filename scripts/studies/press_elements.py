@@ -25,7 +25,7 @@ from iceslide_fem.arrays import Array
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
-from iceslide_fem.film.friction import FilmFriction
+from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.materials import BAR, COMPOUNDS, MooneyRivlin
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.grid import tensor_grid
@@ -260,7 +260,7 @@ def pressed(
     surface = contact_points(scene, rubber, SIZE)
     equilibrium = Equilibrium(rubber, surface, default_penalty(material, SIZE, tolerance))
     area = SIZE**2 / 2
-    friction = FilmFriction(scene.contact_parameters, None, 0.05 * pressure)
+    friction = FilmLaw(scene.contact_parameters, None, 0.05 * pressure)
     block = Block(scene, rubber, surface, equilibrium, friction, area, pressure * area, 2.0, SIZE)
     points: list[PathPoint] = []
     reached = 1.0

@@ -71,7 +71,7 @@ def ice_share(scene: Scene) -> float:
     from iceslide_fem.coupling.sliding import Sliding
     from iceslide_fem.fenics.start import start_petsc
     from iceslide_fem.film.ice_heat import Column
-    from iceslide_fem.film.law import FilmOnIce
+    from iceslide_fem.film.loads import FilmOnIce
     from iceslide_fem.interface.ice_continuum import Continuum
     from scripts.studies.blocks import slid  # starts MPI, after which nothing runs under mpirun
 

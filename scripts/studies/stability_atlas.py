@@ -24,7 +24,8 @@ from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
-from iceslide_fem.film.law import explicit_stage, film_loads
+from iceslide_fem.film.law import explicit_stage
+from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.materials import BAR, COMPOUNDS, MELTING_ENTHALPY, WATER_VISCOSITY, MooneyRivlin
 from iceslide_fem.rubber.block import Block, build_block

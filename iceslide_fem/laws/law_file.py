@@ -1,4 +1,4 @@
-"""From what a scene says to a law: a class in a file of one's own, or Coulomb's."""
+"""A friction law in a file of the user's own, read and checked."""
 
 from __future__ import annotations
 
@@ -8,23 +8,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from iceslide_fem.errors import SceneError
-from iceslide_fem.laws.bound import BoundLaw
-from iceslide_fem.laws.coulomb import Coulomb, read_table
 from iceslide_fem.laws.protocol import Law
 
 CARRIERS = ("ice", "rubber")  # of what a law remembers
 
 
-def coulomb(mu: float | None, table: Path | None, melting_temperature: float) -> BoundLaw:
-    """Coulomb's law with `mu` or the file of a table. Raises SceneError."""
-    law = Coulomb(read_table(table) if table is not None else mu or 0.0)
-    return BoundLaw(law, "coulomb", melting_temperature)
-
-
-def own_law(
-    path: Path, name: str, parameters: Mapping[str, float], melting_temperature: float
-) -> BoundLaw:
-    """The class `name` in the file at `path`, made with `parameters` as keywords.
+def read_law(path: Path, name: str, parameters: Mapping[str, float]) -> tuple[Law, str]:
+    """The class `name` in the file at `path`, made with `parameters` as keywords, and its name.
 
     Runs the file. Raises SceneError, one sentence, where it cannot be loaded or is no law.
     """
@@ -49,7 +39,7 @@ def own_law(
         if not hasattr(law, member):
             raise SceneError(f"{where} has no {member}: a law needs fields and respond(...)")
     _check(law, where)
-    return BoundLaw(law, f"{path.name}:{name}", melting_temperature)
+    return law, f"{path.name}:{name}"
 
 
 def _check(law: Law, where: str) -> None:

@@ -1,4 +1,4 @@
-"""A law of the scene's own at points of the contact that step together."""
+"""Any friction law at points of the contact that step together."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.film.ice_heat import IceHeat
-from iceslide_fem.film.integrators import Integrator, InterfaceState, Step, advance
-from iceslide_fem.film.own_law import OwnFriction, OwnLoads, own_error
+from iceslide_fem.film.integrators import Integrator, InterfaceState, Loads, Step, advance
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 from iceslide_fem.film.step_control import step_factor
+from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.scene.course import Course
 
 WHOLE = np.ones(1)  # of the pressure, at one point
@@ -23,7 +23,7 @@ FIRST_STEP, SHORTEST_STEP, LONGEST_STEP = 1e-5, 1e-13, 0.01  # of the duration
 class Moment(NamedTuple):
     """Points at a time (s): the step that led there and its length (None and 0 at the start).
 
-    shear: Pa, (n,); refused: steps tried before that one.
+    shear: Pa, (n,); rejected: steps tried before that one.
     """
 
     time: float
@@ -31,11 +31,11 @@ class Moment(NamedTuple):
     state: InterfaceState
     shear: Array
     step: Step | None
-    refused: int
+    rejected: int
 
 
 def moments(
-    friction: OwnFriction,
+    law: InterfaceLaw,
     pressure: Course,
     speed: Course,
     duration: float,
@@ -46,32 +46,33 @@ def moments(
     rubber: RubberHeat = INSULATED,
     max_step: float | None = None,
     shares: Array = WHOLE,
+    film_height: float = 1.0,
 ) -> Iterator[Moment]:
     """The start and every accepted step under a pressure (Pa) and a slip speed (m/s).
 
-    Steps end on their corners. `shares` (n,) of that pressure are those of the points.
+    Steps end on their corners. `shares` (n,) of that pressure are those of the points. Films begin
+    with `film_height` (m), where a law has them.
 
     `tolerance` is the relative error of mu aimed at, `temperature_scale` (K) that of surface
     temperatures; without an estimate of the integrator all steps are `max_step` (s). Raises
     SimulationStopped where the law is at fault or no step is short enough.
     """
-    law, n = friction.law, shares.size
-    log_height, squeezed, memory = friction.initial(1.0, n)
+    n = shares.size
+    log_height, squeezed, memory = law.initial(film_height, n)
     state = InterfaceState(log_height, squeezed, ice.initial(n), rubber.initial(n), memory)
     longest = max_step or LONGEST_STEP * duration
     adaptive, time = bool(integrator.estimate), 0.0
     dt = min(FIRST_STEP * duration, longest) if adaptive else longest
 
-    def loads_at(time: float) -> OwnLoads:
-        return OwnLoads(law, pressure.at(time) * shares, np.full(n, speed.at(time)))
+    def loads_at(time: float) -> Loads:
+        return law.loads(pressure.at(time) * shares, np.full(n, speed.at(time)))
 
     def moment(step: Step | None, length: float) -> Moment:
-        warm, loads = ice.surface_temperature(state.ice), loads_at(time)
-        shear = law.shear(loads.pressure, loads.speed, state.memory, warm)[0]
-        _stop_at_fault(friction, time)
-        return Moment(time, length, state, shear, step, refused)
+        shear = loads_at(time).shear(state, ice)
+        _stop_at_fault(law, time)
+        return Moment(time, length, state, shear, step, rejected)
 
-    refused = 0
+    rejected = 0
     yield moment(None, 0.0)
     while time < duration:
         corner = min(float(course.next_corner(time)) for course in (pressure, speed))
@@ -81,17 +82,17 @@ def moments(
         try:
             step = advance(state, first, last, dt, ice, integrator, rubber)
             scale = np.full(n, temperature_scale)
-            error = float(own_error(step, last, ice, scale, rubber).max())
+            error = float(last.local_error(step, ice, rubber, scale).max())
         except NotConverged:
             error = np.inf
-        _stop_at_fault(friction, time)
+        _stop_at_fault(law, time)
         if adaptive:
             error /= integrator.share * tolerance
         elif np.isfinite(error):  # nobody could choose another step
             error = 0.0
         following = dt * float(step_factor(error, max(integrator.estimate_order, 1)))
         if not error <= 1.0:
-            dt, refused = following, refused + 1
+            dt, rejected = following, rejected + 1
             if dt < SHORTEST_STEP * duration:
                 raise SimulationStopped(
                     f"the friction law {law.name} cannot be advanced beyond t = {time:.4g} s: even "
@@ -100,10 +101,10 @@ def moments(
             continue
         time, state = duration if ends else time + dt, step.state
         yield moment(step, dt)
-        refused = 0
+        rejected = 0
         dt = min(following, longest) if adaptive else longest
 
 
-def _stop_at_fault(friction: OwnFriction, time: float) -> None:
-    if friction.fault:
-        raise SimulationStopped(f"{friction.fault}; the run stops at t = {1e3 * time:.4g} ms")
+def _stop_at_fault(law: InterfaceLaw, time: float) -> None:
+    if law.fault:
+        raise SimulationStopped(f"{law.fault}; the run stops at t = {1e3 * time:.4g} ms")

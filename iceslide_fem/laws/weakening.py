@@ -15,7 +15,7 @@ from math import sqrt
 import numpy as np
 
 from iceslide_fem.errors import SceneError
-from iceslide_fem.laws.bound import BoundLaw
+from iceslide_fem.laws.user_law import UserLaw
 from iceslide_fem.scene import Scene
 from iceslide_fem.units import readable
 
@@ -24,7 +24,7 @@ SPEEDS = 60  # at which the shear is asked for
 SLOWEST = 1e-3  # m/s, of these but 0
 
 
-def check_weakening(scene: Scene, law: BoundLaw) -> None:
+def check_weakening(scene: Scene, law: UserLaw) -> None:
     """Raise SceneError if the `law` falls with the slip speed more than a block can follow."""
     if scene.model == "point" or scene.load.speeds.is_constant:
         return
@@ -43,14 +43,14 @@ def check_weakening(scene: Scene, law: BoundLaw) -> None:
     )
 
 
-def _steepest_fall(scene: Scene, law: BoundLaw) -> tuple[float, float]:
+def _steepest_fall(scene: Scene, law: UserLaw) -> tuple[float, float]:
     """Largest -d tau / d v (Pa s/m) up to the highest speed of the scene, and the speed (m/s)."""
     fastest = max(scene.load.speeds.largest, 2.0 * SLOWEST)
     speeds = np.append(0.0, np.geomspace(SLOWEST, fastest, SPEEDS - 1))
     pressure = np.full(SPEEDS, scene.load.pressures.largest)
     fall, where = 0.0, 0.0
     for temperature in (scene.ice.temperature, scene.ice.melting_temperature):
-        memory, warm = law.initial(SPEEDS), np.full(SPEEDS, temperature)
+        memory, warm = law.initial(1.0, SPEEDS)[2], np.full(SPEEDS, temperature)
         shear = law.shear(pressure, speeds, memory, warm)[0]
         falls = -np.diff(shear) / np.diff(speeds)
         if np.isfinite(falls).all() and falls.max() > max(fall, 1e-9 * pressure[0]):

@@ -1,59 +1,36 @@
-"""The film's friction under a contact pressure: its loads, its shear stress, and their slopes."""
+"""The water film as a friction law: its loads and shear under a contact pressure."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 import numpy as np
 
 from iceslide_fem.arrays import Array, Mask
-from iceslide_fem.film.integrators import InterfaceState, Loads
-from iceslide_fem.film.law import FilmLoads, film_loads, log_shearing
-from iceslide_fem.film.viscosity import Thinning
+from iceslide_fem.film.integrators import InterfaceState
+from iceslide_fem.film.law import log_shearing
+from iceslide_fem.film.loads import FilmLoads, film_loads
+from iceslide_fem.film.viscosity import FILM_VISCOSITY, Thinning
+from iceslide_fem.laws.interface_law import Sheared
 from iceslide_fem.materials import (
     WATER_VISCOSITY,
     ConstantContact,
     ContactTable,
     ViscosityTable,
 )
+from iceslide_fem.scene import Scene
 
-# Shear (Pa) of pressures (Pa) and slip speeds (m/s), and its derivatives by both; arrays (n,) or
-# any other shape of as many.
-Sheared = Callable[[Array, Array], tuple[Array, Array, Array]]
-
-
-class Friction(Protocol):
-    """The law of a scene, as carriers and block know it."""
-
-    @property
-    def is_own(self) -> bool:
-        """Whether it is a law of the scene's own: foreign code, of which nothing is known."""
-
-    @property
-    def fault(self) -> str | None:
-        """What such a law has done wrong, on this rank."""
-
-    def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
-        """ln h, H_s and memory of `n` points before anything has happened."""
-
-    def loads(self, pressure: Array, speed: Array) -> Loads:
-        """What acts under the law at local `pressure` (Pa) and `speed` (m/s)."""
-
-    def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
-        """Shear at points that have `state`, on ice of that temperature (K)."""
-
-    def at_start(self, film_height: float, n: int) -> Sheared:
-        """Shear of `n` points before anything has happened."""
-
-    def outside(self, pressure: Array) -> Mask:
-        """Where the law has no data of its own for the pressure."""
+# Shear is faded in up to this fraction of the nominal pressure, or more slowly where it would
+# follow the pressure more steeply than this friction coefficient. Points that touch and lift under
+# a coefficient of hundreds have no single equilibrium.
+RAMP_SHARE, STEEPEST_RAMP = 0.05, 10.0
 
 
 @dataclass(frozen=True, eq=False)
-class FilmFriction:
-    """The film law's parameters as they follow from the contact pressure.
+class FilmLaw:
+    """The film law with the parameters that follow from the contact pressure.
 
     parameters: k, D, H_V of the pressure; nominal: the pressure (Pa) that they and the squeeze
     term follow instead of the local one, or None; ramp_pressure: shear is faded in over this
@@ -67,8 +44,23 @@ class FilmFriction:
     ramp_pressure: float
     viscosity: float = WATER_VISCOSITY
     table: ViscosityTable | None = None
-    is_own: ClassVar[bool] = False
+    name: ClassVar[str] = "film"
+    viscous: ClassVar[bool] = True
     fault: ClassVar[str | None] = None
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The viscosity, where it follows the temperature."""
+        return () if self.table is None else (FILM_VISCOSITY,)
+
+    @property
+    def internal_at_start(self) -> tuple[float, ...]:
+        """ln(eta / eta_0) = 0, where the viscosity follows the temperature."""
+        return (0.0,) * len(self.columns)
+
+    def frame(self, asked: str) -> str:
+        """As the scene has it."""
+        return asked
 
     def loads(self, pressure: Array, speed: Array) -> FilmLoads:
         """Loads of the film at local `pressure` (Pa) and `speed` (m/s)."""
@@ -76,12 +68,12 @@ class FilmFriction:
         k, D, H_V, _ = self.parameters(p)
         ramp, _ = self._ramp(pressure)
         p, k = np.where(pressure > 0.0, p, 0.0), ramp * k
-        return film_loads(p, speed, k, D, H_V, self.viscosity, self._thinning)
+        thinning = None if self.table is None else Thinning(self.table, self.viscosity)
+        return film_loads(p, speed, k, D, H_V, self.viscosity, thinning)
 
     def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
         """Films of the height (m), nothing squeezed out; with a table ln(eta / eta_0) = 0."""
-        remembered = 0 if self.table is None else 1
-        return np.full(n, np.log(film_height)), np.zeros(n), np.zeros((remembered, n))
+        return np.full(n, np.log(film_height)), np.zeros(n), np.zeros((len(self.columns), n))
 
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
         """Shear of films as they are in `state`, whatever the temperature."""
@@ -90,6 +82,14 @@ class FilmFriction:
     def at_start(self, film_height: float, n: int) -> Sheared:
         """Shear of `n` films of the height (m)."""
         return self.over(np.full(n, film_height))
+
+    def film_height(self, state: InterfaceState) -> Array:
+        """h of every film (n,), m."""
+        return np.asarray(np.exp(state.log_height))
+
+    def reported(self, internal: Array) -> Mapping[str, Array]:
+        """The viscosity (Pa s) of films that keep ln(eta / eta_0), (1, n)."""
+        return dict(zip(self.columns, self.viscosity * np.exp(internal), strict=True))
 
     def over(self, film_height: Array) -> Sheared:
         """Shear of films of these heights over eta / eta_0 (n,), m."""
@@ -114,10 +114,6 @@ class FilmFriction:
         """Whether the table of k, D, H_V does not cover the pressure at which it is read."""
         return self.parameters.outside(self._read_at(pressure))
 
-    @property
-    def _thinning(self) -> Thinning | None:
-        return None if self.table is None else Thinning(self.table, self.viscosity)
-
     def _read_at(self, pressure: Array) -> Array:
         """The pressure that k, D, H_V and the squeeze term follow, Pa."""
         return pressure if self.nominal is None else np.full_like(pressure, self.nominal)
@@ -125,3 +121,26 @@ class FilmFriction:
     def _ramp(self, pressure: Array) -> tuple[Array, Array]:
         x = pressure / self.ramp_pressure
         return np.clip(x, 0.0, 1.0), np.where((x > 0.0) & (x < 1.0), 1.0 / self.ramp_pressure, 0.0)
+
+
+def film_law(scene: Scene) -> FilmLaw:
+    """The film law of the scene."""
+    return FilmLaw(
+        scene.contact_parameters,
+        scene.load.pressures.first if scene.film.pressure == "nominal" else None,
+        scene.numerics.shear_ramp_pressure or default_ramp(scene),
+        scene.viscosity,
+        scene.water.table,
+    )
+
+
+def default_ramp(scene: Scene) -> float:
+    """Pressure (Pa) up to which shear is faded in, at most the nominal pressure.
+
+    It follows from the shear at h0 and the nominal pressure, k eta v / h0. Of loads that go in time
+    the least pressure and the top speed count.
+    """
+    pressure, speed = scene.load.pressures.smallest, scene.load.speeds.largest
+    k = float(scene.contact_parameters(pressure).k)
+    shear = k * scene.viscosity * speed / scene.initial_height
+    return min(max(RAMP_SHARE * pressure, shear / STEEPEST_RAMP), pressure)

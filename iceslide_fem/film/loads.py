@@ -1,0 +1,163 @@
+"""What acts on water films, and a film in one implicit stage.
+
+    viscous coefficient   c = k eta v, so that tau = c / h        (5.29)
+    squeeze rate          K3 = 8 p / (3 eta D^2)                  (6.5)
+
+Equation numbers are those of R. Leonardi's thesis. Where the viscosity follows the film's
+temperature (`viscosity`), loads are those of one viscosity eta_0, and films keep ln(eta / eta_0).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from iceslide_fem.arrays import Array, Index
+from iceslide_fem.film.ice_heat import IceHeat
+from iceslide_fem.film.integrators import InterfaceState, Step, error_norms
+from iceslide_fem.film.law import FilmStage, Remembered, Surface, log_shearing
+from iceslide_fem.film.rubber_heat import RubberHeat
+from iceslide_fem.film.viscosity import Thinning, settled
+from iceslide_fem.materials import WATER_VISCOSITY
+
+T = TypeVar("T", float, Array)
+
+
+class FilmLoads(NamedTuple):
+    """What acts on the film at each point; arrays of one shape.
+
+    viscous: c = k eta v (Pa m), so that tau = c / h; speed: v (m/s); squeeze_rate: K3
+    (1/(m2 s)); free_height: H_V (m). With `thinning` eta follows the film's temperature, and
+    these are of its reference eta_0.
+    """
+
+    viscous: Array
+    speed: Array
+    squeeze_rate: Array
+    free_height: Array
+    thinning: Thinning | None = None
+
+    def take(self, index: Index) -> FilmLoads:
+        """The loads at `index`."""
+        thinning = self.thinning and self.thinning.take(index)
+        viscous, speed, squeeze, free = (part.take(index, mode="clip") for part in self[:4])
+        return FilmLoads(viscous, speed, squeeze, free, thinning)
+
+    def at(self, end: FilmLoads, fraction: float) -> FilmLoads:
+        """Loads at `fraction` of a step that ends with `end`, on straight lines."""
+        return interpolate(self, end, fraction)
+
+    def film(
+        self,
+        start: Remembered,
+        before: Remembered,
+        dt: Array | float,
+        stage: Callable[..., FilmStage],
+    ) -> FilmOnIce:
+        """The film in a `stage` of `dt` (s) from `start`, in a step that begins `before`.
+
+        What has been squeezed out stays out, also where a rising pressure lowers H_V.
+        """
+        free = np.maximum(self.free_height, before.squeezed_height)
+        loads = self._replace(free_height=free)
+        history = start.log_height, start.squeezed_height, dt, loads, start.memory
+        return FilmOnIce(stage, *history)
+
+    def remembered(self, before: Array, stage: FilmStage) -> Array:
+        """Memory after the `stage`, of which it was `before` at its start."""
+        return stage.memory if len(before) else before
+
+    def shear(self, state: InterfaceState, ice: IceHeat) -> Array:
+        """tau (Pa), (n,), of films in `state`, whatever the ice."""
+        return np.asarray(self.viscous * np.exp(log_shearing(state)))
+
+    def force(self, step: Step) -> Array:
+        """Size of tau (Pa) at the end of the `step`, (n,)."""
+        return np.asarray(np.abs(self.viscous) * np.exp(log_shearing(step.state)))
+
+    def shear_change(self, state: InterfaceState, other: InterfaceState, ice: IceHeat) -> Array:
+        """Relative difference (n,) of the shear of the `other` state from that of `state`."""
+        return log_shearing(other) - log_shearing(state)
+
+    def local_error(self, step: Step, ice: IceHeat, rubber: RubberHeat, scale: Array) -> Array:
+        """Relative local errors (n,) of a step that ends here; `scale` of temperatures, K."""
+        return error_norms(step, ice, self.free_height, scale, rubber)
+
+
+def squeeze_rate(pressure: T, D: T, viscosity: Any = WATER_VISCOSITY) -> T:
+    """K3 = 8 p / (3 eta D^2), 1/(m2 s): squeeze-out alone is dh/dt = -K3 h^3, (6.5)."""
+    result: T = 8.0 * pressure / (3.0 * viscosity * D**2)
+    return result
+
+
+def film_loads(
+    pressure: Array,
+    speed: Array,
+    k: Array,
+    D: Array,
+    H_V: Array,
+    viscosity: Array | float = WATER_VISCOSITY,
+    thinning: Thinning | None = None,
+) -> FilmLoads:
+    """Loads at `pressure` (Pa) and `speed` (m/s) for contact parameters k, D (m), H_V (m).
+
+    c = k eta v of (5.29), eta the `viscosity` (Pa s), with `thinning` its reference; no squeeze-out
+    where p <= 0.
+    """
+    K3 = squeeze_rate(np.maximum(pressure, 0.0), D, viscosity)
+    return FilmLoads(k * viscosity * speed, speed, K3, H_V, thinning)
+
+
+def interpolate(start: FilmLoads, end: FilmLoads, fraction: float) -> FilmLoads:
+    """Loads at `fraction` of a step, on straight lines between its ends."""
+    if start is end:
+        return start
+    ends = zip(start[:4], end[:4], strict=True)
+    viscous, speed, squeeze, free = (a + fraction * (b - a) for a, b in ends)
+    return FilmLoads(viscous, speed, squeeze, free, end.thinning)
+
+
+class FilmOnIce(NamedTuple):
+    """A film below rubber that takes no heat: where the stage starts from, and its loads.
+
+    law: `implicit_stage` or `explicit_stage`; the others are its arguments, and the memory there.
+    """
+
+    law: Callable[..., FilmStage]
+    log_height: Array
+    squeezed_height: Array
+    dt: Array | float
+    loads: FilmLoads
+    memory: Array = np.zeros((0, 1))
+
+    @property
+    def power(self) -> Array:
+        """q_f (W/m2) of the film that the stage starts from."""
+        return np.asarray(self.loads.viscous * self.loads.speed * np.exp(log_shearing(self)))
+
+    def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
+        """The law's stage above `ice`, with the viscosity of its end; it needs no first guess."""
+        loads, thinning = self.loads, self.loads.thinning
+        if thinning is None:
+            return self.law(self.log_height, self.squeezed_height, self.dt, loads, ice)
+
+        def stage(log_viscosity: Array) -> tuple[Array, FilmStage]:
+            """Temperature and stage of films of ln(eta / eta_0)."""
+            viscosity = np.exp(log_viscosity)
+            acting = loads._replace(
+                viscous=viscosity * loads.viscous, squeeze_rate=loads.squeeze_rate / viscosity
+            )
+            found = self.law(self.log_height, self.squeezed_height, self.dt, acting, ice)
+            warm = ice.offset + ice.resistance * found.friction_power
+            return np.minimum(warm, ice.solid.melting_temperature), found
+
+        log_viscosity, temperature, found = settled(stage, thinning, self.memory[0])
+        # What is not molten makes less heat where the ice is warmer.
+        less = ice.resistance * found.friction_power * thinning.fall(temperature)
+        return found._replace(
+            ice_slope=np.where(found.melting, found.ice_slope, less / (1.0 + less)),
+            memory=log_viscosity[None],
+            shearing=np.exp(log_viscosity) * found.shearing,
+        )

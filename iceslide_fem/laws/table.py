@@ -1,0 +1,46 @@
+"""The friction law of a scene: a row for each name that `friction.law` may have.
+
+Any other value names a class in a file of the user's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from iceslide_fem.errors import SceneError
+from iceslide_fem.laws.coulomb import Coulomb
+from iceslide_fem.laws.film import film_law
+from iceslide_fem.laws.interface_law import InterfaceLaw
+from iceslide_fem.laws.law_file import read_law
+from iceslide_fem.laws.protocol import Law
+from iceslide_fem.laws.user_law import UserLaw
+from iceslide_fem.laws.weakening import check_weakening
+from iceslide_fem.scene import Scene
+
+
+def law_of(scene: Scene) -> InterfaceLaw:
+    """The law of `scene`. Runs a law's file; raises SceneError."""
+    return LAWS.get(scene.friction.law, user_law)(scene)
+
+
+def user_law(scene: Scene) -> UserLaw:
+    """Coulomb's law, or one in a file. Raises SceneError."""
+    friction, ice = scene.friction, scene.ice
+    if friction.law == "coulomb":
+        law: Law = Coulomb.of(friction.mu, friction.table)
+        name = "coulomb"
+    else:
+        law, name = read_law(*friction.law_file, friction.parameters)
+    bound = UserLaw(law, name, ice.temperature, ice.melting_temperature)
+    passes = scene.model == "point" and ice.motion == "sliding"
+    if passes and bound.fields and bound.frame(scene.film.carrier) == "rubber":
+        raise SceneError(
+            f'the friction law {name} has carrier = "rubber", which contradicts model = '
+            '"point" where ice slides: what it remembers is older than the ice below; allowed: '
+            'model = "slice" or "block", or ice.motion = "attached"'
+        )
+    check_weakening(scene, bound)
+    return bound
+
+
+LAWS: dict[str, Callable[[Scene], InterfaceLaw]] = {"film": film_law, "coulomb": user_law}

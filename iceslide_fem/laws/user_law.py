@@ -1,0 +1,160 @@
+"""A law of the published protocol as the solver asks for it (`laws.interface_law`).
+
+Its state is one array here, and its answers are checked. A fault is kept, not raised: ranks that
+step together must also stop together (`coupling.sliding` asks for it). Until then the answer is
+NaN, which no step accepts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.film.integrators import InterfaceState
+from iceslide_fem.laws.interface_law import Sheared
+from iceslide_fem.laws.protocol import Contact, Law, Response, Surface
+from iceslide_fem.laws.user_stage import Answer, UserLoads
+
+# Relative change of the slip speed by which the shear's derivative is taken.
+SPEED_CHANGE = 1e-6
+# Rubber and ice touch: a layer of water that hardly resists heat (m).
+NO_FILM = 1e-9
+
+
+class UserLaw:
+    """`law`, of which messages speak as `name`, on ice that melts at `melting_temperature` (K).
+
+    temperature: of the ice at the start, K; fault: what the law did wrong, or None.
+    """
+
+    viscous: ClassVar[bool] = False
+
+    def __init__(self, law: Law, name: str, temperature: float, melting_temperature: float) -> None:
+        self._law, self.name = law, name
+        self._temperature, self._melting_temperature = temperature, melting_temperature
+        self.fields = {field: float(value) for field, value in law.fields.items()}
+        self.fault: str | None = None
+        self._frame: str | None = getattr(law, "carrier", None)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The fields with law_ before the law's own names."""
+        return tuple(f"law_{field}" for field in self.fields)
+
+    @property
+    def internal_at_start(self) -> tuple[float, ...]:
+        """Of the fields."""
+        return tuple(self.fields.values())
+
+    def frame(self, asked: str) -> str:
+        """As the law says, else as `asked`; "rubber" where there is no history."""
+        return (self._frame or asked) if self.fields else "rubber"
+
+    def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
+        """No film, nothing squeezed out, and the law's own state of `n` points."""
+        return np.full(n, np.log(NO_FILM)), np.zeros(n), self._internal(n)
+
+    def loads(self, pressure: Array, speed: Array) -> UserLoads:
+        """Loads at local `pressure` (Pa) and `speed` (m/s)."""
+        return UserLoads(self, np.maximum(pressure, 0.0), speed)
+
+    def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
+        """Shear in `state` on ice of that temperature (K)."""
+        return self._over(state.memory, temperature())
+
+    def at_start(self, film_height: float, n: int) -> Sheared:
+        """Shear of `n` points at the start."""
+        return self._over(self._internal(n), np.full(n, self._temperature))
+
+    def film_height(self, state: InterfaceState) -> Array:
+        """NaN: there is no film."""
+        return np.full_like(state.log_height, np.nan)
+
+    def reported(self, internal: Array) -> Mapping[str, Array]:
+        """The fields by their columns."""
+        return dict(zip(self.columns, internal, strict=True))
+
+    def outside(self, pressure: Array) -> Mask:
+        """Nowhere: no table is read."""
+        return np.zeros(pressure.shape, dtype=bool)
+
+    def respond(
+        self,
+        pressure: Array,
+        speed: Array,
+        internal: Array,
+        surface: Surface,
+        dt: Array | float,
+    ) -> Answer:
+        """The law's answer; NaN, and a `fault`, where it is none."""
+        n = pressure.size
+        state = dict(zip(self.fields, internal.copy(), strict=True))
+        try:
+            given = self._law.respond(
+                Contact(pressure.copy(), speed.copy()), state, surface, float(np.max(dt))
+            )
+            return self._checked(given, speed, n)
+        except _Wrong as wrong:
+            fault = str(wrong)
+        except Exception as error:  # whatever a person's code may raise
+            fault = f"raises {type(error).__name__}: {error}"
+        self.fault = self.fault or f"the friction law {self.name} {fault}"
+        nan = np.full(n, np.nan)
+        return Answer(nan, nan, nan, np.full((len(self.fields), n), np.nan))
+
+    def shear(
+        self, pressure: Array, speed: Array, internal: Array, temperature: Array
+    ) -> tuple[Array, Array, Array]:
+        """Shear (Pa) of a state on ice of `temperature` (K), and its derivatives by pressure and
+        by speed; arrays of any one shape, internal (m, n).
+        """
+        shape, zero = pressure.shape, np.zeros(pressure.size)
+        T_m, most = self._melting_temperature, np.full(pressure.size, np.inf)
+        surface = Surface(np.minimum(temperature.ravel(), T_m), zero, T_m, most)
+        values = pressure.ravel(), speed.ravel()
+        here = self.respond(*values, internal, surface, 0.0)
+        change = SPEED_CHANGE * np.maximum(np.abs(values[1]), SPEED_CHANGE)
+        faster = self.respond(values[0], values[1] + change, internal, surface, 0.0)
+        by_speed = (faster.shear - here.shear) / change
+        return here.shear.reshape(shape), here.by_pressure.reshape(shape), by_speed.reshape(shape)
+
+    def _internal(self, n: int) -> Array:
+        """Internal variables at the start, (m, n)."""
+        return np.repeat(np.array(self.internal_at_start)[:, None], n, axis=1)
+
+    def _over(self, internal: Array, temperature: Array) -> Sheared:
+        def shear(pressure: Array, speed: Array) -> tuple[Array, Array, Array]:
+            return self.shear(np.maximum(pressure, 0.0), speed, internal, temperature)
+
+        return shear
+
+    def _checked(self, given: Response, speed: Array, n: int) -> Answer:
+        if not isinstance(given, Response):
+            raise _Wrong(f"returns {type(given).__name__} instead of a Response")
+        missing = sorted({*self.fields} ^ {*given.state})
+        if missing:
+            raise _Wrong(f"returns another state than its fields: {missing[0]}")
+        shear = _array("shear", given.shear, n)
+        heat = shear * speed if given.heat is None else _array("heat", given.heat, n)
+        state = [_array(f"state {name}", given.state[name], n) for name in self.fields]
+        internal = np.array(state).reshape(len(self.fields), n)
+        return Answer(shear, _array("by_pressure", given.by_pressure, n), heat, internal)
+
+
+class _Wrong(Exception):
+    """An answer is none."""
+
+
+def _array(what: str, value: object, n: int) -> Array:
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise _Wrong(f"returns a {what} that is not an array of numbers") from None
+    if array.shape != (n,):
+        raise _Wrong(f"returns a {what} of shape {array.shape}; it must be ({n},)")
+    if not np.isfinite(array).all():
+        raise _Wrong(f"returns a {what} that is not finite at {np.sum(~np.isfinite(array))} points")
+    return array
