@@ -11,9 +11,9 @@ pytest.importorskip("iceslide_fem.fenics.compat")
 from test_loads import RISE, scene  # noqa: E402
 from test_sliding import slide, started  # noqa: E402
 
+from iceslide_fem.coupling.accept import Acceptance  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.restart import remembered, resumed  # noqa: E402
-from iceslide_fem.coupling.trial import Trials  # noqa: E402
 from iceslide_fem.errors import SimulationStopped  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
@@ -132,18 +132,21 @@ def test_rubber_pushes_with_no_more_than_it_was_sheared_by(monkeypatch, factor):
     sliding = started(made)
     for _ in range(4):
         sliding.advance()
-    strongest = sliding.current.strongest
+    strongest = sliding.current.largest_friction_force
     assert strongest >= sliding.current.mechanics.friction_force > 0.0
-    shears = Trials._shears
-    monkeypatch.setattr(
-        Trials, "_shears", lambda *acting: [-factor * shear for shear in shears(*acting)]
-    )
+    of = Acceptance.of
+
+    def turned(self, start, corrected):
+        forces = [-factor * force for force in corrected.forces]
+        return of(self, start, corrected._replace(forces=forces))
+
+    monkeypatch.setattr(Acceptance, "of", turned)
     reasons = []
     with suppress(SimulationStopped):
         sliding.advance(lambda dt, reason: reasons.append(str(reason)))
     too_much = [reason for reason in reasons if "with more than it was sheared by" in reason]
     assert bool(too_much) == (factor > 1.0)
-    assert sliding.current.strongest == strongest
+    assert sliding.current.largest_friction_force == strongest
 
 
 @pytest.mark.mpi

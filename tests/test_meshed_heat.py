@@ -340,7 +340,7 @@ def test_heat_of_a_slide_is_in_the_ice_within_its_temperatures(model):
         ledger.add(accepted)
         state, loads = sliding.current.interface, sliding.current.loads
         assert whole * ice.heat(state.ice) == pytest.approx(ledger.ice_heat, rel=1e-9)
-        melts |= any(one.step.last.melting.any() for one in accepted.passage.steps)
+        melts |= any(one.step.last.melting.any() for one in accepted.subcycles.substeps)
         touching = sliding.carrier.ice_temperature(state, loads)[loads.pressure > 0.0]
         points, nodes = max(points, touching.max()), max(nodes, initial + state.ice.max())
         coldest = min(coldest, initial + state.ice.min())

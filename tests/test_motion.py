@@ -118,7 +118,7 @@ def test_a_tall_block_swings_and_keeps_the_energy_balance() -> None:
     sliding, ledger, _ = slide(True, 6e-3, 1e-3)
     assert abs(ledger.imbalance) < 1e-3
     assert ledger.kinetic_energy > 1e-4 * ledger.friction_work
-    assert not sliding.current.steady
+    assert not sliding.current.quiescent
 
 
 def test_the_first_steps_do_not_ring() -> None:

@@ -43,14 +43,14 @@ WAYS = {
         "cannot write: disk full",
     ),
     "a rank finds no film": (
-        "from iceslide_fem.coupling.trial import Trials\n"
-        "failing(Trials, 'step', SimulationStopped('no film at a point'), 1, 3)\n",
+        "from iceslide_fem.coupling.coupled_step import CoupledStep\n"
+        "failing(CoupledStep, 'attempt', SimulationStopped('no film at a point'), 1, 3)\n",
         3,
         "no film at a point",
     ),
     "a fault of the program": (
-        "from iceslide_fem.coupling.trial import Trials\n"
-        "failing(Trials, 'step', ZeroDivisionError('a fault'), 1, 3)\n",
+        "from iceslide_fem.coupling.coupled_step import CoupledStep\n"
+        "failing(CoupledStep, 'attempt', ZeroDivisionError('a fault'), 1, 3)\n",
         1,
         "a fault",
     ),
@@ -114,9 +114,9 @@ def test_from_python_a_failing_rank_ends_all(tmp_path):
 def test_what_stops_all_ranks_is_said_once_and_written_down(tmp_path):
     script = tmp_path / "fails.py"
     code = (
-        "from iceslide_fem.coupling.trial import Trials\n"
+        "from iceslide_fem.coupling.coupled_step import CoupledStep\n"
         "error = SimulationStopped('no film at any point')\n"
-        "failing(Trials, 'step', error, MPI.COMM_WORLD.rank, 3)\n"
+        "failing(CoupledStep, 'attempt', error, MPI.COMM_WORLD.rank, 3)\n"
     )
     script.write_text(HEAD + code + COMMAND)
     out = tmp_path / "out"

@@ -17,10 +17,10 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")
 
-from iceslide_fem.coupling import trial  # noqa: E402
+from iceslide_fem.coupling import coupled_step  # noqa: E402
+from iceslide_fem.coupling.coupled_step import CoupledStep  # noqa: E402
 from iceslide_fem.coupling.restart import GridLayout, PointLayout  # noqa: E402
-from iceslide_fem.coupling.step_error import Refused  # noqa: E402
-from iceslide_fem.coupling.trial import Trials  # noqa: E402
+from iceslide_fem.coupling.step_error import StepRejected  # noqa: E402
 from iceslide_fem.errors import Interrupted, OutputError, SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.files import replace_file  # noqa: E402
@@ -126,7 +126,7 @@ CLOSED_SIPE = ["rubber.length=4mm", "rubber.height=3mm", SIPE, "rubber.wall_fric
 def test_a_run_that_goes_on_gives_the_same_curve(changes, shared, monkeypatch):
     scene = small_scene(*changes)
     # a run that goes on starts with new factors and so takes other iterations, not other steps
-    monkeypatch.setattr(trial, "MANY_ITERATIONS", 10**6)
+    monkeypatch.setattr(coupled_step, "MANY_ITERATIONS", 10**6)
     whole = run(scene, shared / "whole")
     with monkeypatch.context() as stopping, pytest.raises(Interrupted):
         stop_after(stopping, 22)
@@ -522,17 +522,17 @@ def test_a_signal_that_comes_while_ranks_agree_is_not_lost():
 
 def test_a_signal_is_heard_between_trials(tmp_path, monkeypatch):
     """A run whose every trial is refused stops at the last accepted step, with a checkpoint."""
-    step, trials = Trials.step, []
+    attempt, trials = CoupledStep.attempt, []
 
-    def refused(self, start, dt, film_step):
+    def rejected(self, start, dt, film_dt):
         trials.append(dt)
         if len(trials) > 4:
             if len(trials) == 6:
                 os.kill(os.getpid(), signal.SIGTERM)
-            raise Refused("never good enough", 0.99)
-        return step(self, start, dt, film_step)
+            raise StepRejected("never good enough", 0.99)
+        return attempt(self, start, dt, film_dt)
 
-    monkeypatch.setattr(Trials, "step", refused)
+    monkeypatch.setattr(CoupledStep, "attempt", rejected)
     with pytest.raises(Interrupted, match="stopped by SIGTERM at t = "):
         run(small_scene("load.duration=1ms"), tmp_path)
     assert len(trials) == 6

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,11 +15,14 @@ import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
+from iceslide_fem.coupling.accept import Acceptance  # noqa: E402
+from iceslide_fem.coupling.coupled_step import CoupledStep  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
-from iceslide_fem.coupling.passage import Passage  # noqa: E402
+from iceslide_fem.coupling.limits import LIMITS  # noqa: E402
+from iceslide_fem.coupling.plate import Plate  # noqa: E402
 from iceslide_fem.coupling.sliding import Sliding  # noqa: E402
-from iceslide_fem.coupling.step_error import Refused, StepError  # noqa: E402
-from iceslide_fem.coupling.trial import Trials  # noqa: E402
+from iceslide_fem.coupling.step_error import StepError, StepRejected  # noqa: E402
+from iceslide_fem.coupling.subcycles import Subcycles  # noqa: E402
 from iceslide_fem.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
@@ -176,7 +180,7 @@ def test_no_step_is_accepted_whose_energy_does_not_close(monkeypatch):
     accepted = sliding.advance()
     run_work = sliding.current.mechanics.friction_force * 3.0 * 1e-3
     given[0] = 1e-2 * run_work / sliding.block.scale
-    sliding.current = sliding.current._replace(steady=False)
+    sliding.current = sliding.current._replace(quiescent=False)
     sliding._dt = 1e-5  # more than a jump may take
     with pytest.raises(SimulationStopped, match="energy does not close: the block snaps"):
         sliding.advance()
@@ -188,14 +192,15 @@ def test_no_step_is_accepted_whose_energy_does_not_close(monkeypatch):
 
 def test_no_step_is_accepted_whose_friction_pushes(monkeypatch):
     sliding = started(thesis("load.duration=1ms", "numerics.refinement=0.25"))
-    shears, pushes = Trials._shears, []
+    of, pushes = Acceptance.of, []
 
-    def turned(self, passage, laws):
+    def turned(self, start, corrected):
         pushes.append(len(pushes) > 3)
         sign = -1.0 if pushes[-1] else 1.0
-        return [sign * shear for shear in shears(self, passage, laws)]
+        forces = [sign * force for force in corrected.forces]
+        return of(self, start, corrected._replace(forces=forces))
 
-    monkeypatch.setattr(Trials, "_shears", turned)
+    monkeypatch.setattr(Acceptance, "of", turned)
     with pytest.raises(SimulationStopped, match="rubber that springs back would push the block"):
         for _ in range(10):
             sliding.advance()
@@ -205,7 +210,7 @@ def test_no_step_is_accepted_whose_friction_pushes(monkeypatch):
 def test_a_step_that_is_no_number_ends_the_trials(monkeypatch):
     sliding = started(thesis("load.duration=1ms", "numerics.refinement=0.25"))
     monkeypatch.setattr(StepError, "of_film", lambda *_: np.inf)
-    sliding._dt = np.nan
+    sliding.restore(sliding.checkpoint_state()._replace(dt=np.nan))
     with pytest.raises(SimulationStopped, match="no step is accepted"):
         sliding.advance()
 
@@ -213,10 +218,11 @@ def test_a_step_that_is_no_number_ends_the_trials(monkeypatch):
 def test_friction_that_springs_back_has_no_negative_error():
     sliding = started(thesis("load.duration=1ms", "numerics.refinement=0.25"))
     accepted = sliding.advance()
-    step = accepted.passage.steps[-1]
-    forwards = sliding._error.of_film(step)
+    step = accepted.subcycles.substeps[-1]
+    error = StepError(sliding.block, 1e-3)
+    forwards = error.of_film(step)
     turned = step._replace(loads=step.loads._replace(viscous=-step.loads.viscous))
-    assert sliding._error.of_film(turned) == forwards > 0.0
+    assert error.of_film(turned) == forwards > 0.0
 
 
 def test_small_friction_is_as_accurate_as_large():
@@ -383,16 +389,15 @@ def test_a_rejected_step_leaves_no_trace():
     copies = [
         np.array(part, copy=True) for part in (before.motion.displacements, *before.interface)
     ]
-    tolerance = sliding._error._local_tolerance
-    with pytest.raises(Refused):
-        sliding._error._local_tolerance = 1e-12
-        sliding._trials.step(before, 0.3e-3, sliding._film_step)
+    block, carrier, law = sliding.block, sliding.carrier, sliding.motion_law
+    strict = StepError(block, 1e-3, replace(LIMITS, local=1e-9))
+    with pytest.raises(StepRejected):
+        CoupledStep(block, carrier, Plate(block), law, strict).attempt(before, 0.3e-3, 1e-5)
     assert sliding.current is before
     for part, copy in zip((before.motion.displacements, *before.interface), copies, strict=True):
         np.testing.assert_array_equal(part, copy)
 
-    sliding._error._local_tolerance = tolerance
-    sliding._dt = 0.9e-3
+    sliding.restore(sliding.checkpoint_state()._replace(dt=0.9e-3))
     after_rejections = sliding.advance()
     assert after_rejections.rejected > 0
     undisturbed = started(scene)
@@ -425,14 +430,14 @@ def test_refusing_to_go_on_says_where_and_keeps_what_was_accepted(tmp_path, monk
     scene = thesis("load.duration=1ms")
     attempts = []
 
-    def too_hard(self, start, dt, film_step):
+    def too_hard(self, start, dt, film_dt):
         attempts.append(dt)
         if start.time > 2e-4:
-            raise Refused("film and heat change too fast", 0.1)
-        return original(self, start, dt, film_step)
+            raise StepRejected("film and heat change too fast", 0.1)
+        return original(self, start, dt, film_dt)
 
-    original = Trials.step
-    monkeypatch.setattr(Trials, "step", too_hard)
+    original = CoupledStep.attempt
+    monkeypatch.setattr(CoupledStep, "attempt", too_hard)
     with pytest.raises(SimulationStopped, match=r"stops at t = 0\.\d+ ms of 1 ms.*touches the ice"):
         run(scene, tmp_path)
     rows = list(csv.DictReader(open(tmp_path / "history.csv")))
@@ -475,16 +480,16 @@ def test_a_step_ends_where_friction_leaves_the_straight_line(monkeypatch):
     """Cell after cell of the ice begins to melt: what film and heat have done before a turn is not
     done again, and the steps still add up to the run.
     """
-    cuts, first = [], Passage.first
+    cuts, first = [], Subcycles.first
 
-    def counted(passage, parts):
-        cuts.append(found := first(passage, parts))
-        assert found.steps == passage.steps[:parts] and found.ends[-1] == 1.0
+    def counted(subcycles, count):
+        cuts.append(found := first(subcycles, count))
+        assert found.substeps == subcycles.substeps[:count] and found.ends[-1] == 1.0
         assert all(np.diff((0.0, *found.ends)) > 0.0)
-        assert found.following == passage.steps[parts].step.dt
+        assert found.next_dt == subcycles.substeps[count].step.dt
         return found
 
-    monkeypatch.setattr(Passage, "first", counted)
+    monkeypatch.setattr(Subcycles, "first", counted)
     sliding = started(thesis("ice.heat=continuum", "numerics.tolerance=1e-2"))
     steps = list(sliding.steps())
     assert len(cuts) >= 3 and sum(step.rejected for step in steps) < len(cuts)
@@ -500,5 +505,5 @@ def test_as_many_parts_are_one_step_as_friction_is_straight_in():
     turns = [1.0, 1.2, 1.4, 1.6, 1.6]
     parts, bend = error.straight_parts(turns, ends)
     assert parts == 3 and bend == pytest.approx(0.0, abs=1e-9)
-    assert error.of_curve(turns, ends) > 1.0
+    assert error.of_line(turns, ends) > 1.0
     assert error.straight_parts([1.0, 2.0, 1.0], [0.5, 1.0]) == (1, 0.0)

@@ -38,7 +38,7 @@ def test_films_have_the_viscosity_of_their_temperature(carrier):
     scene = thesis(*COARSE, *CARRIERS[carrier], TABLE)
     sliding = started(scene)
     accepted = [step for step, _ in zip(sliding.steps(), range(12), strict=False)]
-    state, step = sliding.current.interface, accepted[-1].passage.steps[-1]
+    state, step = sliding.current.interface, accepted[-1].subcycles.substeps[-1]
     state = step.step.state
     warm = step.ice.surface_temperature(state.ice)
     heating = step.loads.viscous * step.loads.speed

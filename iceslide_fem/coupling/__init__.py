@@ -1,8 +1,9 @@
-"""One step of block and film, committed whole or not at all; its energies and its error.
+"""One step of block, film and ice, committed whole or not at all.
 
-`sliding` is the run over time. Each step is a `trial` (film and heat in sub-steps of their own:
-`films`), whose `step_error` and `acceptance` decide whether it is taken into the `state`; `energy`
-and `ledger` keep the accounts, `plate` says what drives the block, `restart` what goes on.
+`sliding` is the run over time. `coupled_step` makes each step: predict, film (in substeps of its
+own: `subcycling`), equilibrium, correct, `accept`. `step_error` measures its errors against
+`limits`, `energy` and `ledger` balance it, `plate` has its loads, `state` what is committed;
+`restart` turns that into arrays and back.
 
-Imports `interface`, `rubber`, `mesh`, `film`, `fenics`, `scene` and what is below them.
+Imports `interface`, `rubber`, `laws`, `mesh`, `film`, `fenics`, `scene` and what is below them.
 """

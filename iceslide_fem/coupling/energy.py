@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.coupling.passage import Passage
+from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.time_discretisation import Motion, MotionLaw
 
@@ -80,7 +80,7 @@ def mechanics_of(
 
 def step_energies(
     block: Block,
-    passage: Passage,
+    subcycles: Subcycles,
     forces: Sequence[float],
     time: float,
     dt: float,
@@ -92,10 +92,10 @@ def step_energies(
     (J) of walls that have slipped. Collective.
 
     The plate's force and speed are straight lines over the step, and so is friction between the
-    `forces` (N) at its start and at the ends of the parts of `passage`.
+    `forces` (N) at its start and after each of the `subcycles`.
     """
     load, end = block.scene.load, time + dt
-    times = [time, *(time + share * dt for share in passage.ends)]
+    times = [time, *(time + fraction * dt for fraction in subcycles.ends)]
     work = 0.0
     for (first, last), (force, final) in zip(pairwise(times), pairwise(forces), strict=True):
         bend = (final - force) / 12.0 * (load.speeds.at(last) - load.speeds.at(first))
@@ -106,8 +106,8 @@ def step_energies(
     weight = load.pressures.mean_between(time, end) * block.area
 
     def total(heat: str) -> float:
-        parts = [getattr(one.step, heat) for one in passage.steps]
-        return block.total(np.concatenate(parts), passage.area)
+        parts = [getattr(one.step, heat) for one in subcycles.substeps]
+        return block.total(np.concatenate(parts), subcycles.area)
 
     return Energies(
         friction_work=work,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from iceslide_fem.coupling.energy import Energies
 from iceslide_fem.coupling.sliding import Sliding
-from iceslide_fem.coupling.state import Accepted
+from iceslide_fem.coupling.state import AcceptedStep
 
 WATER = ("squeezed_water", "lost_water")
 
@@ -24,7 +24,7 @@ class Ledger:
         self.elastic_energy = self.kinetic_energy = 0.0
         self.squeezed_water = self.lost_water = 0.0
 
-    def add(self, accepted: Accepted) -> None:
+    def add(self, accepted: AcceptedStep) -> None:
         """Enter an accepted step."""
         for name, energy in accepted.energies._asdict().items():
             setattr(self, name, getattr(self, name) + energy)

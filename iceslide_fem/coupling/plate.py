@@ -42,13 +42,13 @@ class Plate:
         """The next time (s) at which the plate's force or speed has a corner."""
         return float(min(self._pressures.next_corner(now), self._speeds.next_corner(now)))
 
-    def bends(self, time: float) -> tuple[float, float]:
-        """By how much the rates of change of its force, as a share of it, and of its speed jump at
+    def kinks(self, time: float) -> tuple[float, float]:
+        """By how much the rates of change of its force, over the force, and of its speed jump at
         `time` (s): 1/s and m/s2.
         """
         return self._pressures.bend(time) / self._pressures.at(time), self._speeds.bend(time)
 
-    def way(self, now: float, dt: float) -> float:
+    def ice_passed(self, now: float, dt: float) -> float:
         """How far ice passes in a step of `dt` from `now` (s), m."""
         return self._speeds.mean_between(now, now + dt) * dt if self.passing < np.inf else 0.0
 
@@ -84,7 +84,7 @@ class Plate:
         present = self._block.surface.displacements(self._block.rubber.displacements)
         return self.loads(speed(present[..., 0])[0].ravel(), offset)
 
-    def resting(self, loads: ContactLoads, time: float) -> ContactLoads:
+    def with_still_rubber(self, loads: ContactLoads, time: float) -> ContactLoads:
         """The rubber's points at `time` (s) if they do not move relative to the plate."""
         return replace(loads, speed=np.full_like(loads.speed, self._speeds.at(time)))
 

@@ -1,4 +1,4 @@
-"""What a slide remembers, as arrays that know nothing of ranks, and how it is given back.
+"""The state of a slide as arrays that know nothing of ranks, and how it is restored.
 
 Every rank keeps what is its own, with places or numbers that no partition changes. A layout picks
 this rank's values out of what all ranks of an earlier run have kept, one of them after the other.
@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.coupling.sliding import Sliding
-from iceslide_fem.coupling.state import Memory
+from iceslide_fem.coupling.state import CheckpointState
 from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import InterfaceState
@@ -194,28 +194,28 @@ def _of_ice(ice: Ice, layout: Callable[[OwnNodes | None], Layout], comm: MPI.Com
 
 def remembered(sliding: Sliding) -> dict[str, Any]:
     """All that later steps depend on, in tables: of arrays this rank's own. Collective."""
-    block, carrier, memory = sliding.block, sliding.carrier, sliding.memory()
+    block, carrier, now = sliding.block, sliding.carrier, sliding.checkpoint_state()
     layouts, dim = layouts_of(block, carrier), block.rubber.mesh.geometry.dim
-    state, motion = memory.interface, memory.motion._asdict()
-    nodes = {"start": memory.start} | {name: motion[name] for name in MOVES}
+    state, motion = now.interface, now.motion._asdict()
+    nodes = {"start": now.start} | {name: motion[name] for name in MOVES}
     films = {"log_height": state.log_height, "squeezed_height": state.squeezed_height}
     return {
-        "time": memory.time,
-        "step": memory.step,
-        "film_step": memory.film_step,
-        "solved": memory.motion[:4],
-        "offset": memory.offset,
-        "steady": memory.steady,
-        "way": memory.way,
-        "strongest": memory.strongest,
+        "time": now.time,
+        "step": now.dt,
+        "film_step": now.film_dt,
+        "solved": now.motion[:4],
+        "offset": now.offset,
+        "steady": now.quiescent,
+        "way": now.sliding_distance,
+        "strongest": now.largest_friction_force,
         "layers_for": sliding.layers_for,
         "nodes": layouts.nodes.kept({k: v.reshape(-1, dim).T for k, v in nodes.items()}),
-        "points": layouts.points.kept({"speed": memory.speed, "shear": memory.shear}),
+        "points": layouts.points.kept({"speed": now.speed, "shear": now.shear}),
         "films": layouts.films.kept(films),
         "memory": layouts.memory.kept({"memory": state.memory} if len(state.memory) else {}),
         "ice": layouts.ice.kept(carrier.ice.saved(state.ice)),
         "rubber": layouts.rubber.kept(carrier.rubber.saved(state.rubber)),
-        "walls": layouts.walls.kept(_saved_grip(block, memory.grip)),
+        "walls": layouts.walls.kept(_saved_grip(block, now.stick_points)),
     }
 
 
@@ -242,12 +242,14 @@ def resumed(
     layouts = layouts_of(block, carrier)
     points, films = layouts.points.own(kept("points")), layouts.films.own(kept("films"))
     memory = layouts.memory.own(kept("memory"))
-    walls = layouts.walls.own(kept("walls")) if block.grip is not None else {}
-    sliding.recall(
-        Memory(
+    stick_points = None
+    if block.rubber.walls is not None and block.grip is not None:
+        stick_points = block.rubber.walls.restored(layouts.walls.own(kept("walls")))
+    sliding.restore(
+        CheckpointState(
             time=state["time"],
-            step=state["step"],
-            film_step=state["film_step"],
+            dt=state["step"],
+            film_dt=state["film_step"],
             start=nodes["start"],
             motion=Motion(*state["solved"], *(nodes[name] for name in MOVES)),
             speed=points["speed"],
@@ -260,10 +262,10 @@ def resumed(
                 carrier.rubber.restored(layouts.rubber.own(kept("rubber"))),
                 memory["memory"] if memory else np.zeros((0, films["log_height"].size)),
             ),
-            steady=state["steady"],
-            way=state["way"],
-            strongest=state["strongest"],
-            grip=block.rubber.walls.restored(walls) if block.rubber.walls and walls else None,
+            quiescent=state["steady"],
+            sliding_distance=state["way"],
+            largest_friction_force=state["strongest"],
+            stick_points=stick_points,
         )
     )
     return sliding

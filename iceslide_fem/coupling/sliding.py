@@ -1,4 +1,4 @@
-"""Sliding of a block over time: coupled steps (`trial`) as long as their errors allow.
+"""Sliding of a block over time: coupled steps (`coupled_step`) as long as their errors allow.
 
 Nothing of the last committed state is touched before a trial step is accepted.
 """
@@ -10,11 +10,12 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from iceslide_fem.arrays import Array
+from iceslide_fem.coupling.coupled_step import CoupledStep
 from iceslide_fem.coupling.energy import mechanics_of
+from iceslide_fem.coupling.limits import LIMITS, StepLimits
 from iceslide_fem.coupling.plate import Plate
-from iceslide_fem.coupling.state import Accepted, CoupledState, Memory
-from iceslide_fem.coupling.step_error import COUPLING, CouplingControl, Refused, StepError
-from iceslide_fem.coupling.trial import Trials
+from iceslide_fem.coupling.state import AcceptedStep, CheckpointState, CoupledState
+from iceslide_fem.coupling.step_error import StepError, StepRejected
 from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.build import carrier_of
@@ -26,8 +27,8 @@ from iceslide_fem.rubber.time_discretisation import Dynamic, MotionLaw, QuasiSta
 FIRST_STEP = 1e-5
 LONGEST_STEP = 0.025  # of the duration, so that curves are smooth
 SMALLEST_STEP = 1e-10  # of the duration
-# What is told of a trial that is refused: its length (s), and why.
-Refusal = Callable[[float, Exception], None]
+# What is told of a trial step that is rejected: its length (s), and why.
+Rejection = Callable[[float, Exception], None]
 
 
 def _motion_law(block: Block) -> MotionLaw:
@@ -46,7 +47,7 @@ class Sliding:
     def __init__(
         self,
         block: Block,
-        control: CouplingControl = COUPLING,
+        limits: StepLimits = LIMITS,
         layers_for: float | None = None,
     ) -> None:
         """Prepare film, heat and step control at the block's present displacements.
@@ -63,11 +64,11 @@ class Sliding:
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
         if plate.passing < np.inf:  # no ice passes from cell to cell unseen
             self._longest = min(self._longest, cells_in_a_step(scene) * plate.passing)
-        self._error = error = StepError(block, self._longest, control)
-        self._trials = Trials(block, self.carrier, plate, self.motion_law, error, control.passes)
-        first = FIRST_STEP * self._duration if self._trials.adaptive else np.inf
+        error = StepError(block, self._longest, limits)
+        self._step = CoupledStep(block, self.carrier, plate, self.motion_law, error)
+        first = FIRST_STEP * self._duration if self._step.adaptive else np.inf
         self._dt = min(first, self._longest)
-        self._film_step = self._dt
+        self._film_dt = self._dt
         interface = self.carrier.start(scene.initial_height, block.surface.n_points)
         loads, motion = plate.first_loads(), at_rest(block.rubber.u.x.array)
         self._start = motion.displacements
@@ -81,38 +82,38 @@ class Sliding:
             interface=interface,
             mechanics=mechanics,
             solved_shear=shear,
-            steady=False,
-            grip=block.grip,
-            strongest=mechanics.friction_force,
+            quiescent=False,
+            stick_points=block.grip,
+            largest_friction_force=mechanics.friction_force,
         )
 
-    def memory(self) -> Memory:
+    def checkpoint_state(self) -> CheckpointState:
         """All that later steps depend on, of this rank."""
         now = self.current
-        return Memory(
+        return CheckpointState(
             time=now.time,
-            step=self._dt,
-            film_step=self._film_step,
+            dt=self._dt,
+            film_dt=self._film_dt,
             start=self._start,
             motion=now.motion,
             speed=now.loads.speed,
             shear=now.solved_shear,
             offset=now.loads.offset,
             interface=now.interface,
-            steady=now.steady,
-            way=now.way,
-            strongest=now.strongest,
-            grip=now.grip,
+            quiescent=now.quiescent,
+            sliding_distance=now.sliding_distance,
+            largest_friction_force=now.largest_friction_force,
+            stick_points=now.stick_points,
         )
 
-    def recall(self, memory: Memory) -> None:
+    def restore(self, state: CheckpointState) -> None:
         """Go to a moment of a run of this scene from the same start. Collective."""
-        interface, motion = memory.interface, memory.motion
+        interface, motion = state.interface, state.motion
         self.block.rubber.u.x.array[:] = motion.displacements
-        self.block.hold(memory.grip)
-        loads = self._plate.loads(memory.speed, memory.offset)
+        self.block.hold(state.stick_points)
+        loads = self._plate.loads(state.speed, state.offset)
         self.current = CoupledState(
-            time=memory.time,
+            time=state.time,
             motion=motion,
             contact=self.block.contact,
             loads=loads,
@@ -120,13 +121,13 @@ class Sliding:
             mechanics=mechanics_of(
                 self.block, self.shear(interface, loads), loads.area, self.motion_law, motion
             ),
-            solved_shear=memory.shear,
-            steady=memory.steady,
-            grip=memory.grip,
-            way=memory.way,
-            strongest=memory.strongest,
+            solved_shear=state.shear,
+            quiescent=state.quiescent,
+            stick_points=state.stick_points,
+            sliding_distance=state.sliding_distance,
+            largest_friction_force=state.largest_friction_force,
         )
-        self._dt, self._film_step = memory.step, memory.film_step
+        self._dt, self._film_dt = state.dt, state.film_dt
 
     def shear(self, interface: InterfaceState, loads: ContactLoads) -> Array:
         """Friction stress on the ice at the points, (n,), Pa. Collective."""
@@ -142,15 +143,15 @@ class Sliding:
         """Unknowns of rubber and meshed ice on all ranks."""
         return self.block.rubber.n_dofs + self.carrier.ice.n_dofs
 
-    def steps(self, between_trials: Refusal = lambda dt, reason: None) -> Iterator[Accepted]:
+    def steps(self, between_trials: Rejection = lambda dt, reason: None) -> Iterator[AcceptedStep]:
         """All steps to the end of the slide (see `advance`), each committed when it is yielded."""
         while self.current.time < self._duration:
             yield self.advance(between_trials)
 
-    def advance(self, between_trials: Refusal = lambda dt, reason: None) -> Accepted:
+    def advance(self, between_trials: Rejection = lambda dt, reason: None) -> AcceptedStep:
         """Make the next step, shortened until it is accepted, and commit it.
 
-        `between_trials` is given the length and the fault of every trial that is refused, on all
+        `between_trials` is given the length and the fault of every trial that is rejected, on all
         ranks, when everything is again as the last accepted step left it; it may raise. Raises
         SimulationStopped where no step, however short, is accepted.
         """
@@ -164,39 +165,39 @@ class Sliding:
                 if abs(end - dt) < 1e-3 * dt:
                     dt = end
             try:
-                trial = self._trials.step(self.current, dt, self._film_step)
-            except (Refused, NotConverged) as reason:
+                trial = self._step.attempt(self.current, dt, self._film_dt)
+            except (StepRejected, NotConverged) as reason:
                 values[:] = self.current.motion.displacements
                 self.block.stop_at_faults(self.moment)
                 if isinstance(reason, NotConverged):
                     self.block.equilibrium.forget()
-                factor = reason.factor if isinstance(reason, Refused) else 0.25
+                factor = reason.factor if isinstance(reason, StepRejected) else 0.25
                 # what a first cut has not mended is a corner in the step: it falls slowly
                 self._dt = dt * (min(factor, 0.5) if rejected else factor)
                 rejected += 1
-                if not self._dt >= SMALLEST_STEP * self._duration or not self._trials.adaptive:
-                    raise SimulationStopped(self._farewell(reason)) from reason
+                if not self._dt >= SMALLEST_STEP * self._duration or not self._step.adaptive:
+                    raise SimulationStopped(self._failure_message(reason)) from reason
                 between_trials(dt, reason)
                 continue
             last, cut = trial.dt == left, trial.dt == corner < self._dt
             self.current = trial.state
-            self.block.hold(trial.state.grip)
+            self.block.hold(trial.state.stick_points)
             if last:
                 self.current = self.current._replace(time=self._duration)
-            following = trial.following
-            if self._trials.adaptive:
+            following = trial.next_dt
+            if self._step.adaptive:
                 if rejected or trial.dt < dt:  # what was too long is so in the next step, too
                     following = min(following, trial.dt)
                 if cut and not rejected:  # a short step to a corner says nothing of the next
                     following = max(following, self._dt)
                 if trial.dt == corner:
-                    following = min(following, self._trials.first_behind_corner(self.current))
+                    following = min(following, self._step.first_behind_kink(self.current))
                 self._dt = min(following, self._longest)
-                self._film_step = trial.passage.following
+                self._film_dt = trial.subcycles.next_dt
             return trial._replace(rejected=rejected)
 
-    def _farewell(self, reason: Exception) -> str:
-        if not self._trials.adaptive:
+    def _failure_message(self, reason: Exception) -> str:
+        if not self._step.adaptive:
             name = self.block.scene.numerics.film_integrator
             hint = (
                 f'numerics.film_integrator = "{name}" takes fixed steps of {self._longest:.3g} s: '

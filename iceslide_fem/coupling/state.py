@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.energy import Energies, Mechanics
-from iceslide_fem.coupling.passage import Passage
+from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.carriers import ContactLoads
 from iceslide_fem.rubber.contact import ContactState
@@ -19,9 +19,10 @@ class CoupledState(NamedTuple):
 
     time (s); motion: of the block when it was last solved for; contact and solved_shear (of the
     points, Pa): of then; loads: the rubber's points, (n,); interface: film and ice; mechanics: what
-    the block does and stores; steady: whether the last step changed the shear so little that the
-    block may rest; grip: of its walls on each other, None without friction there; way: of the block
-    over the ice since t = 0, m; strongest: largest friction force since then, N.
+    the block does and stores; quiescent: whether the last step changed the shear so little that
+    mechanics may be skipped; stick_points: of its walls on each other, None without friction there;
+    sliding_distance: of the block over the ice since t = 0, m; largest_friction_force: since then,
+    N.
     """
 
     time: float
@@ -31,49 +32,49 @@ class CoupledState(NamedTuple):
     interface: InterfaceState
     mechanics: Mechanics
     solved_shear: Array
-    steady: bool
-    grip: Grip | None = None
-    way: float = 0.0
-    strongest: float = 0.0
+    quiescent: bool
+    stick_points: Grip | None = None
+    sliding_distance: float = 0.0
+    largest_friction_force: float = 0.0
 
 
-class Memory(NamedTuple):
-    """What a slide remembers between two steps: the rest of its state follows from it.
+class CheckpointState(NamedTuple):
+    """All that later steps depend on between two steps: the rest of the state follows from it.
 
-    time and step, the length of the next (s), film_step: of the next of film and heat; start:
-    displacements at t = 0; motion, speed, shear (of the points, m/s and Pa), offset and way (m),
-    interface, steady, strongest and grip as in `CoupledState`.
+    time and dt, the length of the next step (s), film_dt: of the next substep of film and heat;
+    start: displacements at t = 0; speed, shear (of the points, m/s and Pa) and offset (m): of the
+    loads; the others as in `CoupledState`.
     """
 
     time: float
-    step: float
-    film_step: float
+    dt: float
+    film_dt: float
     start: Array
     motion: Motion
     speed: Array
     shear: Array
     offset: float
     interface: InterfaceState
-    steady: bool
-    way: float
-    strongest: float
-    grip: Grip | None
+    quiescent: bool
+    sliding_distance: float
+    largest_friction_force: float
+    stick_points: Grip | None
 
 
-class Accepted(NamedTuple):
+class AcceptedStep(NamedTuple):
     """An accepted step: the state it leads to, and what happened on the way.
 
-    dt: its length, and following: that of the next one by its errors, s; passage: of film and heat;
+    dt: its length, and next_dt: that of the next one by its errors, s; subcycles: of film and heat;
     energies: its entries in the ledger; loads: the rubber's points at its end, before the window
     moved; iterations: Newton's; solved: whether the block was solved; squeezed_water: what contact
     has squeezed out in it, lost_water: what was scraped off or has left the window of ice, m3;
-    rejected: steps refused before.
+    rejected: trial steps before that were not accepted.
     """
 
     state: CoupledState
     dt: float
-    following: float
-    passage: Passage
+    next_dt: float
+    subcycles: Subcycles
     energies: Energies
     loads: ContactLoads
     iterations: int

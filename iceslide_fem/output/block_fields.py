@@ -8,7 +8,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.sliding import Sliding
-from iceslide_fem.coupling.state import Accepted
+from iceslide_fem.coupling.state import AcceptedStep
 from iceslide_fem.heat.elements import LayeredElements
 from iceslide_fem.interface.carriers import Rises
 from iceslide_fem.interface.surface_grid import Profile, SurfaceGrid
@@ -39,7 +39,7 @@ class BlockFields:
         block, ice = sliding.block, sliding.carrier.ice
         self._facets = FacetGrid(block.rubber, block.surface)
         profile = ice.profile(sliding.current.interface.ice)
-        present: dict[str, Callable[[Accepted | None], Grid | None]] = {}
+        present: dict[str, Callable[[AcceptedStep | None], Grid | None]] = {}
         if self._stress or "rubber" in names:
             self._nodes = RubberGrid(block.rubber)
             present["rubber"] = self._rubber
@@ -57,13 +57,13 @@ class BlockFields:
             present["trail"] = self._trail
         self._present = present
 
-    def grids(self, accepted: Accepted | None) -> dict[str, Grid | None]:
+    def grids(self, accepted: AcceptedStep | None) -> dict[str, Grid | None]:
         """Grids by name, each on one rank: those of the ice's grid on the last, which writes while
         the first does. `accepted` led to the present moment, None at t = 0.
         """
         return {name: grid(accepted) for name, grid in self._present.items()}
 
-    def _rubber(self, accepted: Accepted | None) -> Grid | None:
+    def _rubber(self, accepted: AcceptedStep | None) -> Grid | None:
         u = self._sliding.block.rubber.displacements
         velocity = self._sliding.current.motion.velocity.reshape(u.shape)
         rise = self._rises().rubber
@@ -71,7 +71,7 @@ class BlockFields:
         warm = {} if rise is None else {TEMPERATURE: first + rise}
         return self._nodes.grid(u, velocity, self._stress, warm)
 
-    def _interface(self, accepted: Accepted | None) -> Grid | None:
+    def _interface(self, accepted: AcceptedStep | None) -> Grid | None:
         block, contact = self._sliding.block, self._sliding.current.contact
         values = interface_fields(self._sliding, accepted)
         force = np.zeros((*contact.area.shape, block.rubber.mesh.geometry.dim))
@@ -79,7 +79,7 @@ class BlockFields:
         force[..., -1] = contact.pressure * contact.area
         return self._facets.grid(block.rubber.displacements, values, force.sum(axis=1))
 
-    def _contact_points(self, accepted: Accepted | None) -> Grid | None:
+    def _contact_points(self, accepted: AcceptedStep | None) -> Grid | None:
         block = self._sliding.block
         unit = "m" if block.scene.model == "slice" else "m^2"
         values = interface_fields(self._sliding, accepted)
@@ -87,7 +87,7 @@ class BlockFields:
         positions = block.surface.positions(block.rubber.displacements)
         return point_grid(block.surface.comm, positions, values)
 
-    def _ice(self, accepted: Accepted | None) -> Grid | None:
+    def _ice(self, accepted: AcceptedStep | None) -> Grid | None:
         profile = self._profile()
         celsius = self._celsius(profile.kelvin)
         if profile.grid is None:
@@ -97,7 +97,7 @@ class BlockFields:
         lines = [*self._lines(profile.grid), -profile.depths]
         return tensor_grid(lines, {TEMPERATURE: celsius.T})
 
-    def _meshed_ice(self, accepted: Accepted | None) -> Grid | None:
+    def _meshed_ice(self, accepted: AcceptedStep | None) -> Grid | None:
         """This rank's part of the ice's mesh, where the ice is relative to the plate."""
         equation, rise = self._sliding.carrier.ice.equation, self._rises().ice
         assert equation is not None and isinstance(equation.elements, LayeredElements)
@@ -114,7 +114,7 @@ class BlockFields:
         means = self._facets.means(below)
         return self._facets.below(block.rubber.displacements, touching, depths, means)
 
-    def _trail(self, accepted: Accepted | None) -> Grid | None:
+    def _trail(self, accepted: AcceptedStep | None) -> Grid | None:
         """Film and heat at the nodes of the window of ice that follows the block."""
         state, profile = self._sliding.current.interface, self._profile()
         grid = profile.grid

@@ -9,7 +9,7 @@ import numpy as np
 from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.ledger import Ledger
 from iceslide_fem.coupling.sliding import Sliding
-from iceslide_fem.coupling.state import Accepted, CoupledState
+from iceslide_fem.coupling.state import AcceptedStep, CoupledState
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.viscosity import FILM_VISCOSITY
 from iceslide_fem.materials import ZERO_CELSIUS
@@ -38,7 +38,7 @@ def preload_row(block: Block, point: PathPoint) -> PreloadRow:
     )
 
 
-def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> HistoryRow:
+def slide_row(sliding: Sliding, ledger: Ledger, accepted: AcceptedStep | None) -> HistoryRow:
     """Row of `history.csv` at the present moment; `accepted` led to it, None at t = 0. Collective.
 
     Heights, temperature and the melted and saturated fractions are means over the contact area.
@@ -93,7 +93,7 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: Accepted | None) -> Hi
     return row_of(values._asdict(), memory)
 
 
-def interface_fields(sliding: Sliding, accepted: Accepted | None) -> dict[str, Array]:
+def interface_fields(sliding: Sliding, accepted: AcceptedStep | None) -> dict[str, Array]:
     """Fields on the contact points for output, (f, q), by their names with units. Collective.
 
     NaN where there is no contact and so no film: a facet's mean leaves those points out.
@@ -171,12 +171,12 @@ def _surface(sliding: Sliding, current: CoupledState) -> Array:
     return np.minimum(temperature, sliding.block.scene.ice.melting_temperature)
 
 
-def _switches(sliding: Sliding, accepted: Accepted | None) -> tuple[Array, Array]:
+def _switches(sliding: Sliding, accepted: AcceptedStep | None) -> tuple[Array, Array]:
     """Melting and saturation at the points, 0 to 1; nowhere at t = 0. Collective."""
     if accepted is None:
         nowhere = np.zeros(sliding.block.surface.n_points)
         return nowhere, nowhere
-    end, loads, carrier = accepted.passage.steps[-1], accepted.loads, sliding.carrier
+    end, loads, carrier = accepted.subcycles.substeps[-1], accepted.loads, sliding.carrier
     melting, saturated = (
         end.of_all(one) for one in (end.step.last.melting, end.step.last.saturated)
     )

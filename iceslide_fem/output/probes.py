@@ -10,7 +10,7 @@ import numpy as np
 
 from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.sliding import Sliding
-from iceslide_fem.coupling.state import Accepted
+from iceslide_fem.coupling.state import AcceptedStep
 from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics import compat
 from iceslide_fem.heat.equation import HeatEquation
@@ -85,7 +85,7 @@ class Probes:
     def _skin(self) -> float:
         return ON_SURFACE * self._block.height
 
-    def rows(self, sliding: Sliding, accepted: Accepted | None) -> list[ProbeRow]:
+    def rows(self, sliding: Sliding, accepted: AcceptedStep | None) -> list[ProbeRow]:
         """Rows at the present moment, on rank 0; nothing on the others. Collective."""
         contact = interface_fields(sliding, accepted) if self._touch else {}
         own = np.array([self._values(probe, sliding, contact) for probe in self._probes])

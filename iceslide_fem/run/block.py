@@ -11,7 +11,7 @@ from typing import Any
 
 from iceslide_fem.coupling.ledger import Ledger
 from iceslide_fem.coupling.restart import remembered, resumed
-from iceslide_fem.coupling.sliding import Refusal, Sliding
+from iceslide_fem.coupling.sliding import Rejection, Sliding
 from iceslide_fem.errors import Interrupted, OutputError, SceneError, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.folder import clear_results
@@ -194,7 +194,7 @@ def _slide(
 
 
 def _steps(
-    sliding: Sliding, ledger: Ledger, refused: Refusal, begins: bool
+    sliding: Sliding, ledger: Ledger, refused: Rejection, begins: bool
 ) -> Iterator[Observation]:
     """What there is to observe: t = 0, if the slide `begins`, and every accepted step."""
     if begins:

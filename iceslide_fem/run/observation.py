@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol
 
 from iceslide_fem.coupling.sliding import Sliding
-from iceslide_fem.coupling.state import Accepted
+from iceslide_fem.coupling.state import AcceptedStep
 from iceslide_fem.output.table import HistoryRow
 
 
@@ -13,7 +13,7 @@ class Observation(NamedTuple):
     """The slide at its present moment, the step that led there (None at t = 0), and its row."""
 
     sliding: Sliding
-    accepted: Accepted | None
+    accepted: AcceptedStep | None
     row: HistoryRow
 
     @property

@@ -21,7 +21,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from iceslide_fem.arrays import Array
-from iceslide_fem.coupling.step_error import COUPLING
+from iceslide_fem.coupling.limits import LIMITS
 from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column
@@ -225,7 +225,7 @@ INTEGRATOR = Scene.model_fields["numerics"].default.film_integrator
 
 def controlled(**changes: Any) -> Callable[[Scene], Slide]:
     """Slides whose block and film are coupled in another way."""
-    return partial(slid, control=COUPLING._replace(**changes))
+    return partial(slid, limits=replace(LIMITS, **changes))
 
 
 def full_newton(scene: Scene) -> Slide:

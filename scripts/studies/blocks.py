@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.arrays import Array
+from iceslide_fem.coupling.limits import LIMITS, StepLimits
 from iceslide_fem.coupling.sliding import Sliding
-from iceslide_fem.coupling.step_error import COUPLING, CouplingControl
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.rubber.block import Block, build_block
 from iceslide_fem.rubber.contact import Traction, sliding_friction
@@ -36,35 +36,35 @@ class Slide(NamedTuple):
     last: Sliding
 
 
-def at_speed(block: Block, control: CouplingControl = COUPLING) -> Sliding:
+def at_speed(block: Block, limits: StepLimits = LIMITS) -> Sliding:
     """Press and bring to speed; the slide from there. Raises SimulationStopped."""
     press(block, lambda _: None)
     start_sliding(block, lambda _: None)
-    return Sliding(block, control)
+    return Sliding(block, limits)
 
 
 def slid(
     scene: Scene,
     block: Block | None = None,
-    control: CouplingControl = COUPLING,
+    limits: StepLimits = LIMITS,
     observe: Callable[[Sliding], None] = lambda run: None,
 ) -> Slide:
     """Press, bring to speed and slide on this process, without outputs.
 
-    `block` is the scene's, made now if none is given; `control` how closely block and film are
-    coupled; `observe` sees t = 0 and every accepted step. Raises SimulationStopped where the run
-    cannot go on.
+    `block` is the scene's, made now if none is given; `limits` are those of its steps; `observe`
+    sees t = 0 and every accepted step. Raises SimulationStopped where the run cannot
+    go on.
     """
     started = process_time()
     block = block or build_block(scene, MPI.COMM_SELF)
-    run = at_speed(block, control)
+    run = at_speed(block, limits)
     observe(run)
     time, mu, work, rejected, iterations = [0.0], [present_mu(run)], 0.0, 0, 0
     while run.current.time < scene.load.duration:
         accepted = run.advance()
         time.append(run.current.time)
         mu.append(present_mu(run))
-        work += sum(float(one.area @ one.step.friction_work) for one in accepted.passage.steps)
+        work += sum(float(one.area @ one.step.friction_work) for one in accepted.subcycles.substeps)
         rejected += accepted.rejected
         iterations += accepted.iterations
         observe(run)

@@ -2,18 +2,19 @@
 
 As a table, and as one picture of pressure, speed and mu. With --least what the friction coefficient
 changes against which energies and curves of a plate that starts or rests are measured
-(`coupling.step_error.LEAST_FRICTION`).
+(`coupling.limits.StepLimits.least_friction`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from iceslide_fem.coupling import step_error
 from iceslide_fem.coupling.energy import Energies
+from iceslide_fem.coupling.limits import LIMITS
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.materials import BAR
@@ -79,13 +80,12 @@ def least_friction(quick: bool) -> Iterator[list[object]]:
     """Rows: steps, and what energy is missing, with several values of the least friction."""
     coarse = ["model=slice", "ice.heat=column", "load.duration=1ms", "numerics.refinement=0.5"]
     coarse += ["numerics.tolerance=1e-2"]
-    chosen = step_error.LEAST_FRICTION
     for name, loads in list(RESTS.items())[: 1 if quick else None]:
         changes = [f"{key}={value}" for key, value in loads.items()]
         scene = case("thesis_1bar", *coarse, *changes)
         for least in LEAST[1:4:2] if quick else LEAST:
-            step_error.LEAST_FRICTION = least
-            sliding = at_speed(build_block(scene, MPI.COMM_SELF))
+            limits = replace(LIMITS, least_friction=least)
+            sliding = at_speed(build_block(scene, MPI.COMM_SELF), limits)
             energies: list[Energies] = []
             rejected = 0
             try:
@@ -101,7 +101,6 @@ def least_friction(quick: bool) -> Iterator[list[object]]:
                 ends = f"{1e6 * whole.friction_work:.3g}"
                 share = f"{whole.missing / moved:+.1e} | {missing / moved:.1e}"
             yield [name, f"{least:g}", len(energies), rejected, ends, share]
-    step_error.LEAST_FRICTION = chosen
 
 
 def main() -> None:

@@ -12,7 +12,7 @@ from time import process_time
 from typing import get_args
 
 from iceslide_fem.coupling.ledger import Ledger
-from iceslide_fem.coupling.state import Accepted
+from iceslide_fem.coupling.state import AcceptedStep
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.output.block_fields import BlockFields
 from iceslide_fem.output.fields import Fields
@@ -40,7 +40,7 @@ def cost(scene: Scene, folder: Path) -> list[list[str]]:
     due = FieldTimes(scene.output.times, scene.load.duration, None)
     with Table(folder / "history.csv", HistoryRow, 0) as history:
 
-        def look(accepted: Accepted | None) -> None:
+        def look(accepted: AcceptedStep | None) -> None:
             before = process_time()
             history.row(slide_row(sliding, ledger, accepted))
             seconds["history"] += process_time() - before

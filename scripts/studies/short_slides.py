@@ -3,38 +3,41 @@
 The first moments of tread_block at its tolerance of 1e-2: steps, refused ones, Newton's iterations,
 and the largest error of mu(t) against a tolerance of 1e-3 on the same mesh. Beside the program as
 it is, without its two remedies: a bound on how far a resting block may be left behind
-(`coupling.step_error.REST_SHARE`), and the resultant in the size of what is not balanced
+(`coupling.limits.StepLimits.skipped_motion`), and the resultant in the size of what is not balanced
 (`rubber.contact_nodes.RESULTANT`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from math import inf
 
 import numpy as np
 
-from iceslide_fem.coupling import step_error
+from iceslide_fem.coupling.limits import LIMITS, StepLimits
 from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.rubber import contact_nodes, tangent
 from scripts.studies.blocks import slid
 from scripts.studies.common import case, largest, options, table
 
+UNLIMITED = replace(LIMITS, skipped_motion=inf)
 VARIANTS = {
-    "as it is": (step_error.REST_SHARE, contact_nodes.RESULTANT),
-    "rests while friction is quiet": (inf, contact_nodes.RESULTANT),
-    "nodal forces alone": (step_error.REST_SHARE, 0.0),
-    "neither remedy": (inf, 0.0),
+    "as it is": (LIMITS, contact_nodes.RESULTANT),
+    "rests while friction is quiet": (UNLIMITED, contact_nodes.RESULTANT),
+    "nodal forces alone": (LIMITS, 0.0),
+    "neither remedy": (UNLIMITED, 0.0),
 }
 MESHES = (("slice", 1.0), ("block", 0.8))
 DURATIONS = ("0.1ms", "0.02ms", "0.004ms")
 REFERENCE = 1e-3  # tolerance
 
 
-def set_remedies(variant: str) -> None:
-    """Let blocks that are built from now on have those of `variant`."""
-    step_error.REST_SHARE, counts = VARIANTS[variant]
+def set_remedies(variant: str) -> StepLimits:
+    """Let blocks that are built from now on have the resultant of `variant`; its limits."""
+    limits, counts = VARIANTS[variant]
     contact_nodes.RESULTANT = tangent.RESULTANT = counts
+    return limits
 
 
 def rows(quick: bool) -> Iterator[list[object]]:
@@ -46,10 +49,10 @@ def rows(quick: bool) -> Iterator[list[object]]:
             set_remedies("as it is")
             finer = slid(case("tread_block", *changes, f"numerics.tolerance={REFERENCE}"))
             for variant in VARIANTS:
-                set_remedies(variant)
+                limits = set_remedies(variant)
                 head = [model, f"{finer.last.block.rubber.n_dofs:,}", duration, variant]
                 try:
-                    run = slid(case("tread_block", *changes))
+                    run = slid(case("tread_block", *changes), limits=limits)
                 except SimulationStopped as reason:
                     yield [*head, str(reason).partition(" of ")[0], "", "", ""]
                     continue

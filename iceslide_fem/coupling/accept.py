@@ -12,30 +12,29 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.coupling.energy import step_energies
-from iceslide_fem.coupling.films import MOST_STEPS
-from iceslide_fem.coupling.passage import Passage
-from iceslide_fem.coupling.state import Accepted, CoupledState
-from iceslide_fem.coupling.step_error import Refused, StepError
+from iceslide_fem.coupling.state import AcceptedStep, CoupledState
+from iceslide_fem.coupling.step_error import StepError, StepRejected
+from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.interface.carriers import Carrier
 from iceslide_fem.rubber.block import Block
 
-MORE_STEPS = 0.9  # of the sub-steps that a step may have, in the next one
+NEXT_SUBSTEPS = 0.9  # of the substeps that a step may have, in the next one
 
 
-class Found(NamedTuple):
-    """What a trial step leads to.
+class CorrectedStep(NamedTuple):
+    """A trial step after block and film have been corrected.
 
-    after: its state, before water and the window have followed; dt: its length, s; passage: of film
-    and heat; forces: friction of the block at its start and at the ends of the parts of `passage`,
-    N; factor: on the next step's length, by its errors; iterations: Newton's; solved: whether the
-    block was solved; wall_heat: of walls that have slipped, J.
+    after: its state, before water and the window have followed; dt: its length, s; subcycles: of
+    film and heat; forces: friction of the block at its start and after each substep, N; factor: on
+    the next step's length, by its errors; iterations: Newton's; solved: whether the block was
+    solved for; wall_heat: of walls that have slipped, J.
     """
 
     after: CoupledState
     dt: float
-    passage: Passage
+    subcycles: Subcycles
     forces: list[float]
     factor: float
     iterations: int = 0
@@ -54,51 +53,52 @@ class Acceptance:
         # it pushes with no more than the friction that sheared it.
         self._may_swing = block.scene.load.changes
 
-    def of(self, start: CoupledState, found: Found) -> Accepted:
-        """The step from `start` as it is accepted. Raises Refused."""
-        dt, force, most = found.dt, found.forces[-1], 0.0
+    def of(self, start: CoupledState, corrected: CorrectedStep) -> AcceptedStep:
+        """The step from `start` as it is accepted. Raises StepRejected."""
+        dt, force, most = corrected.dt, corrected.forces[-1], 0.0
         if self._may_swing:
-            most = max(start.strongest, self._error.least_friction)
+            most = max(start.largest_friction_force, self._error.least_friction)
         if not (force > 0.0 or -force <= most):
             with_what = " with more than it was sheared by" if self._may_swing else ""
-            raise Refused(f"rubber that springs back would push the block forward{with_what}", 0.25)
-        after, passage = found.after, found.passage
+            what = f"rubber that springs back would push the block forward{with_what}"
+            raise StepRejected(what, 0.25)
+        after, subcycles = corrected.after, corrected.subcycles
         energies = step_energies(
             self._block,
-            passage,
-            found.forces,
+            subcycles,
+            corrected.forces,
             start.time,
             dt,
             start.mechanics,
             after.mechanics,
-            found.wall_heat,
+            corrected.wall_heat,
         )
         unclosed = self._error.of_energy(energies, dt, force)
         shorter = float(step_factor(unclosed, 2))
         if unclosed > 1.0 and self._adaptive:  # else nobody could choose a better step
-            raise Refused("the step's energy does not close: the block snaps", shorter)
-        squeezed = self._squeezed(passage)
-        after = after._replace(strongest=max(start.strongest, force))
+            raise StepRejected("the step's energy does not close: the block snaps", shorter)
+        squeezed = self._squeezed(subcycles)
+        after = after._replace(largest_friction_force=max(start.largest_friction_force, force))
         shifted, lost = self._window_shifted(start, after)
         # a step twice as long would take film and heat twice as many of their own
-        most = MORE_STEPS * MOST_STEPS / len(passage.steps)
-        return Accepted(
+        most = NEXT_SUBSTEPS * self._error.limits.most_substeps / len(subcycles.substeps)
+        return AcceptedStep(
             shifted,
             dt,
-            dt * min(found.factor, shorter, most),
-            passage,
+            dt * min(corrected.factor, shorter, most),
+            subcycles,
             energies,
             after.loads,
-            found.iterations,
-            found.solved,
+            corrected.iterations,
+            corrected.solved,
             squeezed,
             lost,
         )
 
-    def _squeezed(self, passage: Passage) -> float:
-        """Water that leaves the films of the whole block in `passage`, m3. Collective."""
-        gains = [one.step.squeezed for one in passage.steps]
-        return self._block.total(np.concatenate(gains), passage.area)
+    def _squeezed(self, subcycles: Subcycles) -> float:
+        """Water that leaves the films of the whole block in `subcycles`, m3. Collective."""
+        gains = [one.step.squeezed for one in subcycles.substeps]
+        return self._block.total(np.concatenate(gains), subcycles.area)
 
     def _window_shifted(
         self, start: CoupledState, after: CoupledState
@@ -107,12 +107,12 @@ class Acceptance:
         carrier, loads = self._carrier, after.loads
         comm = self._block.surface.comm
         if not comm.allreduce(carrier.reaches(loads), op=MPI.LAND):
-            raise Refused("the block leaves its window of ice", 0.25)
-        moved, lost = carrier.water_moved(after.interface, start.loads, loads, start.way)
-        way = start.way + (loads.offset - start.loads.offset)
+            raise StepRejected("the block leaves its window of ice", 0.25)
+        before = start.loads, loads, start.sliding_distance
+        moved, lost = carrier.water_moved(after.interface, *before)
+        distance = start.sliding_distance + (loads.offset - start.loads.offset)
         interface, offset, left = carrier.window_shifted(moved, loads.offset)
         if offset != loads.offset:  # else they are the next step's own, with what is known of them
             loads = replace(loads, offset=offset)
-        return after._replace(interface=interface, loads=loads, way=way), self._block.scale * (
-            lost + left
-        )
+        after = after._replace(interface=interface, loads=loads, sliding_distance=distance)
+        return after, self._block.scale * (lost + left)

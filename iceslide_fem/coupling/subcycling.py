@@ -1,0 +1,123 @@
+"""Subcycling of film and heat: steps of their own within a coupled step.
+
+Points of the ice begin to melt one after the other, which film and heat have to follow in steps
+much shorter than those in which the block moves. Between the ends of a coupled step the loads of
+the contact points lie on straight lines. Where ice slides, it goes on by a cell in a substep at
+most.
+"""
+
+from __future__ import annotations
+
+import math
+
+from iceslide_fem.coupling.step_error import StepError, StepRejected
+from iceslide_fem.coupling.subcycles import Subcycles
+from iceslide_fem.errors import NotConverged
+from iceslide_fem.film.integrators import Integrator, InterfaceState
+from iceslide_fem.film.step_control import step_factor
+from iceslide_fem.interface.carriers import Carrier, ContactLoads, InterfaceStep
+
+SMALLEST_FRACTION = 1e-6  # of the coupled step
+TOO_FAST = "film and heat change too fast"
+
+
+class Subcycling:
+    """Advances film and heat on `carrier` over coupled steps. All is collective."""
+
+    def __init__(
+        self,
+        carrier: Carrier,
+        error: StepError,
+        integrator: Integrator,
+        longest: float = math.inf,
+    ) -> None:
+        """`longest`: of a substep, s."""
+        self._carrier, self._error, self._integrator = carrier, error, integrator
+        self._longest, self._most = longest, error.limits.most_substeps
+        self._adaptive = bool(integrator.estimate)
+
+    def advance(
+        self,
+        state: InterfaceState,
+        start: ContactLoads,
+        end: ContactLoads,
+        dt: float,
+        first_dt: float,
+    ) -> Subcycles:
+        """From `state` over `dt` (s), in substeps that their errors ask for, the first `first_dt`.
+
+        Raises StepRejected, or NotConverged.
+        """
+        substeps: list[InterfaceStep] = []
+        ends: list[float] = []
+        points = [start]
+        done, wanted = 0.0, first_dt if self._adaptive else dt
+        while done < 1.0:
+            left, wanted = (1.0 - done) * dt, min(wanted, self._longest)
+            length = left if wanted >= left else min(wanted, 0.5 * left)
+            reached = 1.0 if length == left else done + length / dt
+            loads = between(start, end, reached)
+            may_shorten = self._adaptive and length >= SMALLEST_FRACTION * dt
+            try:
+                trial = self._carrier.pass_over(state, points[-1], loads, length, self._integrator)
+                error = self._error.of_film(trial)
+            except NotConverged:
+                if not may_shorten:
+                    raise
+                wanted = 0.25 * length
+                continue
+            factor = self._factor(error)
+            if error > 1.0:
+                if not may_shorten:
+                    raise StepRejected(TOO_FAST, factor)
+                wanted = factor * length
+                continue
+            state, done = trial.state, reached
+            substeps.append(trial)
+            ends.append(done)
+            points.append(loads)
+            wanted = factor * length if length >= wanted else max(wanted, factor * length)
+            if len(substeps) == self._most and done < 1.0:
+                raise StepRejected(TOO_FAST, done)
+        return Subcycles(tuple(substeps), tuple(ends), tuple(points[1:]), wanted)
+
+    def repeat(
+        self,
+        state: InterfaceState,
+        start: ContactLoads,
+        end: ContactLoads,
+        dt: float,
+        before: Subcycles,
+    ) -> Subcycles:
+        """The same substeps as `before` under other loads at the end; errors up to twice as large.
+
+        Raises StepRejected, or NotConverged.
+        """
+        substeps: list[InterfaceStep] = []
+        points, done = [start], 0.0
+        for reached in before.ends:
+            points.append(between(start, end, reached))
+            length = (reached - done) * dt
+            one = self._carrier.pass_over(state, points[-2], points[-1], length, self._integrator)
+            error = self._error.of_film(one)
+            if error > 2.0:
+                raise StepRejected(TOO_FAST, self._factor(error))
+            substeps.append(one)
+            state, done = one.state, reached
+        return before._replace(substeps=tuple(substeps), loads=tuple(points[1:]))
+
+    def _factor(self, error: float) -> float:
+        return float(step_factor(error, self._integrator.estimate_order))
+
+
+def between(start: ContactLoads, end: ContactLoads, fraction: float) -> ContactLoads:
+    """Loads at the `fraction` of a step, on straight lines between its ends."""
+    if fraction == 1.0:
+        return end
+    return ContactLoads(
+        start.positions + fraction * (end.positions - start.positions),
+        start.pressure + fraction * (end.pressure - start.pressure),
+        start.area + fraction * (end.area - start.area),
+        start.speed + fraction * (end.speed - start.speed),
+        start.offset + fraction * (end.offset - start.offset),
+    )
