@@ -10,6 +10,9 @@ pytest.importorskip("dolfinx")
 from test_ice import given_flux  # noqa: E402
 from test_sliding import CASES, slide, started  # noqa: E402
 
+from iceslide_fem.coupling.coupled_step import CoupledStep  # noqa: E402
+from iceslide_fem.coupling.plate import Plate  # noqa: E402
+from iceslide_fem.coupling.step_error import StepError  # noqa: E402
 from iceslide_fem.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
@@ -157,8 +160,8 @@ def test_heat_given_is_the_heat_in_the_ice_trail_included():
     sliding = started(scene)
     given = 0.0
     while sliding.current.time < scene.load.duration:
-        passage = sliding.advance().passage
-        given += sum(float(one.step.ice_heat @ one.area) for one in passage.steps)
+        subcycles = sliding.advance().subcycles
+        given += sum(float(one.step.ice_heat @ one.area) for one in subcycles.substeps)
     kept = heat_in(sliding.carrier.ice, sliding.current.interface.ice)
     assert kept == pytest.approx(given, rel=1e-9)
 
@@ -197,7 +200,9 @@ def test_a_trial_step_leaves_no_trace_in_a_model(motion, carrier, heat):
     sliding = started(scene)
     sliding.advance()
     before = contents(sliding.carrier)
-    sliding._trials._solved(sliding.current, sliding._dt, sliding._film_step)
+    block, carrier, law = sliding.block, sliding.carrier, sliding.motion_law
+    step = CoupledStep(block, carrier, Plate(block), law, StepError(block, 1e-3))
+    step.attempt(sliding.current, 1e-6, 1e-6)
     np.testing.assert_equal(contents(sliding.carrier), before)
     assert before["ice"]
 

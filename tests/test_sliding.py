@@ -179,13 +179,14 @@ def test_no_step_is_accepted_whose_energy_does_not_close(monkeypatch):
     monkeypatch.setattr(HyperelasticBody, "elastic_energy", lambda self: elastic(self) + given[0])
     accepted = sliding.advance()
     run_work = sliding.current.mechanics.friction_force * 3.0 * 1e-3
+    state = sliding.checkpoint_state()._replace(quiescent=False, dt=1e-5)  # longer than a jump
+    sliding.restore(state)
     given[0] = 1e-2 * run_work / sliding.block.scale
-    sliding.current = sliding.current._replace(quiescent=False)
-    sliding._dt = 1e-5  # more than a jump may take
     with pytest.raises(SimulationStopped, match="energy does not close: the block snaps"):
         sliding.advance()
-    given[0] *= 0.02  # a small jump, however, may happen in a moment
-    sliding._dt = 1e-5
+    small, given[0] = 0.02 * given[0], 0.0
+    sliding.restore(state)
+    given[0] = small  # a small jump, however, may happen in a moment
     jump = sliding.advance()
     assert accepted.rejected == 0 and jump.rejected > 0 and jump.dt <= 1e-5 * 1e-3
 
@@ -403,7 +404,7 @@ def test_a_rejected_step_leaves_no_trace():
     undisturbed = started(scene)
     for _ in range(12):
         undisturbed.advance()
-    undisturbed._dt = after_rejections.dt
+    undisturbed.restore(undisturbed.checkpoint_state()._replace(dt=after_rejections.dt))
     direct = undisturbed.advance()
     assert direct.rejected == 0 and direct.dt == after_rejections.dt
     np.testing.assert_allclose(

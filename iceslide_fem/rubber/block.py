@@ -28,9 +28,11 @@ from iceslide_fem.rubber.contact import (
 from iceslide_fem.rubber.contact_points import contact_points
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.element import Energy, stored_energy
-from iceslide_fem.rubber.equilibrium import Equilibrium, Solution, TractionLaw
+from iceslide_fem.rubber.equilibrium import Equilibrium
 from iceslide_fem.rubber.failure import Posture, Slenderness, limit_met, posture
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
+from iceslide_fem.rubber.loaded_block import TractionLaw
+from iceslide_fem.rubber.newton import Solution
 from iceslide_fem.rubber.wall_friction import Grip
 from iceslide_fem.scene import Scene
 

@@ -19,7 +19,8 @@ from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.materials import BAR
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import Traction, blend
-from iceslide_fem.rubber.equilibrium import Solution, TractionLaw
+from iceslide_fem.rubber.loaded_block import TractionLaw
+from iceslide_fem.rubber.newton import Solution
 
 # The first load, as a strain, and how far the first solve goes on the way to the sliding speed:
 # less makes more solves, more fails or takes many tangents where sharp edges fold.

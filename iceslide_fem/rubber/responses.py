@@ -41,7 +41,7 @@ Answered = Callable[[Array], Array]
 class Responses:
     """Answers of factors to loads on the `nodes` of the contact: kept until they are cleared.
 
-    worn: whether the last change took more solves than those since the factors did on the average,
+    stale: whether the last change took more solves than those since the factors did on the average,
     the factors' own cost included: then new ones are worth their while.
     """
 
@@ -64,7 +64,7 @@ class Responses:
     def clear(self) -> None:
         """There are new factors."""
         self._met = 0
-        self._spent, self._changes, self.worn = self._cost, 0, False
+        self._spent, self._changes, self.stale = self._cost, 0, False
 
     def differ(self, difference: Array, walls: csr_matrix | None = None) -> None:
         """The contact of the factors less the present one, as a tangent (f, a d, a d), N/m, and the
@@ -117,7 +117,7 @@ class Responses:
             left, more_shares = _less(left, images, parts)
             shares = np.pad(shares, (0, len(loads))) + more_shares
         self._spent, self._changes = self._spent + solves, self._changes + 1
-        self.worn = solves * self._changes > self._spent or self._met > MOST_KEPT
+        self.stale = solves * self._changes > self._spent or self._met > MOST_KEPT
         return np.asarray(shares @ self._answers[: shares.size]) if shares.size else 0.0 * answer
 
     def _keep(self, load: Array, answer: Array) -> None:

@@ -37,8 +37,6 @@ from iceslide_fem.rubber.rigid_modes import rigid_modes
 FORCING = 0.03
 # By factors of the place where it starts, which may be symmetric, a change leaves less.
 FRESH = 1e-3
-
-
 # What new factors and their assembly cost, in solves with them, and a new preconditioner.
 FACTORS, PRECONDITIONER = 40.0, 1.0
 DIRECT = ("lu", "cholesky", "redundant", "python")
@@ -145,7 +143,7 @@ class Tangent:
         if self._symmetric:
             self._differ(contact, walls)
 
-    def touch(self, contact: Array) -> None:
+    def update_contact(self, contact: Array) -> None:
         """Take the present `contact` (as in `factorise`) from now on, with the same factors."""
         self._forcing = FORCING
         self._differ(contact, self._rubber.wall_stiffness())
@@ -176,21 +174,14 @@ class Tangent:
         self._differs = True
 
     @property
-    def worn(self) -> bool:
-        """Whether new factors are worth their while."""
-        return self._responses.worn
+    def stale(self) -> bool:
+        """Whether new factors would pay."""
+        return self._responses.stale
 
     def length(self, change: Array) -> float:
         """Norm of a change over all ranks' dofs, m. Collective."""
         own = change[: self._answer.getLocalSize()]
         return float(np.sqrt(self._comm.allreduce(float(own @ own), op=MPI.SUM)))
-
-    def products(self, change: Array, other: Array) -> tuple[float, float]:
-        """Of a change with itself and with another, over all ranks' dofs, m2. Collective."""
-        size = self._answer.getLocalSize()
-        both = np.array([change[:size] @ change[:size], change[:size] @ other[:size]])
-        self._comm.Allreduce(MPI.IN_PLACE, both, op=MPI.SUM)
-        return float(both[0]), float(both[1])
 
     def _response(self, loads: Array) -> Array:
         """The changes (k, dofs) that the factors give to loads (k, n) on the contact's nodes."""

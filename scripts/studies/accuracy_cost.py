@@ -231,7 +231,7 @@ def controlled(**changes: Any) -> Callable[[Scene], Slide]:
 def full_newton(scene: Scene) -> Slide:
     """A slide with a new tangent in every iteration."""
     block = build_block(scene, MPI.COMM_SELF)
-    solver = Equilibrium(block.rubber, block.surface, block.equilibrium.penalty, patience=0)
+    solver = Equilibrium(block.rubber, block.surface, block.equilibrium.penalty, lag=0)
     return slid(scene, replace(block, equilibrium=solver))
 
 

@@ -273,7 +273,7 @@ def pressed(
         reached,
         rubber.n_dofs,
         sum(point.solution.iterations for point in points),
-        sum(point.solution.tangents for point in points),
+        sum(point.solution.jacobians for point in points),
         process_time() - start,
     )
 

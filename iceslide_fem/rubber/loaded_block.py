@@ -1,0 +1,127 @@
+"""The equations of the block under its plate's force and the tractions of the ice.
+
+Unknowns are the nodal displacements and the plate's vertical displacement, which is that of all
+nodes on the plate. The last equation is that the plate carries the given force, or that it stays
+where it is. What is found at the present displacements is kept here until the next residual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from iceslide_fem.arrays import Array
+from iceslide_fem.fenics import compat
+from iceslide_fem.fenics.compat import PETSc
+from iceslide_fem.rubber.contact import (
+    ContactState,
+    Traction,
+    contact_forces,
+    contact_state,
+    contact_tangent,
+)
+from iceslide_fem.rubber.contact_surface import ContactSurface
+from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
+from iceslide_fem.rubber.tangent import Tangent
+
+# Tangential traction on the rubber of the contact pressure (f, q) and displacement (f, q, d-1).
+TractionLaw = Callable[[Array, Array], Traction]
+# Where full steps go back and forth over what makes so few points touch or lift, the equilibrium is
+# where one hardly touches, with its shear half faded in. The step ends there, after this fraction
+# of the way on which the point touches.
+CHATTERING, TOUCH = 3, 0.03
+
+
+class LoadedBlock:
+    """Equations (`newton.Equations`) of `rubber` under a `force` (N) and a traction `law`.
+
+    carried: what the plate carries, N, at the last residual. All methods are collective.
+    """
+
+    def __init__(
+        self,
+        rubber: HyperelasticBody,
+        surface: ContactSurface,
+        penalty: float,
+        tangent: Tangent,
+        residual: PETSc.Vec,
+        force: float | None,
+        law: TractionLaw,
+        contact_tolerance: float = 0.0,
+    ) -> None:
+        """The plate is held where it is without a `force`. The contact may leave the
+        `contact_tolerance` (N) in a change.
+        """
+        self.rubber, self._surface, self._penalty = rubber, surface, penalty
+        self._tangent, self._vector = tangent, residual
+        self._force, self._law, self._contact_tolerance = force, law, contact_tolerance
+        self.values: Array = rubber.u.x.array
+        self.carried = 0.0
+        self._plate_residual: float | None = None
+        self._contact: ContactState
+        self._traction: Traction
+        self._linearised: ContactState | None = None  # where the Jacobian was made
+
+    @property
+    def gap(self) -> Array:
+        """Of the contact points, m."""
+        return self._contact.gap
+
+    @property
+    def stale(self) -> bool:
+        """Whether new factors would pay."""
+        return self._tangent.stale
+
+    def residual(self) -> float:
+        """Norm of internal minus external forces, N."""
+        u, vector, surface = self.rubber.displacements, self._vector, self._surface
+        self.rubber.internal_forces(vector)
+        self._contact = contact_state(surface, u, self._penalty)
+        self._traction = self._law(self._contact.pressure, surface.displacements(u)[..., :-1])
+        forces = contact_forces(surface, self._contact, self._traction)
+        with vector.localForm() as local:
+            surface.scatter(-forces, local.array.reshape(u.shape))
+        compat.sum_ghosts(vector)
+        self.carried = self.rubber.plate_reaction - self._tangent.imbalance(vector)
+        self._plate_residual = None if self._force is None else self._force - self.carried
+        return self._tangent.size(vector, self._plate_residual)
+
+    def parts(self) -> tuple[Array, float | None]:
+        """The last residual: nodal forces of this rank's own dofs, and the plate's, N."""
+        return self._vector.array.copy(), self._plate_residual
+
+    def linearise(self) -> None:
+        """Assemble and factorise the Jacobian where the residual was last found."""
+        self._tangent.factorise(self._contact_tangent())
+        self._linearised = self._contact
+
+    def change(self) -> Array:
+        """Newton's change by the kept factors, with the contact as it is. Raises NotConverged."""
+        if self._contact is not self._linearised:
+            self._tangent.update_contact(self._contact_tangent())
+        return self._tangent.change(self._vector, self._plate_residual, self._contact_tolerance)
+
+    def length(self, change: Array) -> float:
+        """Norm of a change over all ranks' dofs, m."""
+        return self._tangent.length(change)
+
+    def landings(self, before: Array, gap: Array) -> tuple[float, ...]:
+        """Fractions of the last change, from `gap` (m), with which points just touch that it makes
+        touch or lift; none unless it undoes what the change from `before` did.
+        """
+        touches = self._contact.gap < 0.0
+        chattering = (gap < 0.0) != touches
+        old, new = gap[chattering], self._contact.gap[chattering]
+        crossing = old / (old - new)
+        lands = np.where(new < 0.0, crossing + TOUCH * (1.0 - crossing), crossing * (1.0 - TOUCH))
+        undone = bool(((before < 0.0) == touches).all())
+        everywhere = self._surface.comm.allgather((undone, lands))
+        fractions = np.sort(np.concatenate([one for _, one in everywhere]))
+        few = fractions.size <= CHATTERING and all(whole for whole, _ in everywhere)
+        return tuple(fractions) if few else ()
+
+    def _contact_tangent(self) -> Array:
+        """Derivatives of the contact's forces where the residual was last found."""
+        u = self.rubber.displacements
+        return contact_tangent(self._surface, u, self._penalty, self._contact, self._traction)
