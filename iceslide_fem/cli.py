@@ -26,10 +26,10 @@ from iceslide_fem.commands.report import report
 from iceslide_fem.commands.run import run
 from iceslide_fem.commands.sweep import sweep
 from iceslide_fem.commands.view import view
-from iceslide_fem.errors import IceslideError, OutputError, SceneError
-from iceslide_fem.launch import on_one_process, rank, stop_all_ranks
-from iceslide_fem.roughness.options import roughness
-from iceslide_fem.screen import patient_screen
+from iceslide_fem.preprocess.roughness.options import roughness
+from iceslide_fem.runtime.errors import IceslideError, OutputError, SceneError
+from iceslide_fem.runtime.launch import on_one_process, rank, stop_all_ranks
+from iceslide_fem.runtime.terminal import patient_screen
 
 app = typer.Typer(
     add_completion=False,

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import erf, erfc
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.film.loads import squeeze_rate
-from iceslide_fem.materials import (
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import (
     ICE,
     ICE_CONDUCTIVITY,
     ICE_DENSITY,

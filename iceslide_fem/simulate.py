@@ -10,18 +10,18 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from iceslide_fem.errors import SceneError
-from iceslide_fem.files import writing
-from iceslide_fem.folder import claimed, clear_results, results_in
-from iceslide_fem.launch import imports_that_stay, started_by_mpirun
 from iceslide_fem.output.summary import write_summary
 from iceslide_fem.output.table import Table
-from iceslide_fem.parallel import from_root
-from iceslide_fem.planning.rungs import resolved
-from iceslide_fem.results import Run, read_run
-from iceslide_fem.results.report import report
+from iceslide_fem.postprocess.results import Run, read_run
+from iceslide_fem.postprocess.results.report import report
 from iceslide_fem.run.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.run.checkpoint import Checkpoint, finish
+from iceslide_fem.run.rungs import resolved
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.files import writing
+from iceslide_fem.runtime.folders import claimed, clear_results, results_in
+from iceslide_fem.runtime.launch import imports_that_stay, started_by_mpirun
+from iceslide_fem.runtime.ranks import from_root
 from iceslide_fem.scene import Scene, flat
 from iceslide_fem.scene.fingerprint import fingerprint, scene_hash, versions
 from iceslide_fem.scene.notes import notes

@@ -6,7 +6,7 @@ from contextlib import suppress
 
 from browser import chromium, open_page  # noqa: F401
 
-from iceslide_fem.launch import started_by_mpirun
+from iceslide_fem.runtime.launch import started_by_mpirun
 
 with suppress(ImportError):
     import dolfinx_solver  # noqa: F401

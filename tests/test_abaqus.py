@@ -17,8 +17,8 @@ from inp_files import (  # noqa: E402
     TOP,
 )
 
-from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.mesh.user_mesh import load_user_mesh  # noqa: E402
+from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.quick]
 

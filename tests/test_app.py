@@ -17,14 +17,14 @@ import pytest
 from app_server import fixtures, stop
 
 from iceslide_fem.app import form, line, point
-from iceslide_fem.errors import SceneError
-from iceslide_fem.footprint.case import FootprintCase
-from iceslide_fem.footprint.jaeger import TABLE_1_ICE
-from iceslide_fem.footprint.line import gaussian_profile, macroscopic_line
-from iceslide_fem.footprint.macroscopic import Macroscopic, heat_model
-from iceslide_fem.footprint.reading import read_footprint
-from iceslide_fem.results import read_run
+from iceslide_fem.postprocess.results import read_run
+from iceslide_fem.preprocess.footprint.case import FootprintCase
+from iceslide_fem.preprocess.footprint.jaeger import TABLE_1_ICE
+from iceslide_fem.preprocess.footprint.line import gaussian_profile, macroscopic_line
+from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic, heat_model
+from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.run.point import point_history
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene, scene_from_dict
 
 open_app, served = fixtures()

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")
-from iceslide_fem.results import field_files, read_run  # noqa: E402
+from iceslide_fem.postprocess.results import field_files, read_run  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 
 pytestmark = pytest.mark.fe

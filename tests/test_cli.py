@@ -12,8 +12,8 @@ import pytest
 import iceslide_fem
 from iceslide_fem.cli import main
 from iceslide_fem.commands.run import print_summary
-from iceslide_fem.errors import SimulationStopped
-from iceslide_fem.results import read_run
+from iceslide_fem.postprocess.results import read_run
+from iceslide_fem.runtime.errors import SimulationStopped
 
 CASES = Path(__file__).parent.parent / "cases"
 CASE = str(CASES / "thesis_1bar.toml")
@@ -70,7 +70,7 @@ def test_help_loads_nothing_heavy():
 def test_the_collector_looks_past_imports_that_stay_and_goes_on():
     code = """
 import gc
-from iceslide_fem.launch import imports_that_stay
+from iceslide_fem.runtime.launch import imports_that_stay
 said = []
 try:
     with imports_that_stay():
@@ -299,9 +299,9 @@ def test_a_summary_says_what_did_not_happen_and_nothing_of_what_there_is_not(cap
 
 
 def test_view_prints_the_pictures(monkeypatch, tmp_path, capsys):
-    module = ModuleType("iceslide_fem.results.view")
+    module = ModuleType("iceslide_fem.postprocess.results.view")
     module.view = lambda directory, animate: [directory / ("film.gif" if animate else "block.png")]
-    monkeypatch.setitem(sys.modules, "iceslide_fem.results.view", module)
+    monkeypatch.setitem(sys.modules, "iceslide_fem.postprocess.results.view", module)
     (tmp_path / "summary.json").touch()
     assert exit_code("view", str(tmp_path), "--animate") == 0
     assert capsys.readouterr().out == f"{tmp_path / 'film.gif'}\n"

@@ -10,7 +10,6 @@ from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
 
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.laws.film import FilmLaw  # noqa: E402
-from iceslide_fem.materials import COMPOUNDS, CONTACT_TABLES, WATER_VISCOSITY  # noqa: E402
 from iceslide_fem.rubber.contact import (  # noqa: E402
     Traction,
     blend,
@@ -23,6 +22,7 @@ from iceslide_fem.rubber.contact import (  # noqa: E402
 )
 from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
+from iceslide_fem.scene.materials import COMPOUNDS, CONTACT_TABLES, WATER_VISCOSITY  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.mpi, pytest.mark.quick]
 

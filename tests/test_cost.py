@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")
-from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
-from iceslide_fem.machine import memory_of_machine  # noqa: E402
 from iceslide_fem.mesh.ice import heating_times, ice_shape, patch_lines, window_lines
 from iceslide_fem.mesh.rubber import (  # noqa: E402
     block_size,
@@ -25,13 +23,15 @@ from iceslide_fem.mesh.size import (  # noqa: E402
     memory_needed,
 )
 from iceslide_fem.mesh.user_mesh import mesh_size  # noqa: E402
-from iceslide_fem.planning import cost  # noqa: E402
-from iceslide_fem.planning.cost import estimate, expected_steps, step_seconds  # noqa: E402
-from iceslide_fem.planning.info import covered_load, describe  # noqa: E402
-from iceslide_fem.planning.warnings import warnings  # noqa: E402
 from iceslide_fem.run.point import point_history  # noqa: E402
+from iceslide_fem.runtime.errors import SceneError  # noqa: E402
+from iceslide_fem.runtime.machine import memory_of_machine  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
+from iceslide_fem.workflow.planning import cost  # noqa: E402
+from iceslide_fem.workflow.planning.cost import estimate, expected_steps, step_seconds  # noqa: E402
+from iceslide_fem.workflow.planning.info import covered_load, describe  # noqa: E402
+from iceslide_fem.workflow.planning.warnings import warnings  # noqa: E402
 
 pytestmark = pytest.mark.fe
 ROOT = Path(__file__).parent.parent

@@ -10,10 +10,10 @@ import pytest
 import typer
 
 from iceslide_fem.cli import app
+from iceslide_fem.runtime.units import to_si
 from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.units import Quantity
-from iceslide_fem.units import to_si
 
 pytestmark = pytest.mark.quick
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from iceslide_fem.cli import main
-from iceslide_fem.errors import SceneError
-from iceslide_fem.folder import check_folder, claimed, clear_results
-from iceslide_fem.results import read_run
+from iceslide_fem.postprocess.results import read_run
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.folders import check_folder, claimed, clear_results
 from iceslide_fem.scene import load_scene
 from iceslide_fem.simulate import run
 
@@ -109,7 +109,7 @@ def test_one_run_at_a_time(tmp_path):
     script = (
         "import sys, time\n"
         "from pathlib import Path\n"
-        "from iceslide_fem.folder import claimed\n"
+        "from iceslide_fem.runtime.folders import claimed\n"
         "with claimed(Path(sys.argv[1])):\n"
         "    print('here', flush=True)\n"
         "    time.sleep(100)\n"

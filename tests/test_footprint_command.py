@@ -12,9 +12,9 @@ import pyvista as pv
 from PIL import Image
 
 from iceslide_fem.cli import main
-from iceslide_fem.footprint.map_file import Maps, write_maps
-from iceslide_fem.footprint.outlines import patch_outline
-from iceslide_fem.footprint.synthetic import Tread, coloured_picture, grey_picture, save
+from iceslide_fem.preprocess.footprint.map_file import Maps, write_maps
+from iceslide_fem.preprocess.footprint.outlines import patch_outline
+from iceslide_fem.preprocess.footprint.synthetic import Tread, coloured_picture, grey_picture, save
 from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.fingerprint import sources_hash
 from iceslide_fem.scene.outline_file import area, read_outline
@@ -176,7 +176,7 @@ def test_scenes_of_an_earlier_run_go_and_what_cannot_be_written_is_named(
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("iceslide_fem.footprint.command.draw_maps", full)
+    monkeypatch.setattr("iceslide_fem.preprocess.footprint.command.draw_maps", full)
     assert iceslide("footprint", picture, *OPTIONS, "--force", "--out", out) == 3
     assert "cannot write" in capsys.readouterr().err
     assert [path.name for path in (out / "scenes").iterdir()] == ["mine.toml"]
@@ -194,7 +194,7 @@ def test_only_rank_0_works(tmp_path):
 def test_no_part_of_the_package_loads_fenics_or_gmsh():
     names = [path.stem for path in (ROOT / "iceslide_fem" / "footprint").glob("*.py")]
     code = "import sys\n" + "".join(
-        f"import iceslide_fem.footprint.{name}\n" for name in names if name != "__init__"
+        f"import iceslide_fem.preprocess.footprint.{name}\n" for name in names if name != "__init__"
     )
     code += (
         "print([m for m in ('dolfinx', 'petsc4py', 'mpi4py', 'ufl', 'gmsh') if m in sys.modules])"

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from iceslide_fem.cli import main
-from iceslide_fem.errors import SceneError
-from iceslide_fem.footprint import empirical
-from iceslide_fem.footprint.balance import State
-from iceslide_fem.footprint.case import FootprintCase
-from iceslide_fem.footprint.formulas import FORMULAS, evaluate
-from iceslide_fem.footprint.line import gaussian_profile
-from iceslide_fem.footprint.macroscopic import heat_model
-from iceslide_fem.footprint.reading import read_footprint
-from iceslide_fem.footprint.survey import summary, survey
+from iceslide_fem.preprocess.footprint import empirical
+from iceslide_fem.preprocess.footprint.balance import State
+from iceslide_fem.preprocess.footprint.case import FootprintCase
+from iceslide_fem.preprocess.footprint.formulas import FORMULAS, evaluate
+from iceslide_fem.preprocess.footprint.line import gaussian_profile
+from iceslide_fem.preprocess.footprint.macroscopic import heat_model
+from iceslide_fem.preprocess.footprint.reading import read_footprint
+from iceslide_fem.preprocess.footprint.survey import summary, survey
+from iceslide_fem.runtime.errors import SceneError
 
 LENGTH, POINTS, ROWS = 0.18, 40, 4
 X, PRESSURE = gaussian_profile(LENGTH, 2e5, POINTS)

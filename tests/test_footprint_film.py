@@ -6,23 +6,28 @@ import numpy as np
 import pytest
 
 from iceslide_fem import point
-from iceslide_fem.errors import SceneError
-from iceslide_fem.footprint import film_map as module
-from iceslide_fem.footprint.blocks import TreadRubber, representative, scene_text, tread_blocks
-from iceslide_fem.footprint.case import FootprintCase
-from iceslide_fem.footprint.film_map import film_map
-from iceslide_fem.footprint.outlines import outline_text
-from iceslide_fem.footprint.passing import Ride
-from iceslide_fem.footprint.pressure_map import PressureMap
-from iceslide_fem.footprint.synthetic import Tread
-from iceslide_fem.materials import (
+from iceslide_fem.preprocess.footprint import film_map as module
+from iceslide_fem.preprocess.footprint.blocks import (
+    TreadRubber,
+    representative,
+    scene_text,
+    tread_blocks,
+)
+from iceslide_fem.preprocess.footprint.case import FootprintCase
+from iceslide_fem.preprocess.footprint.film_map import film_map
+from iceslide_fem.preprocess.footprint.outlines import outline_text
+from iceslide_fem.preprocess.footprint.passing import Ride
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.preprocess.footprint.synthetic import Tread
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene import load_scene, scene_from_dict
+from iceslide_fem.scene.materials import (
     CONTACT_TABLES,
     MELTING_ENTHALPY,
     MELTING_TEMPERATURE,
     WATER_VISCOSITY,
     ConstantContact,
 )
-from iceslide_fem.scene import load_scene, scene_from_dict
 
 B = CONTACT_TABLES["B"]
 LOCKED = Ride(4.0, 4.0, 269.15)

@@ -5,9 +5,15 @@ import pytest
 from scipy.integrate import quad
 
 from iceslide_fem import reference
-from iceslide_fem.footprint import empirical
-from iceslide_fem.footprint.balance import SlidingLine, State, classify, friction_map, heat_balance
-from iceslide_fem.footprint.jaeger import (
+from iceslide_fem.preprocess.footprint import empirical
+from iceslide_fem.preprocess.footprint.balance import (
+    SlidingLine,
+    State,
+    classify,
+    friction_map,
+    heat_balance,
+)
+from iceslide_fem.preprocess.footprint.jaeger import (
     TABLE_1_ICE,
     TABLE_1_RUBBER,
     Solid,
@@ -17,7 +23,7 @@ from iceslide_fem.footprint.jaeger import (
     moving_source_rise,
     next_pixel_rise,
 )
-from iceslide_fem.materials import ICE_EFFUSIVITY, MELTING_TEMPERATURE
+from iceslide_fem.scene.materials import ICE_EFFUSIVITY, MELTING_TEMPERATURE
 
 pytestmark = pytest.mark.quick
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from iceslide_fem import reference
-from iceslide_fem.errors import SceneError
-from iceslide_fem.footprint.balance import State
-from iceslide_fem.footprint.film_map import film_map
-from iceslide_fem.footprint.jaeger import TABLE_1_ICE, jaeger_rise
-from iceslide_fem.footprint.line import film_line, gaussian_profile, macroscopic_line
-from iceslide_fem.footprint.macroscopic import Macroscopic, heat_model
-from iceslide_fem.footprint.passing import Ride
-from iceslide_fem.footprint.pressure_map import PressureMap
-from iceslide_fem.materials import CONTACT_TABLES, MELTING_TEMPERATURE, Solid
+from iceslide_fem.preprocess.footprint.balance import State
+from iceslide_fem.preprocess.footprint.film_map import film_map
+from iceslide_fem.preprocess.footprint.jaeger import TABLE_1_ICE, jaeger_rise
+from iceslide_fem.preprocess.footprint.line import film_line, gaussian_profile, macroscopic_line
+from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic, heat_model
+from iceslide_fem.preprocess.footprint.passing import Ride
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene.materials import CONTACT_TABLES, MELTING_TEMPERATURE, Solid
 
 pytestmark = pytest.mark.quick
 

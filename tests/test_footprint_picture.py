@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from iceslide_fem.errors import SceneError
-from iceslide_fem.footprint.case import FootprintCase
-from iceslide_fem.footprint.colours import legend_bar, named_bar, read_colours, read_grey
-from iceslide_fem.footprint.image import Box, cut, read_picture, rotate
-from iceslide_fem.footprint.pressure_map import (
+from iceslide_fem.preprocess.footprint.case import FootprintCase
+from iceslide_fem.preprocess.footprint.colours import legend_bar, named_bar, read_colours, read_grey
+from iceslide_fem.preprocess.footprint.image import Box, cut, read_picture, rotate
+from iceslide_fem.preprocess.footprint.pressure_map import (
     PressureMap,
     gaussian_centre_line,
     pressure_from_values,
 )
-from iceslide_fem.footprint.reading import read_footprint
-from iceslide_fem.footprint.synthetic import Tread, coloured_picture, grey_picture, save
+from iceslide_fem.preprocess.footprint.reading import read_footprint
+from iceslide_fem.preprocess.footprint.synthetic import Tread, coloured_picture, grey_picture, save
+from iceslide_fem.runtime.errors import SceneError
 
 SHAPE, HIGH = (420, 540), 4e5
 SIZE = {"length": 0.18, "width": 0.14, "max_pressure": HIGH}

@@ -6,23 +6,23 @@ import numpy as np
 import pytest
 
 from iceslide_fem.cli import main
-from iceslide_fem.errors import SceneError
 from iceslide_fem.film.conditions import ice_model
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.point import Conditions, simulate
-from iceslide_fem.materials import ICE, Ground, Layer, Solid
-from iceslide_fem.planning.rungs import cheapest
 from iceslide_fem.reference import held_layer_rise, layered_rise
+from iceslide_fem.run.rungs import cheapest
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
+from iceslide_fem.scene.materials import ICE, Ground, Layer, Solid
 from iceslide_fem.scene.notes import notes
-from iceslide_fem.sweep.points import simulate_points
-from iceslide_fem.thermal_layers import (
+from iceslide_fem.scene.thermal_layers import (
     FIRST_LAYER,
     LAST_STRETCH,
     LAYER_RATIO,
     layers,
     stacked_layers,
 )
+from iceslide_fem.workflow.sweep.points import simulate_points
 
 pytestmark = pytest.mark.quick
 

@@ -11,7 +11,7 @@ from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance, 
 from iceslide_fem.film.law import FilmStage, Surface
 from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.point import Conditions, Record, simulate
-from iceslide_fem.materials import MELTING_ENTHALPY, MELTING_TEMPERATURE, WATER_VISCOSITY
+from iceslide_fem.scene.materials import MELTING_ENTHALPY, MELTING_TEMPERATURE, WATER_VISCOSITY
 
 pytestmark = pytest.mark.quick
 

@@ -8,7 +8,6 @@ import pytest
 from scipy.sparse import csr_matrix
 
 pytest.importorskip("dolfinx")
-from iceslide_fem.errors import NotConverged  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, ufl  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
@@ -25,7 +24,11 @@ from iceslide_fem.interface.ice_surface import IceSurface  # noqa: E402
 from iceslide_fem.interface.on_rubber import Attached, Rubbing  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
 from iceslide_fem.laws.film import FilmLaw  # noqa: E402
-from iceslide_fem.materials import (  # noqa: E402
+from iceslide_fem.mesh import gmsh_model  # noqa: E402
+from iceslide_fem.mesh.ice import patch_lines, tagged_ice  # noqa: E402
+from iceslide_fem.reference import constant_flux_rise, flux_after_onset  # noqa: E402
+from iceslide_fem.runtime.errors import NotConverged  # noqa: E402
+from iceslide_fem.scene.materials import (  # noqa: E402
     ICE,
     ICE_DENSITY,
     ICE_DIFFUSIVITY,
@@ -34,9 +37,6 @@ from iceslide_fem.materials import (  # noqa: E402
     ConstantContact,
     Layer,
 )
-from iceslide_fem.mesh import gmsh_model  # noqa: E402
-from iceslide_fem.mesh.ice import patch_lines, tagged_ice  # noqa: E402
-from iceslide_fem.reference import constant_flux_rise, flux_after_onset  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.mpi]
 

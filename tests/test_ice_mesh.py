@@ -15,7 +15,6 @@ from dolfinx import fem  # noqa: E402
 from mesh_writers import WRITERS  # noqa: E402
 from mpi4py import MPI  # noqa: E402
 
-from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.heat.elements import LayeredElements  # noqa: E402
@@ -29,11 +28,12 @@ from iceslide_fem.mesh.rubber import block_shape  # noqa: E402
 from iceslide_fem.mesh.size import check_memory, unknowns  # noqa: E402
 from iceslide_fem.mesh.upright import upright_edges  # noqa: E402
 from iceslide_fem.mesh.user_ice import load_user_ice  # noqa: E402
-from iceslide_fem.planning.cost import estimate  # noqa: E402
-from iceslide_fem.planning.info import describe  # noqa: E402
-from iceslide_fem.planning.mesh_picture import draw_mesh  # noqa: E402
+from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.scene.notes import notes  # noqa: E402
+from iceslide_fem.workflow.planning.cost import estimate  # noqa: E402
+from iceslide_fem.workflow.planning.info import describe  # noqa: E402
+from iceslide_fem.workflow.planning.mesh_picture import draw_mesh  # noqa: E402
 
 pytestmark = pytest.mark.fe
 ROOT = Path(__file__).parent.parent

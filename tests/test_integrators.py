@@ -7,7 +7,7 @@ from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance, error_norms
 from iceslide_fem.film.point import Conditions, PointResult, simulate
 from iceslide_fem.film.step_control import GROW, SAFETY, SHRINK, step_factor
-from iceslide_fem.materials import CONTACT_TABLES, MELTING_TEMPERATURE
+from iceslide_fem.scene.materials import CONTACT_TABLES, MELTING_TEMPERATURE
 
 IMPLICIT = ("sdirk2", "sdirk3", "implicit-euler")
 DURATION = 5e-3

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from iceslide_fem.ladder.runs import rungs
-from iceslide_fem.planning.rungs import Rung, cheapest, on_rung, resolved
-from iceslide_fem.planning.simplifications import simplifications
+from iceslide_fem.run.rungs import Rung, cheapest, on_rung, resolved
+from iceslide_fem.run.simplifications import simplifications
 from iceslide_fem.scene import load_scene
+from iceslide_fem.workflow.ladder.runs import rungs
 
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 # A stiff, thin block without transverse strain: pressure is uniform but for its edges.
@@ -96,7 +96,7 @@ def test_every_rung_is_a_valid_scene():
 def test_ladder_says_which_rung_is_enough_and_writes_it(tmp_path, capsys):
     pytest.importorskip("iceslide_fem.fenics.compat")
     from iceslide_fem.cli import main
-    from iceslide_fem.results import read_run
+    from iceslide_fem.postprocess.results import read_run
 
     # a pressure that is even to 2 %: the slice agrees with the point, and the block isn't run
     changes = ["rubber.width=1 m", "load.duration=0.3 ms", "numerics.tolerance=0.05"]

@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from iceslide_fem.errors import SceneError, SimulationStopped
 from iceslide_fem.laws.coulomb import Coulomb, read_table
 from iceslide_fem.laws.protocol import Contact, Surface
 from iceslide_fem.laws.table import law_of
-from iceslide_fem.planning.info import describe
-from iceslide_fem.planning.simplifications import simplifications
 from iceslide_fem.run.point import point_history
+from iceslide_fem.run.simplifications import simplifications
+from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.scene import load_scene, scene_from_dict
 from iceslide_fem.scene.fingerprint import scene_hash
 from iceslide_fem.scene.notes import notes
-from iceslide_fem.sweep.plan import make_plan
-from iceslide_fem.sweep.points import simulate_points
+from iceslide_fem.workflow.planning.info import describe
+from iceslide_fem.workflow.sweep.plan import make_plan
+from iceslide_fem.workflow.sweep.points import simulate_points
 
 ROOT = Path(__file__).parent.parent
 LAWS = ROOT / "cases" / "laws"

@@ -13,12 +13,12 @@ from test_sliding import slide, started, thesis  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.restart import remembered, resumed  # noqa: E402
 from iceslide_fem.coupling.step_error import StepError  # noqa: E402
-from iceslide_fem.errors import SceneError, SimulationStopped  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.laws.table import law_of  # noqa: E402
 from iceslide_fem.output.history import interface_fields, slide_row  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.run.point import point_history  # noqa: E402
+from iceslide_fem.runtime.errors import SceneError, SimulationStopped  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 

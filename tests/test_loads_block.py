@@ -14,9 +14,9 @@ from test_sliding import slide, started  # noqa: E402
 from iceslide_fem.coupling.accept import Acceptance  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.restart import remembered, resumed  # noqa: E402
-from iceslide_fem.errors import SimulationStopped  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
+from iceslide_fem.runtime.errors import SimulationStopped  # noqa: E402
 
 pytestmark = pytest.mark.fe
 

@@ -15,12 +15,12 @@ from inp_files import SLICE  # noqa: E402
 from mesh_writers import WRITERS, XDMF, needs_med  # noqa: E402
 from mpi4py import MPI  # noqa: E402
 
-from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.grid import tensor_grid  # noqa: E402
 from iceslide_fem.mesh.readers import READERS  # noqa: E402
 from iceslide_fem.mesh.user_mesh import load_user_mesh  # noqa: E402
+from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.scene.fingerprint import scene_hash  # noqa: E402
 

@@ -7,14 +7,14 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
-from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.files import write_mesh  # noqa: E402
 from iceslide_fem.mesh.grid import with_parts  # noqa: E402
 from iceslide_fem.mesh.patches import mesh_patches, rectangle  # noqa: E402
 from iceslide_fem.mesh.user_mesh import load_user_mesh  # noqa: E402
-from iceslide_fem.planning.warnings import warnings  # noqa: E402
+from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
+from iceslide_fem.workflow.planning.warnings import warnings  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.quick]
 MM = 1e-3

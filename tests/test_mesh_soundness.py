@@ -8,13 +8,13 @@ import pytest
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
-from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.grid import tensor_grid  # noqa: E402
 from iceslide_fem.mesh.readers import UNITS  # noqa: E402
 from iceslide_fem.mesh.soundness import Soundness  # noqa: E402
 from iceslide_fem.mesh.tagged import TaggedMesh  # noqa: E402
 from iceslide_fem.mesh.user_mesh import load_user_mesh  # noqa: E402
+from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene import Rubber, load_scene  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.quick]

@@ -13,7 +13,6 @@ from test_sliding import slide, started  # noqa: E402
 
 from iceslide_fem.cli import main  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
-from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS  # noqa: E402
@@ -24,19 +23,20 @@ from iceslide_fem.heat.linear import LinearSolver  # noqa: E402
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings  # noqa: E402
 from iceslide_fem.interface.passing_mesh import PassingMeshedIce  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
-from iceslide_fem.materials import ICE, ZERO_CELSIUS, Layer, Solid  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.ice import tagged_ice  # noqa: E402
 from iceslide_fem.mesh.upright import upright  # noqa: E402
+from iceslide_fem.postprocess.results import field_files  # noqa: E402
 from iceslide_fem.reference import (  # noqa: E402
     constant_flux_rise,
     held_layer_rise,
     layered_rise,
 )
-from iceslide_fem.results import field_files  # noqa: E402
+from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
+from iceslide_fem.scene.materials import ICE, ZERO_CELSIUS, Layer, Solid  # noqa: E402
+from iceslide_fem.scene.thermal_layers import layers, stacked_layers  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
-from iceslide_fem.thermal_layers import layers, stacked_layers  # noqa: E402
 
 pytestmark = pytest.mark.fe
 CASES = Path(__file__).parent.parent / "cases"

@@ -13,10 +13,10 @@ from iceslide_fem.heat.equation import HeatEquation, of_regions  # noqa: E402
 from iceslide_fem.interface.ice_mesh import Settings  # noqa: E402
 from iceslide_fem.interface.passing_mesh import PassingMeshedIce  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
-from iceslide_fem.materials import ICE, Layer  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.ice import tagged_ice  # noqa: E402
 from iceslide_fem.mesh.upright import upright  # noqa: E402
+from iceslide_fem.scene.materials import ICE, Layer  # noqa: E402
 
 pytestmark = pytest.mark.fe
 RESIDENT = Path("/proc/self/statm")

@@ -12,10 +12,8 @@ import ufl  # noqa: E402
 from dolfinx import fem  # noqa: E402
 from mpi4py import MPI  # noqa: E402
 
-from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
-from iceslide_fem.materials import ICE, Layer  # noqa: E402
 from iceslide_fem.mesh import box, files, gmsh_model  # noqa: E402
 from iceslide_fem.mesh import cache as mesh_cache
 from iceslide_fem.mesh import ice as ice_meshing
@@ -24,10 +22,12 @@ from iceslide_fem.mesh.grid import graded, tensor_grid  # noqa: E402
 from iceslide_fem.mesh.mesh_file import rubber_file  # noqa: E402
 from iceslide_fem.mesh.partition import owners  # noqa: E402
 from iceslide_fem.mesh.user_mesh import load_user_mesh, mesh_size  # noqa: E402
-from iceslide_fem.parallel import from_root  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
+from iceslide_fem.runtime.errors import SceneError  # noqa: E402
+from iceslide_fem.runtime.ranks import from_root  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.scene.course import Course  # noqa: E402
+from iceslide_fem.scene.materials import ICE, Layer  # noqa: E402
 from iceslide_fem.scene.notes import notes  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 

@@ -25,7 +25,6 @@ from runs import a_scene, rows_of  # noqa: E402
 
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.sliding import Sliding  # noqa: E402
-from iceslide_fem.errors import OutputError, SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.output.block_fields import BlockFields  # noqa: E402
 from iceslide_fem.output.fields import Fields  # noqa: E402
@@ -35,7 +34,7 @@ from iceslide_fem.output.probes import Probes  # noqa: E402
 from iceslide_fem.output.summary import write_summary  # noqa: E402
 from iceslide_fem.output.table import Table  # noqa: E402
 from iceslide_fem.output.vtu import vtu  # noqa: E402
-from iceslide_fem.results import field_files  # noqa: E402
+from iceslide_fem.postprocess.results import field_files  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
@@ -48,6 +47,7 @@ from iceslide_fem.rubber.stress import (  # noqa: E402
     von_mises,
 )
 from iceslide_fem.run.schedule import FieldTimes  # noqa: E402
+from iceslide_fem.runtime.errors import OutputError, SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 from iceslide_fem.scene.fingerprint import fingerprint  # noqa: E402
 from iceslide_fem.scene.model import FIELDS  # noqa: E402
@@ -60,7 +60,7 @@ PRESSURE_AND_SHEAR = ("contact pressure", "friction stress")
 READ_BACK = """
 import json, sys
 from pathlib import Path
-from iceslide_fem.results.snapshots import read_snapshot
+from iceslide_fem.postprocess.results.snapshots import read_snapshot
 s = read_snapshot(Path(sys.argv[1]), int(sys.argv[2]))
 print(json.dumps({
     "time": s.time,

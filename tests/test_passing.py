@@ -13,7 +13,6 @@ from test_sliding import CASES, slide, started  # noqa: E402
 from iceslide_fem.coupling.coupled_step import CoupledStep  # noqa: E402
 from iceslide_fem.coupling.plate import Plate  # noqa: E402
 from iceslide_fem.coupling.step_error import StepError  # noqa: E402
-from iceslide_fem.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
@@ -24,11 +23,12 @@ from iceslide_fem.interface.on_ice import OnIce, on_nodes  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
 from iceslide_fem.interface.window import reaches  # noqa: E402
 from iceslide_fem.laws.film import FilmLaw  # noqa: E402
-from iceslide_fem.materials import CONTACT_TABLES  # noqa: E402
 from iceslide_fem.mesh.ice import WINDOW_BULGE, window_lines  # noqa: E402
 from iceslide_fem.reference import band_source_rise  # noqa: E402
 from iceslide_fem.run.point import point_history  # noqa: E402
+from iceslide_fem.runtime.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
+from iceslide_fem.scene.materials import CONTACT_TABLES  # noqa: E402
 
 pytestmark = pytest.mark.fe
 T_0 = 269.15

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from iceslide_fem.footprint.synthetic import Tread, grey_picture, save
+from iceslide_fem.preprocess.footprint.synthetic import Tread, grey_picture, save
 
 CASES = Path(__file__).parent.parent / "cases"
 

@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
-from iceslide_fem import progress
-from iceslide_fem.progress import LongTask
+from iceslide_fem.runtime import progress
+from iceslide_fem.runtime.progress import LongTask
 
 pytest.importorskip("iceslide_fem.fenics.compat")
 from iceslide_fem.run.progress import Progress  # noqa: E402

@@ -13,7 +13,7 @@ pytestmark = [pytest.mark.fe, pytest.mark.once]
 # Called with the rank that fails and what: replaces a function by one that fails there.
 HEAD = """
 import sys
-from iceslide_fem.errors import OutputError, SceneError, SimulationStopped
+from iceslide_fem.runtime.errors import OutputError, SceneError, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 
 def failing(module, name, error, rank, calls=1):
@@ -84,7 +84,7 @@ def test_no_rank_waits_for_one_that_failed(way, tmp_path):
 def test_no_rank_of_a_ladder_waits_for_one_that_failed(tmp_path):
     script = tmp_path / "fails.py"
     code = (
-        "from iceslide_fem.ladder import runs\n"
+        "from iceslide_fem.workflow.ladder import runs\n"
         "failing(runs, 'simplifications', SceneError('mesh x cannot be read'), 1)\n"
     )
     script.write_text(HEAD + code + COMMAND)

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 
 from iceslide_fem import reference
-from iceslide_fem.materials import (
+from iceslide_fem.scene.materials import (
     COMPOUNDS,
     ICE_CONDUCTIVITY,
     ICE_DIFFUSIVITY,

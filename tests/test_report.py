@@ -7,9 +7,9 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from iceslide_fem.errors import SceneError
-from iceslide_fem.results import differences, field_files, read_run
-from iceslide_fem.results.report import energy_unit, report
+from iceslide_fem.postprocess.results import differences, field_files, read_run
+from iceslide_fem.postprocess.results.report import energy_unit, report
+from iceslide_fem.runtime.errors import SceneError
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # the outputs' writers need it
 
@@ -79,7 +79,7 @@ def test_differences_are_relative_and_at_the_times_of_the_other_run(tmp_path):
 
 
 def test_no_dolfinx_is_needed():
-    modules = "iceslide_fem.results.report, iceslide_fem.results.view"
+    modules = "iceslide_fem.postprocess.results.report, iceslide_fem.postprocess.results.view"
     code = f"import sys, {modules}; print('dolfinx' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

@@ -18,20 +18,20 @@ from runs import a_scene, rows_of, write_run  # noqa: E402
 from written_fields import write_fields  # noqa: E402
 
 from iceslide_fem.cli import main  # noqa: E402
-from iceslide_fem.errors import Interrupted, OutputError, SceneError  # noqa: E402
-from iceslide_fem.footprint.case import FootprintCase  # noqa: E402
-from iceslide_fem.footprint.line import gaussian_profile  # noqa: E402
-from iceslide_fem.footprint.synthetic import Tread, grey_picture, save  # noqa: E402
 from iceslide_fem.output.summary import write_summary  # noqa: E402
-from iceslide_fem.report.command import page_of, report  # noqa: E402
-from iceslide_fem.report.curves import charts_of  # noqa: E402
-from iceslide_fem.report.of_runs import _verdict  # noqa: E402
-from iceslide_fem.report.page import Chart, Curve, _listed, _plotly, plain, thinned  # noqa: E402
-from iceslide_fem.results import read_run  # noqa: E402
+from iceslide_fem.postprocess.report.curves import charts_of  # noqa: E402
+from iceslide_fem.postprocess.report.of_runs import _verdict  # noqa: E402
+from iceslide_fem.postprocess.report.page import Chart, Curve, _listed, _plotly, plain, thinned  # noqa: E402
+from iceslide_fem.postprocess.results import read_run  # noqa: E402
+from iceslide_fem.preprocess.footprint.case import FootprintCase  # noqa: E402
+from iceslide_fem.preprocess.footprint.line import gaussian_profile  # noqa: E402
+from iceslide_fem.preprocess.footprint.synthetic import Tread, grey_picture, save  # noqa: E402
 from iceslide_fem.run.checkpoint import write_checkpoint  # noqa: E402
+from iceslide_fem.runtime.errors import Interrupted, OutputError, SceneError  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 from iceslide_fem.scene.fingerprint import sources_hash  # noqa: E402
-from iceslide_fem.sweep import make_plan  # noqa: E402
+from iceslide_fem.workflow.report import page_of, report  # noqa: E402
+from iceslide_fem.workflow.sweep import make_plan  # noqa: E402
 
 SCENE = """\
 name = "seen"
@@ -314,7 +314,7 @@ def test_plotly_is_packed_once_and_what_is_kept_of_it_is_checked(tmp_path, monke
         raise AssertionError("packed again")
 
     with monkeypatch.context() as patch:
-        patch.setattr("iceslide_fem.report.page._packed", again)
+        patch.setattr("iceslide_fem.postprocess.report.page._packed", again)
         assert _plotly.__wrapped__() == packed
     kept.write_text(packed[: len(packed) // 2])  # a full disk
     assert _plotly.__wrapped__() == packed and kept.read_text() == packed
@@ -410,7 +410,7 @@ def test_no_report_and_a_page_that_cannot_be_written(tmp_path, monkeypatch, caps
     def full(*_):
         raise OutputError("cannot write report.html: No space left on device")
 
-    monkeypatch.setattr("iceslide_fem.report.command.write_page", full)
+    monkeypatch.setattr("iceslide_fem.workflow.report.write_page", full)
     assert iceslide("run", tmp_path / "scene.toml", "--out", out) == 0
     assert "Note: no report.html: cannot write" in capsys.readouterr().out
 

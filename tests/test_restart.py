@@ -21,12 +21,10 @@ from iceslide_fem.coupling import coupled_step  # noqa: E402
 from iceslide_fem.coupling.coupled_step import CoupledStep  # noqa: E402
 from iceslide_fem.coupling.restart import GridLayout, PointLayout  # noqa: E402
 from iceslide_fem.coupling.step_error import StepRejected  # noqa: E402
-from iceslide_fem.errors import Interrupted, OutputError, SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.files import replace_file  # noqa: E402
 from iceslide_fem.interface.surface_grid import OwnNodes  # noqa: E402
 from iceslide_fem.output.table import Table  # noqa: E402
-from iceslide_fem.results import field_files, read_run  # noqa: E402
+from iceslide_fem.postprocess.results import field_files, read_run  # noqa: E402
 from iceslide_fem.run.checkpoint import (  # noqa: E402
     FILE,
     FINISHED,
@@ -38,6 +36,8 @@ from iceslide_fem.run.checkpoint import (  # noqa: E402
 from iceslide_fem.run.interruption import Interruption  # noqa: E402
 from iceslide_fem.run.schedule import Schedule  # noqa: E402
 from iceslide_fem.run.summary import Results  # noqa: E402
+from iceslide_fem.runtime.errors import Interrupted, OutputError, SceneError  # noqa: E402
+from iceslide_fem.runtime.files import replace_file  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 
@@ -377,8 +377,8 @@ def test_a_file_that_cannot_grow_keeps_whole_rows(tmp_path):
         "import resource, sys\n"
         "from collections import namedtuple\n"
         "from pathlib import Path\n"
-        "from iceslide_fem.errors import OutputError\n"
-        "from iceslide_fem.files import replace_end, replace_file\n"
+        "from iceslide_fem.runtime.errors import OutputError\n"
+        "from iceslide_fem.runtime.files import replace_end, replace_file\n"
         "from iceslide_fem.output.table import Table\n"
         "folder = Path(sys.argv[1])\n"
         "replace_file(folder / 'whole', 'old')\n"
@@ -461,7 +461,7 @@ def test_a_disk_that_fills_ends_all_ranks(ranks, tmp_path):
         "import sys\n"
         "from iceslide_fem.output.table import Table\n"
         "from iceslide_fem.cli import main\n"
-        "from iceslide_fem.errors import OutputError\n"
+        "from iceslide_fem.runtime.errors import OutputError\n"
         "row, rows = Table.row, []\n"
         "def full(table, values):\n"
         "    rows.append(values)\n"

@@ -9,16 +9,15 @@ from scipy.ndimage import gaussian_filter
 from scipy.sparse import csr_array, diags
 from scipy.sparse.linalg import spsolve
 
-from iceslide_fem.errors import SceneError
-from iceslide_fem.roughness.generate import SurfaceSpec, generate
-from iceslide_fem.roughness.half_space import press
-from iceslide_fem.roughness.parameters import (
+from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate
+from iceslide_fem.preprocess.roughness.half_space import press
+from iceslide_fem.preprocess.roughness.parameters import (
     corrected_share,
     measure,
     median_run,
     squeeze_diameter,
 )
-from iceslide_fem.roughness.surface import (
+from iceslide_fem.preprocess.roughness.surface import (
     Surface,
     coarsened,
     levelled,
@@ -27,7 +26,8 @@ from iceslide_fem.roughness.surface import (
     spectrum_fit,
     statistics,
 )
-from iceslide_fem.roughness.survey import parameters
+from iceslide_fem.preprocess.roughness.survey import parameters
+from iceslide_fem.runtime.errors import SceneError
 
 pytestmark = pytest.mark.quick
 

@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 
 from iceslide_fem.cli import main
-from iceslide_fem.errors import SceneError
-from iceslide_fem.materials import YOUNGS_MODULUS, ContactTable
-from iceslide_fem.roughness import prepare
-from iceslide_fem.roughness.case import RoughnessCase
-from iceslide_fem.roughness.generate import SurfaceSpec, generate
-from iceslide_fem.roughness.read import read_surface
-from iceslide_fem.roughness.surface import Surface, levelled, low_passed
-from iceslide_fem.roughness.survey import COLUMNS, parameters, survey, table
+from iceslide_fem.preprocess.roughness import prepare
+from iceslide_fem.preprocess.roughness.case import RoughnessCase
+from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate
+from iceslide_fem.preprocess.roughness.read import read_surface
+from iceslide_fem.preprocess.roughness.surface import Surface, levelled, low_passed
+from iceslide_fem.preprocess.roughness.survey import COLUMNS, parameters, survey, table
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene, scene_from_dict
 from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.materials import YOUNGS_MODULUS, ContactTable
 
 SURFACES = Path(__file__).parent.parent / "cases" / "surfaces"
 SPEC = """\

@@ -17,9 +17,9 @@ from scipy.optimize import brentq  # noqa: E402
 from iceslide_fem import reference  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import PETSc  # noqa: E402
-from iceslide_fem.materials import COMPOUNDS, MooneyRivlin  # noqa: E402
 from iceslide_fem.rubber.element import SPLIT, WHOLE, energy_density  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
+from iceslide_fem.scene.materials import COMPOUNDS, MooneyRivlin  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.mpi]
 

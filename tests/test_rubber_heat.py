@@ -12,15 +12,15 @@ from iceslide_fem.film.loads import FilmLoads, FilmOnIce
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.film.point_conditions import Loading
 from iceslide_fem.film.rubber_heat import FilmBetween, HalfFilm, RubberColumns, RubberSurface
-from iceslide_fem.materials import (
+from iceslide_fem.reference import constant_flux_rise
+from iceslide_fem.scene.course import Course
+from iceslide_fem.scene.materials import (
     ICE_EFFUSIVITY,
     MELTING_TEMPERATURE,
     WATER_CONDUCTIVITY,
     ConstantContact,
     rubber_solid,
 )
-from iceslide_fem.reference import constant_flux_rise
-from iceslide_fem.scene.course import Course
 
 DURATION, DENSITY = 7e-3, 940.0
 T_0 = MELTING_TEMPERATURE - 4.0

@@ -13,7 +13,7 @@ from iceslide_fem.film.rubber_heat import RubberColumns  # noqa: E402
 from iceslide_fem.interface.carriers import ContactLoads  # noqa: E402
 from iceslide_fem.interface.rubber_columns import RubberOverGrid  # noqa: E402
 from iceslide_fem.interface.surface_grid import SurfaceGrid  # noqa: E402
-from iceslide_fem.materials import rubber_solid  # noqa: E402
+from iceslide_fem.scene.materials import rubber_solid  # noqa: E402
 
 pytestmark = pytest.mark.fe
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from iceslide_fem.errors import SceneError
-from iceslide_fem.materials import COMPOUNDS
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene, scene_from_dict
+from iceslide_fem.scene.materials import COMPOUNDS
 
 pytestmark = pytest.mark.quick
 

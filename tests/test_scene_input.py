@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from iceslide_fem.errors import SceneError
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.units import readable, to_si
 from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.toml import parsed, read_scene
-from iceslide_fem.units import readable, to_si
 
 pytestmark = pytest.mark.quick
 
@@ -34,7 +34,7 @@ def written(folder, text):
 def test_a_unit_that_is_a_computation_is_not_evaluated():
     """Pint would compute 9**9**9, with 369 million digits."""
     code = (
-        "from iceslide_fem.units import to_si\n"
+        "from iceslide_fem.runtime.units import to_si\n"
         "for text in ('1 9**9**9*Pa', '1 Pa*9^9^9', '1 ((km^9)^9)^9/((m^9)^9)^9', '1 m^9^9'):\n"
         "    try: to_si(text, 'Pa')\n"
         "    except ValueError as error: print(error)\n"
@@ -172,7 +172,7 @@ def test_text_that_is_no_toml_is_a_string():
     ],
 )
 def test_sweeps_are_counted_before_they_are_built(varied, words):
-    from iceslide_fem.sweep.plan import make_plan
+    from iceslide_fem.workflow.sweep.plan import make_plan
 
     with pytest.raises(SceneError) as caught:
         make_plan(CASE, [], varied)

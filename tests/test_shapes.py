@@ -8,7 +8,6 @@ import pytest
 pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 from iceslide_fem.cli import main  # noqa: E402
-from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.fenics.start import start_petsc  # noqa: E402
 from iceslide_fem.mesh.profile import block_mesh  # noqa: E402
@@ -17,10 +16,11 @@ from iceslide_fem.mesh.rubber import tagged_rubber as cached_rubber  # noqa: E40
 from iceslide_fem.mesh.shape import Wave, leaned, straightened  # noqa: E402
 from iceslide_fem.mesh.soundness import Soundness, smallest_angle  # noqa: E402
 from iceslide_fem.mesh.user_mesh import mesh_size  # noqa: E402
-from iceslide_fem.planning.mesh_picture import draw_mesh  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.rubber.press import press  # noqa: E402
+from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
+from iceslide_fem.workflow.planning.mesh_picture import draw_mesh  # noqa: E402
 
 pytestmark = pytest.mark.fe
 

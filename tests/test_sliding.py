@@ -23,7 +23,6 @@ from iceslide_fem.coupling.plate import Plate  # noqa: E402
 from iceslide_fem.coupling.sliding import Sliding  # noqa: E402
 from iceslide_fem.coupling.step_error import StepError, StepRejected  # noqa: E402
 from iceslide_fem.coupling.subcycles import Subcycles  # noqa: E402
-from iceslide_fem.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.laws.film import default_ramp  # noqa: E402
@@ -34,6 +33,7 @@ from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
 from iceslide_fem.run.pace import Pace  # noqa: E402
 from iceslide_fem.run.schedule import Schedule  # noqa: E402
 from iceslide_fem.run.summary import Results  # noqa: E402
+from iceslide_fem.runtime.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 

@@ -306,7 +306,7 @@ def test_hostile_inputs_are_many_and_none_ends_badly():
 
 def test_constants_of_the_cost_are_found_from_runs_that_have_them(capsys):
     study = importlib.import_module("scripts.studies.cost_estimates")
-    cost = importlib.import_module("iceslide_fem.planning.cost")
+    cost = importlib.import_module("iceslide_fem.workflow.planning.cost")
     chosen = ["model=point ice.heat=column"]
     for rubber, model in enumerate(["slice", "slice", "block"]):
         for ice in ("continuum", "column", "mesh"):

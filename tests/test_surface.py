@@ -9,9 +9,9 @@ from blocks import CELLS, SIZE, a_block, bend  # noqa: E402
 
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.materials import COMPOUNDS  # noqa: E402
 from iceslide_fem.rubber.contact_surface import contact_surface, space_degree  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
+from iceslide_fem.scene.materials import COMPOUNDS  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.mpi, pytest.mark.quick]
 

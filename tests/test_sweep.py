@@ -11,19 +11,19 @@ import numpy as np
 import pytest
 
 import iceslide_fem
-from iceslide_fem.errors import SceneError
-from iceslide_fem.folder import claimed
-from iceslide_fem.planning.rungs import resolved
 from iceslide_fem.run.point import point_history
+from iceslide_fem.run.rungs import resolved
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.folders import claimed
 from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.fingerprint import fingerprint, scene_hash, sources_hash
 from iceslide_fem.simulate import run as simulate_run
-from iceslide_fem.sweep import make_plan, read_sweep, run_sweep, share_cores
-from iceslide_fem.sweep import points as sweep_points
-from iceslide_fem.sweep.outcome import read_outcome
-from iceslide_fem.sweep.plan import value_of
-from iceslide_fem.sweep.plots import friction_against, maps, plot_sweep
-from iceslide_fem.sweep.processes import Cores, write_scene
+from iceslide_fem.workflow.sweep import make_plan, read_sweep, run_sweep, share_cores
+from iceslide_fem.workflow.sweep import points as sweep_points
+from iceslide_fem.workflow.sweep.outcome import read_outcome
+from iceslide_fem.workflow.sweep.plan import value_of
+from iceslide_fem.workflow.sweep.plots import friction_against, maps, plot_sweep
+from iceslide_fem.workflow.sweep.processes import Cores, write_scene
 
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 POINT = ["model=point", "ice.heat=column"]
@@ -164,7 +164,7 @@ def test_again_computes_only_what_is_missing(tmp_path, monkeypatch):
         computed.append(len(scenes))
         return simulate(scenes)
 
-    monkeypatch.setattr("iceslide_fem.sweep.simulate_points", counted)
+    monkeypatch.setattr("iceslide_fem.workflow.sweep.simulate_points", counted)
     first = run_sweep(point_plan("load.pressure=1bar:5bar:5"), tmp_path, None)
     again = run_sweep(point_plan("load.pressure=1bar:5bar:5"), tmp_path, None)
     wider = run_sweep(point_plan("load.pressure=1bar:5bar:5", "load.speed=3,4"), tmp_path, None)

@@ -5,10 +5,10 @@ import zipfile
 import numpy as np
 import pytest
 
-from iceslide_fem.errors import SceneError
-from iceslide_fem.roughness.case import RoughnessCase
-from iceslide_fem.roughness.read import read_surface
-from iceslide_fem.roughness.survey import summary, survey
+from iceslide_fem.preprocess.roughness.case import RoughnessCase
+from iceslide_fem.preprocess.roughness.read import read_surface
+from iceslide_fem.preprocess.roughness.survey import summary, survey
+from iceslide_fem.runtime.errors import SceneError
 
 pytestmark = pytest.mark.quick
 

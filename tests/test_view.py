@@ -12,9 +12,9 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from runs import write_run  # noqa: E402
 from written_fields import TIMES, in_parts, write_fields  # noqa: E402
 
-from iceslide_fem.errors import SceneError  # noqa: E402
-from iceslide_fem.report.fields import fields_of  # noqa: E402
-from iceslide_fem.results import read_run  # noqa: E402
+from iceslide_fem.postprocess.report.fields import fields_of  # noqa: E402
+from iceslide_fem.postprocess.results import read_run  # noqa: E402
+from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 
 
 def view(directory, *options):

@@ -11,17 +11,17 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 from blocks import along, ripple  # noqa: E402
 
 from iceslide_fem.coupling.restart import PointLayout  # noqa: E402
-from iceslide_fem.errors import NotConverged  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.fenics.start import start_petsc  # noqa: E402
 from iceslide_fem.mesh.gmsh_model import distribute  # noqa: E402
 from iceslide_fem.mesh.grid import with_sides  # noqa: E402
 from iceslide_fem.mesh.rubber import RubberMesh, tagged_rubber  # noqa: E402
-from iceslide_fem.parallel import from_root  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.rubber.contact import Traction  # noqa: E402
 from iceslide_fem.rubber.press import press  # noqa: E402
 from iceslide_fem.rubber.wall_friction import slip  # noqa: E402
+from iceslide_fem.runtime.errors import NotConverged  # noqa: E402
+from iceslide_fem.runtime.ranks import from_root  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from scripts.studies.press_elements import in_tetrahedra  # noqa: E402
 

@@ -10,7 +10,6 @@ pytest.importorskip("dolfinx")
 from test_passing import passing  # noqa: E402
 from test_sliding import slide  # noqa: E402
 
-from iceslide_fem.errors import SceneError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS  # noqa: E402
 from iceslide_fem.film.loads import squeeze_rate  # noqa: E402
@@ -20,9 +19,10 @@ from iceslide_fem.interface.on_ice import OnIce  # noqa: E402
 from iceslide_fem.interface.surface_grid import SurfaceGrid  # noqa: E402
 from iceslide_fem.interface.water import moved_by_a_cell  # noqa: E402
 from iceslide_fem.laws.film import FilmLaw  # noqa: E402
-from iceslide_fem.materials import ConstantContact  # noqa: E402
 from iceslide_fem.mesh.ice import window_cell  # noqa: E402
+from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
+from iceslide_fem.scene.materials import ConstantContact  # noqa: E402
 
 pytestmark = pytest.mark.fe
 LENGTH, SPEED, H0, P, D = 10e-3, 4.0, 70e-9, 2e5, 36e-6

@@ -15,11 +15,11 @@ from iceslide_fem.app import form, line, point
 from iceslide_fem.app.form import checked_texts, scene_of, tables, texts_of
 from iceslide_fem.app.runs import Runs
 from iceslide_fem.app.snippets import run_lines, toml
-from iceslide_fem.errors import SceneError
-from iceslide_fem.planning.info import describe
-from iceslide_fem.planning.rungs import resolved
-from iceslide_fem.planning.warnings import warnings
+from iceslide_fem.run.rungs import resolved
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.notes import notes
+from iceslide_fem.workflow.planning.info import describe
+from iceslide_fem.workflow.planning.warnings import warnings
 
 Asked = Mapping[str, Any]
 

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import psutil
 
-from iceslide_fem.errors import SceneError
-from iceslide_fem.files import check_writable
-from iceslide_fem.launch import termination_as_interrupt
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.files import check_writable
+from iceslide_fem.runtime.launch import termination_as_interrupt
 from iceslide_fem.scene import read_scene, scene_from_dict
 
 HOME = "127.0.0.1"

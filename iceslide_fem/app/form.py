@@ -8,12 +8,12 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel
 
-from iceslide_fem.errors import SceneError
-from iceslide_fem.materials import COMPOUNDS, ZERO_CELSIUS
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.units import readable
 from iceslide_fem.scene import Scene, parsed, put, scene_from_dict
+from iceslide_fem.scene.materials import COMPOUNDS, ZERO_CELSIUS
 from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.units import Quantity
-from iceslide_fem.units import readable
 
 Texts = Mapping[str, str]
 

@@ -12,23 +12,23 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from iceslide_fem.app.form import Texts
 from iceslide_fem.app.slider import Slider
-from iceslide_fem.arrays import Array
-from iceslide_fem.errors import SceneError
 from iceslide_fem.film.doubts import WITHOUT_MELTING, partly_dry
-from iceslide_fem.footprint.balance import SlidingLine, doubts
-from iceslide_fem.footprint.case import FootprintCase, PixelBox
-from iceslide_fem.footprint.line import (
+from iceslide_fem.preprocess.footprint.balance import SlidingLine, doubts
+from iceslide_fem.preprocess.footprint.case import FootprintCase, PixelBox
+from iceslide_fem.preprocess.footprint.line import (
     film_line,
     gaussian_profile,
     macroscopic_line,
     state_names,
 )
-from iceslide_fem.footprint.macroscopic import Macroscopic, Source
-from iceslide_fem.footprint.reading import read_footprint
-from iceslide_fem.footprint.tables import read_profile
-from iceslide_fem.materials import BAR, CONTACT_TABLES, ZERO_CELSIUS, Solid
+from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic, Source
+from iceslide_fem.preprocess.footprint.reading import read_footprint
+from iceslide_fem.preprocess.footprint.tables import read_profile
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.command_options import Number
 from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.materials import BAR, CONTACT_TABLES, ZERO_CELSIUS, Solid
 from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.units import Quantity
 
@@ -337,14 +337,16 @@ def _lines(case: LineCase) -> str:
             f"x, pressure = gaussian_profile({case.length!r}, {case.peak!r}, {POINTS}, "
             f"{case.sigma!r})\ndx = x[1] - x[0]"
         )
-        imports = "from iceslide_fem.footprint.line import gaussian_profile, macroscopic_line"
+        imports = (
+            "from iceslide_fem.preprocess.footprint.line import gaussian_profile, macroscopic_line"
+        )
     elif case.profile == "file":
         pressure = (
             f"profile = read_profile(Path({str(case.file)!r}))\n"
             "pressure, dx = profile.pressure, profile.dx"
         )
         imports = "from pathlib import Path\n\n"
-        imports += "from iceslide_fem.footprint.line import macroscopic_line"
+        imports += "from iceslide_fem.preprocess.footprint.line import macroscopic_line"
     else:
         names = ("length", "max_pressure", "legend", "crop")
         options = {name: getattr(case, name) for name in names if getattr(case, name) is not None}
@@ -358,17 +360,17 @@ def _lines(case: LineCase) -> str:
             "dx = footprint.dx"
         )
         imports = (
-            "from iceslide_fem.footprint.case import FootprintCase\n"
-            "from iceslide_fem.footprint.line import macroscopic_line"
+            "from iceslide_fem.preprocess.footprint.case import FootprintCase\n"
+            "from iceslide_fem.preprocess.footprint.line import macroscopic_line"
         )
-    imports += "\nfrom iceslide_fem.footprint.macroscopic import Macroscopic"
+    imports += "\nfrom iceslide_fem.preprocess.footprint.macroscopic import Macroscopic"
     if case.profile == "file":
-        imports += "\nfrom iceslide_fem.footprint.tables import read_profile"
+        imports += "\nfrom iceslide_fem.preprocess.footprint.tables import read_profile"
     if case.profile == "picture":
-        imports += "\nfrom iceslide_fem.footprint.reading import read_footprint"
+        imports += "\nfrom iceslide_fem.preprocess.footprint.reading import read_footprint"
     return f"""\
 {imports}
-from iceslide_fem.materials import Solid
+from iceslide_fem.scene.materials import Solid
 
 {pressure}
 parameters = Macroscopic(

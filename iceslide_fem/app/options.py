@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from iceslide_fem.options import folder_option
+from iceslide_fem.runtime.options import folder_option
 
 
 def app(

@@ -13,14 +13,14 @@ import numpy as np
 from iceslide_fem.app.form import Texts, scene_of, tables
 from iceslide_fem.app.slider import Slider
 from iceslide_fem.app.snippets import map_lines, point_lines, toml
-from iceslide_fem.arrays import Array
-from iceslide_fem.errors import SceneError
 from iceslide_fem.film.conditions import ice_model, scene_conditions
 from iceslide_fem.film.point import Conditions, PointResult, simulate
-from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.output.table import HistoryRow
 from iceslide_fem.run.point import point_history
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene
+from iceslide_fem.scene.materials import ZERO_CELSIUS
 from iceslide_fem.scene.notes import notes
 
 T_0 = ZERO_CELSIUS

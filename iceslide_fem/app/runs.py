@@ -18,12 +18,12 @@ from typing import Any
 
 import tomlkit
 
-from iceslide_fem.errors import SceneError
-from iceslide_fem.files import check_writable
-from iceslide_fem.folder import check_folder
-from iceslide_fem.launch import environment_of_one
-from iceslide_fem.planning.rungs import resolved
 from iceslide_fem.run.checkpoint import FILE as CHECKPOINT
+from iceslide_fem.run.rungs import resolved
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.files import check_writable
+from iceslide_fem.runtime.folders import check_folder
+from iceslide_fem.runtime.launch import environment_of_one
 from iceslide_fem.scene import Scene
 from iceslide_fem.simulate import other_results
 

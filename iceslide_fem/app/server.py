@@ -38,7 +38,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from iceslide_fem.app.answers import Answers
 from iceslide_fem.app.form import named_in
 from iceslide_fem.app.runs import Runs
-from iceslide_fem.errors import IceslideError
+from iceslide_fem.runtime.errors import IceslideError
 
 Answer = Callable[[Mapping[str, Any]], Any]
 PAGE = Path(__file__).parent / "page"

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.runtime.arrays import Array
 
 
 class Slider(NamedTuple):

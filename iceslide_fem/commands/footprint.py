@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from iceslide_fem.commands.report import NoReport, leave_report
-from iceslide_fem.launch import imports_that_stay
-from iceslide_fem.options import Force, Text, folder_option, option
+from iceslide_fem.runtime.launch import imports_that_stay
+from iceslide_fem.runtime.options import Force, Text, folder_option, option
 
 
 def footprint(
@@ -118,7 +118,7 @@ def footprint(
         from rich.console import Console
         from rich.table import Table
 
-        from iceslide_fem.footprint.command import lines, run
+        from iceslide_fem.preprocess.footprint.command import lines, run
 
     figures = run(values, directory, force)
     table = Table(show_header=False)

@@ -30,7 +30,7 @@ def formula(
     from rich.console import Console
     from rich.table import Table
 
-    from iceslide_fem.footprint.formulas import FORMULAS, evaluate
+    from iceslide_fem.preprocess.footprint.formulas import FORMULAS, evaluate
 
     if name is None:
         table = Table("formula", "parameter", "default", "meaning and range")

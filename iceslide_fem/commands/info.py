@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from iceslide_fem.commands.scene import load, print_notes
-from iceslide_fem.options import Overrides, SceneFile
+from iceslide_fem.runtime.options import Overrides, SceneFile
 
 
 def info(
@@ -27,8 +27,8 @@ def info(
     from rich.console import Console
     from rich.table import Table
 
-    from iceslide_fem.planning.info import describe
-    from iceslide_fem.planning.warnings import warnings
+    from iceslide_fem.workflow.planning.info import describe
+    from iceslide_fem.workflow.planning.warnings import warnings
 
     table = Table(title=f"{scene.name} ({scene.model})", title_justify="left")
     for heading in ("", "quantity", "value", "meaning"):
@@ -44,8 +44,8 @@ def info(
     for warning in warnings(scene):
         typer.echo(f"Note: {warning}.")
     if picture is not None:
-        from iceslide_fem.files import writing
-        from iceslide_fem.planning.mesh_picture import draw_mesh
+        from iceslide_fem.runtime.files import writing
+        from iceslide_fem.workflow.planning.mesh_picture import draw_mesh
 
         with writing(picture):
             draw_mesh(scene, picture)

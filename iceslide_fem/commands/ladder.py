@@ -8,10 +8,10 @@ from typing import Annotated
 import typer
 
 from iceslide_fem.commands.report import NoReport, leave_report
-from iceslide_fem.errors import SimulationStopped
-from iceslide_fem.files import check_writable
-from iceslide_fem.launch import rank
-from iceslide_fem.options import Force, Overrides, SceneFile, folder_option
+from iceslide_fem.runtime.errors import SimulationStopped
+from iceslide_fem.runtime.files import check_writable
+from iceslide_fem.runtime.launch import rank
+from iceslide_fem.runtime.options import Force, Overrides, SceneFile, folder_option
 
 
 def ladder(
@@ -44,9 +44,9 @@ def ladder(
     start_petsc()
     from rich.console import Console
 
-    from iceslide_fem.ladder.chart import ladder_chart
-    from iceslide_fem.ladder.runs import cheapest_of, climb, finest_of, write_scene
-    from iceslide_fem.ladder.table import ladder_table, not_run, simplification_table
+    from iceslide_fem.workflow.ladder.chart import ladder_chart
+    from iceslide_fem.workflow.ladder.runs import cheapest_of, climb, finest_of, write_scene
+    from iceslide_fem.workflow.ladder.table import ladder_table, not_run, simplification_table
 
     outcomes, found = climb(scene, out, refine or [0.5, 1.0], typer.echo, force)
     console, tolerance = Console(), scene.numerics.tolerance

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from iceslide_fem.errors import IceslideError, SceneError
-from iceslide_fem.launch import rank
+from iceslide_fem.runtime.errors import IceslideError, SceneError
+from iceslide_fem.runtime.launch import rank
 
 NoReport = Annotated[
     bool, typer.Option("--no-report", help="Write no report.html beside the results.")
@@ -37,7 +37,7 @@ def report(
     if out is not None and not str(out).strip():
         raise SceneError('a page has a name; given: --out ""')
 
-    from iceslide_fem.report.command import report as write
+    from iceslide_fem.workflow.report import report as write
 
     typer.echo(str(write(folders, out)))
 
@@ -47,7 +47,7 @@ def leave_report(folder: Path) -> None:
     if rank() > 0:
         return
 
-    from iceslide_fem.report.command import report as write
+    from iceslide_fem.workflow.report import report as write
 
     try:
         write([folder])

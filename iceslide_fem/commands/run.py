@@ -11,9 +11,9 @@ import typer
 
 from iceslide_fem.commands.report import NoReport, leave_report
 from iceslide_fem.commands.scene import load, print_notes
-from iceslide_fem.errors import Interrupted, SceneError, SimulationStopped
-from iceslide_fem.files import check_writable
-from iceslide_fem.options import Force, Overrides, folder_option
+from iceslide_fem.runtime.errors import Interrupted, SceneError, SimulationStopped
+from iceslide_fem.runtime.files import check_writable
+from iceslide_fem.runtime.options import Force, Overrides, folder_option
 
 if TYPE_CHECKING:
     from iceslide_fem.run.checkpoint import Checkpoint
@@ -111,7 +111,7 @@ def _resumed(
 
 def _time(text: str, duration: float) -> float:
     """Seconds of "2 ms", a time within a run's `duration` (s)."""
-    from iceslide_fem.units import to_si
+    from iceslide_fem.runtime.units import to_si
 
     try:
         time = to_si(text, "s")

@@ -8,10 +8,10 @@ from typing import Annotated
 import typer
 
 from iceslide_fem.commands.report import NoReport, leave_report
-from iceslide_fem.errors import Interrupted, SceneError, SimulationStopped
-from iceslide_fem.files import check_writable, writing
-from iceslide_fem.launch import started_by_mpirun, termination_as_interrupt
-from iceslide_fem.options import Force, Overrides, SceneFile, folder_option
+from iceslide_fem.runtime.errors import Interrupted, SceneError, SimulationStopped
+from iceslide_fem.runtime.files import check_writable, writing
+from iceslide_fem.runtime.launch import started_by_mpirun, termination_as_interrupt
+from iceslide_fem.runtime.options import Force, Overrides, SceneFile, folder_option
 
 
 def sweep(
@@ -50,8 +50,8 @@ def sweep(
         raise SceneError(
             "iceslide sweep starts its own processes: run it without mpirun, with --cores-per-case"
         )
-    from iceslide_fem.sweep import failures, make_plan, run_sweep, share_cores
-    from iceslide_fem.sweep.plots import plot_sweep
+    from iceslide_fem.workflow.sweep import failures, make_plan, run_sweep, share_cores
+    from iceslide_fem.workflow.sweep.plots import plot_sweep
 
     plan = make_plan(scene_file, overrides or [], varied or [])
     cores = None if no_run else share_cores(cores_per_case, cases_at_a_time)

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from iceslide_fem.errors import SceneError
-from iceslide_fem.launch import rank
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.launch import rank
 
 
 def view(
@@ -25,7 +25,7 @@ def view(
     if rank() > 0:  # one process is enough to make pictures
         return
 
-    from iceslide_fem.results.view import view as make_pictures
+    from iceslide_fem.postprocess.results.view import view as make_pictures
 
     for picture in make_pictures(directory, animate):
         typer.echo(str(picture))

@@ -26,13 +26,13 @@ from iceslide_fem.coupling.state import AcceptedStep, CoupledState
 from iceslide_fem.coupling.step_error import StepError, StepRejected
 from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.coupling.subcycling import Subcycling
-from iceslide_fem.errors import NotConverged
 from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.step_control import GROW, step_factor
 from iceslide_fem.interface.carriers import Carrier, ContactLoads
 from iceslide_fem.laws.interface_law import Sheared
 from iceslide_fem.rubber.block import Block, SpeedLaw
 from iceslide_fem.rubber.time_discretisation import Motion, MotionLaw, rested
+from iceslide_fem.runtime.errors import NotConverged
 
 MANY_ITERATIONS = 10  # of Newton's method, after which the next step is shorter
 SHORTER = 0.8  # than this one, then

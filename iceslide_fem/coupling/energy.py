@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.time_discretisation import Motion, MotionLaw
+from iceslide_fem.runtime.arrays import Array
 
 
 class Mechanics(NamedTuple):

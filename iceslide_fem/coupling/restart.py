@@ -12,10 +12,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from scipy.spatial import cKDTree
 
-from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import CheckpointState
-from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.carriers import Carrier, Ice
@@ -23,6 +21,8 @@ from iceslide_fem.interface.surface_grid import OwnNodes
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.time_discretisation import Motion
 from iceslide_fem.rubber.wall_friction import Grip
+from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.runtime.errors import SceneError
 
 Arrays = dict[str, Array]
 MOVES = ("displacements", "velocity", "acceleration")  # of a Motion, at the nodes

@@ -9,20 +9,20 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.coupled_step import CoupledStep
 from iceslide_fem.coupling.energy import mechanics_of
 from iceslide_fem.coupling.limits import LIMITS, StepLimits
 from iceslide_fem.coupling.plate import Plate
 from iceslide_fem.coupling.state import AcceptedStep, CheckpointState, CoupledState
 from iceslide_fem.coupling.step_error import StepError, StepRejected
-from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.build import carrier_of
 from iceslide_fem.interface.carriers import ContactLoads
 from iceslide_fem.mesh.ice import cells_in_a_step
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.time_discretisation import Dynamic, MotionLaw, QuasiStatic, at_rest
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
 
 FIRST_STEP = 1e-5
 LONGEST_STEP = 0.025  # of the duration, so that curves are smooth

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.energy import Energies, Mechanics
 from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.film.integrators import InterfaceState
@@ -12,6 +11,7 @@ from iceslide_fem.interface.carriers import ContactLoads
 from iceslide_fem.rubber.contact import ContactState
 from iceslide_fem.rubber.time_discretisation import Motion
 from iceslide_fem.rubber.wall_friction import Grip
+from iceslide_fem.runtime.arrays import Array
 
 
 class CoupledState(NamedTuple):

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep
+from iceslide_fem.runtime.arrays import Array
 
 
 class Subcycles(NamedTuple):

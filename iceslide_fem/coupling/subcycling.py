@@ -12,10 +12,10 @@ import math
 
 from iceslide_fem.coupling.step_error import StepError, StepRejected
 from iceslide_fem.coupling.subcycles import Subcycles
-from iceslide_fem.errors import NotConverged
 from iceslide_fem.film.integrators import Integrator, InterfaceState
 from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.interface.carriers import Carrier, ContactLoads, InterfaceStep
+from iceslide_fem.runtime.errors import NotConverged
 
 SMALLEST_FRACTION = 1e-6  # of the coupled step
 TOO_FAST = "film and heat change too fast"

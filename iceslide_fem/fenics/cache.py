@@ -14,9 +14,9 @@ from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
-from iceslide_fem.errors import SceneError
-from iceslide_fem.files import writing
-from iceslide_fem.launch import rank
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.files import writing
+from iceslide_fem.runtime.launch import rank
 
 SEAL = ".sealed"  # of a compiled module: its files and their sizes
 LOCK = "lock"

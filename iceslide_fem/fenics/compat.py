@@ -31,9 +31,9 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics.cache import cache_folder, processor
 from iceslide_fem.fenics.jit import compile_alone, failing_in_one_sentence
+from iceslide_fem.runtime.errors import SceneError
 
 IntArray = NDArray[np.int32]
 FloatArray = NDArray[np.float64]

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import PETSc, solve_linear
+from iceslide_fem.runtime.arrays import Array
 
 # MUMPS estimates the room for its factors before it knows the pivots and which rank takes what:
 # so much is added to the estimate, in per cent, and doubled until it is enough.

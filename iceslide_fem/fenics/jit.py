@@ -17,8 +17,8 @@ from typing import Any, BinaryIO, TypeVar
 import cffi
 import ffcx.codegeneration.jit as ffcx_jit
 
-from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics.cache import sole_compiler
+from iceslide_fem.runtime.errors import SceneError
 
 _Result = TypeVar("_Result")
 _Task = TypeVar("_Task", bound=Callable[..., Any])

@@ -12,7 +12,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from iceslide_fem.errors import SceneError
+from iceslide_fem.runtime.errors import SceneError
 
 _PARTS = ("mpi4py", "petsc4py", "dolfinx")
 

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.point_conditions import Conditions, Loading
 from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns
-from iceslide_fem.materials import Ground
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import SAMPLED
+from iceslide_fem.scene.materials import Ground
 
 # Steps of a run whose integrator has no error estimate, unless numerics.max_step is given.
 FIXED_STEPS = 2000

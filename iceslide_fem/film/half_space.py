@@ -7,10 +7,10 @@ from copy import copy
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Index, Mask
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.law import Film, FilmStage, Surface
-from iceslide_fem.materials import ICE, Solid
+from iceslide_fem.runtime.arrays import Array, Index, Mask
+from iceslide_fem.scene.materials import ICE, Solid
 
 # A surface that is held at T_m has it to rounding; so far below (K) is held.
 ROUNDING = 1e-10

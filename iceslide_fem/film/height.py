@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Index, Mask
+from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 # The last change of ln h by Halley's method, unless a larger one will do: what is left is at most
 # its cube (the residual is a sum of exponentials of at most 2 ln h).

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import eigh
 
-from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.law import Film, FilmStage, Surface
-from iceslide_fem.materials import BOTTOMLESS, ICE, Ground, Solid
-from iceslide_fem.thermal_layers import (
+from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.scene.materials import BOTTOMLESS, ICE, Ground, Solid
+from iceslide_fem.scene.thermal_layers import (
     FIRST_LAYER,
     HEATED_LAYERS,
     LAYER_RATIO,

@@ -13,7 +13,6 @@ from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.law import (
@@ -25,6 +24,7 @@ from iceslide_fem.film.law import (
     log_shearing,
 )
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
+from iceslide_fem.runtime.arrays import Array, Index
 
 
 class Integrator(NamedTuple):

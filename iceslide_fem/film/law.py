@@ -27,9 +27,9 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.film.height import CLOSE, HeightEquation, log_height_of
-from iceslide_fem.materials import ICE, Solid
+from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.scene.materials import ICE, Solid
 
 
 class Remembered(Protocol):

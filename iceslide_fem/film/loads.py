@@ -14,13 +14,13 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import InterfaceState, Step, error_norms
 from iceslide_fem.film.law import FilmStage, Remembered, Surface, log_shearing
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.viscosity import Thinning, settled
-from iceslide_fem.materials import WATER_VISCOSITY
+from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.scene.materials import WATER_VISCOSITY
 
 T = TypeVar("T", float, Array)
 

@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.arrays import Array, Index
-from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import Column
@@ -25,7 +23,9 @@ from iceslide_fem.film.point_result import PointResult, Record, Tally
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberHeat
 from iceslide_fem.film.step_control import DRY, GROW_ALONE, StepControl, close_enough, step_factor
 from iceslide_fem.film.viscosity import temperature_scale
-from iceslide_fem.materials import BOTTOMLESS, Ground, Solid, ViscosityTable
+from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.runtime.errors import SimulationStopped
+from iceslide_fem.scene.materials import BOTTOMLESS, Ground, Solid, ViscosityTable
 
 ICE_MODELS = ("column", "half-space")
 # How closely a step ends on an event, relative to the tolerance.

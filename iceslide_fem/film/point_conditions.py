@@ -7,10 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.loads import FilmLoads, film_loads
 from iceslide_fem.film.viscosity import Thinning
-from iceslide_fem.materials import (
+from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.scene.course import Course
+from iceslide_fem.scene.materials import (
     ICE,
     MELTING_TEMPERATURE,
     WATER_VISCOSITY,
@@ -19,7 +20,6 @@ from iceslide_fem.materials import (
     Solid,
     ViscosityTable,
 )
-from iceslide_fem.scene.course import Course
 
 # What conditions may be, SI: those of a scene, and what single points of its contact come to.
 RANGES = {

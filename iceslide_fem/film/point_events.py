@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Index, Mask
 from iceslide_fem.film.integrators import Step
 from iceslide_fem.film.loads import FilmLoads
-from iceslide_fem.materials import Solid
+from iceslide_fem.runtime.arrays import Array, Index, Mask
+from iceslide_fem.scene.materials import Solid
 
 
 class Events(NamedTuple):

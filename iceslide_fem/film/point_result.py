@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Index, Mask
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState, Step
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.point_conditions import Conditions, Loading
+from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 
 @dataclass

@@ -23,10 +23,10 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.law import Film, FilmStage, Remembered, Surface, log_shearing
-from iceslide_fem.materials import MELTING_TEMPERATURE, WATER_CONDUCTIVITY, Solid
+from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.scene.materials import MELTING_TEMPERATURE, WATER_CONDUCTIVITY, Solid
 
 # Passes over film law and conductance stop when ln h changes by no more than this. 1/G is a few
 # per cent of the bodies' resistances, so what is left is a hundredth of it.

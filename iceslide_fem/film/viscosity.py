@@ -13,8 +13,8 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Index
-from iceslide_fem.materials import ViscosityTable
+from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.scene.materials import ViscosityTable
 
 Stage = TypeVar("Stage")
 Scale = TypeVar("Scale", float, Array)

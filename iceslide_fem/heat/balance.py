@@ -23,14 +23,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Index
-from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.film.law import Film, FilmStage
 from iceslide_fem.heat.bodies import Bodies
 from iceslide_fem.heat.contact import Answer, Contact
 from iceslide_fem.heat.linear import LinearSolver
 from iceslide_fem.heat.readings import Readings
+from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.runtime.errors import NotConverged
 
 MOST_ITERATIONS = 40
 MOST_PLACES = 16

@@ -10,10 +10,10 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.film.rubber_heat import FilmBetween, HalfFilm, RubberSurface, parallel
-from iceslide_fem.materials import Solid
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import Solid
 
 
 class Answer(NamedTuple):

@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 
-from iceslide_fem.arrays import Array, Index
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
+from iceslide_fem.runtime.arrays import Array, Index
 
 DEGREE = 2
 ROUNDED = 9  # digits of a mesh's size to which nodes are below one another

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import PETSc
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.matrices import rows_of
 from iceslide_fem.heat.ranks import answered
+from iceslide_fem.runtime.arrays import Array
 
 SAME_PLACE = 1e-7  # of the body's extent
 

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics.compat import PETSc, solve_linear, take_options
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import NotConverged
 
 MOST_ITERATIONS = 2000
 RELATIVE = 1e-4  # of what is off: the next iteration of Newton's method takes the rest

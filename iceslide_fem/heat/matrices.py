@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI, PETSc
+from iceslide_fem.runtime.arrays import Array
 
 NOTHING = 1e-12  # of weights that add up to 1
 

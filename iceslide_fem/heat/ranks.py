@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
-from iceslide_fem.arrays import Array, Index
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.runtime.arrays import Array, Index
 
 Answer = TypeVar("Answer")
 

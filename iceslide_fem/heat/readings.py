@@ -7,8 +7,8 @@ from copy import copy
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from iceslide_fem.arrays import Array, Index
 from iceslide_fem.fenics.compat import PETSc
+from iceslide_fem.runtime.arrays import Array, Index
 
 
 class Readings:

@@ -13,11 +13,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.arrays import Array, Index
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import basix
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.ranks import answered
+from iceslide_fem.runtime.arrays import Array, Index
 
 NEAREST = 4  # facets around a point that are looked at: whose boxes are nearest
 ENTRIES = 1_000_000  # of distances, at a time

@@ -18,12 +18,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import PETSc, fem
 from iceslide_fem.heat.elements import LayeredElements
 from iceslide_fem.heat.equation import Conducting, HeatEquation, Properties, of_regions
-from iceslide_fem.materials import Solid
 from iceslide_fem.mesh.gmsh_model import DistributedMesh
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import Solid
 
 PASSES, CLOSE = 30, 1e-12  # of Newton's method for a rise, K
 

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.conditions import half_film, rubber_columns
 from iceslide_fem.film.half_space import HalfSpace
@@ -33,8 +32,9 @@ from iceslide_fem.mesh.ice import heating_times, passing_time, patch_lines, wind
 from iceslide_fem.mesh.ice_body import ice_body
 from iceslide_fem.mesh.rubber import block_shape
 from iceslide_fem.rubber.block import Block
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
-from iceslide_fem.thermal_layers import HEATED_LAYERS
+from iceslide_fem.scene.thermal_layers import HEATED_LAYERS
 
 # Of continuum ice, relative to the tolerance: the error of fewer modes than its mesh has; what is
 # between its points and it, of the resistance of the layers that the shortest heating reaches. 25

@@ -21,13 +21,13 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Index, Mask
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import Integrator, InterfaceState, Loads, Step
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile
 from iceslide_fem.laws.interface_law import InterfaceLaw, Sheared
+from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 
 @dataclass(frozen=True, eq=False)

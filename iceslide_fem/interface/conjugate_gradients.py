@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, cg
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.runtime.arrays import Array
 
 _TOLERANCE = "rtol" if "rtol" in inspect.signature(cg).parameters else "tol"  # since SciPy 1.12
 

@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.errors import NotConverged
 from iceslide_fem.interface.conjugate_gradients import conjugate_gradients
 from iceslide_fem.interface.ice_conduction import SurfaceConduction
 from iceslide_fem.interface.shared_points import SharedPoints
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import NotConverged
 
 # Of the agreement of ice and film: how closely what the film gives is balanced in between.
 BALANCED, MAX_ITERATIONS = 0.1, 60

@@ -11,7 +11,6 @@ from copy import copy
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column, IceHeat
 from iceslide_fem.film.law import Film, FilmStage
@@ -20,7 +19,8 @@ from iceslide_fem.interface.ice_conduction import StageSurface
 from iceslide_fem.interface.ice_surface import IceSurface
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile, SurfaceGrid
 from iceslide_fem.interface.window import shifted
-from iceslide_fem.materials import BOTTOMLESS, ICE, Ground, Solid
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import BOTTOMLESS, ICE, Ground, Solid
 
 # Where points of the rubber carry the film, each is joined to the columns through this share of
 # a column's resistance: its flux is then a function of its temperature, and unique.

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.interface.ice_modes import SurfaceModes
+from iceslide_fem.runtime.arrays import Array
 
 
 class StageSurface(NamedTuple):

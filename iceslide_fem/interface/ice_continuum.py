@@ -18,7 +18,6 @@ from copy import copy
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.law import Film, FilmStage
@@ -28,6 +27,7 @@ from iceslide_fem.interface.ice_modes import SurfaceModes
 from iceslide_fem.interface.ice_surface import IceSurface
 from iceslide_fem.interface.surface_grid import Contacts, Profile, SurfaceGrid
 from iceslide_fem.mesh.grid import Lines
+from iceslide_fem.runtime.arrays import Array
 
 
 class Continuum(Unmeshed):

@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import PETSc
 from iceslide_fem.film.law import Film, FilmStage
 from iceslide_fem.heat.balance import Balance, Meeting
@@ -24,7 +23,8 @@ from iceslide_fem.heat.surface import HeatedSurface, Reading
 from iceslide_fem.interface.carriers import Rises
 from iceslide_fem.interface.recent import Recent
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement, Profile
-from iceslide_fem.materials import Solid
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import Solid
 
 
 class Settings(NamedTuple):

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import eigh
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.runtime.arrays import Array
 
 
 class LineModes(NamedTuple):

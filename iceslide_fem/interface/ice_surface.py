@@ -11,8 +11,6 @@ from copy import copy
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.errors import NotConverged
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.film.loads import FilmOnIce
 from iceslide_fem.interface.ice_balance import UNSETTLED, Balance, Lines, balance
@@ -22,7 +20,9 @@ from iceslide_fem.interface.melting_guess import melting_guess
 from iceslide_fem.interface.recent import Recent
 from iceslide_fem.interface.shared_points import SharedPoints
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid
-from iceslide_fem.materials import Solid
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import NotConverged
+from iceslide_fem.scene.materials import Solid
 
 # Full changes find what films give in a few requests; where they cycle, half of each does.
 FULL_CHANGES, MAX_REQUESTS = 12, 60

@@ -13,10 +13,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.interface.conjugate_gradients import conjugate_gradients
 from iceslide_fem.interface.ice_conduction import SurfaceConduction
 from iceslide_fem.interface.shared_points import SharedPoints
+from iceslide_fem.runtime.arrays import Array, Mask
 
 # How closely (K) a guess is found, and in how many iterations: it may be left as it is.
 CLOSE, GUESS_ITERATIONS = 1e-4, 12

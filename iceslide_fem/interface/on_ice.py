@@ -6,7 +6,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.film.integrators import Integrator, InterfaceState, advance
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.loads import FilmLoads
@@ -24,6 +23,7 @@ from iceslide_fem.interface.window import (
 )
 from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.laws.interface_law import Sheared
+from iceslide_fem.runtime.arrays import Array, Mask
 
 
 class OnIce:

@@ -6,7 +6,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.film.integrators import Integrator, InterfaceState, Loads, advance
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
 from iceslide_fem.interface.carriers import (
@@ -25,6 +24,7 @@ from iceslide_fem.interface.window import (
     whole_cells,
 )
 from iceslide_fem.laws.interface_law import InterfaceLaw, Sheared
+from iceslide_fem.runtime.arrays import Array
 
 
 class Attached:

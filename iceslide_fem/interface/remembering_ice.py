@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.carriers import ContactLoads, Shifted
 from iceslide_fem.interface.on_rubber import OnRubber
@@ -19,6 +18,7 @@ from iceslide_fem.interface.window import place, shifted, whole_cells
 from iceslide_fem.laws.interface_law import Sheared
 from iceslide_fem.laws.user_law import UserLaw
 from iceslide_fem.laws.user_stage import UserLoads
+from iceslide_fem.runtime.arrays import Array
 
 
 class Nodes:

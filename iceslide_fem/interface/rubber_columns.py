@@ -6,7 +6,6 @@ from copy import copy
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.film.rubber_heat import (
     WATER_FILM,
     HalfFilm,
@@ -17,7 +16,8 @@ from iceslide_fem.film.rubber_heat import (
 from iceslide_fem.interface.carriers import ContactLoads
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid
 from iceslide_fem.interface.window import passed_over
-from iceslide_fem.materials import MELTING_TEMPERATURE, Solid
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import MELTING_TEMPERATURE, Solid
 
 
 class InsulatedOverGrid(Insulated):

@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.film.rubber_heat import HalfFilm
 from iceslide_fem.heat.balance import Meeting
 from iceslide_fem.heat.contact import BetweenIceAndRubber
@@ -22,6 +21,7 @@ from iceslide_fem.interface.carriers import Rises
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
 from iceslide_fem.interface.surface_grid import Contacts
 from iceslide_fem.rubber.contact_surface import ContactSurface
+from iceslide_fem.runtime.arrays import Array
 
 RAISED = 0.1  # m, above all ice
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-from iceslide_fem.arrays import Array, Index
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.interface.surface_grid import Placement
+from iceslide_fem.runtime.arrays import Array, Index
 
 
 class SharedPoints:

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.arrays import Array, Index
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.runtime.arrays import Array, Index
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Mask
+from iceslide_fem.runtime.arrays import Array, Mask
 
 HALF = 0.5  # share of a node's cell from which on it counts as covered
 

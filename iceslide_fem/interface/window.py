@@ -13,9 +13,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.interface.carriers import ContactLoads, Ice
 from iceslide_fem.interface.surface_grid import Contacts, Placement, SurfaceGrid
+from iceslide_fem.runtime.arrays import Array
 
 # A step asks for the same few contacts several times: those at its ends and at its sub-steps'.
 RECENT = 8

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.laws.protocol import Contact, Response, Surface
-from iceslide_fem.materials import ZERO_CELSIUS
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import ZERO_CELSIUS
 from iceslide_fem.scene.mu_table import LARGEST, read_table
 
 if TYPE_CHECKING:  # takes long to import, and only tables need it

@@ -8,19 +8,19 @@ from typing import ClassVar
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.loads import FilmLoads, film_loads
 from iceslide_fem.film.viscosity import FILM_VISCOSITY, Thinning
 from iceslide_fem.laws.interface_law import Sheared
-from iceslide_fem.materials import (
+from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.scene import Scene
+from iceslide_fem.scene.materials import (
     WATER_VISCOSITY,
     ConstantContact,
     ContactTable,
     ViscosityTable,
 )
-from iceslide_fem.scene import Scene
 
 # Shear is faded in up to this fraction of the nominal pressure, or more slowly where it would
 # follow the pressure more steeply than this friction coefficient. Points that touch and lift under

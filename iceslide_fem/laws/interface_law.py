@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Protocol
 
-from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.film.integrators import InterfaceState, Loads
+from iceslide_fem.runtime.arrays import Array, Mask
 
 # Shear (Pa) of pressures (Pa) and slip speeds (m/s), and its derivatives by both; arrays (n,) or
 # any other shape of as many.

@@ -7,8 +7,8 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from iceslide_fem.errors import SceneError
 from iceslide_fem.laws.protocol import Law
+from iceslide_fem.runtime.errors import SceneError
 
 CARRIERS = ("ice", "rubber")  # of what a law remembers
 

@@ -41,7 +41,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.runtime.arrays import Array
 
 
 class Contact(NamedTuple):

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from iceslide_fem.errors import SceneError
 from iceslide_fem.laws.coulomb import Coulomb
 from iceslide_fem.laws.film import film_law
 from iceslide_fem.laws.interface_law import InterfaceLaw
@@ -15,6 +14,7 @@ from iceslide_fem.laws.law_file import read_law
 from iceslide_fem.laws.protocol import Law
 from iceslide_fem.laws.user_law import UserLaw
 from iceslide_fem.laws.weakening import check_weakening
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene
 
 

@@ -12,11 +12,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.laws.interface_law import Sheared
 from iceslide_fem.laws.protocol import Contact, Law, Response, Surface
 from iceslide_fem.laws.user_stage import Answer, UserLoads
+from iceslide_fem.runtime.arrays import Array, Mask
 
 # Relative change of the slip speed by which the shear's derivative is taken.
 SPEED_CHANGE = 1e-6

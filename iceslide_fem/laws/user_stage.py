@@ -12,12 +12,12 @@ from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import InterfaceState, Step, surface_errors
 from iceslide_fem.film.law import Film, FilmStage, Remembered, Surface
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.laws import protocol
+from iceslide_fem.runtime.arrays import Array, Index
 
 WARMER = 1e-4  # K, by which the fall of the heat with temperature is found
 

@@ -14,10 +14,10 @@ from math import sqrt
 
 import numpy as np
 
-from iceslide_fem.errors import SceneError
 from iceslide_fem.laws.user_law import UserLaw
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.units import readable
 from iceslide_fem.scene import Scene
-from iceslide_fem.units import readable
 
 EDGE = 8.0  # times the mean pressure that an edge of a sheared block carries (docs/laws.md)
 SPEEDS = 60  # at which the shear is asked for

@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.errors import SceneError
 from iceslide_fem.mesh.abaqus_cards import Card, items, key, read_cards
 from iceslide_fem.mesh.abaqus_elements import NODES, shape
 from iceslide_fem.mesh.abaqus_names import Names
@@ -21,6 +20,7 @@ from iceslide_fem.mesh.abaqus_sets import Elements, Scope, SetCard, Sets
 from iceslide_fem.mesh.mesh_file import MeshFile
 from iceslide_fem.mesh.named_cells import NamedCells, tagged_mesh
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.runtime.errors import SceneError
 
 Floats = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from iceslide_fem.errors import SceneError
+from iceslide_fem.runtime.errors import SceneError
 
 DEEPEST = 10  # *INCLUDE in included files
 _BETWEEN_COMMAS = re.compile(r'(?:[^,"]|"[^"]*"?)+')

@@ -10,13 +10,13 @@ import re
 
 import numpy as np
 
-from iceslide_fem.errors import SceneError
 from iceslide_fem.mesh.abaqus_cards import items, key
 from iceslide_fem.mesh.abaqus_elements import SIDES, is_shell
 from iceslide_fem.mesh.abaqus_sets import NONE, Above, Elements, Sets
 from iceslide_fem.mesh.mesh_file import MeshFile
 from iceslide_fem.mesh.named_cells import SECOND_ORDER, Block
 from iceslide_fem.mesh.tagged import IntArray
+from iceslide_fem.runtime.errors import SceneError
 
 _FACETS = {2: "line", 3: "triangle", 4: "quadrilateral"}  # by corners
 

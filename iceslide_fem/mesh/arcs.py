@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.mesh.box import Span, block_grid
 from iceslide_fem.mesh.shape import BlockShape, leaned, straightened
+from iceslide_fem.runtime.arrays import Array
 
 NEAR = 1e-9  # of the radius
 

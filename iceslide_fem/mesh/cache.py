@@ -11,11 +11,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics.cache import cache_folder
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.mesh_file import rubber_file
 from iceslide_fem.mesh.tagged import TaggedMesh
+from iceslide_fem.runtime.errors import SceneError
 
 _BUILDER = 5  # raise it when the same parameters shall give another mesh
 

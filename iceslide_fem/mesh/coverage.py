@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.runtime.arrays import Array
 
 Ranges = Sequence[tuple[float, float]]
 

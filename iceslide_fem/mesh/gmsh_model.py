@@ -22,12 +22,12 @@ import gmsh
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.errors import SceneError
 from iceslide_fem.mesh.mesh_file import MeshFile
 from iceslide_fem.mesh.named_cells import Block, NamedCells, tagged_mesh
 from iceslide_fem.mesh.partition import owners
 from iceslide_fem.mesh.tagged import TaggedMesh
-from iceslide_fem.parallel import from_root
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.ranks import from_root
 
 if TYPE_CHECKING:
     from iceslide_fem.fenics.compat import MPI

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.materials import Layer
 from iceslide_fem.mesh.box import box_lines, from_edge, reference_cells
 from iceslide_fem.mesh.grid import Chooser, Lines, tensor_grid, with_sides
 from iceslide_fem.mesh.rubber import block_shape
 from iceslide_fem.mesh.tagged import TaggedMesh
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
-from iceslide_fem.thermal_layers import layers, node_depths, stacked_layers
+from iceslide_fem.scene.materials import Layer
+from iceslide_fem.scene.thermal_layers import layers, node_depths, stacked_layers
 
 WINDOW_CELLS = 100  # along the block, where the ice slides
 MOST_CELLS = 4  # that the block may pass in a step, film and heat in one sub-step each

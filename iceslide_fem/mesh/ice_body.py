@@ -8,7 +8,6 @@ from pathlib import Path
 
 from numpy.typing import ArrayLike
 
-from iceslide_fem.errors import SceneError
 from iceslide_fem.mesh.coverage import covered
 from iceslide_fem.mesh.grid import Lines
 from iceslide_fem.mesh.ice import ice_cells, ice_shape, surface_lines, tagged_ice
@@ -16,6 +15,7 @@ from iceslide_fem.mesh.rubber import block_shape
 from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.mesh.upright import upright, upright_edges
 from iceslide_fem.mesh.user_ice import load_user_ice
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene
 
 MISSING = 1e-6  # share of the footprint that may be without ice, for rounding

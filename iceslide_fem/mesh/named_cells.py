@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.errors import SceneError
 from iceslide_fem.mesh.mesh_file import MeshFile
 from iceslide_fem.mesh.soundness import FACETS, outer_facets
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.runtime.errors import SceneError
 
 Floats = NDArray[np.float64]
 

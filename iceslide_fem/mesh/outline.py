@@ -12,8 +12,6 @@ import gmsh
 import numpy as np
 from scipy.spatial import cKDTree
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.errors import SceneError
 from iceslide_fem.mesh.box import EDGE_CELL, EDGE_SLOPE, LARGEST_CELL, block_grid, reference_cells
 from iceslide_fem.mesh.cache import cached
 from iceslide_fem.mesh.gmsh_model import empty_model
@@ -23,6 +21,8 @@ from iceslide_fem.mesh.sections import NEAR
 from iceslide_fem.mesh.shape import BlockShape
 from iceslide_fem.mesh.soundness import Soundness, place
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.outline_file import area, read_outline
 
 MIRRORED = 1e-6  # of the size: corners nearer than that to mirrored ones are symmetric

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.runtime.arrays import Array
 
 
 def owners(middles: Array, ranks: int) -> NDArray[np.int32]:

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import gmsh
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.mesh.gmsh_model import empty_model
 from iceslide_fem.mesh.tagged import IntArray
+from iceslide_fem.runtime.arrays import Array
 
 Point = tuple[float, float]
 ROUNDING = 1e-9  # of the mesh's size: points nearer than that are one

@@ -8,8 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Mask
-from iceslide_fem.errors import SceneError
 from iceslide_fem.mesh.box import block_grid
 from iceslide_fem.mesh.grid import Chooser, snapped, with_parts
 from iceslide_fem.mesh.patches import Patch, Point, mesh_patches
@@ -18,6 +16,8 @@ from iceslide_fem.mesh.shape import BlockShape, leaned
 from iceslide_fem.mesh.soundness import Soundness, place
 from iceslide_fem.mesh.swept import swept
 from iceslide_fem.mesh.tagged import TaggedMesh
+from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.runtime.errors import SceneError
 
 CONTACT_HEIGHT = 0.5  # the sides may touch the ice up to this fraction of the height
 

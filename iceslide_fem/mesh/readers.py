@@ -10,10 +10,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from iceslide_fem.errors import SceneError
 from iceslide_fem.mesh import abaqus, gmsh_model, vtk_cells
 from iceslide_fem.mesh.mesh_file import MeshFile
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.companions import companions
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}  # of coordinates, in m

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.arcs import on_arcs
 from iceslide_fem.mesh.box import box_lines
@@ -20,6 +19,7 @@ from iceslide_fem.mesh.profile import CONTACT_HEIGHT, block_mesh, count
 from iceslide_fem.mesh.shape import BlockShape, built_in_shape
 from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.mesh.user_mesh import load_user_mesh, mesh_size
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 
 if TYPE_CHECKING:  # lines and sizes are wanted where there is no MPI, too

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from iceslide_fem.errors import SceneError
-from iceslide_fem.machine import memory_of_machine
 from iceslide_fem.mesh.ice import ice_shape, window_lines
 from iceslide_fem.mesh.ice_body import ice_nodes
 from iceslide_fem.mesh.rubber import block_shape, divisions
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.machine import memory_of_machine
 from iceslide_fem.scene import Scene
 
 # Bytes, measured by scripts.studies.cost_estimates

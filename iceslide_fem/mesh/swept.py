@@ -12,12 +12,12 @@ from itertools import chain
 import numpy as np
 from scipy.spatial import cKDTree
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.mesh.box import Grid, Span
 from iceslide_fem.mesh.patches import ROUNDING, Patch, mesh_patches
 from iceslide_fem.mesh.sections import edge_patches, profile_patches, rows_above, upright
 from iceslide_fem.mesh.shape import BlockShape
 from iceslide_fem.mesh.tagged import IntArray
+from iceslide_fem.runtime.arrays import Array
 
 RUN = 3.0  # widths of a zone from a mitre in which cells are moved to meet it
 

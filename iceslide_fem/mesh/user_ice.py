@@ -15,7 +15,6 @@ from pathlib import Path
 
 import numpy as np
 
-from iceslide_fem.errors import SceneError
 from iceslide_fem.mesh.completeness import lost_symmetry
 from iceslide_fem.mesh.grid import with_sides
 from iceslide_fem.mesh.mesh_file import MeshFile
@@ -29,6 +28,7 @@ from iceslide_fem.mesh.readers import (
 )
 from iceslide_fem.mesh.soundness import Fault, Soundness, among, facets_of, place
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.runtime.errors import SceneError
 
 PARTS = ("surface", "base", "symmetry")
 SIZES = 1e-5, 3.0  # m; what is smaller or larger was drawn in another unit

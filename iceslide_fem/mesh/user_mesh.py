@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 
-from iceslide_fem.errors import SceneError
 from iceslide_fem.mesh.completeness import gap
 from iceslide_fem.mesh.mesh_file import MeshFile, rubber_file
 from iceslide_fem.mesh.readers import (
@@ -27,6 +26,7 @@ from iceslide_fem.mesh.readers import (
 )
 from iceslide_fem.mesh.soundness import Soundness, facets_of, place
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.runtime.errors import SceneError
 
 SIZES = 1e-5, 0.3  # m; what is smaller or larger was drawn in another unit
 

@@ -18,10 +18,10 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.errors import SceneError
 from iceslide_fem.mesh.mesh_file import MeshFile
 from iceslide_fem.mesh.named_cells import Block, NamedCells, tagged_mesh
 from iceslide_fem.mesh.tagged import TaggedMesh
+from iceslide_fem.runtime.errors import SceneError
 
 Floats = NDArray[np.float64]
 

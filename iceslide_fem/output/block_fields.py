@@ -6,13 +6,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import AcceptedStep
 from iceslide_fem.heat.elements import LayeredElements
 from iceslide_fem.interface.carriers import Rises
 from iceslide_fem.interface.surface_grid import Profile, SurfaceGrid
-from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.output.grids import (
     TEMPERATURE,
     FacetGrid,
@@ -23,6 +21,8 @@ from iceslide_fem.output.grids import (
     tensor_grid,
 )
 from iceslide_fem.output.history import interface_fields, remembered_fields
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import ZERO_CELSIUS
 
 
 class BlockFields:

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from iceslide_fem.files import replace_end, replace_file, writing
 from iceslide_fem.output.grids import Grid
 from iceslide_fem.output.vtu import vtu
+from iceslide_fem.runtime.files import replace_end, replace_file, writing
 
 _FIRST = b'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0">\n  <Collection>\n'
 _LAST = b"  </Collection>\n</VTKFile>\n"

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.fenics.compat import MPI, cell_dofs, cell_name
 from iceslide_fem.heat.elements import LayeredElements
 from iceslide_fem.rubber.contact_surface import FACET_OF, ContactSurface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.stress import StressRecovery, from_vertices, von_mises
+from iceslide_fem.runtime.arrays import Array
 
 Cells = NDArray[np.int64]
 Scalar = TypeVar("Scalar", bound=np.generic)

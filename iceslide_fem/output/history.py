@@ -6,17 +6,17 @@ from typing import Any
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.ledger import Ledger
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import AcceptedStep, CoupledState
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.viscosity import FILM_VISCOSITY
-from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.output.table import HistoryRow, PreloadRow, row_of
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import ContactState
 from iceslide_fem.rubber.press import PathPoint
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import ZERO_CELSIUS
 
 _FIELDS = {FILM_VISCOSITY: "film viscosity (Pa s)"}  # what fields call it
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic_core import to_json
 
-from iceslide_fem.files import writing
+from iceslide_fem.runtime.files import writing
 
 
 class Log:

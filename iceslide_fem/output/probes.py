@@ -8,16 +8,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import AcceptedStep
-from iceslide_fem.errors import SceneError
 from iceslide_fem.fenics import compat
 from iceslide_fem.heat.equation import HeatEquation
-from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.output.history import interface_fields
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.stress import CellPoints, von_mises
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene.materials import ZERO_CELSIUS
 
 ON_SURFACE = 1e-9  # of the block's height
 INSIDE = 1e-8  # by which a place may lie beyond its cell, in the cell's own coordinates

@@ -11,8 +11,8 @@ from typing import Any
 
 from pydantic_core import to_json
 
-from iceslide_fem.errors import OutputError
-from iceslide_fem.files import replace_file
+from iceslide_fem.runtime.errors import OutputError
+from iceslide_fem.runtime.files import replace_file
 
 _STOPPED = "stopped.txt"
 

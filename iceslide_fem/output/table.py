@@ -14,8 +14,8 @@ from typing import Any, NamedTuple, Self, TextIO, cast
 
 import numpy as np
 
-from iceslide_fem.errors import OutputError, SceneError
-from iceslide_fem.files import writing
+from iceslide_fem.runtime.errors import OutputError, SceneError
+from iceslide_fem.runtime.files import writing
 
 
 class HistoryRow(NamedTuple):

@@ -12,8 +12,8 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.output.grids import Grid
+from iceslide_fem.runtime.arrays import Array
 
 # VTK's numbers of the kinds of cells, by meshio's names.
 _KINDS = {

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Index
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.rubber.contact_surface import contact_surface
+from iceslide_fem.runtime.arrays import Array, Index
 
 DEGREE, PIECES = 5, 2
 BULGE = 0.5  # of a facet's rise: none lies that far above its highest node

@@ -8,15 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.errors import SceneError, SimulationStopped
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.laws.interface_law import InterfaceLaw, Sheared
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.mesh.rubber import nominal_area, rubber_mesh
 from iceslide_fem.mesh.size import check_memory
-from iceslide_fem.parallel import from_root
 from iceslide_fem.rubber.contact import (
     ContactState,
     Traction,
@@ -34,6 +31,9 @@ from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.loaded_block import TractionLaw
 from iceslide_fem.rubber.newton import Solution
 from iceslide_fem.rubber.wall_friction import Grip
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError, SimulationStopped
+from iceslide_fem.runtime.ranks import from_root
 from iceslide_fem.scene import Scene
 
 # Newton stops at a residual of these shares of the plate's force and of the friction force, times

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.materials import MooneyRivlin
 from iceslide_fem.rubber.contact_surface import ContactSurface
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import MooneyRivlin
 
 # Penetration over the block's mean deformation: a share of the scene's tolerance, within bounds.
 # Softer is hardly cheaper, stiffer hardly more accurate (docs/accuracy.md).

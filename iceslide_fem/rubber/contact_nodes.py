@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, csr_matrix
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.fenics.direct_solver import SparseColumns
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.walls import Walls
+from iceslide_fem.runtime.arrays import Array
 
 # Parts of a load that are answered at once; what one must have of the whole.
 PARTS, WORTH = 6, 0.02

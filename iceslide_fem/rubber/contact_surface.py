@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, basix
+from iceslide_fem.runtime.arrays import Array
 
 # Entries of the pairs of all facets up to which a product with them takes less time than one for
 # each kind, as in a slice.

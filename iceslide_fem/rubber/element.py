@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, ufl
-from iceslide_fem.materials import MooneyRivlin
 from iceslide_fem.mesh.profile import CONTACT_HEIGHT
 from iceslide_fem.mesh.rubber import RubberMesh
+from iceslide_fem.scene.materials import MooneyRivlin
 
 # The displacement is quadratic. Where the rubber may touch something, and in the lower half of the
 # block, its whole energy is taken at 3 x 3 x 3 points, so that no corner of a cell is crushed; in

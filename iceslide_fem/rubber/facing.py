@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from iceslide_fem.arrays import Array, Index, Mask
 from iceslide_fem.rubber.contact_surface import area_vectors
+from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 FACING = -0.5  # normals whose product is below that look at each other
 # Facets, by their middles, among which the nearest point is looked for.

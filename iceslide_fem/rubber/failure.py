@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Mask
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.rubber.contact import contact_state
 from iceslide_fem.rubber.contact_surface import ContactSurface
+from iceslide_fem.runtime.arrays import Array, Mask
 
 FOLDED = 0.02  # share of the load on the sides from which on an edge counts as folded
 TIPPED = 0.8  # contact over nominal area below which an edge counts as lifted

@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
-from iceslide_fem.materials import MooneyRivlin
 from iceslide_fem.mesh.rubber import RubberMesh
 from iceslide_fem.rubber.beside_plate import BesidePlate
 from iceslide_fem.rubber.element import DEGREE, Energy, kinds_of_cells, stored_energy
 from iceslide_fem.rubber.walls import Walls
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import MooneyRivlin
 
 NEAR_PLATE = 0.25  # of the height: what is lower does not come to lie on the plate
 

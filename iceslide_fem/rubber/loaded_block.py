@@ -11,7 +11,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import PETSc
 from iceslide_fem.rubber.contact import (
@@ -24,6 +23,7 @@ from iceslide_fem.rubber.contact import (
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.tangent import Tangent
+from iceslide_fem.runtime.arrays import Array
 
 # Tangential traction on the rubber of the contact pressure (f, q) and displacement (f, q, d-1).
 TractionLaw = Callable[[Array, Array], Traction]

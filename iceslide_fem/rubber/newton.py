@@ -22,8 +22,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.errors import NotConverged
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import NotConverged
 
 MAX_ITERATIONS = 60
 MOST_JACOBIANS = 8  # where that many do not help, a shorter step costs less than more of them

@@ -14,13 +14,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.errors import NotConverged, SimulationStopped
-from iceslide_fem.materials import BAR
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import Traction, blend
 from iceslide_fem.rubber.loaded_block import TractionLaw
 from iceslide_fem.rubber.newton import Solution
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
+from iceslide_fem.scene.materials import BAR
 
 # The first load, as a strain, and how far the first solve goes on the way to the sliding speed:
 # less makes more solves, more fails or takes many tangents where sharp edges fold.

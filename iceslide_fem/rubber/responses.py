@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.rubber.contact_nodes import ContactNodes
+from iceslide_fem.runtime.arrays import Array
 
 # So many solves for one change at most; and so many answers are kept before factors are made anew.
 MOST_SOLVES, MOST_KEPT = 20, 200

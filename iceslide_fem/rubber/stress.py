@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.fenics import compat
-from iceslide_fem.materials import MooneyRivlin
 from iceslide_fem.rubber.contact_surface import space_degree
 from iceslide_fem.rubber.element import QUADRATURE_DEGREE, SPLIT, VOLUME_DEGREE
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import MooneyRivlin
 
 # Rows and columns of the six components of a symmetric tensor, in VTK's order; in a slice they are
 # x, z and the direction out of the plane.

@@ -14,8 +14,6 @@ import math
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.fenics.direct_solver import (
@@ -31,6 +29,8 @@ from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.responses import Responses
 from iceslide_fem.rubber.rigid_modes import rigid_modes
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import NotConverged
 
 # What a change leaves of the imbalance for the contact's sake: Newton's method gains no more from
 # less, because the rubber's part of the tangent is an earlier one.

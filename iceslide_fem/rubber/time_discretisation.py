@@ -11,8 +11,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
+from iceslide_fem.runtime.arrays import Array
 
 # Spectral radius of the generalised-alpha method at high frequencies: what a step leaves of a
 # mode that it does not resolve.

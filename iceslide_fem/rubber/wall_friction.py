@@ -20,8 +20,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array, Index
 from iceslide_fem.rubber.contact_surface import area_vectors
+from iceslide_fem.runtime.arrays import Array, Index
 
 
 class Grip(NamedTuple):

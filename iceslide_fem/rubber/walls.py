@@ -26,7 +26,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 
-from iceslide_fem.arrays import Array, Index
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import PETSc
 from iceslide_fem.rubber.contact_surface import FACET_OF, contact_surface, space_degree
@@ -41,6 +40,7 @@ from iceslide_fem.rubber.wall_friction import (
     stretch,
     tractions,
 )
+from iceslide_fem.runtime.arrays import Array, Index
 
 DEGREE = 5  # of the points on a facet
 

@@ -12,16 +12,13 @@ from typing import Any
 from iceslide_fem.coupling.ledger import Ledger
 from iceslide_fem.coupling.restart import remembered, resumed
 from iceslide_fem.coupling.sliding import Rejection, Sliding
-from iceslide_fem.errors import Interrupted, OutputError, SceneError, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.folder import clear_results
 from iceslide_fem.heat.linear import check_options
 from iceslide_fem.output.history import memory_names, preload_row, slide_row
 from iceslide_fem.output.log import Log
 from iceslide_fem.output.probes import ProbeRow, Probes
 from iceslide_fem.output.summary import leave_word
 from iceslide_fem.output.table import PreloadRow, Table, row_type, size_of_rows
-from iceslide_fem.parallel import failing_together, from_root
 from iceslide_fem.rubber.block import Block, build_block
 from iceslide_fem.rubber.press import PathPoint, press, start_sliding
 from iceslide_fem.run.checkpoint import (
@@ -45,6 +42,9 @@ from iceslide_fem.run.pace import Pace, TimeLimit
 from iceslide_fem.run.progress import Progress
 from iceslide_fem.run.schedule import Schedule
 from iceslide_fem.run.summary import Results
+from iceslide_fem.runtime.errors import Interrupted, OutputError, SceneError, SimulationStopped
+from iceslide_fem.runtime.folders import clear_results
+from iceslide_fem.runtime.ranks import failing_together, from_root
 from iceslide_fem.scene import Scene
 
 

@@ -24,10 +24,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.errors import SceneError
-from iceslide_fem.files import replace_file, writing
-from iceslide_fem.parallel import from_root, together
 from iceslide_fem.run.checkpoint_parts import (
     PATTERN,
     Part,
@@ -36,6 +32,10 @@ from iceslide_fem.run.checkpoint_parts import (
     remove_others,
     write_part,
 )
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.files import replace_file, writing
+from iceslide_fem.runtime.ranks import from_root, together
 from iceslide_fem.scene import Scene, flat, scene_from_dict
 from iceslide_fem.scene.fingerprint import fingerprint
 from iceslide_fem.scene.messages import shortened

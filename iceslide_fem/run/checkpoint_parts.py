@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.errors import SceneError
-from iceslide_fem.files import replace_file
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.files import replace_file
 
 PATTERN = "checkpoint.*"
 

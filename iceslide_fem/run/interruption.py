@@ -6,8 +6,8 @@ import signal
 from types import FrameType, TracebackType
 from typing import Any, Self
 
-from iceslide_fem.errors import Interrupted
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.runtime.errors import Interrupted
 
 _SIGNALS = (signal.SIGTERM, signal.SIGINT)
 

@@ -11,7 +11,6 @@ from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 from iceslide_fem.coupling.sliding import Sliding
-from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.output.block_fields import BlockFields
 from iceslide_fem.output.fields import Fields
 from iceslide_fem.output.log import Log
@@ -24,6 +23,7 @@ from iceslide_fem.run.pace import TimeLimit
 from iceslide_fem.run.progress import Progress
 from iceslide_fem.run.schedule import FieldTimes, Saves, Schedule
 from iceslide_fem.run.summary import Results
+from iceslide_fem.runtime.errors import SimulationStopped
 
 
 class Watch(NamedTuple):

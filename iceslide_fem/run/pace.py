@@ -6,9 +6,9 @@ from collections.abc import Callable
 from time import monotonic
 
 from iceslide_fem.coupling.sliding import Sliding
-from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.run.observation import Observation
+from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import Scene
 
 WINDOW = 100  # steps over which the pace is taken

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from scipy.integrate import trapezoid
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.film.conditions import (
     FIXED_STEPS,
     exposure,
@@ -19,15 +18,16 @@ from iceslide_fem.film.conditions import (
 from iceslide_fem.film.doubts import doubts
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.point import Conditions, PointResult, Record, ice_below, simulate
-from iceslide_fem.launch import rank
 from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.points import moments
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.output.table import HistoryRow
-from iceslide_fem.progress import LongTask
 from iceslide_fem.run.passing_point import block_rows, mean_summary
 from iceslide_fem.run.point_rows import PointRows
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.launch import rank
+from iceslide_fem.runtime.progress import LongTask
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import SAMPLED
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from iceslide_fem.film.integrators import InterfaceState, Step
 from iceslide_fem.laws.interface_law import InterfaceLaw
-from iceslide_fem.materials import ZERO_CELSIUS
 from iceslide_fem.output.table import HistoryRow, row_of
 from iceslide_fem.scene import Scene
+from iceslide_fem.scene.materials import ZERO_CELSIUS
 
 
 class PointRows:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from iceslide_fem.progress import LongTask
 from iceslide_fem.run.observation import Observation
+from iceslide_fem.runtime.progress import LongTask
 
 
 class Progress(LongTask):

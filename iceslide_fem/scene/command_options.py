@@ -8,7 +8,7 @@ from typing import Any, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
-from iceslide_fem.errors import SceneError
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.messages import first_sentence
 
 

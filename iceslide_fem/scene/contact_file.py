@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from iceslide_fem.errors import SceneError
-from iceslide_fem.materials import ContactTable
-from iceslide_fem.tables.columns import Wanted, read_columns
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.tables.columns import Wanted, read_columns
+from iceslide_fem.scene.materials import ContactTable
 
 # Column, lowest and highest value allowed (both included), SI.
 COLUMNS = (

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from iceslide_fem.arrays import Array
+from iceslide_fem.runtime.arrays import Array
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly

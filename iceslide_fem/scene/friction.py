@@ -7,7 +7,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, StrictFloat, StrictInt, StringConstraints, model_validator
 
-from iceslide_fem.files import is_regular
+from iceslide_fem.runtime.files import is_regular
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.mu_table import read_table
 from iceslide_fem.scene.table import Table

@@ -8,7 +8,9 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import field_validator, model_validator
 
-from iceslide_fem.materials import (
+from iceslide_fem.scene.ground import GroundLayer, check_ground
+from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.materials import (
     BOTTOMLESS,
     ICE,
     WATER_CONDUCTIVITY,
@@ -19,8 +21,6 @@ from iceslide_fem.materials import (
     Solid,
     ViscosityTable,
 )
-from iceslide_fem.scene.ground import GroundLayer, check_ground
-from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.rows import Rows, RowsOf
 from iceslide_fem.scene.table import Table
 from iceslide_fem.scene.units import Quantity

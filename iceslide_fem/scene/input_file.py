@@ -8,8 +8,8 @@ from typing import Annotated
 from pydantic import AfterValidator
 from pydantic_core import PydanticCustomError
 
-from iceslide_fem.errors import SceneError
-from iceslide_fem.files import check_regular, is_regular
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.files import check_regular, is_regular
 
 LARGEST_TEXT = 10_000_000  # bytes
 

@@ -16,8 +16,13 @@ from pydantic import (
     model_validator,
 )
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.materials import (
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.friction import Friction
+from iceslide_fem.scene.ice import Ice, Water
+from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.load import Load
+from iceslide_fem.scene.materials import (
     BAR,
     COMPOUNDS,
     CONTACT_TABLES,
@@ -25,17 +30,12 @@ from iceslide_fem.materials import (
     ContactTable,
     MooneyRivlin,
 )
-from iceslide_fem.scene.contact_file import read_contact_table
-from iceslide_fem.scene.friction import Friction
-from iceslide_fem.scene.ice import Ice, Water
-from iceslide_fem.scene.input_file import InputFile
-from iceslide_fem.scene.load import Load
 from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.rubber import Rubber
 from iceslide_fem.scene.shape import check_room_across
 from iceslide_fem.scene.table import Name, Table
+from iceslide_fem.scene.thermal_layers import HEATED_LAYERS
 from iceslide_fem.scene.units import Quantity
-from iceslide_fem.thermal_layers import HEATED_LAYERS
 
 Place = Annotated[float, Quantity("m", "-1 m", "1 m")]
 

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from math import pi, sqrt
 
-from iceslide_fem.materials import BAR, ZERO_CELSIUS
+from iceslide_fem.runtime.units import readable
+from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.scene.model import Scene
-from iceslide_fem.units import readable
 
 # docs/stability.md, operating envelope; both ends belong to it
 ENVELOPE = {

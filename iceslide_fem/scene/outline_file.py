@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.errors import SceneError
-from iceslide_fem.tables.columns import Wanted, read_columns
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.tables.columns import Wanted, read_columns
 
 COLUMNS = (Wanted("x", "m"), Wanted("y", "m"), Wanted("ring", ""))
 MOST_POINTS = 2000

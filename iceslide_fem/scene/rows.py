@@ -12,10 +12,10 @@ from typing import Any
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from iceslide_fem.errors import SceneError
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.tables.columns import columns_of_two
+from iceslide_fem.runtime.tables.layout import read_table
 from iceslide_fem.scene.units import Quantity
-from iceslide_fem.tables.columns import columns_of_two
-from iceslide_fem.tables.layout import read_table
 
 MOST_ROWS = 10_000
 SUFFIX = ".csv"

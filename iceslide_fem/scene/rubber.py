@@ -14,14 +14,14 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from iceslide_fem.materials import (
+from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.materials import (
     COMPOUNDS,
     RUBBER_CONDUCTIVITY,
     RUBBER_HEAT_CAPACITY,
     YOUNGS_MODULUS_ONLY,
     Solid,
 )
-from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.outline_file import read_outline
 from iceslide_fem.scene.shape import (
     WIDEST,

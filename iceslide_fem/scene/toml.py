@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from iceslide_fem.errors import SceneError
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.input_file import read_text
 from iceslide_fem.scene.messages import shortened
 from iceslide_fem.scene.model import FILE_KEYS, TABLE_KEYS, Scene

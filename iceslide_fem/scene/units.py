@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from iceslide_fem.units import to_si
+from iceslide_fem.runtime.units import to_si
 
 
 @dataclass(frozen=True)

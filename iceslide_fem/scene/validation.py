@@ -8,7 +8,7 @@ from typing import Any, get_args, get_origin
 from pydantic import AliasChoices, BaseModel, StrictInt, ValidationError
 from pydantic.fields import FieldInfo
 
-from iceslide_fem.errors import SceneError
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.messages import first_sentence, unknown_key
 from iceslide_fem.scene.model import Scene
 from iceslide_fem.scene.rows import RowsOf

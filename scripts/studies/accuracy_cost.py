@@ -20,21 +20,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.limits import LIMITS
-from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.point import Conditions, simulate
-from iceslide_fem.materials import BAR, COMPOUNDS
 from iceslide_fem.rubber.block import build_block
 from iceslide_fem.rubber.contact import default_penalty
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.equilibrium import Equilibrium
 from iceslide_fem.rubber.press import press
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
 from iceslide_fem.scene import Scene, scene_from_dict
-from iceslide_fem.thermal_layers import FIRST_LAYER, HEATED_LAYERS, LAYER_RATIO
+from iceslide_fem.scene.materials import BAR, COMPOUNDS
+from iceslide_fem.scene.thermal_layers import FIRST_LAYER, HEATED_LAYERS, LAYER_RATIO
 from scripts.studies import common, press_elements
 from scripts.studies.blocks import Slide, slid
 from scripts.studies.common import largest, timed

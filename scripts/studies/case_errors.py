@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.results import Run, read_run
+from iceslide_fem.postprocess.results import Run, read_run
+from iceslide_fem.runtime.arrays import Array
 from scripts.studies import common
 
 CASES = (

@@ -20,11 +20,11 @@ from unittest.mock import patch
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.mesh import box
 from iceslide_fem.mesh.rubber import divisions
 from iceslide_fem.mesh.shape import BlockShape
-from iceslide_fem.results import Run
+from iceslide_fem.postprocess.results import Run
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 from scripts.studies.common import ROOT, case, options, table
 from scripts.studies.speed import reference

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.results.run_directory import read_run
+from iceslide_fem.postprocess.results.run_directory import read_run
+from iceslide_fem.runtime.arrays import Array
 from scripts.studies.common import ROOT, run_words
 
 CASES = {  # each with what else is changed

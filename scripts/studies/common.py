@@ -18,10 +18,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.film.point import Conditions
-from iceslide_fem.materials import BAR, CONTACT_TABLES, ZERO_CELSIUS
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene, load_scene
+from iceslide_fem.scene.materials import BAR, CONTACT_TABLES, ZERO_CELSIUS
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "results" / "studies"

@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from iceslide_fem.results import Run, field_files
+from iceslide_fem.postprocess.results import Run, field_files
 from iceslide_fem.simulate import kept_run
 from scripts.studies.common import ROOT, case, draw, options, picture_options
 

@@ -15,12 +15,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
-from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.film.conditions import scene_conditions
-from iceslide_fem.materials import ICE_EFFUSIVITY, MELTING_TEMPERATURE, rubber_solid
+from iceslide_fem.postprocess.results import Run, differences
 from iceslide_fem.reference import squeezing_rise
-from iceslide_fem.results import Run, differences
+from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import Scene
+from iceslide_fem.scene.materials import ICE_EFFUSIVITY, MELTING_TEMPERATURE, rubber_solid
 from iceslide_fem.simulate import kept_run
 from scripts.studies.common import ROOT, case, draw, options, picture_options, table
 

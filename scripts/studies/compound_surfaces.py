@@ -18,13 +18,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from iceslide_fem.film.point import Conditions, simulate
-from iceslide_fem.materials import BAR, CONTACT_TABLES, ContactTable
-from iceslide_fem.roughness.case import RoughnessCase
-from iceslide_fem.roughness.figures import draw as draw_survey
-from iceslide_fem.roughness.survey import Survey, survey
-from iceslide_fem.roughness.survey import table as csv_text
+from iceslide_fem.preprocess.roughness.case import RoughnessCase
+from iceslide_fem.preprocess.roughness.figures import draw as draw_survey
+from iceslide_fem.preprocess.roughness.survey import Survey, survey
+from iceslide_fem.preprocess.roughness.survey import table as csv_text
 from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.materials import BAR, CONTACT_TABLES, ContactTable
 from scripts.studies.common import ROOT, draw, options, picture_options, table
 
 SURFACES = ROOT / "cases" / "surfaces"
@@ -58,7 +58,7 @@ def friction(contact: ContactTable, bar: np.ndarray) -> tuple[np.ndarray, np.nda
 
 def check_scaling(tables: dict[str, ContactTable]) -> float:
     """Largest relative difference of k_A(p) and k_C(p) from k_B(p E_B / E)."""
-    from iceslide_fem.materials import YOUNGS_MODULUS
+    from iceslide_fem.scene.materials import YOUNGS_MODULUS
 
     p, worst = np.geomspace(0.1, 8.0, 50) * BAR, 0.0
     for name in "AC":

@@ -2,8 +2,8 @@
 
 Every scene is run in a process of its own, forms compiled before. Seconds are those of the
 processor, so other work on the machine hardly counts. Large meshes run for a part of the time
-only. At the end come the constants of `iceslide_fem/planning/cost.py` that fit these seconds best,
-to enter there.
+only. At the end come the constants of `iceslide_fem/workflow/planning/cost.py` that fit these
+seconds best, to enter there.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import nnls
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.planning import cost
-from iceslide_fem.planning.cost import Cost, estimate
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
+from iceslide_fem.workflow.planning import cost
+from iceslide_fem.workflow.planning.cost import Cost, estimate
 from scripts.studies.common import ROOT, case, options, run_words, table
 
 # case, changes: short and long, coarse and fine, attached and sliding, slice and block

@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from iceslide_fem.fenics.start import start_petsc
-from iceslide_fem.planning.mesh_picture import draw_mesh
+from iceslide_fem.workflow.planning.mesh_picture import draw_mesh
 from scripts.studies import common
 from scripts.studies.blocks import Slide, slid
 

@@ -6,8 +6,14 @@ import numpy as np
 from scipy.optimize import brentq
 
 from iceslide_fem.film.point import simulate
-from iceslide_fem.materials import BAR, COMPOUNDS, CONTACT_TABLES, WATER_VISCOSITY, MooneyRivlin
 from iceslide_fem.reference import squeeze_coefficient, squeezed_film
+from iceslide_fem.scene.materials import (
+    BAR,
+    COMPOUNDS,
+    CONTACT_TABLES,
+    WATER_VISCOSITY,
+    MooneyRivlin,
+)
 from scripts.studies.common import conditions, options, table
 
 SPEED, INITIAL_HEIGHT = 3.0, 70e-9  # m/s, m

@@ -10,26 +10,26 @@ from matplotlib.figure import Figure
 from rich.console import Console
 from rich.table import Table
 
-from iceslide_fem.footprint import empirical
-from iceslide_fem.footprint.balance import STATES, SlidingLine, classify, heat_balance
-from iceslide_fem.footprint.case import FootprintCase
-from iceslide_fem.footprint.colours import FAR
-from iceslide_fem.footprint.film_map import film_map
-from iceslide_fem.footprint.jaeger import (
+from iceslide_fem.preprocess.footprint import empirical
+from iceslide_fem.preprocess.footprint.balance import STATES, SlidingLine, classify, heat_balance
+from iceslide_fem.preprocess.footprint.case import FootprintCase
+from iceslide_fem.preprocess.footprint.colours import FAR
+from iceslide_fem.preprocess.footprint.film_map import film_map
+from iceslide_fem.preprocess.footprint.jaeger import (
     TABLE_1_ICE,
     friction_flux,
     jaeger_exposure,
     jaeger_rise,
 )
-from iceslide_fem.footprint.line import gaussian_profile, macroscopic_line
-from iceslide_fem.footprint.macroscopic import HeatModel, Macroscopic
-from iceslide_fem.footprint.passing import Ride
-from iceslide_fem.footprint.pressure_map import PressureMap
-from iceslide_fem.footprint.reading import ReadFootprint, read_footprint
-from iceslide_fem.footprint.survey import survey
-from iceslide_fem.footprint.synthetic import Tread, coloured_picture, grey_picture, save
-from iceslide_fem.materials import BAR, CONTACT_TABLES
+from iceslide_fem.preprocess.footprint.line import gaussian_profile, macroscopic_line
+from iceslide_fem.preprocess.footprint.macroscopic import HeatModel, Macroscopic
+from iceslide_fem.preprocess.footprint.passing import Ride
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.preprocess.footprint.reading import ReadFootprint, read_footprint
+from iceslide_fem.preprocess.footprint.survey import survey
+from iceslide_fem.preprocess.footprint.synthetic import Tread, coloured_picture, grey_picture, save
 from iceslide_fem.reference import band_source_rise
+from iceslide_fem.scene.materials import BAR, CONTACT_TABLES
 from scripts.studies.common import draw, options, picture_options
 
 MU_ST, V, S, T_0, DEPTH = 0.1, 3.0, 1e-5, -4.0, 1e-4  # table 2

@@ -19,12 +19,12 @@ from typing import Any
 import numpy as np
 
 from iceslide_fem.film.ice_heat import FIRST_LAYER, Column
-from iceslide_fem.footprint.case import FootprintCase
-from iceslide_fem.footprint.film_map import film_map
-from iceslide_fem.footprint.jaeger import friction_flux, moving_source_rise
-from iceslide_fem.footprint.reading import read_footprint
-from iceslide_fem.footprint.synthetic import Tread, coloured_picture, save
-from iceslide_fem.materials import BAR, CONTACT_TABLES
+from iceslide_fem.preprocess.footprint.case import FootprintCase
+from iceslide_fem.preprocess.footprint.film_map import film_map
+from iceslide_fem.preprocess.footprint.jaeger import friction_flux, moving_source_rise
+from iceslide_fem.preprocess.footprint.reading import read_footprint
+from iceslide_fem.preprocess.footprint.synthetic import Tread, coloured_picture, save
+from iceslide_fem.scene.materials import BAR, CONTACT_TABLES
 from scripts.studies.common import iceslide_words, options, silently
 
 SHAPE = (900, 1120)

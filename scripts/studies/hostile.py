@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 
 import psutil
 
-from iceslide_fem.errors import SceneError, SimulationStopped
+from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.toml import parsed, put
 from scripts.studies.common import RESULTS, options, table

@@ -27,9 +27,9 @@ import numpy as np
 from PIL import Image
 
 from iceslide_fem.cli import main as iceslide
+from iceslide_fem.runtime.units import to_si
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.units import Quantity
-from iceslide_fem.units import to_si
 from scripts.studies.common import ROOT, options
 
 SECONDS = 60.0  # that an input may take, on a machine with other work

@@ -18,7 +18,8 @@ import numpy as np
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.interface.build import CONDENSED
-from iceslide_fem.materials import (
+from iceslide_fem.scene import scene_from_dict
+from iceslide_fem.scene.materials import (
     CONTACT_TABLES,
     ICE_DIFFUSIVITY,
     ICE_EFFUSIVITY,
@@ -26,7 +27,6 @@ from iceslide_fem.materials import (
     MELTING_TEMPERATURE,
     WATER_VISCOSITY,
 )
-from iceslide_fem.scene import scene_from_dict
 from scripts.studies.blocks import slid
 from scripts.studies.common import options, table
 

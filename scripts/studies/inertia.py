@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.planning.simplifications import simplifications
-from iceslide_fem.results import Run, differences
+from iceslide_fem.postprocess.results import Run, differences
+from iceslide_fem.run.simplifications import simplifications
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.simulate import kept_run
 from scripts.studies.common import RESULTS, case, draw, options, picture_options, table
 

@@ -20,9 +20,9 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from iceslide_fem.errors import SceneError
-from iceslide_fem.results import differences, field_files, read_run
+from iceslide_fem.postprocess.results import differences, field_files, read_run
 from iceslide_fem.run.checkpoint import read_checkpoint
+from iceslide_fem.runtime.errors import SceneError
 from scripts.studies.common import ROOT, iceslide_words, on_ranks, options, silently
 
 SCENE = ROOT / "cases" / "thesis_1bar.toml"

@@ -15,11 +15,11 @@ from matplotlib.figure import Figure
 
 from iceslide_fem.coupling.energy import Energies
 from iceslide_fem.coupling.limits import LIMITS
-from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.materials import BAR
-from iceslide_fem.results import Run, read_run
+from iceslide_fem.postprocess.results import Run, read_run
 from iceslide_fem.rubber.block import build_block
+from iceslide_fem.runtime.errors import SimulationStopped
+from iceslide_fem.scene.materials import BAR
 from iceslide_fem.simulate import run
 from scripts.studies.blocks import at_speed
 from scripts.studies.common import case, draw, options, picture_options, table

@@ -19,14 +19,18 @@ from time import process_time
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.materials import BAR, YOUNGS_MODULUS
-from iceslide_fem.roughness.case import SOURCE_WAVE
-from iceslide_fem.roughness.half_space import press
-from iceslide_fem.roughness.parameters import Parameters, corrected_share, squeeze_diameter
-from iceslide_fem.roughness.prepare import thinned_pixel
-from iceslide_fem.roughness.surface import Surface, coarsened, levelled, low_passed
-from iceslide_fem.roughness.survey import parameters
+from iceslide_fem.preprocess.roughness.case import SOURCE_WAVE
+from iceslide_fem.preprocess.roughness.half_space import press
+from iceslide_fem.preprocess.roughness.parameters import (
+    Parameters,
+    corrected_share,
+    squeeze_diameter,
+)
+from iceslide_fem.preprocess.roughness.prepare import thinned_pixel
+from iceslide_fem.preprocess.roughness.surface import Surface, coarsened, levelled, low_passed
+from iceslide_fem.preprocess.roughness.survey import parameters
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import BAR, YOUNGS_MODULUS
 from scripts.studies.common import iceslide_words, options, table
 
 MODULUS = YOUNGS_MODULUS["B"] / 0.75

@@ -15,19 +15,19 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.special import erfc
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
 from iceslide_fem.film.law import FilmStage, Surface
 from iceslide_fem.film.loads import FilmLoads
-from iceslide_fem.materials import (
+from iceslide_fem.reference import flux_after_onset, melted_depth
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import (
     ICE_CONDUCTIVITY,
     ICE_DIFFUSIVITY,
     ICE_EFFUSIVITY,
     MELTING_ENTHALPY,
     MELTING_TEMPERATURE,
 )
-from iceslide_fem.reference import flux_after_onset, melted_depth
 from scripts.studies.common import conditions, options, table
 
 POWERS = (1.6e5, 2.3e5, 3.2e5)  # W/m2: mu p v at the peaks of 1 bar, 5 bar (3 m/s), 5 bar (4 m/s)

@@ -23,7 +23,7 @@ from iceslide_fem.mesh import ice
 from iceslide_fem.mesh.grid import Lines
 from iceslide_fem.mesh.ice import patch_lines
 from iceslide_fem.scene import Scene
-from iceslide_fem.thermal_layers import FIRST_LAYER, LAYER_RATIO, stacked_layers
+from iceslide_fem.scene.thermal_layers import FIRST_LAYER, LAYER_RATIO, stacked_layers
 from scripts.studies.blocks import Slide, slid
 from scripts.studies.common import case, options, table
 

@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.materials import MooneyRivlin
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import MooneyRivlin
 from scripts.studies.common import processor_seconds
 
 # Edges of cells with a node in the middle, and faces, both in CalculiX's order.

@@ -16,14 +16,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.laws.film import RAMP_SHARE
-from iceslide_fem.materials import BAR, COMPOUNDS
 from iceslide_fem.rubber.block import Block, build_block
 from iceslide_fem.rubber.contact import Traction, default_penalty
 from iceslide_fem.rubber.press import press, start_sliding
+from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
 from iceslide_fem.scene import Scene, scene_from_dict
+from iceslide_fem.scene.materials import BAR, COMPOUNDS
 from iceslide_fem.simulate import run
 from scripts.studies import common
 from scripts.studies.blocks import shear_of_pressure

@@ -19,7 +19,7 @@ from scipy.integrate import solve_ivp
 
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.point import Conditions, simulate
-from iceslide_fem.materials import MELTING_ENTHALPY, MELTING_TEMPERATURE
+from iceslide_fem.scene.materials import MELTING_ENTHALPY, MELTING_TEMPERATURE
 from scripts.studies.common import conditions, options, timed
 
 Result = TypeVar("Result")

@@ -21,12 +21,9 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 from scipy.sparse import csr_matrix
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.laws.film import FilmLaw
-from iceslide_fem.materials import BAR, COMPOUNDS, MooneyRivlin
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.grid import tensor_grid
 from iceslide_fem.mesh.rubber import CONTACT_HEIGHT, RubberMesh
@@ -49,7 +46,10 @@ from iceslide_fem.rubber.element import (
 from iceslide_fem.rubber.equilibrium import Equilibrium
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.press import PathPoint, press
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import scene_from_dict
+from iceslide_fem.scene.materials import BAR, COMPOUNDS, MooneyRivlin
 from scripts.studies import common
 from scripts.studies.blocks import shear_of_pressure
 

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from iceslide_fem.film import point
-from iceslide_fem.materials import BAR, CONTACT_TABLES
+from iceslide_fem.scene.materials import BAR, CONTACT_TABLES
 from scripts.studies.common import draw, options, picture_options, table
 
 READINGS = (0.105, 0.405, 0.505, 0.605)

@@ -12,9 +12,9 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from iceslide_fem.report.command import report
 from iceslide_fem.scene import Scene
 from iceslide_fem.simulate import run
+from iceslide_fem.workflow.report import report
 from scripts.studies.common import case, options, picture_options, table, timed
 
 # Files that a page with curves, maps and pointers has to have in it.

@@ -12,18 +12,18 @@ from math import pi
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.film import point
-from iceslide_fem.materials import BAR, YOUNGS_MODULUS
-from iceslide_fem.roughness.generate import SurfaceSpec, generate, read_spec
-from iceslide_fem.roughness.half_space import press
-from iceslide_fem.roughness.parameters import (
+from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate, read_spec
+from iceslide_fem.preprocess.roughness.half_space import press
+from iceslide_fem.preprocess.roughness.parameters import (
     Parameters,
     corrected_share,
     squeeze_diameter,
 )
-from iceslide_fem.roughness.surface import Surface, levelled, low_passed, statistics
-from iceslide_fem.roughness.survey import parameters
+from iceslide_fem.preprocess.roughness.surface import Surface, levelled, low_passed, statistics
+from iceslide_fem.preprocess.roughness.survey import parameters
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import BAR, YOUNGS_MODULUS
 from scripts.studies.common import ROOT, options
 
 COMPOUND_B = ROOT / "cases" / "surfaces" / "compound_B.toml"

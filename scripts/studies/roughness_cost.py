@@ -16,12 +16,12 @@ from time import process_time
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.materials import BAR, YOUNGS_MODULUS
-from iceslide_fem.roughness.generate import SurfaceSpec, generate
-from iceslide_fem.roughness.half_space import press
-from iceslide_fem.roughness.parameters import Definition, measure
-from iceslide_fem.roughness.surface import Surface
+from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate
+from iceslide_fem.preprocess.roughness.half_space import press
+from iceslide_fem.preprocess.roughness.parameters import Definition, measure
+from iceslide_fem.preprocess.roughness.surface import Surface
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import BAR, YOUNGS_MODULUS
 
 MODULUS = YOUNGS_MODULUS["B"] / 0.75
 LIKE_B = {

@@ -14,12 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import differential_evolution
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.errors import IceslideError
-from iceslide_fem.materials import BAR, CONTACT_TABLES, YOUNGS_MODULUS
-from iceslide_fem.roughness.generate import SurfaceSpec, generate
-from iceslide_fem.roughness.parameters import Definition
-from iceslide_fem.roughness.survey import parameters
+from iceslide_fem.preprocess.roughness.generate import SurfaceSpec, generate
+from iceslide_fem.preprocess.roughness.parameters import Definition
+from iceslide_fem.preprocess.roughness.survey import parameters
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import IceslideError
+from iceslide_fem.scene.materials import BAR, CONTACT_TABLES, YOUNGS_MODULUS
 from scripts.studies.common import options
 
 B = CONTACT_TABLES["B"]

@@ -16,12 +16,12 @@ from dolfinx import mesh as dolfinx_mesh
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.fenics import compat
-from iceslide_fem.materials import BAR, COMPOUNDS
-from iceslide_fem.roughness.half_space import press
+from iceslide_fem.preprocess.roughness.half_space import press
 from iceslide_fem.rubber.element import QUADRATURE_DEGREE, energy_density
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SimulationStopped
+from iceslide_fem.scene.materials import BAR, COMPOUNDS
 from scripts.studies.common import options, table
 
 RUBBER = COMPOUNDS["B"]

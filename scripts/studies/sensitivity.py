@@ -17,11 +17,11 @@ from matplotlib.figure import Figure
 from SALib.analyze import sobol as sobol_analysis
 from SALib.sample import sobol as sobol_sample
 
-from iceslide_fem.arrays import Array, Index
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.film.point import simulate
-from iceslide_fem.materials import ICE, WATER_CONDUCTIVITY, WATER_VISCOSITY, Solid
+from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.scene.materials import ICE, WATER_CONDUCTIVITY, WATER_VISCOSITY, Solid
 from scripts.studies.common import case, conditions, draw, options, picture_options, table
 
 NAMES = ["k", "D", "H_V", "eta", "lambda", "c", "L", "T_m - T_0", "h0", "G"]

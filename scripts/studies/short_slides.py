@@ -16,8 +16,8 @@ from math import inf
 import numpy as np
 
 from iceslide_fem.coupling.limits import LIMITS, StepLimits
-from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.rubber import contact_nodes, tangent
+from iceslide_fem.runtime.errors import SimulationStopped
 from scripts.studies.blocks import slid
 from scripts.studies.common import case, largest, options, table
 

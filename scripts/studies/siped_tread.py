@@ -21,16 +21,16 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.coupling.sliding import Sliding
-from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.start import start_petsc
-from iceslide_fem.materials import BAR
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact_surface import contact_surface
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.fingerprint import fingerprint
+from iceslide_fem.scene.materials import BAR
 from scripts.studies.blocks import slid
 from scripts.studies.common import ROOT, case, draw, options, picture_options, table
 

@@ -25,7 +25,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from iceslide_fem.results import Run, differences, read_run
+from iceslide_fem.postprocess.results import Run, differences, read_run
 from iceslide_fem.scene import Scene
 from scripts.studies.common import ROOT, case, options, processor_seconds, run_words, table
 

@@ -19,20 +19,26 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.errors import NotConverged, SimulationStopped
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
 from iceslide_fem.film.law import explicit_stage
 from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.point import Conditions, simulate
-from iceslide_fem.materials import BAR, COMPOUNDS, MELTING_ENTHALPY, WATER_VISCOSITY, MooneyRivlin
 from iceslide_fem.rubber.block import Block, build_block
 from iceslide_fem.rubber.contact import default_penalty
 from iceslide_fem.rubber.equilibrium import Solution, TractionLaw
 from iceslide_fem.rubber.press import press
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
 from iceslide_fem.scene import Scene, put, scene_from_dict
+from iceslide_fem.scene.materials import (
+    BAR,
+    COMPOUNDS,
+    MELTING_ENTHALPY,
+    WATER_VISCOSITY,
+    MooneyRivlin,
+)
 from scripts.studies import blocks, common, press_elements
 
 CONVERGED, CUT_BACK, REFUSED, FAILED = "converged", "with cut-backs", "refused", "failed"

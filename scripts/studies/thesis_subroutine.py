@@ -12,9 +12,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
-from iceslide_fem.errors import SimulationStopped
 from iceslide_fem.run.point import point_history
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import Scene
 from scripts.studies.common import case, options, table
 

@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.film.point import PointResult, simulate
+from iceslide_fem.runtime.arrays import Array
 from scripts.studies.common import conditions, draw, options, picture_options
 
 LENGTH = 20e-3  # m, of a tread block

@@ -13,7 +13,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from iceslide_fem.sweep import read_sweep
+from iceslide_fem.workflow.sweep import read_sweep
 from scripts.studies.common import ROOT, iceslide_words, options, silently
 
 SCENE = ROOT / "cases" / "thesis_1bar.toml"
@@ -29,7 +29,7 @@ def sweep(out: Path, environment: dict[str, str], *words: str) -> float:
 def compiling(out: Path, environment: dict[str, str]) -> float:
     """Seconds that one call of the program that compiles a case's forms takes."""
     scene = next(out.glob("cases/*/scene.toml"))
-    words = [sys.executable, "-m", "iceslide_fem.sweep.compile_forms", str(scene)]
+    words = [sys.executable, "-m", "iceslide_fem.workflow.sweep.compile_forms", str(scene)]
     started = time.perf_counter()
     silently(words, env=environment)
     return time.perf_counter() - started

@@ -14,8 +14,8 @@ import numpy as np
 
 from iceslide_fem.film.conditions import scene_conditions
 from iceslide_fem.film.point import simulate
-from iceslide_fem.materials import WATER_VISCOSITY
 from iceslide_fem.scene import Scene, scene_from_dict
+from iceslide_fem.scene.materials import WATER_VISCOSITY
 from scripts.studies.blocks import slid
 from scripts.studies.common import options
 

@@ -15,10 +15,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.integrate import trapezoid
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.film.conditions import scene_conditions
 from iceslide_fem.film.point import simulate
-from iceslide_fem.results.snapshots import PRESSURE, read_interface, times
+from iceslide_fem.postprocess.results.snapshots import PRESSURE, read_interface, times
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 from iceslide_fem.simulate import run
 from scripts.studies.common import case, draw, options, picture_options

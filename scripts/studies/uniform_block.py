@@ -10,10 +10,10 @@ import tempfile
 
 import numpy as np
 
-from iceslide_fem.arrays import Array
 from iceslide_fem.film.conditions import scene_conditions
 from iceslide_fem.film.point import simulate
-from iceslide_fem.results import read_run
+from iceslide_fem.postprocess.results import read_run
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene, scene_from_dict
 from iceslide_fem.simulate import run
 from scripts.studies.common import options

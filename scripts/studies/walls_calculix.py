@@ -23,15 +23,15 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from scipy.spatial import cKDTree
 
-from iceslide_fem.arrays import Array, Mask
-from iceslide_fem.errors import NotConverged
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.fenics.start import start_petsc
-from iceslide_fem.materials import BAR, MooneyRivlin
 from iceslide_fem.mesh.rubber import tagged_rubber
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 from iceslide_fem.rubber.block import Block, build_block
+from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.runtime.errors import NotConverged
+from iceslide_fem.scene.materials import BAR, MooneyRivlin
 from scripts.studies.common import case, draw, options, picture_options, table
 from scripts.studies.peers_calculix import FACES, listed, rows, with_middles, wrapped
 

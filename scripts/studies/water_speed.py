@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from iceslide_fem.errors import SimulationStopped
-from iceslide_fem.results import read_run
+from iceslide_fem.postprocess.results import read_run
+from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.simulate import run
 from scripts.studies.common import case, options, table
 

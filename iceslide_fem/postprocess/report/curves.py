@@ -1,0 +1,174 @@
+"""The charts of one or several runs: friction, film, temperature, shares and energies over time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.film.viscosity import FILM_VISCOSITY
+from iceslide_fem.postprocess.report.page import Band, Chart, Curve
+from iceslide_fem.postprocess.results import Run
+from iceslide_fem.postprocess.results.report import ENERGIES, energy_unit
+from iceslide_fem.scene.materials import BAR
+
+MS = 1e3
+TIME = "sliding time (ms)"
+
+
+class Quantity(NamedTuple):
+    """A column of the history as it is drawn."""
+
+    column: str
+    title: str
+    axis: str
+    factor: float
+
+
+QUANTITIES = (
+    Quantity("mu", "Friction coefficient", "mu (1)", 1.0),
+    Quantity("film_height_m", "Height of the water film", "h (nm)", 1e9),
+    Quantity("surface_temperature_C", "Temperature of the ice's surface", "T (°C)", 1.0),
+    Quantity("squeezed_height_m", "Water squeezed into the roughness", "H_s (µm)", 1e6),
+)
+VISCOSITY = Quantity(FILM_VISCOSITY, "Viscosity of the film's water", "η (mPa s)", 1e3)
+LOADS = (
+    Quantity("nominal_pressure_Pa", "Nominal pressure", "p (bar)", 1.0 / BAR),
+    Quantity("speed_m_per_s", "Sliding speed", "v (m/s)", 1.0),
+)
+SAID = 4  # curves of a chart of which each is said in words
+SHARES = {
+    "contact_fraction": "in contact",
+    "melted_fraction": "melted",
+    "saturated_fraction": "saturated",
+}
+BALANCE = {
+    "friction_work_J": "work of friction",
+    "ice_heat_J": "warms the ice",
+    "latent_heat_J": "melts ice",
+    "rubber_heat_J": "warms the rubber",
+    "elastic_energy_J": "stored in the rubber",
+}
+
+
+def charts_of(runs: Mapping[str, Run]) -> list[Chart]:
+    """The charts that every run has, with a curve for each run."""
+    alone = next(iter(runs.values())) if len(runs) == 1 else None
+    charts = []
+    drawn = (*QUANTITIES, VISCOSITY, *(load for load in LOADS if _goes_in_time(runs, load)))
+    for quantity in drawn:
+        known = [quantity.column in run.history for run in runs.values()]
+        curves = [
+            Curve(
+                name,
+                MS * run.history["time_s"],
+                quantity.factor * run.history[quantity.column],
+                number,
+            )
+            for number, (name, run) in enumerate(runs.items())
+            if known[number]
+        ]
+        if not any(np.isfinite(curve.y).any() for curve in curves):
+            continue  # Coulomb's friction has no film, and few films a viscosity that changes
+        said = "; ".join(map(_said, curves)) if len(curves) <= SAID else _said_of_many(curves)
+        bands = phases(alone) if alone is not None else ()
+        name = quantity.column
+        charts.append(Chart(name, quantity.title, said, TIME, quantity.axis, curves, bands))
+    return charts
+
+
+def _goes_in_time(runs: Mapping[str, Run], load: Quantity) -> bool:
+    """Whether a load of one of the runs is not the same at all times."""
+    columns = (run.history.get(load.column, np.zeros(1)) for run in runs.values())
+    return any(np.ptp(column) > 1e-9 * np.abs(column).max() for column in columns)
+
+
+def _said_of_many(curves: list[Curve]) -> str:
+    """Where the curves end, the lowest and the highest; the table below the chart has all."""
+    ends = {curve.name: float(np.asarray(curve.y)[-1]) for curve in curves}
+    known = {name: end for name, end in ends.items() if np.isfinite(end)}
+    low, high = min(known, key=known.__getitem__), max(known, key=known.__getitem__)
+    return (
+        f"{len(curves)} curves; at their ends between {ends[low]:.4g} ({low}) and "
+        f"{ends[high]:.4g} ({high})"
+    )
+
+
+def _said(curve: Curve) -> str:
+    """A curve in words: from where to where, with its extremes."""
+    x, y = np.asarray(curve.x), np.asarray(curve.y)
+    if not np.isfinite(y).any():
+        return f"{curve.name}: none"
+    high, low = int(np.nanargmax(y)), int(np.nanargmin(y))
+    return (
+        f"{curve.name}: from {y[0]:.4g} to {y[-1]:.4g}, largest {y[high]:.4g} at {x[high]:.3g} ms, "
+        f"smallest {y[low]:.4g} at {x[low]:.3g} ms"
+    )
+
+
+def phases(run: Run) -> list[Band]:
+    """When the film warms, melts and is saturated (ms)."""
+    end = MS * float(run.history["time_s"][-1])
+    onset, full = (
+        end if run.summary.get(key) is None else MS * float(run.summary[key])
+        for key in ("melt_onset_s", "saturation_s")
+    )
+    return [Band("warming", 0.0, onset), Band("melting", onset, full), Band("saturated", full, end)]
+
+
+def charts_of_one(run: Run) -> list[Chart]:
+    """Shares of the contact, energies, the press, and the steps."""
+    time = MS * run.history["time_s"]
+    shares = [
+        Curve(name, time, 100.0 * run.history[column], number)
+        for number, (column, name) in enumerate(SHARES.items())
+    ]
+    unit = energy_unit(max(float(abs(run.history[column]).max()) for column in BALANCE))
+    energies = [
+        Curve(name, time, ENERGIES[unit] * run.history[column], number)
+        for number, (column, name) in enumerate(BALANCE.items())
+        if run.history[column].any()
+    ]
+    found = [
+        Chart(
+            "shares",
+            "Shares of the contact surface",
+            _ends(shares, "%"),
+            TIME,
+            "share (%)",
+            shares,
+            phases(run),
+        ),
+    ]
+    if energies:
+        said = _ends(energies, unit)
+        found.append(
+            Chart(
+                "energies", "Where the work of friction goes", said, TIME, f"E ({unit})", energies
+            )
+        )
+    found += _preload(run)
+    steps = Curve("step", time[1:], 1e6 * run.history["step_s"][1:])
+    if np.size(steps.y):
+        found.append(Chart("steps", "Steps", _said(steps), TIME, "step (µs)", [steps]))
+    return found
+
+
+def _ends(curves: list[Curve], unit: str) -> str:
+    ends = (f"{curve.name} {np.asarray(curve.y)[-1]:.4g} {unit}" for curve in curves)
+    return f"At the end: {', '.join(ends)}"
+
+
+def _preload(run: Run) -> list[Chart]:
+    """Friction force over normal force in the press and the speed ramp."""
+    if not run.preload:
+        return []
+    normal = run.preload["normal_force_N"]
+    loaded = normal > 1e-9 * normal.max()
+    progress = run.preload["load_fraction"] + run.preload["speed_fraction"]
+    mu = run.preload["friction_force_N"][loaded] / normal[loaded]
+    curve = Curve("mu", progress[loaded], mu)
+    says = f"On the way to t = 0 mu goes from {mu[0]:.3f} to {mu[-1]:.3f}"
+    axis = "press (0 to 1), speed ramp (1 to 2)"
+    return [Chart("preload", "Before: press and speed ramp", says, axis, "mu (1)", [curve])]

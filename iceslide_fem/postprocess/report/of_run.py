@@ -1,0 +1,89 @@
+"""The page of a run, finished or stopped."""
+
+from __future__ import annotations
+
+from iceslide_fem.postprocess.report.curves import charts_of, charts_of_one
+from iceslide_fem.postprocess.report.fields import fields_of
+from iceslide_fem.postprocess.report.page import Cell, Page, Section, Table, Text
+from iceslide_fem.postprocess.report.words import (
+    doubts_of,
+    doubts_of_model,
+    in_words,
+    left_out,
+    section_again,
+)
+from iceslide_fem.postprocess.results import Run
+
+# Of summary.json: name, factor to what is shown, unit, and whether the tolerance is of it.
+RESULTS = {
+    "mu_peak": ("largest mu", 1.0, "", True),
+    "mu_peak_time_s": ("reached after", 1e3, "ms", False),
+    "mu_mean": ("mean mu", 1.0, "", True),
+    "mu_end": ("mu at the end", 1.0, "", True),
+    "melt_onset_s": ("ice melts from", 1e3, "ms", False),
+    "saturation_s": ("free volume full from", 1e3, "ms", False),
+    "energy_imbalance": ("energy imbalance, of the friction work", 100.0, "%", False),
+    "outside_table_fraction": ("contact outside the table of k, D, H_V", 100.0, "%", False),
+}
+
+
+def page_of_run(run: Run, stopped: str = "") -> Page:
+    """The page of `run`; `stopped` says why it has no end, if the summary does not."""
+    stopped = stopped or str(run.summary.get("stopped") or "")
+    fields = fields_of(run)
+    left = left_out(run)
+    simplified = doubts_of_model(left, run.scene["numerics"]["tolerance"])
+    over_time = Section("fields", "Fields over time", fields)
+    return Page(
+        title=run.title,
+        summary=in_words(run.scene),
+        stopped=stopped,
+        sections=[
+            Section("results", "Results", [results_of({run.scene["name"]: run}), of_error(run)]),
+            Section("warnings", "Warnings", doubts_of(run, simplified)),
+            Section("curves", "Curves", [*charts_of({"this run": run}), *charts_of_one(run)]),
+            *([over_time] if fields else []),
+            *section_again(run, left),
+        ],
+    )
+
+
+def results_of(runs: dict[str, Run]) -> Table:
+    """Key results, a column for each run, with the error that was aimed at."""
+    rows = []
+    for key, (name, factor, unit, has_error) in RESULTS.items():
+        if not any(key in run.summary for run in runs.values()):
+            continue
+        row = [Cell(name)]
+        for run in runs.values():
+            value = run.summary.get(key)
+            text = _result(run, value, factor, unit, has_error) if key in run.summary else "–"
+            row.append(Cell(text, key, value))
+        rows.append(row)
+    return Table("Key results", ["", *runs], rows)
+
+
+def _result(run: Run, value: float | None, factor: float, unit: str, has_error: bool) -> str:
+    if value is None:
+        return "did not happen"
+    if not has_error:
+        return f"{factor * value:.4g} {unit}".strip()
+    error = run.scene["numerics"]["tolerance"] * abs(value)
+    return f"{value:.4f} ± {error:.1g}"
+
+
+def of_error(*runs: Run) -> Text:
+    """What the ± beside a result means."""
+    meshed = any(run.scene["model"] != "point" for run in runs)
+    mesh = (
+        " It is not the error of the mesh: iceslide ladder measures that, against finer ones."
+        if meshed
+        else ""
+    )
+    tolerances = {run.scene["numerics"]["tolerance"] for run in runs}
+    which = f"({min(tolerances):g}) " if len(tolerances) == 1 else "of each run "
+    return Text(
+        f"± is numerics.tolerance {which}times the value, the "
+        "error that steps and layers were chosen for; the estimate of every step was kept below "
+        f"it.{mesh}"
+    )

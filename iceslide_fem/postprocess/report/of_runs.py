@@ -1,0 +1,173 @@
+"""Pages of several runs: side by side, or the rungs of a ladder against the finest."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from iceslide_fem.postprocess.report.curves import charts_of
+from iceslide_fem.postprocess.report.of_run import of_error, results_of
+from iceslide_fem.postprocess.report.page import (
+    Cell,
+    Chart,
+    Curve,
+    Page,
+    Section,
+    Table,
+    Text,
+    cells,
+)
+from iceslide_fem.postprocess.report.words import (
+    again,
+    all_keys,
+    doubts_of,
+    in_words,
+    left_out,
+    neglected,
+    versions_of,
+)
+from iceslide_fem.postprocess.results import Run, differences, read_run
+from iceslide_fem.run.rungs import Rung, fineness
+from iceslide_fem.runtime.errors import SceneError
+
+
+def page_of_runs(folders: list[Path]) -> Page:
+    """Several runs over each other; the first is what the others are compared with."""
+    runs = {name: read_run(folder) for name, folder in zip(_names(folders), folders, strict=True)}
+    first = next(iter(runs))
+    others = {name: run for name, run in runs.items() if name != first}
+    changed = all_keys({name: run.scene for name, run in runs.items()}, only_different=True)
+    same = Text("All of them are of the same scene.")
+    stopped = [
+        f"{name}: {run.summary['stopped']}"
+        for name, run in runs.items()
+        if run.summary.get("stopped")
+    ]
+    return Page(
+        title=" against ".join(runs) if len(runs) == 2 else f"{len(runs)} runs: {', '.join(runs)}",
+        summary=f"{len(runs)} runs side by side. The first, {first}: {in_words(runs[first].scene)}",
+        stopped=" ".join(stopped),
+        sections=[
+            Section("scenes", "In what they differ", [changed if changed.rows else same]),
+            Section("results", "Results", [results_of(runs), of_error(*runs.values())]),
+            Section("differences", f"mu(t) against {first}", [_distances(others, runs[first])]),
+            Section("curves", "Curves", charts_of(runs)),
+            Section(
+                "warnings", "Warnings", [part for name in runs for part in _of(name, runs[name])]
+            ),
+            Section(
+                "again",
+                "Run them again",
+                [
+                    Text("\n".join(f"iceslide report {folder}" for folder in folders), "code"),
+                    Text("The page of each run has its scene, whole."),
+                    versions_of({name: run.summary for name, run in runs.items()}),
+                ],
+            ),
+        ],
+    )
+
+
+def _of(name: str, run: Run) -> list[Text]:
+    return [Text(f"{name}: {part.words}", part.kind) for part in doubts_of(run)]
+
+
+def _names(folders: list[Path]) -> list[str]:
+    """What the runs are called: the shortest ends of their paths that tell them apart."""
+    parts = [folder.absolute().parts for folder in folders]
+    for count in range(1, max(map(len, parts)) + 1):
+        names = ["/".join(each[-count:]) for each in parts]
+        if len(set(names)) == len(names):
+            return names
+    raise SceneError("the same folder is given twice; give several runs, or one")
+
+
+def _distances(others: dict[str, Run], first: Run) -> Table:
+    rows = []
+    for name, run in others.items():
+        change = differences(run, first)
+        largest, rms = float(np.abs(change).max()), float(np.sqrt(np.mean(change**2)))
+        end = min(float(each.history["time_s"][-1]) for each in (run, first))
+        rows.append(cells(name, f"{largest:.2%}", f"{rms:.2%}", f"{1e3 * end:.4g} ms"))
+    head = ["", "largest", "rms", "until"]
+    return Table("Relative difference of mu at equal times", head, rows)
+
+
+def page_of_ladder(folder: Path, summaries: list[Path]) -> Page:
+    """The rungs that a ladder has run: error against the finest, and time."""
+    runs = [read_run(path.parent) for path in summaries]
+    by_rung = sorted(((_rung(run), run) for run in runs), key=lambda pair: fineness(pair[0]))
+    finest = by_rung[-1][1]
+    tolerance = finest.scene["numerics"]["tolerance"]
+    named = {run.directory.name: run for _, run in by_rung}
+    rows, errors, seconds = [], [], []
+    for name, run in named.items():
+        change = np.abs(differences(run, finest))
+        largest, rms = float(change.max()), float(np.sqrt(np.mean(change**2)))
+        texts = ["finest", ""] if run is finest else [f"{largest:.2%}", f"{rms:.2%}"]
+        wall = float(run.summary["wall_s"])
+        mean = run.summary["mu_mean"]
+        first = [Cell(name), Cell(f"{mean:.4f}", "mu_mean", mean)]
+        rows.append(
+            [*first, *map(Cell, texts), Cell(f"{wall:.2f}"), Cell(_verdict(run, finest, largest))]
+        )
+        if run is not finest:
+            errors.append(max(largest, 1e-2 * tolerance))
+            seconds.append(wall)
+    head = ["rung", "mean mu", "largest difference", "rms", "seconds", ""]
+    cost = Chart(
+        "cost",
+        "Error against time",
+        f"Largest difference of mu(t) to the finest rung, {finest.directory.name}, over the "
+        f"seconds that a rung took; the tolerance is {tolerance:g}",
+        "seconds",
+        "difference of mu(t)",
+        [
+            Curve("rungs", seconds, errors, marks=True),
+            Curve("tolerance", [min(seconds), max(seconds)], [tolerance] * 2, 1),
+        ],
+        logarithmic="xy",
+    )
+    return Page(
+        title=f"{finest.scene['name']}: every rung",
+        summary="The same scene on every rung of the model ladder that was worth running. "
+        f"The finest, with which the others are compared: {in_words(finest.scene)}",
+        sections=[
+            Section(
+                "results",
+                "The ladder",
+                [Table("Rungs in the order of what they leave out", head, rows)],
+            ),
+            Section("curves", "Curves", [*([cost] if seconds else []), *charts_of(named)]),
+            Section(
+                "warnings", "Warnings", [part for name in named for part in _of(name, named[name])]
+            ),
+            Section("neglected", "What the finest rung leaves out", neglected(left_out(finest))),
+            Section(
+                "again",
+                "Run it again",
+                [
+                    *again(finest.scene, "ladder"),
+                    Text(
+                        f"iceslide report {folder}/RUNG, for each folder in it, makes the page of "
+                        "that rung."
+                    ),
+                    versions_of({finest.directory.name: finest.summary}),
+                ],
+            ),
+        ],
+    )
+
+
+def _verdict(run: Run, finest: Run, largest: float) -> str:
+    if run.summary.get("stopped"):
+        return "stopped before its end"
+    tolerance = finest.scene["numerics"]["tolerance"]
+    return "within the tolerance" if run is not finest and largest <= tolerance else ""
+
+
+def _rung(run: Run) -> Rung:
+    scene = run.scene
+    refinement = 1.0 if scene["model"] == "point" else scene["numerics"]["refinement"]
+    return Rung(scene["model"], scene["ice"]["heat"], refinement)

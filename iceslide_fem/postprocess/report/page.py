@@ -1,0 +1,289 @@
+"""What a page consists of, and the file of HTML that it becomes.
+
+Sections hold text, tables, charts and fields over time. The numbers of charts and fields go into
+the page once, compressed, beside plotly.js; every chart has a sentence and a table for those who
+do not see it.
+"""
+
+from __future__ import annotations
+
+import base64
+import contextlib
+import gzip
+import importlib.util
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+import iceslide_fem
+from iceslide_fem.runtime.errors import OutputError, SceneError
+from iceslide_fem.runtime.files import replace_file
+
+DIGITS = 6  # of numbers that are drawn
+FEW = 6  # curves of a chart whose names fit above it
+DRAWN = 1500  # points of a curve at most
+COLOURS = 24  # of a colour map
+LISTED = 12  # rows of the table below a chart at most
+
+
+class Text(NamedTuple):
+    """A paragraph; kind: "", "warning", "stopped" or "code"."""
+
+    words: str
+    kind: str = ""
+
+
+class Cell(NamedTuple):
+    """A cell of a table; key and value: of summary.json, for who reads the page by program."""
+
+    text: str
+    key: str = ""
+    value: Any = None
+
+
+class Table(NamedTuple):
+    """A table; the first column names its rows."""
+
+    caption: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+
+
+class Curve(NamedTuple):
+    """A curve of a chart; look: number of its colour and stroke; marks: points, not a line."""
+
+    name: str
+    x: ArrayLike
+    y: ArrayLike
+    look: int = 0
+    marks: bool = False
+
+
+class Band(NamedTuple):
+    """A named stretch of x that a chart shades."""
+
+    name: str
+    start: float
+    end: float
+
+
+class Chart(NamedTuple):
+    """Curves over x that may be zoomed; `says`: what is to be seen, for who does not see it.
+
+    logarithmic: "", "y" or "xy", the axes that are.
+    """
+
+    name: str
+    title: str
+    says: str
+    x: str
+    y: str
+    curves: Sequence[Curve]
+    bands: Sequence[Band] = ()
+    logarithmic: str = ""
+
+
+class HeatMap(NamedTuple):
+    """Values (ny, nx) over x and y, NaN where there is none."""
+
+    name: str
+    title: str
+    says: str
+    x: str
+    y: str
+    unit: str
+    places: tuple[ArrayLike, ArrayLike]
+    values: ArrayLike
+    colours: str = "viridis"
+    equal: bool = False
+
+
+class Fields(NamedTuple):
+    """Drawings at `times` (ms), with what is said of each moment; drawings: as in fields.py."""
+
+    times: Sequence[float]
+    moments: Sequence[str]
+    drawings: Sequence[Mapping[str, Any]]
+
+
+Part = Text | Table | Chart | HeatMap | Fields
+
+
+class Section(NamedTuple):
+    """A part of the page with a heading; name: its anchor."""
+
+    name: str
+    title: str
+    parts: Sequence[Part]
+
+
+class Page(NamedTuple):
+    """A page: `stopped` says why what it is about has no end, if it has none."""
+
+    title: str
+    summary: str
+    sections: Sequence[Section]
+    stopped: str = ""
+
+
+def write_page(path: Path, page: Page) -> Path:
+    """Write the page to `path`, as a whole. Raises OutputError, SceneError without plotly."""
+    replace_file(path, html(page))
+    return path
+
+
+def html(page: Page) -> str:
+    """The page as text."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("iceslide_fem.postprocess.report", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    folder = Path(__file__).parent
+    return environment.get_template("page.html").render(
+        page=page,
+        kind_of=lambda part: type(part).__name__,
+        listed=_listed,
+        is_wide=_is_wide,
+        style=(folder / "page.css").read_text("utf-8"),
+        script=(folder / "page.js").read_text("utf-8"),
+        plotly=_plotly(),
+        numbers=_packed(json.dumps(_numbers(page), separators=(",", ":")).encode()),
+        version=iceslide_fem.__version__,
+    )
+
+
+def cells(name: str, *texts: str, key: str = "", value: Any = None) -> list[Cell]:
+    """A row: its name, its first value with the summary's entry, more texts."""
+    first, *more = texts
+    return [Cell(name), Cell(first, key, value), *map(Cell, more)]
+
+
+def plain(values: ArrayLike) -> list[float | None]:
+    """Numbers as they go into the page: rounded to `DIGITS`, None for NaN and infinity."""
+    flat = np.asarray(values, dtype=float).ravel()
+    known = np.isfinite(flat)
+    size = np.where(known & (flat != 0.0), np.abs(flat), 1.0)
+    shift = DIGITS - 1 - np.floor(np.log10(size))
+    up, down = 10.0 ** np.maximum(shift, 0.0), 10.0 ** np.maximum(-shift, 0.0)
+    rounded = np.rint(np.where(known, flat, 0.0) * up / down) / up * down
+    return [
+        value if one else None for value, one in zip(rounded.tolist(), known.tolist(), strict=True)
+    ]
+
+
+def thinned(*columns: ArrayLike) -> list[np.ndarray]:
+    """Columns of a curve at `DRAWN` of its points at most; the largest of the last one stays."""
+    arrays = [np.asarray(column, dtype=float) for column in columns]
+    if arrays[0].size <= DRAWN:
+        return arrays
+    keep = np.linspace(0, arrays[0].size - 1, DRAWN).round().astype(int)
+    keep = np.union1d(keep, [int(np.nanargmax(arrays[-1]))])
+    return [array[keep] for array in arrays]
+
+
+def colours(name: str) -> list[str]:
+    """`COLOURS` of one of matplotlib's colour maps."""
+    import matplotlib
+    from matplotlib.colors import to_hex
+
+    return [to_hex(colour) for colour in matplotlib.colormaps[name](np.linspace(0, 1, COLOURS))]
+
+
+def _numbers(page: Page) -> dict[str, Any]:
+    """What the script draws, by the names of charts."""
+    found: dict[str, Any] = {}
+    for part in (part for section in page.sections for part in section.parts):
+        if isinstance(part, Chart):
+            found[part.name] = {
+                "kind": "curves",
+                "x": part.x,
+                "y": part.y,
+                "logarithmic": part.logarithmic,
+                "bands": [list(band) for band in part.bands],
+                "curves": [_curve(curve) for curve in part.curves],
+            }
+        elif isinstance(part, HeatMap):
+            values = np.asarray(part.values, dtype=float)
+            found[part.name] = {
+                "kind": "map",
+                "xs": plain(part.places[0]),
+                "ys": plain(part.places[1]),
+                "values": [plain(row) for row in values],
+                "colours": colours(part.colours),
+                **{key: getattr(part, key) for key in ("x", "y", "unit", "equal")},
+            }
+        elif isinstance(part, Fields):
+            found["fields"] = {"moments": list(part.moments), "drawings": list(part.drawings)}
+    return found
+
+
+def _is_wide(part: Chart | HeatMap) -> bool:
+    """Whether a chart takes the whole width: a map to scale, or more curves than fit a legend."""
+    return part.equal if isinstance(part, HeatMap) else len(part.curves) > FEW
+
+
+def _curve(curve: Curve) -> dict[str, Any]:
+    x, y = thinned(curve.x, curve.y)
+    return {
+        "name": curve.name,
+        "x": plain(x),
+        "y": plain(y),
+        "look": curve.look,
+        "marks": curve.marks,
+    }
+
+
+def _listed(chart: Chart) -> Iterable[list[str]]:
+    """Rows of the table below a chart: x, and the curves there (linear between their points)."""
+    xs = [np.asarray(curve.x, dtype=float) for curve in chart.curves]
+    whole = max(xs, key=lambda x: x.size)
+    at = whole if whole.size <= LISTED else np.linspace(whole.min(), whole.max(), LISTED)
+    for place in at:
+        row = [f"{place:.4g}"]
+        for curve, x in zip(chart.curves, xs, strict=True):
+            order = np.argsort(x, kind="stable")
+            y = np.asarray(curve.y, dtype=float)[order]
+            value = np.interp(place, x[order], y, left=np.nan, right=np.nan)
+            row.append(f"{value:.4g}" if math.isfinite(value) else "–")
+        yield row
+
+
+@cache
+def _plotly() -> str:
+    """plotly.js, compressed, as the Python package plotly brings it.
+
+    Compressing it takes as long as all the rest of a page: it is kept where meshes and forms are.
+    """
+    found = importlib.util.find_spec("plotly")
+    if found is None or found.origin is None:
+        raise SceneError("a report needs the Python package plotly, which is not installed")
+    from iceslide_fem.fenics.cache import cache_folder
+
+    script = Path(found.origin).parent / "package_data" / "plotly.min.js"
+    state = script.stat()
+    kept = cache_folder() / f"plotly-{state.st_size}-{state.st_mtime_ns}.js.gz.b64"
+    with contextlib.suppress(OSError, ValueError):
+        packed = kept.read_text("ascii")
+        size = base64.b64decode(packed[-12:])[-4:]  # gzip ends with the length of its content
+        if len(packed) % 4 == 0 and int.from_bytes(size, "little") == state.st_size:
+            return packed
+    packed = _packed(script.read_bytes())
+    with contextlib.suppress(OSError, OutputError):
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        replace_file(kept, packed)
+    return packed
+
+
+def _packed(content: bytes) -> str:
+    return base64.b64encode(gzip.compress(content, 6, mtime=0)).decode()

@@ -1,0 +1,245 @@
+"""What was simulated, what it rests on and how to do it again, in words and tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from iceslide_fem.postprocess.report.page import Cell, Section, Table, Text, cells
+from iceslide_fem.postprocess.results import Run
+from iceslide_fem.postprocess.results.run_directory import load_range
+from iceslide_fem.runtime.errors import IceslideError, SceneError
+from iceslide_fem.scene import Scene, flat, scene_from_dict, unit_of
+from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+
+if TYPE_CHECKING:
+    from iceslide_fem.run.simplifications import Simplification
+
+MM, MS, NM = 1e3, 1e3, 1e9
+_MODELS = {
+    "point": "at one point, at its nominal pressure",
+    "slice": "in a slice along the sliding direction (plane strain)",
+    "block": "in three dimensions",
+}
+_HEAT = {
+    "half-space": "by the closed form of a half-space",
+    "column": "in columns below the contact",
+    "continuum": "as a continuum",
+    "mesh": "on a finite element mesh",
+}
+
+
+def in_words(scene: Mapping[str, Any]) -> str:
+    """What a scene, as it was resolved, simulates: a few sentences."""
+    rubber, load, ice, film = (scene[name] for name in ("rubber", "load", "ice", "film"))
+    size = " x ".join(f"{MM * rubber[side]:.4g}" for side in ("length", "width", "height"))
+    own = f" on the mesh {rubber['mesh']}" if rubber.get("mesh") else f" of {size} mm"
+    compound = f"compound {rubber['compound']}" if rubber.get("compound") else "given constants"
+    passing = (
+        "passes below it" if ice["motion"] == "sliding" else "stays below it, as seen from the ice"
+    )
+    carried = " and carries the film" if film["carrier"] == "ice" else "; the rubber keeps the film"
+    return (
+        f"A rubber block{own} ({compound}) is pressed on ice at "
+        f"{ice['temperature'] - ZERO_CELSIUS:.4g} °C with {load_range(load['pressure'], BAR)} bar "
+        f"and slides at {load_range(load['speed'], 1.0)} m/s for {MS * load['duration']:.4g} ms. "
+        f"It is computed {_MODELS[scene['model']]}. The ice {passing}"
+        f"{carried if ice['motion'] == 'sliding' else ''}; heat in it is computed "
+        f"{_HEAT[ice['heat']]}, {'with' if rubber.get('heat') else 'without'} heat in the rubber. "
+        f"{_law(scene, film)} "
+        f"Steps and layers are chosen for a relative error of mu(t) of "
+        f"{scene['numerics']['tolerance']:g}."
+    )
+
+
+def _law(scene: Mapping[str, Any], film: Mapping[str, Any]) -> str:
+    """What rubs: the film, or another law."""
+    law = scene.get("friction", {}).get("law", "film")
+    if law == "film":
+        height = film["initial_height"]
+        if isinstance(height, list):  # rows over the ice's temperature
+            height = np.interp(scene["ice"]["temperature"], *np.transpose(height))
+        return f"The film begins with {NM * height:.4g} nm."
+    return f"Friction is that of the law {law} in place of the film."
+
+
+def doubts_of(run: Run, also: Sequence[Text] = ()) -> list[Text]:
+    """The warnings of a run and `also`, a paragraph each; one that says so if there is none."""
+    found = [
+        Text(f"{sentence[:1].upper()}{sentence[1:]}.", "warning") for sentence in _warnings(run)
+    ]
+    return [*found, *also] or [Text("The run gave no warning.")]
+
+
+def _warnings(run: Run) -> list[str]:
+    return [str(sentence) for sentence in run.summary.get("warnings") or []]
+
+
+class LeftOut(NamedTuple):
+    """Simplifications, each with whether the run's model makes it; or why there are none."""
+
+    found: list[tuple[Simplification, bool]]
+    why_none: str = ""
+
+
+def left_out(run: Run) -> LeftOut:
+    """What this scene's model leaves out, with estimates of how much that moves mu(t)."""
+    from iceslide_fem.run.simplifications import simplifications
+
+    scene = scene_of(run.scene)
+    if scene is None:
+        return LeftOut([], "its files are not here")
+    try:
+        return LeftOut(list(zip(simplifications(scene), _leaves_out(scene), strict=True)))
+    except IceslideError as reason:
+        return LeftOut([], str(reason))
+
+
+def neglected(left: LeftOut) -> list[Text | Table]:
+    """The simplifications in words and as a table."""
+    always = Text(
+        "Every model here takes the ice as rigid and smooth, the water as Newtonian and the "
+        "contact parameters k, D and H_V as functions of the local pressure alone. Melted ice "
+        "does not freeze again."
+    )
+    if not left.found:
+        return [always, Text(f"What else it leaves out was not estimated: {left.why_none}.")]
+    rows = []
+    for one, made in left.found:
+        texts = (f"{one.number:.2g}", one.formula, f"{one.effect:.2g}", "yes" if made else "no")
+        rows.append(cells(one.name, *texts))
+    head = ["simplification", "its number", "which is", "moves mu by up to", "made here"]
+    return [always, Table("Estimates before the run (iceslide info, ladder)", head, rows)]
+
+
+def doubts_of_model(left: LeftOut, tolerance: float) -> list[Text]:
+    """A warning if simplifications that were made move mu by more than the tolerance."""
+    large = [one for one, made in left.found if made and one.effect > tolerance]
+    if not large:
+        return []
+    listed = ", ".join(f"{one.name} (up to {100.0 * one.effect:.2g} %)" for one in large)
+    return [
+        Text(
+            f"The model simplifies what may move mu by more than the tolerance: {listed}, as "
+            f"estimated before the run. A finer model does not; iceslide ladder measures it.",
+            "warning",
+        )
+    ]
+
+
+def _leaves_out(scene: Scene) -> list[bool]:
+    """Whether each of `Simplifications` is made by this scene's model."""
+    point, block = scene.model == "point", scene.model == "block"
+    return [
+        scene.ice.heat == "half-space",
+        point,
+        point,
+        point,
+        not block and not point,
+        scene.ice.heat not in ("continuum", "mesh"),
+        not scene.rubber.inertia,
+    ]
+
+
+def scene_of(values: Mapping[str, Any]) -> Scene | None:
+    """The scene of a summary, if what it names is still there."""
+    try:
+        return scene_from_dict(_given(values))
+    except (IceslideError, OSError, TypeError, ValueError):
+        return None
+
+
+def again(scene: Mapping[str, Any], command: str = "run") -> list[Text]:
+    """How to do it again: the scene as a file, and the command."""
+    import tomlkit
+
+    name = scene["name"]
+    return [
+        Text(f"Save this as {name}.toml, then: iceslide {command} {name}.toml --out {name}"),
+        Text(tomlkit.dumps(_given(scene)), "code"),
+    ]
+
+
+def versions_of(summaries: Mapping[str, Mapping[str, Any]]) -> Table:
+    """Versions and what it cost, a column for each summary."""
+    versions = [summary.get("versions", {}) for summary in summaries.values()]
+    rows = []
+    for name in {name: None for each in versions for name in each}:
+        rows.append([Cell(name), *(Cell(str(each.get(name, "–"))) for each in versions)])
+    for key, name in _COST.items():
+        values = [summary.get(key) for summary in summaries.values()]
+        if any(value is not None for value in values):
+            rows.append([Cell(name), *(Cell(_counted(value), key, value) for value in values)])
+    head = ["", *(summaries if len(summaries) > 1 else [""])]
+    return Table("What computed it, and what it cost", head, rows)
+
+
+def _counted(value: Any) -> str:
+    if value is None:
+        return "–"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+_COST = {
+    "wall_s": "seconds",
+    "ranks": "processes",
+    "steps": "steps",
+    "rejected_steps": "rejected steps",
+    "newton_iterations": "Newton iterations",
+    "dofs": "unknowns of the rubber",
+    "scene_hash": "hash of the scene",
+}
+
+
+def all_keys(scenes: Mapping[str, Mapping[str, Any]], only_different: bool = False) -> Table:
+    """The keys of one or more scenes, by their names, in SI units."""
+    tables = [flat(scene) for scene in scenes.values()]
+    rows = []
+    for key in {key: None for table in tables for key in table}:
+        values = [table.get(key) for table in tables]
+        if any(value is not None for value in values) and (
+            not only_different or any(value != values[0] for value in values[1:])
+        ):
+            unit = _unit(key)
+            rows.append([Cell(key), *(Cell(_shown(value, unit)) for value in values)])
+    return Table("Scenes as resolved, SI units", ["key", *scenes], rows)
+
+
+def _unit(key: str) -> str:
+    """SI unit of a key; none of one that scenes have no more, or not yet."""
+    try:
+        return unit_of(key) or ""
+    except SceneError:
+        return ""
+
+
+def _shown(value: Any, unit: str) -> str:
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.6g} {unit}".strip()
+    if isinstance(value, list) and not any(isinstance(each, list) for each in value):
+        return ", ".join(map(str, value)) or "none"
+    return str(value)
+
+
+def _given(values: Mapping[str, Any]) -> dict[str, Any]:
+    """The tables of a scene without what is not set."""
+    return {
+        key: _given(value) if isinstance(value, Mapping) else value
+        for key, value in values.items()
+        if value is not None
+    }
+
+
+def section_again(run: Run, left: LeftOut) -> list[Section]:
+    """The sections that every run ends with."""
+    return [
+        Section("neglected", "What the model leaves out", neglected(left)),
+        Section("scene", "The scene", [all_keys({run.scene["name"]: run.scene})]),
+        Section("again", "Run it again", [*again(run.scene), versions_of({"": run.summary})]),
+    ]

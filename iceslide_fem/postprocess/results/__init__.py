@@ -1,0 +1,14 @@
+"""Finished runs, read and drawn; no DOLFINx.
+
+Imports `errors`, `materials`, `progress` and types only.
+"""
+
+from iceslide_fem.postprocess.results.run_directory import (
+    Run,
+    differences,
+    field_files,
+    field_parts,
+    read_run,
+)
+
+__all__ = ["Run", "differences", "field_files", "field_parts", "read_run"]

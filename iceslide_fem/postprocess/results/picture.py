@@ -1,0 +1,288 @@
+"""One picture of a run at one time: block, contact pressure, film, temperatures and mu."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyvista as pv
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from iceslide_fem.postprocess.results import Run
+from iceslide_fem.postprocess.results.snapshots import (
+    MISES,
+    PRESSURE,
+    TEMPERATURE,
+    Interface,
+    Snapshot,
+    read_interface,
+    read_mises,
+)
+from iceslide_fem.postprocess.results.style import BLUE, EDGES, ICE, NO_CONTACT, RED
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+
+SIZE, DPI = (12.8, 9.6), 100  # inches; their pixels divide by 16, as video needs it
+MM, UM, NM, MS = 1e3, 1e6, 1e9, 1e3
+THERMAL_LENGTHS = 2.0  # of ice below the surface that are shown
+ROBUST = 98.0  # per cent of the facets whose pressure the colours span: it is singular at the edge
+
+
+class FieldQuantity(NamedTuple):
+    """What is shown of the interface: cell data, title, unit and factor to it, and colours."""
+
+    name: str
+    title: str
+    unit: str
+    factor: float
+    colours: str
+
+
+CONTACT = FieldQuantity(PRESSURE, "Contact pressure", "bar", 1.0 / BAR, "viridis")
+STRESS = FieldQuantity(MISES, "Von Mises stress", "bar", 1.0 / BAR, "Oranges")
+FILM = FieldQuantity("film height (m)", "Height of the water film", "nm", NM, "YlGnBu")
+SURFACE = FieldQuantity(
+    "surface temperature (degC)", "Temperature of the ice surface", "°C", 1.0, "inferno"
+)
+
+
+class Scales(NamedTuple):
+    """What all pictures of a run share: the quantities' ranges in their units, by name, and the
+    range of x in mm.
+    """
+
+    ranges: dict[str, tuple[float, float]]
+    x: tuple[float, float]
+
+
+def scales_of(run: Run, n_times: int) -> Scales:
+    """Scales that suit all times at which fields were written."""
+    parts = [read_interface(run.directory, number) for number in range(n_times)]
+    robust = 100.0 if parts[0].flat else ROBUST
+    coldest = run.scene["ice"]["temperature"] - ZERO_CELSIUS
+    ranges = {SURFACE.name: (coldest, run.ice.melting_temperature - ZERO_CELSIUS)}
+    for quantity in (CONTACT, FILM):
+        values = np.concatenate([part.values[quantity.name][part.touching] for part in parts])
+        low, high = np.nanpercentile(quantity.factor * values, (100.0 - robust, robust))
+        ranges[quantity.name] = (0.0 if quantity is CONTACT else float(low), float(high))
+    if parts[0].flat:
+        stresses = [read_mises(run.directory, number) for number in range(n_times)]
+        known = [stress for stress in stresses if stress is not None]
+        if known:  # singular at the edges
+            ranges[MISES] = (0.0, STRESS.factor * float(np.percentile(known[-1], ROBUST)))
+    x = MM * np.concatenate([part.corners[part.touching][..., 0].ravel() for part in parts])
+    margin = 0.1 * np.ptp(x)
+    return Scales(ranges, (float(x.min() - margin), float(x.max() + margin)))
+
+
+def draw(run: Run, snapshot: Snapshot, scales: Scales) -> Figure:
+    """The picture of `snapshot`, to be rendered at `DPI`."""
+    figure = Figure(figsize=SIZE, layout="constrained")
+    mu = run.at("mu", snapshot.time)
+    figure.suptitle(
+        f"{run.title}\nt = {MS * snapshot.time:.2f} ms,  $\\mu$ = {mu:.3f}", fontsize=14
+    )
+    flat = snapshot.interface.flat
+    quantities = [CONTACT, FILM, SURFACE] if flat else [FILM, SURFACE]
+    above = ["block", "mu" if snapshot.ice is None else "ice"]
+    below = [quantity.name for quantity in quantities]
+    if snapshot.ice is not None:
+        below.append("mu")
+    panels: dict[str, Axes] = {}
+    parts: Any = figure.subfigures(2, 1, height_ratios=[1.4, 1.0])
+    for part, row in zip(parts, (above, below), strict=True):
+        panels |= zip(row, part.subplots(1, len(row)), strict=True)
+    (_block_2d if flat else _block_3d)(panels["block"], snapshot, scales)
+    show: Callable[..., None] = _curve if flat else _map
+    for quantity in quantities:
+        show(panels[quantity.name], snapshot.interface, quantity, scales)
+    _friction(panels["mu"], run, snapshot.time)
+    if snapshot.ice is not None:
+        _ice(panels["ice"], run, snapshot, scales)
+        _say_stretch(figure, panels["ice"])
+    return figure
+
+
+def _colour_bar(panel: Axes, quantity: FieldQuantity, scales: Scales, **where: Any) -> None:
+    colours = ScalarMappable(Normalize(*scales.ranges[quantity.name]), quantity.colours)
+    figure = panel.get_figure()
+    assert figure is not None
+    extend = "neither" if quantity is SURFACE else "both" if quantity is FILM else "max"
+    title = quantity.title[:1].lower() + quantity.title[1:]
+    label = f"{title} ({quantity.unit})" if where else quantity.unit
+    figure.colorbar(colours, ax=panel, extend=extend, label=label, **where)
+
+
+def _block_3d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
+    with pv.vtk_verbosity("error"):  # no warning that there is no X server
+        panel.imshow(_render(snapshot, scales))
+    panel.set_axis_off()
+    size = " x ".join(f"{MM * length:.3g}" for length in np.ptp(snapshot.undeformed, axis=0))
+    panel.set_title(
+        "The block from below (arrow: sliding direction; grey: no contact)\n"
+        f"deformed to scale (lines: undeformed, {size} mm)",
+        fontsize=10,
+    )
+    _colour_bar(panel, CONTACT, scales, location="left", aspect=30)
+
+
+def _render(snapshot: Snapshot, scales: Scales) -> NDArray[np.uint8]:
+    """Image of the block seen from below the ice, its white margins cut off."""
+    low, high = snapshot.undeformed
+    centre, size = (low + high) / 2, float(np.linalg.norm(high - low))
+    plotter = pv.Plotter(off_screen=True, window_size=(1000, 1000))
+    plotter.set_background("white")
+    rubber = snapshot.rubber.copy()
+    rubber.cell_data[PRESSURE] *= CONTACT.factor
+    contact = np.isfinite(rubber.cell_data[PRESSURE])
+    edges = {"show_edges": True, "edge_color": EDGES}
+    plotter.add_mesh(rubber.extract_cells(~contact), color=NO_CONTACT, ambient=0.2, **edges)
+    plotter.add_mesh(
+        rubber.extract_cells(contact),
+        scalars=PRESSURE,
+        clim=scales.ranges[PRESSURE],
+        cmap=CONTACT.colours,
+        lighting=False,  # so that colours are those of the bar
+        show_scalar_bar=False,
+        **edges,
+    )
+    outline = pv.Box(np.column_stack([low, high]).ravel()).extract_all_edges()
+    plotter.add_mesh(outline, color="black", line_width=2)
+    start = [high[0] + 0.1 * size, centre[1], 0.0]
+    arrow = pv.Arrow(start=start, direction=(1.0, 0.0, 0.0), scale=0.25 * size)
+    plotter.add_mesh(arrow, color="black")
+    plotter.camera_position = [centre + size * np.array([0.6, -1.1, -1.5]), centre, (0, 0, 1)]
+    plotter.enable_parallel_projection()
+    plotter.reset_camera()
+    plotter.enable_anti_aliasing("msaa", multi_samples=8)
+    image = np.asarray(plotter.screenshot(return_img=True))
+    plotter.close()
+    inked = np.any(image < 255, axis=2)
+    rows, columns = (np.flatnonzero(np.any(inked, axis=axis)) for axis in (1, 0))
+    return image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+
+
+def _block_2d(panel: Axes, snapshot: Snapshot, scales: Scales) -> None:
+    cells = MM * snapshot.rubber.points[snapshot.rubber.regular_faces][..., :2]
+    faces = PolyCollection(cells, facecolors=NO_CONTACT, edgecolors="0.6", lw=0.3)
+    if MISES in scales.ranges and MISES in snapshot.rubber.point_data:
+        nodal = STRESS.factor * snapshot.rubber.point_data[MISES][snapshot.rubber.regular_faces]
+        faces.set(array=nodal.mean(axis=1), cmap=STRESS.colours)
+        faces.set_norm(Normalize(*scales.ranges[MISES]))
+        _colour_bar(panel, STRESS, scales, location="bottom", aspect=40)
+    panel.add_collection(faces)
+    (x0, z0, _), (x1, z1, _) = MM * snapshot.undeformed
+    panel.plot([x0, x1, x1, x0, x0], [z0, z0, z1, z1, z0], "k:", linewidth=1.2)
+    contact = snapshot.interface.touching
+    panel.add_collection(
+        LineCollection(
+            [*(MM * snapshot.interface.corners[contact][..., :2])],
+            array=CONTACT.factor * snapshot.interface.values[PRESSURE][contact],
+            cmap=CONTACT.colours,
+            norm=Normalize(*scales.ranges[PRESSURE]),
+            linewidth=6,
+        )
+    )
+    panel.axhspan(-0.08 * z1, 0.0, color=ICE, zorder=0)
+    top, arrow = 1.08 * z1, {"arrowstyle": "-|>", "color": "black"}
+    tail, head = (x0 + share * (x1 - x0) for share in (0.62, 0.88))
+    panel.annotate("", (head, top), (tail, top), arrowprops=arrow)
+    panel.text(x0 + 0.6 * (x1 - x0), top, "sliding", ha="right", va="center")
+    panel.set(xlabel="x (mm)", ylabel="z (mm)", ylim=(-0.08 * z1, 1.15 * z1))
+    panel.set_aspect("equal")
+    panel.set_title("The block, deformed to scale (dotted: undeformed)", fontsize=10)
+    _colour_bar(panel, CONTACT, scales, location="bottom", aspect=40)
+
+
+def _map(panel: Axes, interface: Interface, quantity: FieldQuantity, scales: Scales) -> None:
+    """The quantity on the contact area, seen from above."""
+    corners, touching = MM * interface.corners[..., :2], interface.touching
+    panel.add_collection(PolyCollection([*corners[~touching]], facecolors=NO_CONTACT))
+    panel.add_collection(
+        PolyCollection(
+            [*corners[touching]],
+            array=quantity.factor * interface.values[quantity.name][touching],
+            cmap=quantity.colours,
+            norm=Normalize(*scales.ranges[quantity.name]),
+            edgecolors="face",
+            linewidths=0.3,
+        )
+    )
+    panel.set(xlabel="x (mm)", ylabel="y (mm)")
+    panel.set_aspect("equal")
+    panel.autoscale_view()
+    panel.set_title(f"{quantity.title} (from above)", fontsize=10)
+    _colour_bar(panel, quantity, scales)
+
+
+def _curve(panel: Axes, interface: Interface, quantity: FieldQuantity, scales: Scales) -> None:
+    """The quantity along the contact line of a slice."""
+    x = MM * interface.corners[..., 0].mean(axis=1)
+    values = np.where(interface.touching, quantity.factor * interface.values[quantity.name], np.nan)
+    order = np.argsort(x)
+    panel.plot(x[order], values[order], ".-", color=BLUE)
+    low, high = scales.ranges[quantity.name]
+    margin = 0.1 * (high - low)
+    panel.set(
+        xlabel="x (mm)",
+        ylabel=quantity.unit,
+        xlim=scales.x,
+        ylim=(low - margin, high + margin),
+    )
+    panel.grid(alpha=0.25)
+    panel.set_title(quantity.title, fontsize=10)
+
+
+def _ice(panel: Axes, run: Run, snapshot: Snapshot, scales: Scales) -> None:
+    ice = snapshot.ice
+    assert ice is not None
+    x, depth = MM * ice.points[:, 0], UM * _vertical(ice, snapshot)
+    drawn = panel.tripcolor(
+        x, depth, ice.point_data[TEMPERATURE], triangles=ice.regular_faces,
+        shading="gouraud", cmap=SURFACE.colours, norm=Normalize(*scales.ranges[SURFACE.name]),
+    )  # fmt: skip
+    shown = THERMAL_LENGTHS * math.sqrt(run.ice.diffusivity * run.history["time_s"][-1])
+    panel.set(
+        xlabel="x (mm)", ylabel="z (µm)", ylim=(-UM * shown, 0.06 * UM * shown),
+        xlim=(min(scales.x[0], x.min()), max(scales.x[1], x.max())),
+    )  # fmt: skip
+    touching = MM * snapshot.interface.corners[snapshot.interface.touching][..., 0]
+    above = 0.03 * UM * shown
+    panel.plot([touching.min(), touching.max()], [above, above], "k", linewidth=5)
+    figure = panel.get_figure()
+    assert figure is not None
+    figure.colorbar(drawn, ax=panel, label="temperature (°C)")
+
+
+def _vertical(ice: pv.PolyData, snapshot: Snapshot) -> Array:
+    return np.asarray(ice.points[:, 1 if snapshot.interface.flat else 2])
+
+
+def _say_stretch(figure: Figure, panel: Axes) -> None:
+    """Title with the exaggeration of the depth, which is known after the layout only."""
+    panel.set_title("Temperature", fontsize=10)
+    figure.draw_without_rendering()
+    box = panel.get_window_extent()
+    wide, deep = np.ptp(panel.get_xlim()) / MM, np.ptp(panel.get_ylim()) / UM
+    stretch = (box.height / deep) / (box.width / wide)
+    panel.set_title(
+        f"Temperature of the ice below the block's middle\n"
+        f"(depth stretched {stretch:.0f} times; black: rubber in contact)",
+        fontsize=10,
+    )
+
+
+def _friction(panel: Axes, run: Run, time: float) -> None:
+    panel.plot(MS * run.history["time_s"], run.history["mu"], color=BLUE)
+    panel.plot(MS * time, run.at("mu", time), "o", color=RED, markersize=8)
+    panel.set(xlabel="sliding time (ms)", ylabel=r"$\mu$ (1)")
+    panel.set_ylim(0.0, 1.1 * run.history["mu"].max())
+    panel.grid(alpha=0.25)
+    panel.set_title("Friction coefficient", fontsize=10)

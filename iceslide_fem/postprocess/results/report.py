@@ -1,0 +1,241 @@
+"""One page of curves for a finished run: friction, film, temperature and energy over time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from iceslide_fem.postprocess.results import Run, read_run
+from iceslide_fem.postprocess.results.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    MELTING,
+    ORANGE,
+    RED,
+    SATURATED,
+)
+from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+
+MS, NM, UM = 1e3, 1e9, 1e6
+WIDTH, ROW, DPI = 11.5, 2.75, 110  # of the page and of a row of panels (inches)
+ABOVE, BELOW, BESIDE, BETWEEN = 0.65, 0.8, 0.8, 0.75  # of and between panels, for their words
+TICKS = 5  # of an axis at most: each takes as long to draw as a curve
+ENERGIES = {"J": 1.0, "mJ": 1e3, "µJ": 1e6, "nJ": 1e9}  # unit: how many are a joule
+
+
+def report(directory: Path | str) -> Path:
+    """Draw `report.png` in the directory of a finished run and return its path.
+
+    Raises SceneError if the directory holds no finished run.
+    """
+    run = read_run(directory)
+    changes = any(isinstance(run.scene["load"][name], list) for name in ("pressure", "speed"))
+    before = "preload" if run.preload else "mu"
+    layout = [
+        [before, "mu", "film"],
+        ["temperature", "temperature", "squeezed"],
+        ["shares", "shares", "energy"],
+        *([["pressure", "pressure", "speed"]] if changes else []),
+    ]
+    figure = Figure(figsize=(WIDTH, ABOVE + len(layout) * ROW + BELOW))
+    figure.suptitle(run.title, fontsize=14, fontweight="bold", y=1.0 - 0.1 / figure.get_figheight())
+    panels = figure.subplot_mosaic(layout, gridspec_kw=_grid(figure))  # type: ignore[arg-type]
+    _friction(panels["mu"], run)
+    _film(panels["film"], run)
+    _squeezed(panels["squeezed"], run)
+    _temperature(panels["temperature"], run)
+    _shares(panels["shares"], run)
+    _energy(panels["energy"], run)
+    if changes:
+        _load(
+            panels["pressure"],
+            run,
+            "nominal_pressure_Pa",
+            1.0 / BAR,
+            "Nominal pressure",
+            "p (bar)",
+        )
+        _load(panels["speed"], run, "speed_m_per_s", 1.0, "Sliding speed", "v (m/s)")
+    for name, panel in panels.items():
+        panel.spines[["top", "right"]].set_visible(False)
+        panel.grid(alpha=0.25)
+        if name != "preload":
+            panel.locator_params(axis="x", nbins=TICKS, steps=[1, 2, 5, 10])
+            panel.set_xlabel("sliding time (ms)")
+            # a run that stopped at once has no length
+            panel.set_xlim(0.0, MS * (run.history["time_s"][-1] or run.scene["load"]["duration"]))
+            _shade_phases(panel, run)
+    _name_phases(figure, run)
+    if run.preload:
+        _preload(panels["preload"], run)
+        panels["preload"].set_ylim(panels["mu"].get_ylim())
+        panels["mu"].set_ylabel("")
+    for name, panel in panels.items():
+        if name != "shares":
+            panel.locator_params(axis="y", nbins=TICKS, steps=[1, 2, 5, 10])
+        _place_words(panel, figure.get_figheight())
+    path = Path(directory) / "report.png"
+    figure.savefig(path, dpi=DPI)
+    return path
+
+
+def _grid(figure: Figure) -> dict[str, Any]:
+    """Where the panels stand: measured once here, not sought by drawing all words twice."""
+    height = figure.get_figheight()
+    rows = (height - ABOVE - BELOW) / ROW
+    return {
+        "width_ratios": [1.0, 4.0, 5.0],
+        "left": BESIDE / WIDTH,
+        "right": 1.0 - 0.15 / WIDTH,
+        "top": 1.0 - ABOVE / height,
+        "bottom": BELOW / height,
+        "wspace": BESIDE / ((WIDTH - 3.0 * BESIDE) / 3.0),
+        "hspace": BETWEEN / (ROW - BETWEEN * (rows - 1.0) / rows),
+    }
+
+
+def _place_words(panel: Axes, height: float) -> None:
+    """Put title and names of the axes at their places on a page of `height` (inches).
+
+    matplotlib would draw all ticks first, to see how much room they leave.
+    """
+    panel.set_title(panel.get_title(), y=1.0)
+    box = panel.get_position()
+    panel.yaxis.set_label_coords(-0.62 / (WIDTH * box.width), 0.5)
+    panel.xaxis.set_label_coords(0.5, -0.3 / (height * box.height))
+
+
+def _phases(run: Run) -> list[tuple[str, float, float, str]]:
+    """Name, start and end (ms) and shade of warming, melting and saturated film."""
+    end = MS * run.history["time_s"][-1]
+    onset, saturation = (
+        end if time is None else MS * time
+        for time in (run.summary["melt_onset_s"], run.summary["saturation_s"])
+    )
+    phases = [
+        ("warming", 0.0, onset, "white"),
+        ("melting", onset, saturation, MELTING),
+        ("saturated", saturation, end, SATURATED),
+    ]
+    return [phase for phase in phases if phase[2] > phase[1]]
+
+
+def _shade_phases(panel: Axes, run: Run) -> None:
+    for _, start, stop, shade in _phases(run):
+        panel.axvspan(start, stop, color=shade, zorder=-2, linewidth=0)
+        if start > 0.0:
+            panel.axvline(start, color="0.6", linewidth=0.8, zorder=-1)
+
+
+def _name_phases(figure: Figure, run: Run) -> None:
+    patches = [
+        Patch(
+            facecolor=shade,
+            edgecolor="0.6",
+            label=f"{name}, from {start:.2f} ms" if start > 0.0 else name,
+        )
+        for name, start, _, shade in _phases(run)
+    ]
+    figure.legend(handles=patches, loc="lower center", ncols=len(patches), frameon=False)
+
+
+def _friction(panel: Axes, run: Run) -> None:
+    history, summary = run.history, run.summary
+    panel.plot(MS * history["time_s"], history["mu"], color=BLUE, linewidth=2)
+    time, peak = MS * summary["mu_peak_time_s"], summary["mu_peak"]
+    panel.plot(time, peak, "o", color=RED)
+    early = time < 0.5 * MS * history["time_s"][-1]
+    panel.annotate(
+        f"peak {peak:.3f} at {time:.2f} ms",
+        (time, peak),
+        (4 if early else -4, 8),
+        textcoords="offset points",
+        color=RED,
+        ha="left" if early else "right",
+    )
+    panel.set(title=f"Friction coefficient, mean {summary['mu_mean']:.3f}", ylabel="μ (1)")
+    panel.set_ylim(0.0, 1.2 * peak)
+
+
+def _preload(panel: Axes, run: Run) -> None:
+    """Friction force over normal force in the press and the speed ramp, by their progress."""
+    preload = run.preload
+    progress = preload["load_fraction"] + preload["speed_fraction"]
+    normal = preload["normal_force_N"]
+    loaded = normal > 1e-9 * normal.max()
+    mu = preload["friction_force_N"][loaded] / normal[loaded]
+    panel.plot(progress[loaded], mu, ".-", color=BLUE, linewidth=1.2, markersize=4)
+    panel.axvline(1.0, color="0.6", linewidth=0.8)
+    panel.set(title="Before", ylabel="μ (1)", xlim=(0.0, 2.0))
+    panel.set_xticks([0.5, 1.5], ["press", "speed\nramp"])
+
+
+def _load(panel: Axes, run: Run, column: str, unit: float, title: str, label: str) -> None:
+    """How a load goes in time."""
+    panel.plot(MS * run.history["time_s"], unit * run.history[column], color=BLACK, linewidth=2)
+    panel.set(title=title, ylabel=label)
+    panel.set_ylim(0.0, 1.1 * unit * run.history[column].max())
+
+
+def _film(panel: Axes, run: Run) -> None:
+    history = run.history
+    panel.plot(MS * history["time_s"], NM * history["film_height_m"], color=BLUE, linewidth=2)
+    panel.set(title="Height of the water film", ylabel="h (nm)")
+    panel.set_ylim(bottom=0.0)
+
+
+def _squeezed(panel: Axes, run: Run) -> None:
+    history = run.history
+    panel.plot(MS * history["time_s"], UM * history["squeezed_height_m"], color=GREEN, linewidth=2)
+    panel.set(title="Water squeezed into the roughness", ylabel="Hₛ (µm)")
+    panel.set_ylim(bottom=0.0)
+
+
+def _temperature(panel: Axes, run: Run) -> None:
+    history = run.history
+    panel.plot(MS * history["time_s"], history["surface_temperature_C"], color=RED, linewidth=2)
+    melting = run.ice.melting_temperature - ZERO_CELSIUS
+    panel.axhline(melting, color="0.5", linestyle=":")
+    panel.set(title="Temperature of the ice surface", ylabel="T (°C)")
+
+
+def _shares(panel: Axes, run: Run) -> None:
+    curves = {
+        "in contact": ("contact_fraction", BLACK, "-"),
+        "melted": ("melted_fraction", BLUE, "--"),
+        "saturated": ("saturated_fraction", ORANGE, "-."),
+    }
+    for label, (column, color, style) in curves.items():
+        values = 100.0 * run.history[column]
+        panel.plot(MS * run.history["time_s"], values, style, color=color, label=label, linewidth=2)
+    panel.set(title="Shares of the contact surface", ylabel="share (%)", ylim=(-4.0, 130.0))
+    panel.set_yticks(range(0, 101, 25))
+    panel.legend(loc="upper center", ncols=len(curves), frameon=False)
+
+
+def _energy(panel: Axes, run: Run) -> None:
+    curves = {
+        "work of friction": ("friction_work_J", BLACK),
+        "warms the ice": ("ice_heat_J", BLUE),
+        "melts ice": ("latent_heat_J", GREEN),
+        "warms the rubber": ("rubber_heat_J", RED),
+    }
+    unit = energy_unit(max(float(run.history[column].max()) for column, _ in curves.values()))
+    for label, (column, color) in curves.items():
+        values = ENERGIES[unit] * run.history[column]
+        if values.any():
+            panel.plot(MS * run.history["time_s"], values, color=color, label=label, linewidth=2)
+    panel.set(title="Where the work of friction goes", ylabel=f"E ({unit})")
+    panel.set_ylim(bottom=0.0)
+    if panel.lines:
+        panel.legend(loc="upper left", framealpha=0.9)
+
+
+def energy_unit(largest: float) -> str:
+    """The unit of ENERGIES in which `largest` (J) has a digit before the point, or the smallest."""
+    return next((unit for unit, factor in ENERGIES.items() if factor * largest >= 1.0), "nJ")

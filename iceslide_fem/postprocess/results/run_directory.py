@@ -1,0 +1,163 @@
+"""What a finished run left in its directory: summary, histories and the times of its fields."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene.materials import BAR, ICE, ZERO_CELSIUS, Solid
+
+
+class Run(NamedTuple):
+    """The files of a run; SI units, as in the columns' names.
+
+    history: column -> (rows,); preload: the same for the press and the speed ramp, empty if the
+    run had none; summary: as in summary.json.
+    """
+
+    directory: Path
+    summary: dict[str, Any]
+    history: dict[str, Array]
+    preload: dict[str, Array]
+
+    @property
+    def scene(self) -> dict[str, Any]:
+        """The scene as it was resolved."""
+        return dict(self.summary["scene"])
+
+    @property
+    def ice(self) -> Solid:
+        """The ice as it was resolved; by default where the run is older than the keys."""
+        given = {name: self.scene["ice"].get(name, usual) for name, usual in ICE._asdict().items()}
+        return Solid(**given)
+
+    @property
+    def title(self) -> str:
+        """The scene in one line: name, model, pressure, speed, temperature and the ice's model."""
+        scene, load, ice = self.scene, self.scene["load"], self.scene["ice"]
+        celsius = ice["temperature"] - ZERO_CELSIUS
+        return (
+            f"{scene['name']}: {scene['model']}, {load_range(load['pressure'], BAR)} bar, "
+            f"{load_range(load['speed'], 1.0)} m/s, {ice['motion']} ice at {celsius:.3g} °C "
+            f"({ice['heat']})"
+        )
+
+    def at(self, column: str, time: float) -> float:
+        """History `column` at `time` (s), linear between steps."""
+        return float(np.interp(time, self.history["time_s"], self.history[column]))
+
+
+def load_range(load: Any, unit: float) -> str:
+    """A load in `unit`, or the range of one that goes in time."""
+    if not isinstance(load, list):
+        return f"{load / unit:.3g}"
+    values = [value / unit for _, value in load]
+    return f"{min(values):.3g} to {max(values):.3g}"
+
+
+def read_run(directory: Path | str) -> Run:
+    """Read a finished run. Raises SceneError if the directory holds none."""
+    directory = Path(directory)
+    try:
+        text = (directory / "summary.json").read_text(encoding="utf-8")
+        summary, history = json.loads(text), read_table(directory / "history.csv")
+        preload = directory / "preload.csv"
+        earlier = read_table(preload) if preload.is_file() else {}
+    except OSError as error:
+        missing = Path(error.filename).name
+        raise SceneError(f"{directory} holds no finished run (no readable {missing})") from None
+    except (ValueError, RecursionError) as error:
+        raise SceneError(f"{directory} holds no finished run ({error})") from None
+    if not _is_of_a_run(summary, history):
+        raise SceneError(f"{directory} holds no finished run (its files are of something else)")
+    return Run(directory, summary, history, earlier)
+
+
+def _is_of_a_run(summary: Any, history: Mapping[str, Array]) -> bool:
+    """Whether a summary and a history have what everything that reads them relies on."""
+    if not isinstance(summary, dict) or not isinstance(summary.get("scene"), dict):
+        return False
+    tables = (summary["scene"].get(name) for name in ("rubber", "load", "ice", "numerics"))
+    if not all(isinstance(table, dict) for table in tables):
+        return False
+    if not all(
+        isinstance(summary.get(name), float | int) for name in ("mu_peak", "mu_peak_time_s")
+    ):
+        return False
+    curves = [history.get(name, np.empty(0)) for name in ("time_s", "mu")]
+    return all(
+        curve.size > 0 and curve.dtype.kind == "f" and np.isfinite(curve).all() for curve in curves
+    )
+
+
+def differences(run: Run, exact: Run, count: int = 500) -> Array:
+    """Relative differences of mu(t) to another run's, at `count` times that both have slid."""
+    end = min(float(each.history["time_s"][-1]) for each in (run, exact))
+    times = np.linspace(0.0, end, count)
+    mu, reference = (np.interp(times, r.history["time_s"], r.history["mu"]) for r in (run, exact))
+    return np.asarray(mu / reference - 1.0)
+
+
+def field_files(directory: Path, name: str) -> list[tuple[float, Path]]:
+    """Times (s) and files of the field `name` (rubber, ice, interface); empty if not written.
+
+    Of a field that ranks wrote in parts the first ones. Raises SceneError if the list is damaged.
+    """
+    return [(time, parts[0]) for time, parts in field_parts(directory, name)]
+
+
+def field_parts(directory: Path, name: str) -> list[tuple[float, list[Path]]]:
+    """Times (s) and the files of all parts of the field `name`; empty if not written.
+
+    Raises SceneError if the list is damaged.
+    """
+    path = directory / "fields" / f"{name}.pvd"
+    if not path.is_file():
+        return []
+    found: list[tuple[float, list[Path]]] = []
+    try:
+        for entry in ET.parse(path).iter("DataSet"):
+            file = path.parent / entry.attrib["file"]
+            if int(entry.attrib.get("part", 0)) == 0:
+                found.append((float(entry.attrib["timestep"]), [file]))
+            else:
+                found[-1][1].append(file)
+    except (ET.ParseError, LookupError, OSError, ValueError) as error:
+        raise SceneError(f"{path} is not a list that a run wrote ({error})") from None
+    return found
+
+
+def read_table(path: Path) -> dict[str, Array]:
+    """Columns of a table that a run wrote, by their names. Raises OSError, ValueError."""
+    text = path.read_bytes()
+    if not text.endswith(b"\n"):
+        raise ValueError(f"the last row of {path.name} is not whole")
+    names, *rows = (line.split(",") for line in text.decode().splitlines())
+    if rows and b'"' not in text and all(len(row) == len(names) and all(row) for row in rows):
+        columns = map(_column, zip(*rows, strict=True))
+        found = dict(zip(names, columns, strict=True))
+        last = found[names[-1]]
+        if last.dtype == float and np.isfinite(last).all():
+            return found
+    import pandas as pd  # takes long to import
+
+    table = pd.read_csv(path, index_col=False)
+    if table.iloc[:, -1].isna().any():
+        raise ValueError(f"a row of {path.name} is not whole")
+    integers = {name: float for name in table.select_dtypes("integer")}
+    return {str(name): column.to_numpy() for name, column in table.astype(integers).items()}
+
+
+def _column(words: Sequence[str]) -> Array:
+    """Numbers, or words where they are none."""
+    try:
+        return np.array(words, dtype=float)
+    except ValueError:
+        return np.array(words, dtype=object)

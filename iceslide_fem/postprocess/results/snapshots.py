@@ -1,0 +1,171 @@
+"""The fields of a finished run at one time, read with pyvista and made whole for pictures.
+
+Imports nothing of DOLFINx: two libraries in one process would bring two versions of VTK's C++
+library. In a slice points are (x, z, 0), in a block (x, y, z).
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyvista as pv
+from scipy.spatial import cKDTree
+
+from iceslide_fem.postprocess.results import field_files, field_parts
+from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.runtime.errors import SceneError
+
+TEMPERATURE = "temperature (degC)"
+PRESSURE = "contact pressure (Pa)"
+MISES = "von Mises stress (Pa)"
+
+# Quadratic cells list their corners first: (corners, VTK's linear cell).
+_LINEAR = {
+    pv.CellType.QUADRATIC_TRIANGLE: (3, pv.CellType.TRIANGLE),
+    pv.CellType.BIQUADRATIC_QUAD: (4, pv.CellType.QUAD),
+    pv.CellType.QUADRATIC_TETRA: (4, pv.CellType.TETRA),
+    pv.CellType.TRIQUADRATIC_HEXAHEDRON: (8, pv.CellType.HEXAHEDRON),
+}
+
+
+class Interface(NamedTuple):
+    """Contact facets: corners in their order around the facet (f, c, 3), m, and means (f,)."""
+
+    corners: Array
+    values: Mapping[str, Array]
+
+    @property
+    def flat(self) -> bool:
+        """Whether this is of a slice: facets are lines."""
+        return self.corners.shape[1] == 2
+
+    @property
+    def touching(self) -> Mask:
+        """Which facets are in contact (f,)."""
+        return np.asarray(self.values[PRESSURE] > 0.0)
+
+
+class Snapshot(NamedTuple):
+    """The deformed rubber, its contact facets and a section of the ice at `time` (s).
+
+    rubber: the outer surface (in a slice the cells) with the contact pressure, NaN where there is
+    no contact. ice: the section y = 0, triangles with the temperature in degC as point data, or
+    None. undeformed: lowest and highest corner of the block before it was pressed (2, 3), m.
+    Both halves of a symmetric block are there.
+    """
+
+    time: float
+    rubber: pv.PolyData
+    interface: Interface
+    ice: pv.PolyData | None
+    undeformed: Array
+
+
+def times(directory: Path) -> Array:
+    """Times (s) of rubber and interface in a run's directory; empty if it has not both."""
+    both = zip(field_files(directory, "rubber"), field_files(directory, "interface"), strict=False)
+    return np.array([time for (time, _), _ in both])
+
+
+def read_mises(directory: Path, number: int) -> Array | None:
+    """Von Mises stresses (Pa) at the rubber's nodes, if they were written."""
+    data = _read(field_files(directory, "rubber")[number][1]).point_data
+    return np.asarray(data[MISES]) if MISES in data else None
+
+
+@contextlib.contextmanager
+def _as_written(directory: Path) -> Iterator[None]:
+    """Raise SceneError where fields are not what a run wrote."""
+    try:
+        yield
+    except (LookupError, OSError, TypeError, ValueError) as error:
+        raise SceneError(
+            f"the fields in {directory / 'fields'} are not what a run wrote ({error})"
+        ) from None
+
+
+def _read(path: Path) -> Any:
+    """The grid in a VTK file; of one that is cut VTK would complain at length, and go on."""
+    if b"</VTKFile>" not in path.read_bytes()[-40:]:
+        raise SceneError(f"{path} is not whole: its end is missing")
+    return pv.read(path)
+
+
+def read_interface(directory: Path, number: int) -> Interface:
+    """The contact facets, as they were written as `number` (of half a block only its half).
+
+    Raises SceneError if a file is damaged.
+    """
+    with _as_written(directory):
+        return _interface(directory, number)
+
+
+def _interface(directory: Path, number: int) -> Interface:
+    grid = _read(field_files(directory, "interface")[number][1])
+    connectivity = grid.cell_connectivity.reshape(grid.n_cells, -1)
+    values = {name: np.asarray(grid.cell_data[name]) for name in grid.cell_data}
+    return Interface(np.asarray(grid.points)[connectivity], values)
+
+
+def read_snapshot(directory: Path, number: int) -> Snapshot:
+    """The fields that were written as `number` (0, 1, ...). Raises SceneError if one is damaged."""
+    with _as_written(directory):
+        return _snapshot(directory, number)
+
+
+def _snapshot(directory: Path, number: int) -> Snapshot:
+    time, _ = field_files(directory, "interface")[number]
+    interface = _interface(directory, number)
+    grid = _read_linear(field_files(directory, "rubber")[number][1])
+    undeformed = np.array([grid.points.min(axis=0), grid.points.max(axis=0)])
+    grid.points = grid.points + grid.point_data["displacement"]
+    rubber = grid.extract_surface(algorithm="geometry")
+    if not interface.flat:
+        _put_pressure(rubber, interface)
+        if rubber.bounds.y_min > -1e-6 * rubber.length:  # half a block
+            rubber, interface = _with_mirror_image(rubber, interface)
+            undeformed[0, 1] = -undeformed[1, 1]
+    ice_files = field_parts(directory, "ice")
+    ice = None
+    if ice_files:
+        grid = pv.merge([_read(part) for part in ice_files[number][1]])
+        # just inside the cells, whose faces lie in the plane of symmetry itself
+        inside = (0.0, 1e-6 * grid.length, 0.0)
+        section = (
+            grid.extract_surface(algorithm="geometry")
+            if interface.flat
+            else grid.slice("y", origin=inside)
+        )
+        ice = section.triangulate()
+    return Snapshot(time, rubber, interface, ice, undeformed)
+
+
+def _read_linear(path: Path) -> pv.UnstructuredGrid:
+    """Cells by their corners."""
+    grid = _read(path)
+    corners, kind = _LINEAR[pv.CellType(grid.celltypes[0])]
+    cells = grid.cell_connectivity.reshape(grid.n_cells, -1)[:, :corners]
+    used, cells = np.unique(cells, return_inverse=True)
+    linear = pv.UnstructuredGrid({kind: cells.reshape(-1, corners)}, np.array(grid.points[used]))
+    for name in grid.point_data:
+        linear.point_data[name] = grid.point_data[name][used]
+    return linear
+
+
+def _put_pressure(rubber: pv.PolyData, interface: Interface) -> None:
+    """Give the surface's faces the pressure of the contact facet in the same place."""
+    centres = rubber.cell_centers().points
+    distance, facet = cKDTree(interface.corners.mean(axis=1)).query(centres)
+    pressure = np.where(interface.touching, interface.values[PRESSURE], np.nan)[facet]
+    rubber.cell_data[PRESSURE] = np.where(distance < 1e-5 * rubber.length, pressure, np.nan)
+
+
+def _with_mirror_image(rubber: pv.PolyData, interface: Interface) -> tuple[pv.PolyData, Interface]:
+    """Both with their images behind the plane of symmetry y = 0."""
+    corners = np.concatenate([interface.corners, [1.0, -1.0, 1.0] * interface.corners])
+    values = {name: np.tile(mean, 2) for name, mean in interface.values.items()}
+    return rubber.merge(rubber.reflect((0, 1, 0))), Interface(corners, values)

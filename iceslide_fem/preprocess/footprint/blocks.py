@@ -1,0 +1,167 @@
+"""From the footprint to finite element scenes: its tread blocks, and those that stand for all."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import tomlkit
+from scipy.ndimage import find_objects, label
+
+from iceslide_fem.preprocess.footprint.outlines import patch_outline
+from iceslide_fem.preprocess.footprint.passing import Ride
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene import scene_from_dict
+from iceslide_fem.scene.materials import (
+    BAR,
+    ICE,
+    WATER_VISCOSITY,
+    ZERO_CELSIUS,
+    Solid,
+    ViscosityTable,
+)
+
+# Smaller patches are noise, not blocks: share of the mean area of all patches.
+SMALL = 0.05
+TRANSITS = 1.5  # how many times its own length a block of a scene slides: then it is steady
+
+
+class TreadBlock(NamedTuple):
+    """A connected patch of contact; SI units.
+
+    x, y: centre of its load (m); length: along x, width: its area over the length (m);
+    pressure: mean (Pa); load (N); outline: polygons (n, 2) around its middle, m, the outer one
+    first, none if the picture gives none.
+    """
+
+    x: float
+    y: float
+    length: float
+    width: float
+    pressure: float
+    load: float
+    outline: tuple[Array, ...] = ()
+
+
+class TreadRubber(NamedTuple):
+    """What all blocks share: compound, file of contact parameters (or None), height (m)."""
+
+    compound: str
+    contact: Path | None
+    height: float
+
+
+def tread_blocks(footprint: PressureMap) -> list[TreadBlock]:
+    """The patches of contact that touch at sides or corners, in the order of their pressure."""
+    labels, _ = label(footprint.contact, np.ones((3, 3)))
+    blocks = []
+    for number, (rows, columns) in enumerate(find_objects(labels), start=1):
+        pressure = np.where(labels[rows, columns] == number, footprint.pressure[rows, columns], 0.0)
+        area = footprint.pixel_area * np.count_nonzero(pressure)
+        length = footprint.dx * pressure.shape[1]
+        total = pressure.sum()
+        blocks.append(
+            TreadBlock(
+                x=float(pressure.sum(axis=0) @ footprint.x[columns] / total),
+                y=float(pressure.sum(axis=1) @ footprint.y[rows] / total),
+                length=length,
+                width=area / length,
+                pressure=float(total) * footprint.pixel_area / area,
+                load=float(total) * footprint.pixel_area,
+                outline=patch_outline(pressure > 0.0, footprint.dx, footprint.dy),
+            )
+        )
+    mean_area = float(np.mean([block.length * block.width for block in blocks]))
+    large = [block for block in blocks if block.length * block.width >= SMALL * mean_area]
+    return sorted(large, key=lambda block: block.pressure)
+
+
+def representative(blocks: list[TreadBlock], count: int) -> list[tuple[TreadBlock, float]]:
+    """`count` blocks, each with the share of the load that it stands for.
+
+    The blocks, in the order of their pressure, are cut into groups of about equal load; of every
+    group the block is taken whose pressure and length are closest to the group's means weighted
+    with load. Raises SceneError if there are fewer blocks.
+    """
+    if count > len(blocks):
+        raise SceneError(f"--scenes {count} is more than the {len(blocks)} blocks of the footprint")
+    loads = np.array([block.load for block in blocks])
+    middles = np.cumsum(loads) - 0.5 * loads
+    # At least one block in each group.
+    bounds = np.searchsorted(middles, loads.sum() * np.arange(count + 1) / count)
+    for i in range(1, count):
+        bounds[i] = min(max(bounds[i], bounds[i - 1] + 1), len(blocks) - count + i)
+    chosen = []
+    for first, last in zip(bounds[:-1], bounds[1:], strict=True):
+        features = np.array([(block.pressure, block.length) for block in blocks[first:last]])
+        mean = np.average(features, axis=0, weights=loads[first:last])
+        nearest = int(np.argmin((((features - mean) / mean) ** 2).sum(axis=1)))
+        chosen.append((blocks[first + nearest], float(loads[first:last].sum() / loads.sum())))
+    return chosen
+
+
+def scene_text(name: str, block: TreadBlock, share: float, ride: Ride, tread: TreadRubber) -> str:
+    """The scene file of a block that meets fresh ice, checked: SceneError if it is not valid.
+
+    Length, width (m), pressure and place are the block's; it is as tall as the `tread` and
+    slides over 1.5 times its length on passing ice, so that its film is steady. If the block has
+    an outline, the scene names `name`.csv beside it.
+    """
+    contact = (
+        ""
+        if tread.contact is None
+        else f"contact = {tomlkit.item(str(tread.contact.resolve())).as_string()}\n"
+    )
+    given = [
+        f"{name} = {value!r}\n"
+        for name, value, usual in zip(Solid._fields, ride.solid, ICE, strict=True)
+        if value != usual
+    ]
+    water, eta = "", ride.viscosity
+    if isinstance(eta, ViscosityTable):
+        rows = zip(eta.temperature, eta.viscosity, strict=True)
+        water = f"[water]\nviscosity = {json.dumps([list(row) for row in rows])}\n"
+    elif eta != WATER_VISCOSITY:
+        water = f"[water]\nviscosity = {eta!r}\n"
+    lag = "" if ride.water_speed == 1.0 else f"water_speed = {ride.water_speed!r}\n"
+    duration = TRANSITS * block.length / ride.sliding_speed
+    text = f"""\
+# A tread block of a footprint, on fresh ice. Its load of {block.load:.1f} N is centred
+# {1e3 * block.x:.1f} mm from the left and {1e3 * block.y:.1f} mm from the lower edge of the map.
+# It stands for {share:.1%} of the whole load. model = "block" computes it in 3-D.
+name = {json.dumps(name)}
+model = "slice"
+
+[rubber]
+compound = {json.dumps(tread.compound)}
+length = "{1e3 * block.length:.4g} mm"
+width = "{1e3 * block.width:.4g} mm"
+height = "{1e3 * tread.height:.4g} mm"
+
+[load]
+pressure = "{block.pressure / BAR:.5g} bar"
+speed = "{ride.sliding_speed:.6g} m/s"
+duration = "{1e3 * duration:.5g} ms"
+
+[ice]
+temperature = "{ride.temperature - ZERO_CELSIUS:.6g} degC"
+motion = "sliding"
+heat = "column"
+{"".join(given)}{water}
+[film]
+carrier = "ice"
+initial_height = "{1e9 * ride.initial_height:.6g} nm"
+{lag}{contact}
+[numerics]
+tolerance = 1e-2
+"""
+    scene_from_dict(tomllib.loads(text))
+    if not block.outline:
+        return text
+    named = f'outline = "{name}.csv"         # in 3-D; a slice is as long as length\n'
+    return text.replace("\n[load]\n", f"{named}\n[load]\n", 1)

@@ -1,0 +1,384 @@
+"""What `iceslide footprint` is asked for: validated like a scene, by the names of its options."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
+
+from iceslide_fem.preprocess.footprint.image import Box
+from iceslide_fem.preprocess.footprint.jaeger import TABLE_1_ICE, TABLE_1_RUBBER
+from iceslide_fem.preprocess.footprint.line import LINE_PIXELS
+from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic
+from iceslide_fem.preprocess.footprint.passing import Ride
+from iceslide_fem.preprocess.footprint.pressures import UNITS
+from iceslide_fem.runtime.units import si_unit
+from iceslide_fem.scene.command_options import CommandOptions, Number, as_number, option_names
+from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.ice import VISCOSITY, viscosity_table
+from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.materials import (
+    BAR,
+    CONTACT_TABLES,
+    ICE,
+    ICE_EFFUSIVITY,
+    WATER_CONDUCTIVITY,
+    WATER_VISCOSITY,
+    ZERO_CELSIUS,
+    ContactTable,
+    Solid,
+    ViscosityTable,
+)
+from iceslide_fem.scene.messages import missing
+from iceslide_fem.scene.rows import names_a_file
+from iceslide_fem.scene.units import Quantity
+
+THRESHOLD = 0.05  # of the range of pressures
+# Of pressures that are numbers, Pa: what a Gaussian has far out, which no tyre presses with.
+LOWEST_CONTACT = 1.0
+_named = option_names("image")
+# What each source needs, and what is of another.
+OF_A_PICTURE = (
+    "max_pressure",
+    "min_pressure",
+    "colormap",
+    "legend",
+    "background",
+    "rotation",
+    "crop",
+    "dark_is",
+)
+OF_A_MAP = ("length", "width", "row", "temperature_map", "state_map")
+NEEDED = {
+    "image": ("length", "width", "max_pressure"),
+    "pressure_map": (),  # length and width, unless its file says them
+    "line": (),
+    "gaussian": (),
+}
+OF_AN_AREA = (*OF_A_PICTURE, *OF_A_MAP, "load", "frame")
+UNFIT = {
+    "image": ("pressure_unit", "frame"),
+    "pressure_map": OF_A_PICTURE,
+    "line": OF_AN_AREA,
+    "gaussian": (*OF_AN_AREA, "pressure_unit"),
+}
+LOWEST_SCALE = 0.1 * BAR  # for its high end: a tyre's mean pressure is some bar
+
+
+def _box(value: Any) -> Any:
+    """LEFT,TOP,RIGHT,BOTTOM as four integers."""
+    if not isinstance(value, str):
+        return value
+    parts = value.split(",")
+    if len(parts) != 4 or not all(re.fullmatch(r"\s*-?[0-9]+\s*", p) for p in parts):
+        raise PydanticCustomError("form", "is not LEFT,TOP,RIGHT,BOTTOM in whole pixels")
+    return Box(*(int(part) for part in parts))
+
+
+def _solid(value: Any) -> Any:
+    """CONDUCTIVITY,DENSITY,HEAT_CAPACITY as a solid."""
+    if not isinstance(value, str):
+        return value
+    try:
+        conductivity, density, heat_capacity = (float(part) for part in value.split(","))
+    except ValueError:
+        form = "is not CONDUCTIVITY,DENSITY,HEAT_CAPACITY in SI units"
+        raise PydanticCustomError("form", form) from None
+    solid = conductivity, density, heat_capacity
+    for number, (name, low, high) in zip(solid, SOLID_RANGES, strict=True):
+        if not low <= number <= high:
+            raise ValueError(
+                f'the {name} of "{value}" is out of range; allowed: {low:g} to {high:g}'
+            )
+    return solid
+
+
+def _gaussian(value: Any) -> Any:
+    """LENGTH,PEAK,SIGMA of a profile, the last one a sixth of the length if it is not given."""
+    if not isinstance(value, str):
+        return value
+    parts = value.split(",")
+    if len(parts) not in (2, 3):
+        raise PydanticCustomError("form", "is not LENGTH,PEAK,SIGMA, say 180mm,4bar,30mm")
+    kinds = (Quantity("m", "1 mm", "5 m"), Quantity("Pa", "0.1 bar", "100 bar"))
+    given = [
+        kind.validate(as_number(part.strip()))
+        for kind, part in zip((*kinds, kinds[0]), parts, strict=False)
+    ]
+    length, sigma = given[0], given[2] if len(given) == 3 else given[0] / 6.0
+    if sigma < length / LINE_PIXELS:
+        raise ValueError(
+            f'SIGMA of --gaussian "{value}" is less than a pixel, LENGTH / {LINE_PIXELS} = '
+            f"{1e3 * length / LINE_PIXELS:.3g} mm"
+        )
+    return (*given[:2], sigma)
+
+
+def _viscosity(value: Any) -> Any:
+    """A number in Pa s, or the path of a CSV file with one over temperature."""
+    if not names_a_file(value):
+        return VISCOSITY.value.validate(as_number(value))
+    viscosity_table(VISCOSITY.validate(value), "--viscosity")
+    return Path(value)
+
+
+SOLID_RANGES = (
+    ("conductivity", 0.01, 500.0),
+    ("density", 10.0, 2e4),
+    ("heat capacity", 100.0, 1e5),
+)
+SolidText = Annotated[tuple[float, float, float], BeforeValidator(_solid)]
+Length = Annotated[float, Quantity("m", "1 mm", "5 m"), Number]
+Pressure = Annotated[float, Quantity("Pa", "0 bar", "100 bar"), Number]
+PixelBox = Annotated[Box, BeforeValidator(_box)]
+GaussianText = Annotated[tuple[float, float, float], BeforeValidator(_gaussian)]
+
+
+def _pressure_unit(value: Any) -> Any:
+    """A unit of pressure."""
+    if (unit := si_unit(value, "Pa") if isinstance(value, str) else None) is None:
+        raise ValueError(
+            f'--pressure-unit "{value}" is not a unit of pressure; allowed: {", ".join(UNITS)}'
+        )
+    return unit
+
+
+class FootprintCase(CommandOptions):
+    """A footprint and how it slides; SI units. Its keys are the options of the command.
+
+    One of image, pressure_map (a table of pressures, in Pa unless its file or pressure_unit says
+    another unit, or frames of a sensor, of which `frame` is read, else that of the largest force)
+    and line (a profile) is read, or gaussian is made, the profile of fig. 6 (length in m, peak in
+    Pa, standard deviation in m); of image and map, row takes one line of pixels from the top.
+    temperature_map (degC) and state_map (1 dry, 2 mixed, 3 wet) replace what modules 2 and 3
+    compute; they have the pixels of the pressure. length, width: of the picture after rotation and
+    cropping, along and across the direction of travel (m). dark_is: the pressure where a grey
+    picture is dark, high or low. min_pressure and max_pressure: ends of the colour scale (Pa).
+    rotation: degrees counter-clockwise, to turn the direction of travel to the right. slip, of film
+    and moving source: 1 is a locked wheel. thesis_slip and thesis_time (s) enter (3.2) and (3.3)
+    alone. contact: a file with k, D, H_V over pressure instead of the compound's. air_temperature
+    (K): of the tread before it touches, else the ice's. ice_material, tread_material,
+    water_conductivity: of the macroscopic model, else table 1; the ice's is that below the film,
+    too. viscosity (Pa s, or a CSV file of it over temperature), initial_height (m),
+    melting_temperature (K), latent_heat (J/kg): of film and ice. aggregate: of (1.2), g/m2.
+    """
+
+    model_config = ConfigDict(alias_generator=_named)
+
+    image: Path | None = None
+    pressure_map: InputFile | None = None
+    line: InputFile | None = None
+    gaussian: GaussianText | None = None
+    row: Annotated[int, Field(ge=0, le=100_000)] | None = None
+    temperature_map: InputFile | None = None
+    state_map: InputFile | None = None
+    length: Length | None = None
+    width: Length | None = None
+    max_pressure: Pressure | None = None
+    min_pressure: Pressure = 0.0
+    threshold: Pressure | None = None
+    colormap: str | None = None
+    legend: PixelBox | None = None
+    background: str = "white"
+    rotation: Annotated[float, Quantity("", "-360", "360"), Number] = 0.0
+    crop: PixelBox | None = None
+    dark_is: Literal["high", "low"] | None = None
+    pressure_unit: Annotated[str, BeforeValidator(_pressure_unit)] | None = None
+    frame: Annotated[int, Field(ge=0, le=10_000_000)] | None = None
+    load: Annotated[float, Quantity("N", "1 N", "1e6 N"), Number] | None = None
+    speed: Annotated[float, Quantity("m/s", "0.001 m/s", "100 m/s"), Number] = 3.0
+    slip: Annotated[float, Quantity("", "1e-6", "1"), Number] = 1.0
+    water_speed: Annotated[float, Quantity("", "0", "1"), Number] = 1.0
+    temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC"), Number] = 269.15
+    compound: str = "B"
+    contact: InputFile | None = None
+    static_friction: Annotated[float, Quantity("", "0.001", "2"), Number] = 0.1
+    depth: Annotated[float, Quantity("m", "1 um", "1 m"), Number] = 1e-4
+    thesis_slip: Annotated[float, Quantity("", "1e-9", "1"), Number] = 1e-5
+    thesis_time: Annotated[float, Quantity("s", "1 us", "1000 s"), Number] = 1.0
+    air_temperature: Annotated[float, Quantity("K", "-80 degC", "60 degC"), Number] | None = None
+    ice_material: SolidText | None = None
+    tread_material: SolidText | None = None
+    water_conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "10 W/m/K"), Number] = (
+        WATER_CONDUCTIVITY
+    )
+    viscosity: Annotated[float | Path, BeforeValidator(_viscosity)] = WATER_VISCOSITY
+    initial_height: Annotated[float, Quantity("m", "1 nm", "10 um"), Number] = 70e-9
+    melting_temperature: Annotated[float, Quantity("K", "-60 degC", "0.01 degC"), Number] = (
+        ICE.melting_temperature
+    )
+    latent_heat: Annotated[float, Quantity("J/kg", "1 kJ/kg", "10000 kJ/kg"), Number] = (
+        ICE.latent_heat
+    )
+    aggregate: Annotated[float, Quantity("g/m^2", "0 g/m^2", "1000 g/m^2"), Number] = 0.0
+    tolerance: Annotated[float, Quantity("", "1e-6", "0.1"), Number] = 1e-2
+    scenes: Annotated[int, Field(ge=0, le=1000)] = 0
+    tread_height: Length = 8e-3
+
+    @field_validator("compound")
+    @classmethod
+    def _has_contact_parameters(cls, compound: str) -> str:
+        if compound not in CONTACT_TABLES:
+            allowed = ", ".join(f'"{name}"' for name in CONTACT_TABLES)
+            raise ValueError(
+                f'--compound "{compound}" has no published contact parameters; allowed: {allowed}'
+            )
+        return compound
+
+    @field_validator("contact")
+    @classmethod
+    def _is_a_table(cls, contact: Path | None) -> Path | None:
+        if contact is not None:
+            read_contact_table(contact, "--contact")
+        return contact
+
+    @model_validator(mode="after")
+    def _is_frozen(self) -> Self:
+        if self.temperature > self.melting_temperature - 1e-3 + 1e-9:
+            raise ValueError(
+                f"--temperature {self.temperature - ZERO_CELSIUS:.6g} degC is not below "
+                f"--melting-temperature {self.melting_temperature - ZERO_CELSIUS:.6g} degC"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _no_contradiction(self) -> Self:
+        self._one_source()
+        low, high = self.min_pressure, self.max_pressure
+        if high is None:
+            return self
+        if high < LOWEST_SCALE:
+            raise ValueError(
+                f"--max-pressure {high:g} Pa is no pressure of a tyre; a number without a unit is "
+                f'in Pa, say "{high:g}bar" for bar; allowed: {LOWEST_SCALE / BAR:g} to 100 bar'
+            )
+        if high <= low:
+            raise ValueError(
+                f"--max-pressure ({high / BAR:g} bar) is not above --min-pressure "
+                f"({low / BAR:g} bar)"
+            )
+        if self.threshold is not None and not low <= self.threshold < high:
+            raise ValueError(
+                f"--threshold ({self.threshold / BAR:g} bar) is not between --min-pressure "
+                f"({low / BAR:g} bar) and --max-pressure ({high / BAR:g} bar)"
+            )
+        if self.dark_is is not None and (self.colormap or self.legend):
+            raise ValueError(
+                "--dark-is is of grey pictures: it does not fit --colormap or --legend"
+            )
+        if self.colormap is not None and self.legend is not None:
+            raise ValueError("--colormap and --legend contradict each other; give one of them")
+        return self
+
+    def _one_source(self) -> None:
+        """Raise ValueError unless one source is given, with what it needs and nothing else."""
+        sources = ("image", "pressure_map", "line", "gaussian")
+        given = [name for name in sources if getattr(self, name) is not None]
+        if len(given) != 1:
+            what = "; ".join(map(_named, given)) if given else "none of them"
+            raise ValueError(
+                f"give one of IMAGE, --pressure-map, --line and --gaussian; given: {what}"
+            )
+        if absent := [name for name in NEEDED[given[0]] if getattr(self, name) is None]:
+            raise ValueError(missing([_named(name) for name in absent]))
+        for name in UNFIT[given[0]]:
+            if name in self.model_fields_set:
+                raise ValueError(f"{_named(name)} does not fit {_named(given[0])}")
+        if self.one_line and self.scenes:
+            raise ValueError(
+                "--scenes takes the blocks of a whole footprint: it does not fit one line"
+            )
+
+    @property
+    def in_grey(self) -> bool:
+        """Whether a picture is taken as a grey scale."""
+        return self.image is not None and self.legend is None and self.colormap is None
+
+    @property
+    def one_line(self) -> bool:
+        """Whether one line along the footprint is asked for, the mono-dimensional model."""
+        return self.line is not None or self.gaussian is not None or self.row is not None
+
+    @property
+    def source(self) -> Path:
+        """The file that the pressure comes from; of a profile that is made, its name."""
+        return self.image or self.pressure_map or self.line or Path("gaussian")
+
+    @property
+    def lowest_pressure(self) -> float:
+        """The threshold of contact (Pa): as given, else 5 % of the range above its low end; of
+        pressures that are given as numbers 1 Pa.
+        """
+        if self.threshold is not None:
+            return self.threshold
+        if self.max_pressure is None:
+            return LOWEST_CONTACT
+        return self.min_pressure + THRESHOLD * (self.max_pressure - self.min_pressure)
+
+    @property
+    def contact_table(self) -> ContactTable:
+        """k, D and H_V over pressure: of the file, else of the compound."""
+        if self.contact is not None:
+            return read_contact_table(self.contact, "--contact")
+        return CONTACT_TABLES[self.compound]
+
+    @property
+    def water(self) -> float | ViscosityTable:
+        """The film's viscosity (Pa s), or the file's over temperature."""
+        if not isinstance(self.viscosity, Path):
+            return self.viscosity
+        table = viscosity_table(VISCOSITY.validate(str(self.viscosity)), "--viscosity")
+        assert table is not None  # the validator saw to it
+        return table
+
+    @property
+    def moving(self) -> Macroscopic:
+        """The macroscopic model with a source that moves."""
+        ice = Solid(*self.ice_material) if self.ice_material else None
+        return Macroscopic(
+            speed=self.speed,
+            slip=self.slip,
+            static_friction=self.static_friction,
+            ice_temperature=self.temperature,
+            source="moving",
+            depth=self.depth,
+            air_temperature=self.air_temperature,
+            ice=ice or TABLE_1_ICE,
+            tread=Solid(*self.tread_material) if self.tread_material else TABLE_1_RUBBER,
+            water_conductivity=self.water_conductivity,
+            effusivity=ice.effusivity if ice else ICE_EFFUSIVITY,
+        )
+
+    @property
+    def thesis(self) -> Macroscopic:
+        """The macroscopic model as printed, with slip and time of its own."""
+        return replace(
+            self.moving, source="next pixel", slip=self.thesis_slip, time=self.thesis_time
+        )
+
+    @property
+    def ride(self) -> Ride:
+        """How the ice passes: V and V S."""
+        return Ride(
+            self.speed,
+            self.slip * self.speed,
+            self.temperature,
+            self.initial_height,
+            ICE._replace(
+                **dict(zip(Solid._fields, self.ice_material or (), strict=False)),
+                melting_temperature=self.melting_temperature,
+                latent_heat=self.latent_heat,
+            ),
+            self.water,
+            self.water_speed,
+        )

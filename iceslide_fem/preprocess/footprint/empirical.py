@@ -1,0 +1,114 @@
+"""Friction on ice by the formulas of chapter 2 of the thesis, as base lines; SI units but where
+the formula itself has others. All broadcast over their arguments.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import (
+    ICE_EFFUSIVITY,
+    MELTING_ENTHALPY,
+    MELTING_TEMPERATURE,
+    WATER_VISCOSITY,
+)
+
+
+def _arrays(*values: ArrayLike) -> list[Array]:
+    return [np.asarray(value, dtype=float) for value in values]
+
+
+def stopping_distance(V: ArrayLike, mu: ArrayLike) -> Array:
+    """d (m) of (1.1) at speed V (km/h) and friction mu."""
+    V, mu = _arrays(V, mu)
+    return V**2 / (254.0 * mu)
+
+
+def navin(T: ArrayLike, A: ArrayLike = 0.0) -> Array:
+    """f_x = 0.11 - 0.0052 T + 0.0002 A, (1.2): T in degC (<= 0), aggregate A < 1000 g/m2.
+
+    The thesis prints 0:0052 and 0:0002.
+    """
+    T, A = _arrays(T, A)
+    return 0.11 - 0.0052 * T + 0.0002 * A
+
+
+def hayhoe_shapley_coefficients(v: ArrayLike, T_0: ArrayLike) -> tuple[Array, Array]:
+    """A (m) and B (m^0.5) of (1.3) to (1.5) for sliding at v (m/s) on ice at T_0 (K, below T_m).
+
+    The melt flux that raises the film by dh/dx is rho L v dh/dx, friction gives eta v^2 / h and
+    the ice takes e (T_m - T_0) sqrt(v / (pi x)):
+
+        A = eta v / (rho L),  B = e (T_m - T_0) / (rho L sqrt(pi v)) .
+
+    (1.5) prints the friction flux below the conduction flux; (1.3) needs the melt flux there, as
+    (1.4) has it. Conduction into the ice alone, the tyre's share is not in the project's data.
+    """
+    v, T_0 = _arrays(v, T_0)
+    A = WATER_VISCOSITY * v / MELTING_ENTHALPY
+    B = ICE_EFFUSIVITY * (MELTING_TEMPERATURE - T_0) / (MELTING_ENTHALPY * np.sqrt(np.pi * v))
+    return A, B
+
+
+def hayhoe_shapley_film(A: ArrayLike, B: ArrayLike, x: ArrayLike) -> Array:
+    """Film height (m) at x > 0 (m) from the leading edge: dh/dx = A/h - B/sqrt(x), (1.3).
+
+    The solution that starts with h = 0: h = c sqrt(x), c = -B + sqrt(B^2 + 2 A).
+    """
+    A, B, x = _arrays(A, B, x)
+    return (-B + np.sqrt(B**2 + 2.0 * A)) * np.sqrt(x)
+
+
+def hayhoe_shapley(p: ArrayLike, v: ArrayLike, T_0: ArrayLike, length: ArrayLike) -> Array:
+    """Mean viscous friction eta v / (h p) over a smooth contact of `length` (m), p (Pa).
+
+    The mean of 1 / (c sqrt(x)) is 2 / (c sqrt(length)). Full contact, no squeeze-out.
+    """
+    p, v, length = _arrays(p, v, length)
+    mean_inverse = 2.0 / hayhoe_shapley_film(*hayhoe_shapley_coefficients(v, T_0), length)
+    return WATER_VISCOSITY * v * mean_inverse / p
+
+
+def peng_ellipse(
+    U_s: ArrayLike, h: ArrayLike, p_0: ArrayLike, x_m: ArrayLike, y_m: ArrayLike, length: ArrayLike,
+    f_d: ArrayLike,
+) -> Array:  # fmt: skip
+    """Mean friction of an elliptical contact, (1.6) as printed.
+
+    f_m = eta U_s / (h p_0) 2 x_m y_m / (pi l) + f_d (l - x_m)(pi - 2 y_m) / (pi l): sliding speed
+    U_s (m/s), film height h (m), mean pressure p_0 (Pa), 0 <= x_m <= l, the length (m), dry
+    friction f_d. The thesis does not define y_m: from (pi - 2 y_m) an angle, 0 to pi/2. It calls
+    x_m the length of the dry area, but the formula makes it that of the wet one: x_m = y_m = 0
+    gives f_d. The two weights do not add up to 1 between the ends.
+    """
+    U_s, h, p_0, x_m, y_m, length, f_d = _arrays(U_s, h, p_0, x_m, y_m, length, f_d)
+    viscous = WATER_VISCOSITY * U_s / (h * p_0)
+    dry = f_d * (length - x_m) * (np.pi - 2.0 * y_m) / (np.pi * length)
+    return viscous * 2.0 * x_m * y_m / (np.pi * length) + dry
+
+
+def peng_rectangle_as_printed(
+    U_s: ArrayLike, h: ArrayLike, p_0: ArrayLike, x_m: ArrayLike, length: ArrayLike, f_d: ArrayLike
+) -> Array:
+    """(1.7) as printed: f_m = eta U_s / (h p_0) x_m^2 / (pi l) + f_d (1 - x_m / (pi l)).
+
+    Arguments as for `peng_ellipse`. The first weight is a length, and a contact that is wet all
+    over keeps 1 - 1/pi of its dry friction: see `peng_rectangle`.
+    """
+    U_s, h, p_0, x_m, length, f_d = _arrays(U_s, h, p_0, x_m, length, f_d)
+    viscous = WATER_VISCOSITY * U_s / (h * p_0)
+    return viscous * x_m**2 / (np.pi * length) + f_d * (1.0 - x_m / (np.pi * length))
+
+
+def peng_rectangle(
+    U_s: ArrayLike, h: ArrayLike, p_0: ArrayLike, x_m: ArrayLike, length: ArrayLike, f_d: ArrayLike
+) -> Array:
+    """Mean friction of a rectangular contact: (1.7) with weights that are shares of the length.
+
+    f_m = eta U_s / (h p_0) x_m / l + f_d (1 - x_m / l), x_m (m) the length of the wet area.
+    """
+    U_s, h, p_0, x_m, length, f_d = _arrays(U_s, h, p_0, x_m, length, f_d)
+    viscous = WATER_VISCOSITY * U_s / (h * p_0)
+    return viscous * x_m / length + f_d * (1.0 - x_m / length)

@@ -1,0 +1,121 @@
+"""The mono-dimensional model, 4.2 to 4.4 of the thesis: one line along the footprint.
+
+A pure function of a pressure profile and of every parameter of the thesis's window (its fig. 8).
+The line is a map with one row (`macroscopic`); x is the direction of travel, ice comes in at the
+right.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from iceslide_fem.preprocess.footprint.balance import HeatBalance, State
+from iceslide_fem.preprocess.footprint.film_map import FilmMap, film_map
+from iceslide_fem.preprocess.footprint.macroscopic import Edges, Macroscopic, heat_model
+from iceslide_fem.preprocess.footprint.passing import Ride
+from iceslide_fem.preprocess.footprint.pressure_map import GaussianLine, PressureMap
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene.materials import ConstantContact, ContactTable
+
+LINE_PIXELS = 540  # of a profile that is made
+
+
+class Line(NamedTuple):
+    """What the model gives along the line; arrays (nx,), SI units.
+
+    x: middles of the pixels (m); pressure (Pa); flux Q of (3.2), W/m2; rise (K) and temperature
+    (K) of the ice's surface; state: `State`, dry, mixed or wet; mu by (4.7) to (4.9), 0 where
+    there is no contact. mu_mean: of the pixels in contact; balance: (3.4) to (3.8), per metre of
+    width; edges: temperatures where the ice comes in and leaves (K).
+    """
+
+    x: Array
+    pressure: Array
+    flux: Array
+    rise: Array
+    temperature: Array
+    state: NDArray[np.uint8]
+    mu: Array
+    mu_mean: float
+    balance: HeatBalance
+    edges: Edges
+
+
+def gaussian_profile(
+    length: float, peak: float, points: int = LINE_PIXELS, sigma: float | None = None
+) -> tuple[Array, Array]:
+    """x (m) and pressure (Pa) of fig. 6: a Gaussian in the middle of `length` (m), `peak` in Pa.
+
+    sigma: m; else a sixth of the length. The thesis prints neither peak nor width.
+    """
+    x = (np.arange(0.0, points) + 0.5) * (length / points)
+    return x, GaussianLine(peak, length / 2.0, length / 6.0 if sigma is None else sigma)(x)
+
+
+def macroscopic_line(
+    pressure: ArrayLike,
+    dx: float,
+    parameters: Macroscopic,
+    temperature: ArrayLike | None = None,
+    state: ArrayLike | None = None,
+) -> Line:
+    """The three modules along a line of pixels of length `dx` (m) with `pressure` (nx,), Pa.
+
+    temperature (K) and state, both (nx,), replace what modules 2 and 3 compute of them. Raises
+    SceneError if nothing is in contact.
+    """
+    footprint = as_map(pressure, dx)
+    model = heat_model(
+        footprint,
+        parameters,
+        None if temperature is None else np.atleast_2d(np.asarray(temperature, dtype=float)),
+        None if state is None else np.atleast_2d(np.asarray(state, dtype=np.uint8)),
+    )
+    return Line(
+        footprint.x,
+        footprint.pressure[0],
+        model.flux[0],
+        model.rise[0],
+        model.temperature[0],
+        model.state[0],
+        model.mu[0],
+        float(model.mu[footprint.contact].mean()),
+        model.balance,
+        model.edges,
+    )
+
+
+def film_line(
+    pressure: ArrayLike,
+    dx: float,
+    parameters: Macroscopic,
+    contact_of: ContactTable | ConstantContact,
+    initial_height: float = 70e-9,
+    tolerance: float = 1e-2,
+) -> FilmMap:
+    """The film law along the same line, arrays (nx,): ice passes with V and is slid over at V S."""
+    ride = Ride(
+        parameters.speed,
+        parameters.slip * parameters.speed,
+        parameters.ice_temperature,
+        initial_height,
+    )
+    film = film_map(as_map(pressure, dx), ride, contact_of, tolerance)
+    return FilmMap(*(values[0] for values in film))
+
+
+def as_map(pressure: ArrayLike, dx: float) -> PressureMap:
+    """The line as a map of one row, 1 m wide. Raises SceneError if nothing is in contact."""
+    row = np.atleast_2d(np.asarray(pressure, dtype=float))
+    if not (row > 0.0).any():
+        raise SceneError("the line touches nowhere: no pressure is above 0")
+    return PressureMap(row, dx, 1.0)
+
+
+def state_names(state: NDArray[np.uint8]) -> list[str]:
+    """ "no contact", "dry", "mixed" or "wet" of every pixel."""
+    return [State(each).name.lower().replace("_", " ") for each in state]

@@ -1,0 +1,225 @@
+"""Ice points that pass below lines of a footprint, and carry their films from pixel to pixel.
+
+An ice point comes in at the leading edge with film h0 and cold ice, and sees the pressure of one
+pixel in contact after the other, each for dx / V. Lines advance in one call, every line with steps
+of its own and at a pixel of its own. Across gaps film and warmth stay with the ice, which cools.
+
+Squeezed-out water moves at a share of the ice's speed (`Ride.water_share`; `interface.water` for a
+block that slides). Where it is steady its flux is the same: below the rubber it is deeper than
+the layer that the ice alone would carry. So what a line carries along is that layer, w H_s / V,
+and the layer that voids of H_V can pass on is the same share of H_V.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.film.height import CLOSE
+from iceslide_fem.film.ice_heat import Column
+from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
+from iceslide_fem.film.loads import film_loads
+from iceslide_fem.film.point import taken
+from iceslide_fem.film.rubber_heat import INSULATED
+from iceslide_fem.film.step_control import StepControl, close_enough
+from iceslide_fem.film.viscosity import Thinning, temperature_scale
+from iceslide_fem.runtime.arrays import Array, Index, Mask
+from iceslide_fem.runtime.errors import SimulationStopped
+from iceslide_fem.scene.materials import (
+    ICE,
+    WATER_VISCOSITY,
+    ConstantContact,
+    ContactTable,
+    Solid,
+    ViscosityTable,
+)
+
+METHOD = INTEGRATORS["sdirk2"]
+# Relative to a pixel's time: the shortest step, and what is left over to rounding.
+SHORTEST, SLACK = 1e-9, 1e-6
+NOTHING = 1e-15  # m, that voids can pass on whose water stays where it is: they are full
+
+
+class Ride(NamedTuple):
+    """How ice passes the footprint: V and the sliding speed V S (m/s), T_0 (K), h0 (m).
+
+    T_0 may be an array (ny,), one temperature for each line. water_speed: of squeezed-out water
+    relative to the rubber, a share of the sliding speed. Tables of the viscosity are read at
+    the film's temperature.
+    """
+
+    speed: float
+    sliding_speed: float
+    temperature: float | Array
+    initial_height: float = 70e-9
+    solid: Solid = ICE
+    viscosity: float | ViscosityTable = WATER_VISCOSITY
+    water_speed: float = 1.0
+
+    @property
+    def water_share(self) -> float:
+        """w / V of the water below the rubber, which itself passes the footprint at V (1 - S)."""
+        return 1.0 - self.sliding_speed / self.speed * (1.0 - self.water_speed)
+
+    @property
+    def thinnest_layer(self) -> float:
+        """Of squeezed-out water on the ice, m."""
+        return 0.0 if self.water_share > 0.0 else NOTHING
+
+
+class Path(NamedTuple):
+    """Pixels in contact, line by line, every line as its ice passes them; arrays (n,).
+
+    line, column: of the map; pressure (Pa); enters: whether contact begins there; behind: how many
+    pixels without contact the ice passes next; passing: a pixel's time, dx / V (s).
+    """
+
+    line: Index
+    column: Index
+    pressure: Array
+    enters: Mask
+    behind: Index
+    passing: float
+
+    @classmethod
+    def below(cls, pressure: Array, passing: float) -> Path:
+        """Of lines (n, nx), all of which touch; the ice comes in at the last column."""
+        line, steps = np.nonzero(pressure[:, ::-1] > 0.0)
+        column = pressure.shape[1] - 1 - steps
+        last = np.diff(line, append=-1) != 0
+        behind = np.where(last, column, column - np.append(column[1:], 0) - 1)
+        enters = np.append(True, last[:-1] | (behind[:-1] > 0))
+        return cls(line, column, pressure[line, column], enters, behind, passing)
+
+
+class Films(NamedTuple):
+    """Films where ice leaves the pixels of a path, arrays (n,).
+
+    shear: mean over the pixel (Pa); ice_heat, latent_heat: J/m2 in it; log_height: ln(h / 1 m);
+    layer: of squeezed-out water as the ice alone carries it (m); temperature: of the ice's surface
+    (K); melting, saturated: which switches are on. content: heat of the ice where contact ends,
+    (modes, ends).
+    """
+
+    shear: Array
+    ice_heat: Array
+    latent_heat: Array
+    log_height: Array
+    layer: Array
+    temperature: Array
+    melting: Mask
+    saturated: Mask
+    content: Array
+
+
+def films_along(
+    path: Path,
+    ride: Ride,
+    ice: Column,
+    contact_of: ContactTable | ConstantContact,
+    tolerance: float,
+    tell: Callable[[int], None] = lambda pixels: None,
+) -> Films:
+    """Films of all lines of a `path`, whose `ice` and ride have a temperature for each line.
+
+    Each line takes equal steps, as long as its last error lets it, that end with the pixel, and
+    repeats a step whose estimated error is too large. It does not wait for others. Across a gap
+    the ice cools in one step, which is exact. `tell` is called with the number of pixels passed.
+    Raises SimulationStopped where a step cannot be made.
+    """
+    # The pixels that lines are at, and those that they end with.
+    at = np.flatnonzero(np.diff(path.line, prepend=-1))
+    last = np.append(at[1:], path.line.size) - 1
+    lines, share, passing = at.size, ride.water_share, path.passing
+    viscosity, thinning = _water(ride, lines)
+    k, D, H_V, _ = contact_of(path.pressure)
+    voids = np.maximum(share * H_V, ride.thinnest_layer)
+    sliding = np.full_like(k, ride.sliding_speed)
+    loads = film_loads(path.pressure, sliding, k, D, voids, viscosity[path.line])
+    gaps = path.behind > 0
+    gap, content = np.cumsum(gaps) - 1, ice.initial(int(np.count_nonzero(gaps)))
+    switches = np.empty((2, k.size), dtype=bool)
+    films = Films._make([*np.empty((6, k.size)), *switches, content])
+    state = InterfaceState(
+        np.full(lines, np.log(ride.initial_height)),
+        np.zeros(lines),
+        ice.initial(lines),
+        INSULATED.initial(lines),
+        np.zeros((0 if thinning is None else 1, lines)),
+    )
+    # What goes round over a film's height in turn with its viscosity wants it exactly.
+    close = CLOSE if thinning else close_enough(tolerance)
+    control, table = StepControl(METHOD, tolerance, close), thinning and thinning.table
+    undercooling = ride.solid.melting_temperature - ice.temperature
+    scale = np.broadcast_to(temperature_scale(undercooling, table), (lines,))
+    load = loads.take(at)._replace(thinning=thinning)
+    arrives, left, dt = np.arange(lines), np.full(lines, passing), np.full(lines, passing)
+    works, rate = list(np.zeros((3, lines))), np.zeros(lines)  # of a pixel, and d ln h / dt
+    while at.size:
+        if arrives.size:
+            pixel = at[arrives]
+            for part, everywhere in zip(load[:4], loads[:4], strict=True):
+                part[arrives] = everywhere[pixel]
+            # At a leading edge voids take in as deep a layer as lies on the ice, of that share.
+            layer = np.where(path.enters[pixel], share, 1.0) * state.squeezed_height[arrives]
+            state.squeezed_height[arrives] = np.maximum(layer, ride.thinnest_layer)
+            left[arrives] = passing
+            for work in works:
+                work[arrives] = 0.0
+        trial = left / np.ceil(left / dt - SLACK)
+        step, good, dt = control.trial(state, load, load, trial, ice, scale, rate=rate)
+        bad = np.flatnonzero(~good)
+        if bad.size and dt[bad].min() < SHORTEST * passing:
+            raise SimulationStopped(
+                "the film below the footprint cannot be advanced: even steps of "
+                f"{dt.min():.1g} s miss the tolerance"
+            )
+        state = taken(state, step.state, bad)
+        growth = step.change.log_height / step.stage_dt
+        growth[bad] = rate[bad]
+        rate, passed = growth, np.where(good, trial, 0.0)
+        left -= passed
+        added = passed * step.mean_shearing, step.ice_heat, step.latent_heat
+        for work, more in zip(works, added, strict=True):
+            more[bad] = 0.0
+            work += more
+        arrives = np.flatnonzero(left <= SLACK * passing)
+        if not arrives.size:
+            continue
+        pixel = at[arrives]
+        now = (
+            *works,
+            state.log_height,
+            state.squeezed_height,
+            ice.surface_temperature(state.ice),
+            step.last.melting,
+            step.last.saturated,
+        )
+        for values, new in zip(films, now, strict=False):
+            values[pixel] = new[arrives]
+        tell(pixel.size)
+        leaves = arrives[gaps[pixel]]
+        if leaves.size:
+            pixel = at[leaves]
+            content[:, gap[pixel]] = warm = state.ice[:, leaves]
+            state.ice[:, leaves] = ice.cooled(warm, passing * path.behind[pixel])
+        at[arrives] += 1
+        running = at <= last
+        if not running.all():
+            keep = np.flatnonzero(running)
+            arrives = np.flatnonzero((left <= SLACK * passing)[keep])
+            at, last, left, dt, scale = at[keep], last[keep], left[keep], dt[keep], scale[keep]
+            state, load, ice = state.take(keep), load.take(keep), ice.take(keep)
+            works, rate = [work[keep] for work in works], rate[keep]
+    return films._replace(shear=films.shear * loads.viscous / passing)
+
+
+def _water(ride: Ride, lines: int) -> tuple[Array, Thinning | None]:
+    """Viscosity of every line (Pa s), and how it follows the temperature."""
+    given = ride.viscosity
+    if not isinstance(given, ViscosityTable):
+        return np.full(lines, given), None
+    viscosity = np.broadcast_to(given(ride.temperature), (lines,))
+    return viscosity, Thinning(given, viscosity)

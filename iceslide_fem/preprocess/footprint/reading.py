@@ -1,0 +1,237 @@
+"""Module 1: a footprint as it is read, from a picture, from maps or from one line."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iceslide_fem.preprocess.footprint.balance import State
+from iceslide_fem.preprocess.footprint.case import FootprintCase
+from iceslide_fem.preprocess.footprint.colours import (
+    Reading,
+    legend_bar,
+    lowest_colour,
+    named_bar,
+    read_colours,
+    read_grey,
+)
+from iceslide_fem.preprocess.footprint.image import colour, cut, read_picture, rotate
+from iceslide_fem.preprocess.footprint.line import as_map, gaussian_profile
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap, pressure_from_values
+from iceslide_fem.preprocess.footprint.pressures import HIGHEST, check_plausible
+from iceslide_fem.preprocess.footprint.tables import (
+    read_pressures,
+    read_profile,
+    read_states,
+    read_temperatures,
+)
+from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene.materials import BAR
+from iceslide_fem.scene.messages import missing
+
+BRIGHT = 0.5  # of the grey scale
+FACTORS = 0.2, 5.0  # of a given load on pressures that were read, beyond which it is said
+
+
+class ReadFootprint(NamedTuple):
+    """A pressure map and how well it was read.
+
+    distance: of every pixel's colour to the bar, (ny, nx), relative to the range of a channel;
+    unclear: pixels whose value is that of a neighbour; both None of pressures that were given as
+    numbers. load_factor: by which a given load changed all pressures. temperature (K) and state
+    (ny, nx): those that were given, or None. left: x of the map's left side in the data, m.
+    notes: what a person should know of how it was read, sentences.
+    """
+
+    pressure_map: PressureMap
+    distance: Array | None = None
+    unclear: Mask | None = None
+    load_factor: float = 1.0
+    temperature: Array | None = None
+    state: NDArray[np.uint8] | None = None
+    left: float = 0.0
+    notes: tuple[str, ...] = ()
+
+
+def read_footprint(case: FootprintCase) -> ReadFootprint:
+    """Module 1. Raises SceneError for everything that is wrong with what is read."""
+    if case.gaussian is not None:
+        length, peak, sigma = case.gaussian
+        x, pressure = gaussian_profile(length, peak, sigma=sigma)
+        read = ReadFootprint(as_map(_touching(pressure, case), float(x[1] - x[0])))
+    elif case.line is not None:
+        read = _read_line(case.line, case)
+    else:
+        read = _read_picture(case) if case.image is not None else _read_map(case)
+        read = _with_own_maps(read, case)
+    if case.load is not None:
+        footprint, factor = read.pressure_map.carrying(case.load)
+        if (high := float(footprint.pressure.max())) > HIGHEST:
+            raise SceneError(
+                f"--load {case.load:g} N takes pressures up to {high / BAR:.4g} bar on the "
+                f"{1e4 * footprint.contact_area:.4g} cm2 in contact; allowed: {HIGHEST / BAR:g} bar"
+            )
+        check_plausible(footprint.pressure, f"--load {case.load:g} N", "Pa")
+        notes = read.notes
+        if not FACTORS[0] <= factor <= FACTORS[1]:
+            notes += (f"--load multiplies the pressures that were read by {factor:.3g}",)
+        read = read._replace(pressure_map=footprint, load_factor=factor, notes=notes)
+    return read if case.row is None else _one_row(read, case.row)
+
+
+def _read_picture(case: FootprintCase) -> ReadFootprint:
+    assert case.image is not None and case.max_pressure is not None
+    assert case.length is not None and case.width is not None
+    background = None if case.background == "none" else colour(case.background)
+    white = (255, 255, 255) if case.dark_is == "high" else (0, 0, 0)
+    around = white if case.in_grey else background or (255, 255, 255)
+    picture = read_picture(case.image, around)
+    bar = None
+    if case.legend is not None:
+        bar = legend_bar(cut(picture, case.legend, "legend"))
+    elif case.colormap is not None:
+        bar = named_bar(case.colormap)
+    if bar is not None and background is None:  # what a rotation adds is no contact
+        around = lowest_colour(bar)
+    picture = rotate(picture, case.rotation, around)
+    if case.crop is not None:
+        picture = cut(picture, case.crop, "crop")
+    reading: Reading = read_grey(picture) if bar is None else read_colours(picture, bar, background)
+    if case.in_grey:
+        reading = _dark_or_bright(reading, case)
+    footprint = pressure_from_values(
+        reading.value,
+        case.min_pressure,
+        case.max_pressure,
+        case.lowest_pressure,
+        (case.length, case.width),
+    )
+    return ReadFootprint(footprint, reading.distance[::-1], reading.unclear[::-1])
+
+
+def _dark_or_bright(reading: Reading, case: FootprintCase) -> Reading:
+    """A grey reading whose high values are where --dark-is has them, else where it is bright.
+
+    Raises SceneError where that is not given and the picture's sides are mostly bright, as paper.
+    """
+    value = reading.value
+    if case.dark_is == "high":
+        return reading._replace(value=1.0 - value)
+    sides = np.concatenate([value[0], value[-1], value[:, 0], value[:, -1]])
+    if case.dark_is is None and float(np.median(sides)) > BRIGHT:
+        raise SceneError(
+            f"{case.image} is bright along its sides, where bright would be high pressure; "
+            "give --dark-is high for a print in ink, --dark-is low if bright is high indeed"
+        )
+    return reading
+
+
+def _read_map(case: FootprintCase) -> ReadFootprint:
+    assert case.pressure_map is not None
+    given = read_pressures(case.pressure_map, case.pressure_unit, case.frame)
+    length, width = case.length, case.width
+    if given.size is not None:
+        length, width = (
+            _one_size(*pair)
+            for pair in zip(("length", "width"), (length, width), given.size, strict=True)
+        )
+    if length is None or width is None:
+        absent = [name for name in ("length", "width") if getattr(case, name) is None]
+        raise SceneError(missing([f"--{name}" for name in absent]))
+    pressure = _touching(given.values[::-1], case)
+    rows, columns = pressure.shape
+    footprint = PressureMap(pressure, length / columns, width / rows)
+    return ReadFootprint(footprint, notes=given.notes)
+
+
+def _one_size(name: str, option: float | None, said: float) -> float:
+    """The size (m) that the file says. Raises SceneError if the option contradicts it."""
+    if option is not None and abs(option - said) > 1e-3 * said:
+        raise SceneError(
+            f"--{name} {1e3 * option:.4g} mm contradicts the file of --pressure-map, whose sensors "
+            f"cover {1e3 * said:.4g} mm; leave it out"
+        )
+    return said
+
+
+def _touching(pressure: Array, case: FootprintCase) -> Array:
+    """Pressures (Pa) that were given as numbers, 0 up to the threshold of contact."""
+    touching = np.where(pressure > case.lowest_pressure, pressure, 0.0)
+    if not touching.any():
+        raise SceneError(
+            f"no pixel is in contact: no pressure is above the threshold of "
+            f"{case.lowest_pressure:.4g} Pa"
+        )
+    return touching
+
+
+def _read_line(path: Path, case: FootprintCase) -> ReadFootprint:
+    """A profile as a map of one row, 1 m wide."""
+    profile = read_profile(path, case.pressure_unit)
+    line = as_map(_touching(profile.pressure, case), profile.dx)
+    state = None if profile.state is None else profile.state[None]
+    _check_states(state, line.contact, f"state of --line {path}")
+    temperature = None if profile.temperature is None else profile.temperature[None]
+    left = profile.first - 0.5 * profile.dx
+    return ReadFootprint(line, temperature=temperature, state=state, left=left)
+
+
+def _check_states(state: NDArray[np.uint8] | None, contact: Mask, said: str) -> None:
+    """Raise SceneError where states that were given contradict the pressure."""
+    if state is not None and (state[contact] == State.NO_CONTACT).any():
+        raise SceneError(f"{said} has no contact (0) where the pressure is above 0")
+
+
+def _with_own_maps(read: ReadFootprint, case: FootprintCase) -> ReadFootprint:
+    """With the temperatures and states that were given, which must have the same pixels."""
+    shape, contact = read.pressure_map.pressure.shape, read.pressure_map.contact
+    notes, temperature, state = read.notes, None, None
+    if case.temperature_map is not None:
+        given = read_temperatures(case.temperature_map)
+        temperature, notes = given.values, notes + given.notes
+    if case.state_map is not None:
+        given = read_states(case.state_map)
+        state, notes = given.values.astype(np.uint8), notes + given.notes
+    for option, values in (("--temperature-map", temperature), ("--state-map", state)):
+        if values is not None and values.shape != shape:
+            raise SceneError(
+                f"{option} has {values.shape[1]} x {values.shape[0]} pixels, the pressure "
+                f"{shape[1]} x {shape[0]}: they must be the same"
+            )
+    if temperature is not None:
+        temperature = temperature[::-1]
+        if np.isnan(temperature[contact]).any():
+            raise SceneError("--temperature-map has no number where the pressure is above 0")
+    if state is not None:
+        state = state[::-1]
+        _check_states(state, contact, "--state-map")
+    return read._replace(temperature=temperature, state=state, notes=notes)
+
+
+def _one_row(read: ReadFootprint, row: int) -> ReadFootprint:
+    """One line of pixels, `row` from the top."""
+    footprint = read.pressure_map
+    rows = len(footprint.pressure)
+    if row >= rows:
+        raise SceneError(f"--row {row} is not in the footprint, which has rows 0 to {rows - 1}")
+    if not footprint.contact[rows - 1 - row].any():
+        touching = rows - 1 - np.flatnonzero(footprint.contact.any(axis=1))
+        raise SceneError(
+            f"--row {row} touches nowhere; the nearest that does is "
+            f"{touching[np.abs(touching - row).argmin()]}"
+        )
+    here = slice(rows - 1 - row, rows - row)
+    return ReadFootprint(
+        replace(footprint, pressure=footprint.pressure[here]),
+        None if read.distance is None else read.distance[here],
+        None if read.unclear is None else read.unclear[here],
+        read.load_factor,
+        None if read.temperature is None else read.temperature[here],
+        None if read.state is None else read.state[here],
+        notes=read.notes,
+    )

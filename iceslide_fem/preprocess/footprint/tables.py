@@ -1,0 +1,218 @@
+"""Data of one's own for every module: maps of pressure, temperature, state; profiles of a line."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iceslide_fem.preprocess.footprint.balance import State
+from iceslide_fem.preprocess.footprint.pressures import (
+    check_plausible,
+    check_pressures,
+    pressure_unit,
+    units_named,
+)
+from iceslide_fem.preprocess.footprint.sensor_frames import is_sensor_text, read_frame
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.files import check_regular
+from iceslide_fem.runtime.tables.cells import TextTable
+from iceslide_fem.runtime.tables.columns import (
+    Wanted,
+    column_unit,
+    find_columns,
+    has_index,
+    to_si_units,
+)
+from iceslide_fem.runtime.tables.grid import grid, is_list_of_points
+from iceslide_fem.runtime.tables.layout import parse, read_table
+from iceslide_fem.runtime.tables.text import LARGEST_MAP, read_text
+from iceslide_fem.scene.materials import ZERO_CELSIUS
+
+LARGEST = 4e7  # values of a map
+EVEN = 1e-3  # of dx, by which the x of a profile may miss an even grid
+COLDEST, WARMEST = -100.0, 100.0  # degC
+X, PRESSURE = Wanted("x", "m"), Wanted("pressure", "Pa")
+TEMPERATURE, STATE = Wanted("temperature", "K"), Wanted("state", "")
+
+
+class Profile(NamedTuple):
+    """A line along the footprint, arrays (nx,): pressure (Pa); temperature (K) and state or None.
+
+    dx, and x of the first pixel's middle: m.
+    """
+
+    dx: float
+    first: float
+    pressure: Array
+    temperature: Array | None
+    state: NDArray[np.uint8] | None
+
+
+class GivenMap(NamedTuple):
+    """A map (ny, nx) of a file, its first row on top. unit: that in which it is written; size:
+    (length, width) in m if the file says so; notes: what was done with it, sentences.
+    """
+
+    values: Array
+    unit: str
+    size: tuple[float, float] | None = None
+    notes: tuple[str, ...] = ()
+
+
+def read_pressures(path: Path, unit: str | None = None, frame: int | None = None) -> GivenMap:
+    """Pressures (Pa) of a map from a file; 0 where it has NaN.
+
+    unit: of values in files that do not say, else Pa; frame: of a file of several.
+    """
+    said = f"--pressure-map {path}"
+    given = _read_map(path, "--pressure-map", "Pa", unit, frame)
+    values = np.nan_to_num(given.values, nan=0.0)
+    check_pressures(values, said, given.unit)
+    check_plausible(values, said, given.unit)
+    return given._replace(values=values)
+
+
+def read_temperatures(path: Path) -> GivenMap:
+    """Temperatures (K) of a map in degC, or in the unit that its file names."""
+    given = _read_map(path, "--temperature-map", "K", None, None)
+    _check_temperatures(given.values - ZERO_CELSIUS, f"--temperature-map {path}")
+    return given
+
+
+def read_states(path: Path) -> GivenMap:
+    """`State` of a map: 1 dry, 2 mixed, 3 wet, 0 no contact."""
+    given = _read_map(path, "--state-map", "", None, None)
+    values = np.nan_to_num(given.values, nan=0.0)
+    _check_states(values, f"--state-map {path}")
+    return given._replace(values=values)
+
+
+def read_profile(path: Path, unit: str | None = None) -> Profile:
+    """A profile from a table with the columns x_m, pressure_Pa, and perhaps temperature_C, state.
+
+    Headings may name other units; `unit` is that of a pressure whose heading names none. x is the
+    middle of each pixel, evenly spaced, in the direction of travel. Raises SceneError.
+    """
+    table = read_table(path, "--line").filled()
+    wanted = (X, PRESSURE, TEMPERATURE, STATE)
+    table, given = _with_pressure_unit(table, unit)
+    found = find_columns(table, wanted, ("x", "pressure"))
+    if len(table.heading) > len(found) + has_index(table):
+        known = ", ".join(column.heading for column in wanted)
+        name = _unknown(table)
+        raise SceneError(f'{table.said} has a column "{name[:40]}"; allowed: {known}')
+    x, pressure = found["x"], found["pressure"]
+    if len(x) < 2:
+        raise SceneError(f"{table.said} has {len(x)} row of numbers; allowed: two or more")
+    for name, values in found.items():
+        if not np.isfinite(values).all():
+            row = int(np.flatnonzero(~np.isfinite(values))[0])
+            raise SceneError(f"{table.said}: {name} has no finite number in row {row + 1}")
+    dx = float(x[-1] - x[0]) / (x.size - 1)
+    if dx <= 0.0 or np.abs(np.diff(x) - dx).max() > EVEN * dx:
+        raise SceneError(f"{table.said}: x must rise in even steps, the direction of travel")
+    if not 1e-6 <= dx <= 0.1:
+        raise SceneError(f"{table.said}: x rises by {dx:.3g} m; allowed: 1e-6 to 0.1 m")
+    check_pressures(pressure, table.said, given)
+    check_plausible(pressure, table.said, given)
+    temperature, state = found.get("temperature"), None
+    if temperature is not None:
+        _check_temperatures(temperature - ZERO_CELSIUS, table.said)
+    if "state" in found:
+        _check_states(found["state"], table.said)
+        state = found["state"].astype(np.uint8)
+    return Profile(dx, float(x[0]), pressure, temperature, state)
+
+
+def _with_pressure_unit(table: TextTable, unit: str | None) -> tuple[TextTable, str]:
+    """The table with the unit of its pressure in the heading, and that unit."""
+    heading = [name.strip() for name in table.heading]
+    plain = [i for i, name in enumerate(heading) if name.casefold() == PRESSURE.name]
+    units = [column_unit(table, i, "Pa") for i in range(len(heading))]
+    named = [each for each in units if each is not None]
+    given = pressure_unit(named, unit, table.said)
+    if len(plain) == 1 and not named and unit is not None:
+        heading[plain[0]] = f"pressure ({unit})"
+        table = replace(table, heading=tuple(heading))
+    return table, given
+
+
+def _unknown(table: TextTable) -> str:
+    """The first heading that is none of a profile."""
+    for i, name in enumerate(table.heading):
+        one = replace(table, heading=tuple("" if j != i else name for j in range(table.width)))
+        if i >= has_index(table) and not find_columns(one, (X, PRESSURE, TEMPERATURE, STATE), ()):
+            return name
+    return ""
+
+
+def _read_map(path: Path, option: str, si: str, unit: str | None, frame: int | None) -> GivenMap:
+    """A table of numbers (ny, nx) in the unit `si`: .npy, text, or a sensor's frames."""
+    said = f"{option} {path}"
+    check_regular(path, f"the map of {option}")
+    notes: tuple[str, ...] = ()
+    if path.suffix.lower() == ".npy":
+        values, named = _numpy(path, said), []
+    else:
+        text = read_text(path, f"the map of {option}", LARGEST_MAP)
+        if is_sensor_text(text) and si == "Pa":
+            read = read_frame(text, said, frame)
+            return GivenMap(read.pressure, "Pa", read.size, (read.note,))
+        table = parse(text, said)
+        if is_list_of_points(table):
+            raise SceneError(
+                f"{said} is a list of points x, y and value; allowed: a map, its rows across and "
+                "its columns along the direction of travel"
+            )
+        values, left_out = grid(table)
+        notes = tuple(f"{option}: {note}" for note in left_out)
+        named = units_named([*table.above, *table.heading], si) if si else []
+    if frame is not None:
+        raise SceneError(f"--frame {frame}: {said} has no frames")
+    if min(values.shape) < 1 or values.shape[1] < 2 or values.size > LARGEST:
+        raise SceneError(
+            f"{said} has the shape {values.shape}; allowed: rows and columns, at "
+            f"least 1 x 2 and at most {LARGEST:.0e} values"
+        )
+    if np.isinf(values).any():
+        raise SceneError(f"{said} has a value that is infinite")
+    if si == "Pa":
+        given = pressure_unit(named, unit, said)
+    else:
+        given = named[0] if named else {"K": "degC"}.get(si, si)
+    return GivenMap(to_si_units(values, given, si) if si else values, given, None, notes)
+
+
+def _numpy(path: Path, said: str) -> Array:
+    try:
+        values = np.load(path, allow_pickle=False)
+        if not isinstance(values, np.ndarray) or values.ndim != 2:
+            raise ValueError
+        return np.asarray(values, dtype=float)
+    except (EOFError, OSError, TypeError, ValueError, BadZipFile):
+        raise SceneError(f"{said} is no matrix of numbers that NumPy has saved") from None
+
+
+def _check_temperatures(celsius: Array, said: str) -> None:
+    if np.isnan(celsius).all():
+        raise SceneError(f"{said} has no temperature in it")
+    low, high = float(np.nanmin(celsius)), float(np.nanmax(celsius))
+    if not COLDEST <= low <= high <= WARMEST:
+        raise SceneError(
+            f"{said} has temperatures from {low:.4g} to {high:.4g}; allowed: {COLDEST:g} to "
+            f"{WARMEST:g} degC"
+        )
+
+
+def _check_states(values: Array, said: str) -> None:
+    allowed = [int(state) for state in State]
+    if not np.isin(values, allowed).all():
+        raise SceneError(
+            f"{said} has other states than 0 (no contact), 1 (dry), 2 (mixed) and 3 (wet)"
+        )

@@ -1,0 +1,105 @@
+"""What `iceslide roughness` does: read or generate, press, write; and its figures on the screen."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from iceslide_fem.preprocess.roughness.case import RoughnessCase
+from iceslide_fem.preprocess.roughness.figures import draw
+from iceslide_fem.preprocess.roughness.survey import Survey, summary, survey, table
+from iceslide_fem.runtime.files import replace_file, writing
+from iceslide_fem.runtime.folders import claimed, clear_results, other_case
+from iceslide_fem.scene.materials import BAR
+
+
+def run(values: Mapping[str, Any], out: Path, force: bool = False) -> tuple[Survey, dict[str, Any]]:
+    """Press the surface that `values` describe (see `RoughnessCase`) and write to `out`.
+
+    Writes contact.csv, surface.json, map.png, contact.png, parameters.png and spectrum.png;
+    returns the survey and what surface.json holds. The same surface's earlier results go, with
+    `force` any other results, too. Raises SceneError, before anything is written, if the input is
+    wrong or `out` is not to be written to, and OutputError if something cannot be written.
+    """
+    begun = time.perf_counter()
+    case = RoughnessCase.of(values)
+    here = case.model_dump(mode="json")
+    with claimed(out, partial(other_case, "surface.json", here), force, case.files):
+        return _run(case, out, begun)
+
+
+def _run(case: RoughnessCase, out: Path, begun: float) -> tuple[Survey, dict[str, Any]]:
+    result = survey(case)
+    figures = summary(result)
+    with writing(out):
+        clear_results(out)
+        draw(result, out)
+    replace_file(out / "contact.csv", table(result))
+    figures["wall_s"] = time.perf_counter() - begun
+    replace_file(out / "surface.json", json.dumps(figures, indent=2) + "\n")
+    return result, figures
+
+
+def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """The main figures of the surface as names and readable values."""
+    cut, fit = figures["cut_offs"], figures["spectrum_fit"]
+    wave = cut["shortest_wave_m"]
+    measured = figures["measured"]
+
+    def before(name: str, factor: float, unit: str) -> str:
+        if measured is None or wave is None:
+            return ""
+        return f"; {factor * measured[name]:.3g}{unit} with all waves of the map"
+
+    pixels, sides = figures["pixels"], [1e3 * side for side in cut["size_m"]]
+    grid = "{} x {} pixels of {:.4g} um"
+    of_map, mirrored = [], ""
+    if measured is not None:
+        of_map = [("map", grid.format(*measured["pixels"], 1e6 * measured["pixel_m"]))]
+        mirrored = ", continued by its mirror images"
+    return [
+        ("rubber", f"{figures['rubber']}, E* = {figures['modulus_Pa'] / 1e6:.4g} MPa"),
+        *of_map,
+        (
+            "map, as pressed" if of_map else "map",
+            f"{grid.format(*pixels, 1e6 * cut['pixel_m'])}, "
+            f"{sides[0]:.3g} x {sides[1]:.3g} mm{mirrored}",
+        ),
+        ("realisations", str(figures["realisations"])),
+        ("rms height", f"{1e6 * figures['rms_height_m']:.3g} um{before('rms_height', 1e6, ' um')}"),
+        ("rms slope", f"{figures['rms_slope']:.3g}{before('rms_slope', 1.0, '')}"),
+        ("skewness", f"{figures['skewness']:.3g}"),
+        (
+            "spectrum",
+            "too few waves for a fit"
+            if fit is None
+            else f"Hurst {fit['hurst']:.2f}, roll-off {1e6 * fit['rolloff_m']:.3g} um",
+        ),
+        ("shortest wave", "as the pixels show" if wave is None else f"{1e6 * wave:.4g} um"),
+        ("definition of k and D", figures["definition"]),
+        ("seconds", f"{figures['wall_s']:.1f}"),
+    ]
+
+
+def rows(result: Survey) -> list[tuple[str, ...]]:
+    """Pressure (bar), k, D (um), H_V (um) with deviations, and k/D (1/mm), as text."""
+    mean, deviation = result.mean, result.deviation
+    several = len(result.found) > 1
+
+    def text(value: float, spread: float) -> str:
+        return f"{value:.3g} ± {spread:.1g}" if several else f"{value:.3g}"
+
+    return [
+        (
+            f"{p / BAR:.3g}",
+            text(mean.k[i], deviation.k[i]),
+            text(1e6 * mean.D[i], 1e6 * deviation.D[i]),
+            text(1e6 * mean.H_V[i], 1e6 * deviation.H_V[i]),
+            f"{1e-3 * mean.k[i] / mean.D[i]:.3g}",
+        )
+        for i, p in enumerate(result.case.pressures)
+    ]

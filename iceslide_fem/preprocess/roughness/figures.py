@@ -1,0 +1,157 @@
+"""Pictures of a survey: the map, its spectrum, contact patches, and k, D, H_V over pressure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatter
+
+from iceslide_fem.preprocess.roughness.surface import spectrum, spectrum_fit
+from iceslide_fem.preprocess.roughness.survey import Survey
+from iceslide_fem.scene.materials import BAR, CONTACT_TABLES
+
+PRINTED = "compound B, published"
+READ = "k at 5 bar: 0.405 is a reading of 0.105"
+
+
+def draw(result: Survey, out: Path) -> None:
+    """Write map.png, contact.png, parameters.png and spectrum.png to `out`."""
+    for name, figure in (
+        ("map", _map(result)),
+        ("contact", _contact(result)),
+        ("parameters", _parameters(result)),
+        ("spectrum", _spectrum(result)),
+    ):
+        FigureCanvasAgg(figure)
+        figure.savefig(out / f"{name}.png", dpi=120)
+
+
+def _map(result: Survey) -> Figure:
+    surface = result.surface
+    heights = 1e6 * surface.heights
+    figure = Figure(figsize=(9, 4.2), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(1.3, 1))
+    limit = float(np.percentile(np.abs(heights), 99.5))
+    image = left.imshow(
+        heights, extent=_extent(result), origin="lower", cmap="BrBG_r", vmin=-limit, vmax=limit
+    )
+    figure.colorbar(image, ax=left, extend="both", label="height towards the ice (µm)")
+    left.set(xlabel="x (mm)", ylabel="y (mm)", title="the surface as it is pressed")
+    right.hist(heights.ravel(), bins=80, density=True, orientation="horizontal", color="C5")
+    mean = result.statistics[0]
+    right.set(
+        xlabel="share of the area per µm",
+        ylabel="height (µm)",
+        title=f"rms {1e6 * mean.rms_height:.2f} µm,\nslope {mean.rms_slope:.2f}, "
+        f"skewness {mean.skewness:.2f}",
+    )
+    return figure
+
+
+def _contact(result: Survey) -> Figure:
+    figure = Figure(figsize=(11, 4), layout="constrained")
+    highest = 1e6 * max(float(contact.gap.max()) for contact in result.shown.values())
+    panels = figure.subplots(1, len(result.shown), squeeze=False)[0]
+    for axes, (number, contact) in zip(panels, result.shown.items(), strict=True):
+        found = result.found[0, number]
+        gap = np.where(contact.pressure > 0.0, np.nan, 1e6 * contact.gap)
+        axes.set_facecolor("black")
+        image = axes.imshow(
+            gap, extent=_extent(result), origin="lower", cmap="Blues", vmin=0, vmax=highest
+        )
+        axes.set(
+            xlabel="x (mm)",
+            title=f"{result.case.pressures[number] / BAR:.3g} bar: k {found[0]:.2f}, "
+            f"D {1e6 * found[1]:.0f} µm",
+        )
+    panels[0].set_ylabel("y (mm)")
+    figure.colorbar(image, ax=panels, label="gap (µm); contact is black")
+    return figure
+
+
+def _parameters(result: Survey) -> Figure:
+    p, mean, spread = result.case.pressure_array / BAR, result.mean, result.deviation
+    printed = CONTACT_TABLES["B"]
+    figure = Figure(figsize=(11, 4), layout="constrained")
+    for axes, scale, values, deviation, points, label in zip(
+        figure.subplots(1, 3),
+        (1.0, 1e6, 1e6),
+        mean[:3],
+        spread[:3],
+        (printed.k, printed.D, printed.H_V),
+        ("k, relative contact area", "D, patch diameter (µm)", "H_V, free height (µm)"),
+        strict=True,
+    ):
+        several = len(result.found)
+        name = f"mean of {several} realisations" if several > 1 else "this surface"
+        axes.plot(p, scale * values, "C0.-", label=name)
+        if several > 1:
+            low = np.maximum(values - deviation, 1e-3 * values)
+            axes.fill_between(
+                p, scale * low, scale * (values + deviation), alpha=0.3, label="± std"
+            )
+        _printed_points(axes, scale * np.array(points), label.startswith("k,"))
+        axes.set(xscale="log", yscale="log", xlabel="pressure (bar)", title=label)
+        axes.grid(True, which="both", alpha=0.2)
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_minor_formatter(LogFormatter(minor_thresholds=(1.5, 0.7)))
+    _limit_small(axes, scale * mean.H_V)
+    figure.axes[0].legend(fontsize=8)
+    return figure
+
+
+def _printed_points(axes: Axes, points: np.ndarray, is_k: bool) -> None:
+    bars = np.array(CONTACT_TABLES["B"].pressure) / BAR
+    if is_k:
+        axes.plot(bars[:1], points[:1], "ks", label=PRINTED)
+        axes.plot(bars[1:], points[1:], "s", mfc="none", mec="k", label=READ)
+    else:
+        axes.plot(bars, points, "ks", label=PRINTED)
+
+
+def _limit_small(axes: Axes, values: np.ndarray) -> None:
+    """Keep the range of H_V readable where contact is complete."""
+    axes.set_ylim(bottom=max(1e-3, 0.5 * float(values.min())))
+
+
+def _spectrum(result: Survey) -> Figure:
+    found = spectrum(result.surface)
+    shortest = result.cut_off or 2.0 * result.surface.pixel
+    fit = spectrum_fit(found, shortest)
+    figure = Figure(figsize=(6.5, 4.5), layout="constrained")
+    axes = figure.subplots()
+    wave = 2e6 * np.pi / found.q
+    there = found.density > 1e-9 * found.density.max()
+    axes.loglog(wave[there], found.density[there], "C0.-", label="mean over directions")
+    axes.axvline(
+        1e6 * shortest, color="C3", ls="--", label=f"shortest wave {1e6 * shortest:.3g} µm"
+    )
+    axes.axvline(2e6 * result.surface.pixel, color="0.5", ls=":", label="two pixels")
+    if fit is not None:
+        inside = wave >= 1e6 * shortest
+        knee = np.maximum(1.0, 1e6 * fit.rolloff / wave[inside])
+        line = knee ** (-2.0 * (1.0 + fit.hurst))
+        use = found.density[inside] > 0.0
+        level = np.exp(np.mean(np.log(found.density[inside][use] / line[use])))
+        axes.loglog(
+            wave[inside],
+            level * line,
+            "k-",
+            lw=1,
+            label=f"fit: Hurst {fit.hurst:.2f}, roll-off {1e6 * fit.rolloff:.3g} µm",
+        )
+    axes.invert_xaxis()
+    axes.set(xlabel="wave length (µm)", ylabel="power spectrum of heights (m⁴)")
+    axes.legend(fontsize=8)
+    axes.grid(True, which="both", alpha=0.2)
+    return figure
+
+
+def _extent(result: Survey) -> tuple[float, float, float, float]:
+    width, height = result.surface.size
+    return 0.0, 1e3 * width, 0.0, 1e3 * height

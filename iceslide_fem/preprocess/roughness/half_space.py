@@ -1,0 +1,145 @@
+"""A rough elastic half-space pressed on a rigid plane, without friction or adhesion.
+
+Periodic or mirrored, on a grid: displacements by FFT, pressures by bound-constrained conjugate
+gradients after Polonsky and Keer, Wear 231 (1999) 206-219. The directions are preconditioned with
+the stiffness of the half-space, restricted to the contact, which takes a quarter of the iterations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.preprocess.roughness.waves import Waves
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SimulationStopped
+
+TOLERANCE = 1e-7
+MOST_ITERATIONS = 2000
+
+
+class Contact(NamedTuple):
+    """A rough surface on a plane; arrays of the map's shape (rows, columns).
+
+    pressure: Pa, positive exactly where they touch; gap: m, zero there. error: what is left of
+    gap times pressure and of overlap, relative to the rms height.
+    """
+
+    pressure: Array
+    gap: Array
+    iterations: int
+    error: float
+
+
+def compliance(waves: Waves, modulus: float) -> Array:
+    """Displacement over pressure of every wave: 2 / (E* |q|), m/Pa.
+
+    Johnson, *Contact Mechanics*, 1985, section 13.2. The mean displacement of a half-space has no
+    meaning; it is set to zero. `modulus`: E*, Pa.
+    """
+    q = waves.q
+    q[0, 0] = inf
+    return np.asarray(2.0 / (modulus * q))
+
+
+def press(
+    heights: Array,
+    pixel: float,
+    modulus: float,
+    pressures: Sequence[float],
+    tolerance: float = TOLERANCE,
+    periodic: bool = True,
+) -> Iterator[Contact]:
+    """Press the surface on the plane with each mean pressure (Pa) in turn; ascending is quickest.
+
+    heights: m, (rows, columns), asperities up, periodic or else continued by their mirror images;
+    pixel: m; modulus: E* = E / (1 - nu^2) of the rubber, Pa. Raises SimulationStopped if the
+    iteration does not converge.
+    """
+    shape = heights.shape[0], heights.shape[1]
+    half_space = _HalfSpace(Waves(shape, pixel, periodic), modulus)
+    heights = heights - heights.mean()
+    distribution = np.ones_like(heights)
+    for mean in pressures:
+        contact = _pressed(heights, half_space, distribution * mean, tolerance)
+        yield contact
+        distribution = contact.pressure / mean
+
+
+class _HalfSpace:
+    """Displacement under a pressure, and the pressure for a displacement, both without means."""
+
+    def __init__(self, waves: Waves, modulus: float) -> None:
+        self._waves = waves
+        self._compliance = compliance(waves, modulus)
+        self._stiffness = np.divide(
+            1.0, self._compliance, out=np.zeros_like(self._compliance), where=self._compliance > 0.0
+        )
+        self.softest = float(self._stiffness[self._stiffness > 0.0].min())
+
+    def displacement(self, pressure: Array) -> Array:
+        return self._waves.filtered(self._compliance, pressure)
+
+    def pressure(self, displacement: Array) -> Array:
+        return self._waves.filtered(self._stiffness, displacement)
+
+
+def _pressed(heights: Array, half_space: _HalfSpace, p: Array, tolerance: float) -> Contact:
+    """Pressure and gap under the mean pressure of the start `p` (Pa).
+
+    They minimise p.u/2 - p.h over p >= 0 with the given mean, where u is what p displaces. The
+    gradient, g = u - h less its mean over the contact, is the gap when it has vanished there.
+    """
+    mean, rms = float(p.mean()), float(np.sqrt(np.mean(heights**2)))
+    if rms == 0.0:
+        return Contact(p, np.zeros_like(p), 0, 0.0)
+    u = half_space.displacement(p)
+    step, before, last = np.zeros_like(p), np.zeros_like(p), inf
+    for iteration in range(MOST_ITERATIONS):
+        touching = p > 0.0
+        count = float(np.count_nonzero(touching))
+        g = u - heights
+        g -= np.vdot(p, g) / p.sum()
+        overlap = -float(g.min(where=~touching, initial=0.0))
+        error = max(float(np.vdot(p, np.abs(g)) / p.sum()), overlap) / rms
+        if error <= tolerance:
+            g[touching] = 0.0
+            return Contact(p, np.maximum(g, 0.0, out=g), iteration, error)
+
+        inside = g * touching
+        inside -= inside.sum() / count * touching
+        preconditioned = half_space.pressure(inside) * touching
+        preconditioned -= preconditioned.sum() / count * touching
+        size = float(np.vdot(inside, preconditioned))
+        # Polak and Ribiere's factor: it restarts by itself where the contact has changed.
+        step *= max(0.0, (size - float(np.vdot(before, preconditioned))) / last)
+        step += preconditioned
+        step *= touching
+        before, last = inside, size or inf
+        response = half_space.displacement(step)
+        curvature = np.vdot(step, response) - step.sum() * np.vdot(response, touching) / count
+        slope = float(np.vdot(inside, step))
+        length = slope / float(curvature) if slope else 0.0
+        moved = p - length * step
+
+        linear = moved.min() >= 0.0
+        np.maximum(moved, 0.0, out=moved)
+        if overlap > 0.0:
+            # They take what the contact's own change is, on the average, to its own gap; a single
+            # pixel has none.
+            stiffness = half_space.softest
+            if slope:
+                stiffness = length * slope / float(np.vdot(inside, inside))
+            entering = ~touching & (g < 0.0)
+            moved[entering] = -stiffness * g[entering]
+            linear = False
+        factor = mean / float(moved.mean())
+        p = moved * factor
+        u = (u - length * response) * factor if linear else half_space.displacement(p)
+    raise SimulationStopped(
+        f"the contact at {mean:.4g} Pa has not converged in {MOST_ITERATIONS} iterations "
+        f"(error {error:.2g} of the rms height)"
+    )

@@ -1,0 +1,69 @@
+"""The options of `iceslide roughness`; nothing heavy is imported before they are read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from iceslide_fem.runtime.options import Force, Text, folder_option, option
+
+
+def roughness(
+    surface: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SURFACE",
+            help="Height map of the rubber (.npy, text, .x3p, instruments' formats), or a "
+            "surface.toml that generates one.",
+            show_default=False,
+        ),
+    ],
+    compound: Annotated[Text, option("NAME", "Rubber: A, B or C.", "B")] = None,
+    modulus: Annotated[Text, option("PA", "Rubber: Young's modulus, 1.6MPa.")] = None,
+    scene: Annotated[Text, option("TOML", "Rubber: that of a scene.")] = None,
+    pressures: Annotated[
+        Text, option("P:P:N", "First, last, count; in equal ratios.", "0.2bar:20bar:12")
+    ] = None,
+    realisations: Annotated[Text, option("N", "Of a generated surface.", "8")] = None,
+    definition: Annotated[
+        Text, option("NAME", "Of k and D: hydrodynamic or thesis.", "hydrodynamic")
+    ] = None,
+    shortest_wave: Annotated[
+        Text, option("M", "Remove shorter waves.", "35um for a map, with hydrodynamic")
+    ] = None,
+    pixel: Annotated[Text, option("M", "Pixel of a map that does not say: 17.5um.")] = None,
+    height_unit: Annotated[Text, option("UNIT", "Of lengths that do not say: um.", "m")] = None,
+    out: Annotated[
+        Path | None, folder_option("Where to write; else results/<name of the surface>.")
+    ] = None,
+    force: Force = False,
+) -> None:
+    """k, D and H_V over pressure, from a height map of the rubber: contact.csv for film.contact."""
+    values = {name: value for name, value in locals().items() if value is not None}
+    directory, force = values.pop("out", Path("results") / surface.stem), values.pop("force")
+
+    from rich.console import Console
+    from rich.table import Table
+
+    from iceslide_fem.preprocess.roughness.command import lines, rows, run
+
+    result, figures = run(values, directory, force)
+    console, about = Console(), Table(show_header=False)
+    for name, value in lines(figures):
+        about.add_row(name, value)
+    console.print(about)
+    found = Table("p (bar)", "k", "D (um)", "H_V (um)", "k/D (1/mm)")
+    for row in rows(result):
+        found.add_row(*row)
+    console.print(found)
+    for warning in figures["warnings"]:
+        typer.echo(f"Note: {warning}.")
+    typer.echo(
+        "Note: k and D hold for the shortest wave that is kept; with shorter ones both are "
+        "smaller, and mean friction changes much less (docs/roughness.md)."
+    )
+    for name in ("contact.csv", "surface.json", "map.png", "contact.png", "parameters.png"):
+        typer.echo(str(directory / name))
+    typer.echo(str(directory / "spectrum.png"))

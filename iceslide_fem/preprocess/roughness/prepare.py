@@ -1,0 +1,119 @@
+"""The surfaces that are pressed: read or generated, level, without short waves or idle pixels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from iceslide_fem.preprocess.roughness.case import PIXELS_PER_WAVE, SOURCE_WAVE, RoughnessCase
+from iceslide_fem.preprocess.roughness.generate import generate, read_spec
+from iceslide_fem.preprocess.roughness.parameters import Definition
+from iceslide_fem.preprocess.roughness.read import read_surface
+from iceslide_fem.preprocess.roughness.surface import (
+    Statistics,
+    Surface,
+    coarsened,
+    levelled,
+    low_passed,
+    statistics,
+)
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.machine import memory_of_machine
+
+PIXEL_ROUNDING = 1e-3  # of a pixel's side, in files that have it to few digits
+# On coarser pixels k and D change by more than on finer ones: docs/roughness.md, cost.
+THINNED_TO = 10.0  # pixels to the shortest wave that is kept of a map
+THINNED_AT_LEAST = 256  # pixels along the longer side of a map: takes a second or two
+PROGRAM, PER_PIXEL = 0.2e9, 200.0  # bytes, measured by scripts.studies.map_cost
+
+
+class Measured(NamedTuple):
+    """A map, levelled, with all its waves: its figures, its pixel (m), how many (columns, rows)."""
+
+    statistics: Statistics
+    pixel: float
+    pixels: tuple[int, int]
+
+    def summary(self) -> dict[str, Any]:
+        """The figures by name; pixel_m: m."""
+        grid = {"pixel_m": self.pixel, "pixels": list(self.pixels)}
+        return self.statistics._asdict() | grid
+
+    @classmethod
+    def of(cls, surface: Surface) -> Measured:
+        """Those of `surface`."""
+        rows, columns = surface.heights.shape
+        return cls(statistics(surface), surface.pixel, (columns, rows))
+
+
+def prepared(
+    case: RoughnessCase,
+) -> tuple[Iterator[Surface], float | None, Measured | None]:
+    """Surfaces without waves below the cut-off, the cut-off (m), and a map's figures as measured.
+
+    What is left of a map is pressed on coarser pixels where its shortest wave allows it; by the
+    definition of the source, which counts pixels, it keeps them. Raises SceneError if the surface
+    cannot be read or resolved, or takes more memory than there is.
+    """
+    wave = case.shortest_wave
+    if case.surface.suffix.lower() == ".toml":
+        if case.pixel is not None:
+            raise SceneError("--pixel has no meaning for a surface that is generated")
+        spec = read_spec(case.surface)
+        if wave is not None and wave < spec.shortest_wave:
+            raise SceneError(
+                f"--shortest-wave {1e6 * wave:.4g} um is shorter than that of {case.surface}, "
+                f"{1e6 * spec.shortest_wave:.4g} um"
+            )
+        _check_resolution(case.definition, wave or spec.shortest_wave, spec.pixel, spec.size)
+        _check_memory(spec.pixels**2)
+        every = (generate(spec, number) for number in range(case.realisations))
+        if wave is None:
+            return every, spec.shortest_wave, None
+        return (low_passed(surface, wave) for surface in every), wave, None
+
+    surface = levelled(read_surface(case.surface, case.pixel, case.height_unit))
+    if wave is None and case.definition == "hydrodynamic":
+        wave = SOURCE_WAVE
+    measured = Measured.of(surface)
+    if wave is None:
+        _check_memory(surface.heights.size)
+        return iter([surface]), None, measured
+    _check_resolution(case.definition, wave, surface.resolution, min(surface.size))
+    if case.definition == "hydrodynamic":
+        surface = coarsened(surface, thinned_pixel(surface, wave))
+    _check_memory(surface.heights.size)
+    return iter([low_passed(surface, wave)]), wave, measured
+
+
+def thinned_pixel(surface: Surface, wave: float) -> float:
+    """The longest pixel (m) that a shortest wave (m) needs, on small maps as much shorter as is
+    cheap: on them single patches count.
+    """
+    return min(wave / THINNED_TO, max(surface.size) / THINNED_AT_LEAST)
+
+
+def _check_resolution(definition: Definition, wave: float, pixel: float, size: float) -> None:
+    """Raise SceneError if the shortest wave has too few pixels, or the map too few waves."""
+    if definition == "hydrodynamic" and wave < PIXELS_PER_WAVE * pixel * (1.0 - PIXEL_ROUNDING):
+        raise SceneError(
+            f"the shortest wave, {1e6 * wave:.4g} um, has {wave / pixel:.4g} pixels of "
+            f"{1e6 * pixel:.4g} um; allowed: {PIXELS_PER_WAVE:g} or more (give a longer "
+            "--shortest-wave, or --definition thesis)"
+        )
+    if wave > 0.25 * size:
+        raise SceneError(
+            f"the shortest wave, {1e6 * wave:.4g} um, is longer than a quarter of the map, "
+            f"{1e6 * size:.4g} um: nothing of its roughness would be left"
+        )
+
+
+def _check_memory(pixels: int) -> None:
+    """Raise SceneError if so many pixels cannot be pressed in the memory of this machine."""
+    needed, present = PROGRAM + PER_PIXEL * pixels, memory_of_machine()
+    if needed > present:
+        raise SceneError(
+            f"{pixels / 1e6:.3g} million pixels take about {needed / 1e9:.3g} GB of memory, and "
+            f"there are {present / 1e9:.3g} GB: a longer --shortest-wave takes fewer pixels of a "
+            f"map, {THINNED_TO:g} to that wave"
+        )

@@ -1,0 +1,185 @@
+"""All realisations of a surface under all pressures: the table of contact parameters."""
+
+from __future__ import annotations
+
+import csv
+import io
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from iceslide_fem.preprocess.roughness.case import RoughnessCase
+from iceslide_fem.preprocess.roughness.half_space import TOLERANCE, Contact, press
+from iceslide_fem.preprocess.roughness.parameters import Definition, Parameters, measure
+from iceslide_fem.preprocess.roughness.prepare import Measured, prepared
+from iceslide_fem.preprocess.roughness.surface import (
+    Statistics,
+    Surface,
+    spectrum,
+    spectrum_fit,
+    statistics,
+)
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene.materials import BAR
+
+STEEP = 0.6  # rms slope beyond which the half-space is not to be relied on
+# Rms slopes that a surface may have: from a hill of 6e-4 degrees to a cliff of 84 at every place.
+FLATTEST, STEEPEST = 1e-5, 10.0
+NEARLY_FULL = 0.9  # share of contact
+COLUMNS = (
+    "pressure_Pa",
+    *("k", "D_m", "H_V_m"),
+    *("k_std", "D_std_m", "H_V_std_m"),
+    *("k_raw", "D_median_m", "open_area_below_h0"),
+)
+
+
+class Survey(NamedTuple):
+    """What was found. found: (realisations, pressures, `Parameters`); shown: some contacts.
+
+    surface: the first realisation as it was pressed; statistics: of every realisation; cut_off:
+    its shortest wave, m (None: all that the pixels show); shown: number of the pressure -> Contact;
+    measured: of a map.
+    """
+
+    case: RoughnessCase
+    surface: Surface
+    statistics: list[Statistics]
+    cut_off: float | None
+    found: Array
+    shown: dict[int, Contact]
+    iterations: int
+    error: float
+    measured: Measured | None = None
+
+    @property
+    def mean(self) -> Parameters[Array]:
+        """Means over the realisations; arrays over pressure."""
+        return Parameters(*self.found.mean(axis=0).T)
+
+    @property
+    def deviation(self) -> Parameters[Array]:
+        """Standard deviations between realisations; NaN if there is one only."""
+        if len(self.found) == 1:
+            return Parameters(*np.full(self.found.shape[1:], np.nan).T)
+        return Parameters(*self.found.std(axis=0, ddof=1).T)
+
+
+def survey(case: RoughnessCase) -> Survey:
+    """Press all realisations; raises SceneError if the surface cannot be read or resolved."""
+    surfaces, cut_off, measured = prepared(case)
+    modulus = case.rubber[1]
+    middle = len(case.pressures) // 2
+    first: Surface | None = None
+    shown: dict[int, Contact] = {}
+    described, found = [], []
+    iterations, error = 0, 0.0
+    for surface in surfaces:
+        described.append(statistics(surface))
+        _check_slope(case, described[-1])
+        rows = []
+        pixel, periodic = surface.pixel, surface.periodic
+        contacts = press(surface.heights, pixel, modulus, case.pressures, periodic=periodic)
+        for number, contact in enumerate(contacts):
+            rows.append(measure(contact, pixel, case.definition, periodic))
+            iterations, error = iterations + contact.iterations, max(error, contact.error)
+            if first is None and number in (0, middle, len(case.pressures) - 1):
+                shown[number] = contact
+        first = first or surface
+        found.append(rows)
+    assert first is not None  # there is one realisation at least
+    return Survey(
+        case, first, described, cut_off, np.array(found), shown, iterations, error, measured
+    )
+
+
+def parameters(
+    surface: Surface, modulus: float, pressures: Array, definition: Definition = "hydrodynamic"
+) -> Parameters[Array]:
+    """Contact parameters of one surface; arrays over the pressures (Pa), ascending."""
+    pixel, periodic = surface.pixel, surface.periodic
+    contacts = press(surface.heights, pixel, modulus, pressures.tolist(), periodic=periodic)
+    return Parameters(
+        *np.array([measure(contact, pixel, definition, periodic) for contact in contacts]).T
+    )
+
+
+def _check_slope(case: RoughnessCase, figures: Statistics) -> None:
+    """Raise SceneError for slopes that no surface has: heights in another unit than was said."""
+    if not FLATTEST <= figures.rms_slope <= STEEPEST and figures.rms_height > 0.0:
+        raise SceneError(
+            f"{case.surface} has an rms height of {1e6 * figures.rms_height:.3g} um and an rms "
+            f"slope of {figures.rms_slope:.3g}; allowed: slopes of {FLATTEST:g} to {STEEPEST:g} "
+            "(--height-unit says what heights are in that do not say so, else they are metres, "
+            "--pixel how far apart they are)"
+        )
+
+
+def table(result: Survey) -> str:
+    """The text of contact.csv, which a scene reads as `film.contact`."""
+    mean, deviation = result.mean, result.deviation
+    columns = (
+        result.case.pressure_array,
+        *mean[:3],
+        *deviation[:3],
+        mean.k_raw,
+        mean.D_median,
+        mean.open_area_below_h0,
+    )
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for row in zip(*columns, strict=True):
+        writer.writerow("" if np.isnan(value) else f"{value:.6g}" for value in row)
+    return file.getvalue()
+
+
+def summary(result: Survey) -> dict[str, Any]:
+    """Everything about the surface, for surface.json; SI units as in the names."""
+    case, surface = result.case, result.surface
+    name, modulus = case.rubber
+    figures = np.array(result.statistics)
+    fit = spectrum_fit(spectrum(surface), result.cut_off or 2.0 * surface.pixel)
+    return {
+        "rms_height_m": float(figures[:, 0].mean()),
+        "rms_slope": float(figures[:, 1].mean()),
+        "skewness": float(figures[:, 2].mean()),
+        "measured": None if result.measured is None else result.measured.summary(),
+        "spectrum_fit": None if fit is None else {"hurst": fit.hurst, "rolloff_m": fit.rolloff},
+        "cut_offs": {
+            "shortest_wave_m": result.cut_off,
+            "pixel_m": surface.pixel,
+            "size_m": list(surface.size),
+        },
+        "pixels": list(surface.heights.shape[::-1]),
+        "solver": {
+            "tolerance": TOLERANCE,
+            "largest_error": result.error,
+            "iterations": result.iterations,
+        },
+        "rubber": name,
+        "modulus_Pa": modulus,
+        "definition": case.definition,
+        "realisations": len(result.statistics),
+        "warnings": warnings(result),
+        "case": case.model_dump(mode="json"),
+    }
+
+
+def warnings(result: Survey) -> list[str]:
+    """What a person should know before using the table; one sentence each."""
+    slope = max(each.rms_slope for each in result.statistics)
+    found = [f"{result.case.surface.name}: {note}" for note in result.surface.notes]
+    if slope > STEEP:
+        found.append(
+            f"the rms slope is {slope:.2f}: above {STEEP:g} rubber is strained too much for the "
+            "elastic half-space"
+        )
+    full = result.case.pressure_array[result.mean.k > NEARLY_FULL]
+    if full.size:
+        found.append(
+            f"k is above {NEARLY_FULL:g} from {full[0] / BAR:.3g} bar on: what is left open there "
+            "depends on waves that are cut off"
+        )
+    return found

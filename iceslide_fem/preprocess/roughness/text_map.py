@@ -1,0 +1,239 @@
+"""Height maps as text: a matrix, points x, y, z, or an Esri grid; and what their headers say."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from iceslide_fem.preprocess.roughness.height_map import HeightMap
+from iceslide_fem.preprocess.roughness.instrument_text import read_instrument_text
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.tables.cells import TextTable, number
+from iceslide_fem.runtime.tables.columns import column_unit, has_index
+from iceslide_fem.runtime.tables.grid import grid
+from iceslide_fem.runtime.tables.layout import parse
+from iceslide_fem.runtime.tables.text import LARGEST_MAP, read_text
+from iceslide_fem.runtime.units import si_unit, to_si
+
+_VALUE = re.compile(r"\s*([^:=\d]*?)\s*[:=]?\s*([-+0-9.,eE]+)\s*([^\s\d]*)\s*")
+_UNIT_OF_KEY = re.compile(r"(.*?)\s*[\[(]\s*(.+?)\s*[\])]")
+_HEIGHTS = re.compile(
+    r"heights?|höhe|topograph\w*|values?|\bz\b|data|valor\w*|hodnot|einheiten|unités", re.IGNORECASE
+)
+_IN_UNIT = re.compile(
+    r"[\[(]\s*(\S{1,10}?)\s*[\])]|\bin\s+(\S{1,10}?)(?=[\s.,;]|$)|\b(?:units?|einheiten|unités|valore?|hodnot)\b"
+    r"[\s:=]+(\S{1,10})",
+    re.IGNORECASE,
+)
+# "Width" and "Height" in the languages in which Gwyddion writes them.
+_WIDTHS = ("width", "breite", "largeur", "larghezza", "anchura", "largura", "šířka")
+_TALLS = ("height", "höhe", "hauteur", "altezza", "altura", "výška")
+_UNIT_OF_SIDES = re.compile(r"\s*xy?[\s_-]*units?\s*[:=]\s*(\S+)\s*", re.IGNORECASE)
+_WHOLE = dict.fromkeys((*_WIDTHS, "x size", "x length", "x range", "length x"), 0)
+_WHOLE |= dict.fromkeys((*_TALLS, "y size", "y length", "y range", "length y"), 1)
+_ONE = {"pixel width": 0, "dx": 0, "x step": 0, "x spacing": 0, "x pixel size": 0, "spacing x": 0}
+_ONE |= {"pixel height": 1, "dy": 1, "y step": 1, "y spacing": 1, "y pixel size": 1, "spacing y": 1}
+_BOTH = {"pixel size", "pixel", "pixelsize", "spacing", "sampling interval", "lateral resolution"}
+_BOTH |= {"xy resolution", "xy calibration", "pixelgröße", "pixelgrösse", "cellsize"}
+_ESRI = re.compile(
+    r"\s*(ncols|nrows|[xy]ll(?:corner|center)|cellsize|d[xy]|nodata_value)[ \t]+(\S+)", re.I
+)
+
+
+def read_text_map(path: Path, unit: float | None) -> HeightMap:
+    """The map in a text file. unit: m, of heights that do not say, else 1 m. Raises SceneError."""
+    text = read_text(path, "the map", LARGEST_MAP)
+    if re.match(r"\s*(ncols|nrows)[ \t]+[0-9]", text, re.IGNORECASE):
+        return _esri(text, str(path), unit)
+    if (found := read_instrument_text(text, str(path), unit)) is not None:
+        return found
+    table = parse(text, str(path))
+    places = _point_columns(table)
+    if places is not None:
+        return _points(table, places, unit)
+    values, left_out = grid(table)
+    lines = [*table.above, *(table.heading if len(set(table.heading)) == 1 else ())]
+    factor, notes = _height_unit(lines, str(path), unit)
+    sides = _sides(lines, values.shape)
+    notes += left_out
+    if sides is not None:
+        notes += (f"its header gives pixels of {1e6 * sides[0]:.4g} x {1e6 * sides[1]:.4g} um",)
+    return HeightMap(values * factor, sides, notes)
+
+
+def _height_unit(
+    lines: Sequence[str], said: str, option: float | None
+) -> tuple[float, tuple[str, ...]]:
+    """The unit of heights (m): that of the header, else the option, else 1 m; and a note."""
+    named: dict[float, str] = {}
+    for line in lines:
+        if not _HEIGHTS.search(line) or _VALUE.fullmatch(line):
+            continue
+        for match in _IN_UNIT.finditer(line):
+            written = next(part for part in match.groups() if part is not None)
+            if (given := si_unit(written, "m")) is not None:
+                named[to_si(f"1 {given}", "m")] = given
+    return _one_unit(named, said, option)
+
+
+def _one_unit(
+    named: dict[float, str], said: str, option: float | None
+) -> tuple[float, tuple[str, ...]]:
+    """The unit (m) that a file has named, or the option. Raises SceneError if they differ."""
+    if len(named) > 1 and option is None:
+        units = " and ".join(named.values())
+        raise SceneError(f"{said} names the units {units} of heights; --height-unit says which")
+    if len(named) != 1:
+        return option or 1.0, ()
+    ((factor, name),) = named.items()
+    if option is not None and abs(option / factor - 1.0) > 1e-9:
+        raise SceneError(f"--height-unit contradicts {said}, whose heights are in {name}")
+    return factor, (f"its header has heights in {name}",)
+
+
+def _sides(lines: Sequence[str], shape: tuple[int, ...]) -> tuple[float, float] | None:
+    """Sides of a pixel (m) that a header gives; None if it gives none."""
+    sides: list[float | None] = [None, None]
+    common = next((m[1] for line in lines if (m := _UNIT_OF_SIDES.fullmatch(line))), "")
+    for line in lines:
+        if (match := _VALUE.fullmatch(line)) is None:
+            continue
+        key, digits, unit = match.groups()
+        if (bracketed := _UNIT_OF_KEY.fullmatch(key)) is not None:
+            key, unit = bracketed[1], bracketed[2]
+        given = si_unit(unit or common, "m")
+        try:
+            length = number(digits, "," if "," in digits else ".")
+        except ValueError:
+            continue
+        if given is None:
+            continue
+        length = to_si(f"{length!r} {given}", "m")
+        key = re.sub(r"[\s_\-]+", " ", key.casefold()).strip()
+        if key in _WHOLE:
+            axis = _WHOLE[key]
+            sides[axis] = length / shape[1 - axis]
+        elif key in _ONE:
+            sides[_ONE[key]] = length
+        elif key in _BOTH:
+            sides = [length, length]
+    x, y = sides
+    if x is None and y is None:
+        return None
+    return (x if x is not None else y or 0.0, y if y is not None else x or 0.0)
+
+
+def _point_columns(table: TextTable) -> tuple[int, int, int] | None:
+    """Columns of x, y, z if a table is of points: by their names, or three of many rows."""
+    names = [re.sub(r"[\s_\[(/].*", "", name).casefold() for name in table.heading]
+    if all(names.count(name) == 1 for name in "xyz"):
+        x, y, z = (names.index(name) for name in "xyz")
+        return x, y, z
+    if table.width == 4 and has_index(table):
+        return 1, 2, 3
+    return (0, 1, 2) if table.width == 3 and len(table.lines) > 3 else None
+
+
+def _points(table: TextTable, places: tuple[int, int, int], option: float | None) -> HeightMap:
+    """A map from points x, y, z on a regular grid; places without a point are missing."""
+    named = [column_unit(table, i, "m") for i in places]
+    above = {to_si(f"1 {unit}", "m"): unit for unit in _units_above(table.above)}
+    given = {to_si(f"1 {named[2]}", "m"): named[2]} if named[2] is not None else above
+    z_unit, notes = _one_unit(given, table.said, option)
+    x_unit, y_unit = (to_si(f"1 {unit}", "m") if unit is not None else z_unit for unit in named[:2])
+    if any(named):
+        units = ", ".join(
+            f"{axis} in {unit}" for axis, unit in zip("xyz", named, strict=True) if unit
+        )
+        notes = (f"its heading has {units}",)
+    if table.width == len(places):
+        points = list(table.numbers().T[list(places)])
+    else:
+        points = [table.column(i) for i in places]
+    if np.isnan(points[0]).any() or np.isnan(points[1]).any():
+        raise SceneError(f"{table.said} has points without x or y")
+    columns, dx = _places(table.said, points[0], "x")
+    rows, dy = _places(table.said, points[1], "y")
+    shape = rows.max() + 1, columns.max() + 1
+    if shape[0] * shape[1] > 4 * len(rows):
+        raise SceneError(f"{table.said}: its points do not lie on a regular grid")
+    heights = np.full(shape, np.nan)
+    heights[rows, columns] = points[2] * z_unit
+    if np.unique(rows * shape[1] + columns).size < len(rows):
+        raise SceneError(f"{table.said} has several points at one place")
+    return HeightMap(heights, (dx * x_unit, dy * y_unit), notes)
+
+
+def _units_above(lines: Sequence[str]) -> list[str]:
+    found = []
+    for line in lines:
+        for match in _IN_UNIT.finditer(line):
+            given = si_unit(next(part for part in match.groups() if part is not None), "m")
+            found += [given] if given is not None else []
+    return found
+
+
+def _places(said: str, values: Array, name: str) -> tuple[np.ndarray, float]:
+    """Number of each value on a regular grid, and the grid's distance."""
+    levels = np.unique(values)
+    extent = levels[-1] - levels[0]
+    levels = levels[np.concatenate([[True], np.diff(levels) > 1e-6 * extent])]
+    if levels.size < 2:
+        raise SceneError(f"{said}: all points have the same {name}")
+    distance = float(np.median(np.diff(levels)))
+    count = round(extent / distance)
+    step = extent / count  # rounded places average out over the whole grid
+    number_ = np.rint((values - levels[0]) / step).astype(int)
+    if np.abs((values - levels[0]) / step - number_).max() > 0.1:
+        raise SceneError(f"{said}: its points do not lie on a regular grid")
+    return number_, float(step)
+
+
+def _esri(text: str, said: str, unit: float | None) -> HeightMap:
+    """An Esri ASCII grid: lengths and heights in one unit, its first row on top."""
+    head: dict[str, float] = {}
+    lines = text.splitlines()
+    first = 0
+    while first < len(lines) and (match := _ESRI.match(lines[first])) is not None:
+        try:
+            head[match[1].casefold()] = number(match[2].replace(",", "."))
+        except ValueError:
+            raise SceneError(f'{said}: {match[1]} = "{match[2]}" is not a number') from None
+        first += 1
+    for key in ("ncols", "nrows"):
+        if not head.get(key, 0.0) >= 1.0:
+            raise SceneError(f"{said} has no {key} in its header")
+    dx, dy = (head.get(key, head.get("cellsize", np.nan)) for key in ("dx", "dy"))
+    if np.isnan(dx) or np.isnan(dy):
+        raise SceneError(f"{said} has no cellsize in its header")
+    shape = int(head["nrows"]), int(head["ncols"])
+    body = "\n".join(lines[first:])
+    decimal = "," if "," in body and "." not in body else "."
+    cells = body.split()
+    if len(cells) != shape[0] * shape[1]:
+        raise SceneError(
+            f"{said} has {len(cells)} heights; its header says {shape[0]} rows of {shape[1]}"
+        )
+    try:
+        heights = np.array([number(cell, decimal) for cell in cells]).reshape(shape)
+    except ValueError:
+        word = next(cell for cell in cells if not _is_number(cell, decimal))
+        raise SceneError(f'{said}: "{word[:40]}" is not a number') from None
+    heights[heights == head.get("nodata_value", -9999.0)] = np.nan
+    factor = 1.0 if unit is None else unit
+    note = "its cellsize and heights are taken to be in " + (
+        "m (--height-unit says otherwise)" if unit is None else "the unit of --height-unit"
+    )
+    return HeightMap(heights * factor, (dx * factor, dy * factor), (note,))
+
+
+def _is_number(cell: str, decimal: str) -> bool:
+    try:
+        number(cell, decimal)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,94 @@
+"""Fourier series of fields on a map that is periodic, or continued by its mirror images."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import dctn, idctn, irfft2, next_fast_len, rfft2
+
+from iceslide_fem.runtime.arrays import Array
+
+Amplitudes = NDArray[np.inexact[Any]]
+
+
+class Waves:
+    """The waves of a grid of `shape` (rows, columns) with pixels of side `pixel` (m).
+
+    A map that is not periodic is continued by its mirror image at every side. Its series is of
+    cosines alone (the discrete cosine transform of type II), which is that of the periodic map of
+    twice its sides without storing or transforming the other three quarters.
+
+    q_x, q_y: wave numbers along x and y (rad/m), to be broadcast; count: how many waves of the
+    complex series each amplitude stands for.
+    """
+
+    def __init__(self, shape: tuple[int, int], pixel: float = 1.0, periodic: bool = True) -> None:
+        self.shape, self.periodic = shape, periodic
+        rows, columns = shape
+        if periodic:
+            along_y, along_x = np.fft.fftfreq(rows, pixel), np.fft.rfftfreq(columns, pixel)
+            twice_y, twice_x = np.ones(rows), np.full(along_x.size, 2.0)
+            if columns % 2 == 0:
+                twice_x[-1] = 1.0
+        else:
+            along_y, along_x = (np.arange(n) / (2 * n * pixel) for n in shape)
+            twice_y, twice_x = np.full(rows, 2.0), np.full(columns, 2.0)
+            twice_y[0] = 1.0
+        twice_x[0] = 1.0
+        self.q_y, self.q_x = 2.0 * np.pi * along_y[:, None], 2.0 * np.pi * along_x
+        self.count = twice_y[:, None] * twice_x
+
+    @property
+    def q(self) -> Array:
+        """|q| of every amplitude, rad/m."""
+        return np.asarray(np.hypot(self.q_y, self.q_x))
+
+    def amplitudes(self, field: Array) -> Amplitudes:
+        """Amplitudes of the complex series of a field; the first one is its mean."""
+        transform = rfft2 if self.periodic else dctn
+        return np.asarray(transform(field, norm="forward"))
+
+    def field(self, amplitudes: Amplitudes) -> Array:
+        """The field that has these amplitudes, which are overwritten."""
+        if self.periodic:
+            return np.asarray(irfft2(amplitudes, self.shape, norm="forward", overwrite_x=True))
+        return np.asarray(idctn(amplitudes, norm="forward", overwrite_x=True))
+
+    def power(self, field: Array) -> Array:
+        """Mean square of every wave of a field; their sum is that of the field."""
+        return np.asarray(self.count * np.abs(self.amplitudes(field)) ** 2)
+
+    def filtered(self, factors: Array, field: Array) -> Array:
+        """The field with its amplitudes multiplied by `factors`."""
+        return self.field(np.asarray(factors * self.amplitudes(field)))
+
+    def resampled(self, field: Array, other: Waves) -> Array:
+        """The field on a coarser grid of the same sides; what that one cannot show is left out."""
+        amplitudes = self.amplitudes(field)
+        rows, columns = other.count.shape
+        if self.periodic:
+            positive = (rows + 1) // 2
+            kept = [amplitudes[:positive], amplitudes[positive - rows :]]
+            return other.field(np.concatenate(kept)[:, :columns].copy())
+        return other.field(amplitudes[:rows, :columns].copy())
+
+
+def coarsest(shape: tuple[int, int], fewest: int, square: float) -> tuple[int, int]:
+    """The grid of least cost with `fewest` pixels or more along its longer side.
+
+    Its numbers of pixels are to each other as those of `shape`, up to a relative difference of
+    `square`; without such a grid it is `shape` itself.
+    """
+    ratio = min(shape) / max(shape)
+    grids = [(long, max(1, round(ratio * long))) for long in range(fewest, max(shape))]
+    alike = [grid for grid in grids if abs(grid[1] / (ratio * grid[0]) - 1.0) <= square]
+    long, short = min([*alike, (max(shape), min(shape))], key=_cost)
+    return (short, long) if shape[0] < shape[1] else (long, short)
+
+
+def _cost(grid: tuple[int, int]) -> float:
+    """Of the transforms, in pixels: lengths with large prime factors take about twice as long."""
+    fast = all(next_fast_len(n) == n for n in grid)
+    return grid[0] * grid[1] * (1.0 if fast else 2.0)

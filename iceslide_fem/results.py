@@ -1,0 +1,5 @@
+"""Finished runs for users' own scripts: the public names of `postprocess.results`."""
+
+from iceslide_fem.postprocess.results import Run, differences, field_files, field_parts, read_run
+
+__all__ = ["Run", "differences", "field_files", "field_parts", "read_run"]

@@ -1,0 +1,181 @@
+"""What a scene may neglect, estimated before anything is run: dimensionless numbers and the point.
+
+Every simplification of the model ladder has a number that measures what it leaves out, and an
+estimate of how much that moves mu(t), relative. Where pressure is uneven, the film law itself
+says what that does: the point rung is evaluated at the pressures of the profile expected. The
+estimates are upper bounds or first-order terms; tests hold them against runs of the rungs.
+"""
+
+from __future__ import annotations
+
+from math import pi, sqrt, tanh
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.film.integrators import INTEGRATORS
+from iceslide_fem.film.point import Conditions, ice_below, simulate
+from iceslide_fem.film.point_conditions import RANGES
+from iceslide_fem.laws.points import moments
+from iceslide_fem.laws.table import law_of
+from iceslide_fem.laws.user_law import UserLaw
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene import Scene
+from iceslide_fem.scene.course import Course
+from iceslide_fem.scene.materials import Ground
+
+TIMES = 200  # at which mu(t) is compared
+PLACES = 12  # Gauss points along the block
+ACCURACY, OWN_ACCURACY = 1e-3, 1e-2  # of the point rung that is evaluated, under other laws
+NO_FRICTION = 1e-6  # a coefficient of friction that counts as none
+LIFTED = 1e-3  # share of the nominal pressure left where an edge has lifted off
+
+
+class Simplification(NamedTuple):
+    """A simplification, its dimensionless number, and the relative change of mu(t) it makes."""
+
+    name: str
+    number: float
+    formula: str
+    effect: float
+
+
+class Simplifications(NamedTuple):
+    """Everything that a rung may neglect; the last is neglected by all of them."""
+
+    closed_form: Simplification
+    compression: Simplification
+    confinement: Simplification
+    bending: Simplification
+    plane_strain: Simplification
+    sideways: Simplification
+    inertia: Simplification
+
+    @property
+    def uniform_pressure(self) -> float:
+        """Relative change of mu(t) by all that makes the pressure uneven: what a point neglects."""
+        return self.compression.effect + self.confinement.effect + self.bending.effect
+
+
+def simplifications(scene: Scene) -> Simplifications:
+    """Estimates for `scene`, whatever its model. Takes some tenths of a second.
+
+    Loads that go in time are taken at their means. Raises SimulationStopped where the scene's law
+    cannot be advanced, SceneError where it is none.
+    """
+    rubber, load, constants = scene.rubber, scene.load, scene.mooney_rivlin
+    L, W, H, v = rubber.length, rubber.width, rubber.height, load.speeds.mean
+    nu, K, G = constants.poissons_ratio, constants.bulk_modulus, constants.shear_modulus
+    sliding = scene.ice.motion == "sliding"
+    heated = min(load.duration, L / v) if sliding else load.duration
+    times = np.linspace(0.0, heated, TIMES)
+
+    places, weights = np.polynomial.legendre.leggauss(PLACES)
+    weights = 0.5 * weights
+    # Rubber that cannot flow out evenly is pressed harder in the middle: p'' = -const below a
+    # bonded layer that slips on the ice, limited by its compressibility.
+    limit = sqrt(3.0 * G / K) * L / (2.0 * H)
+    squeezed = (
+        (L / (4.0 * H)) ** 2 * max(nu, 0.0) / (1.0 - nu) * 3.0 * (limit - tanh(limit)) / limit**3
+    )
+    parabola = squeezed / (1.0 + squeezed) * (1.5 * (1.0 - places**2) - 1.0)
+    together = _friction(scene, np.concatenate([[1.0], 1.0 + parabola]), heated, times)
+    alone, confined = together[:, 0], together[:, 1:]
+
+    mu = alone / load.pressures.mean
+    closed = alone if sliding else _friction(scene, np.ones(1), heated, times, "half-space")[:, 0]
+    closed_form = _largest(closed, alone)
+
+    strain = load.pressures.largest / constants.youngs_modulus
+
+    # A plate that stays parallel takes half of the moment tau H, the pressure on the ice the rest.
+    tilt = 3.0 * float(mu.max()) * H / L
+    bent = 1.0 + tilt * places
+    lifted, bent = bent <= LIFTED, np.maximum(bent, LIFTED)
+    bending = _friction(scene, bent / (weights @ bent), heated, times)
+    bending[:, lifted] = 0.0
+
+    confinement_effect = _largest(confined @ weights, alone)
+    bending_effect = _largest(bending @ weights, alone)
+    uneven = strain + confinement_effect + bending_effect
+    # Heat that leaves the edges of a warm patch sideways, over that which goes down.
+    share = sqrt(pi * scene.ice.solid.diffusivity * heated) * (1.0 / L + 1.0 / W)
+    exchanged = 1.0
+    if not sliding and scene.ice.margin == 0.0:  # insulated sides: heat only evens out
+        exchanged = float(np.max(np.std(bending / alone[:, None], axis=1))) + strain
+    slope = float(np.max(np.abs(np.gradient(np.log(mu), times))))
+    # Of first order: the kink of mu(t) at melt onset sets the block swinging.
+    inertia = 2.0 * H * sqrt(rubber.density / G) * slope / pi
+    return Simplifications(
+        Simplification("closed-form flux", closed_form, "point with it against point", closed_form),
+        Simplification("compression", strain, "p / E", strain),
+        Simplification("confinement", squeezed, "(L / 4H)² ν / (1 - ν)", confinement_effect),
+        Simplification("bending", tilt, "3 μ H / L", bending_effect),
+        Simplification("plane strain", H / W, "H / W", min(1.0, H / W) * uneven),
+        Simplification(
+            "columns of ice", share, "√(π α t) (1/L + 1/W)", share * min(1.0, exchanged)
+        ),
+        Simplification("quasi-static rubber", inertia, "2 H √(ρ/G) max|d ln μ/dt| / π", inertia),
+    )
+
+
+def _friction(
+    scene: Scene, shares: Array, duration: float, times: Array, ice: str | Ground | None = None
+) -> Array:
+    """Friction stress (Pa) at `times` (s) below `shares` of the nominal pressure: (times, n).
+
+    `ice` as of `simulate`, by default columns on the scene's ground.
+    """
+    ice = scene.ice.ground if ice is None else ice
+    nominal = scene.load.pressures.mean
+    pressure = shares * nominal
+    if isinstance(law := law_of(scene), UserLaw):
+        return _user_friction(scene, law, pressure, duration, times, ice)
+    acting = pressure if scene.film.pressure == "local" else np.full_like(shares, nominal)
+    acting = np.clip(acting, *RANGES["pressure"][:2])  # where an edge has all but lifted off
+    k, D, H_V, _ = scene.contact_parameters(acting)
+    conditions = Conditions.of(
+        pressure=acting,
+        speed=scene.load.speeds.mean,
+        temperature=scene.ice.temperature,
+        k=k,
+        D=D,
+        H_V=H_V,
+        initial_height=scene.initial_height,
+        duration=duration,
+        viscosity=scene.viscosity,
+        **scene.ice.solid._asdict(),
+    )
+    found = simulate(
+        conditions,
+        ice,
+        min(ACCURACY, scene.numerics.tolerance),
+        times=times,
+        water=scene.water.table,
+    )
+    return np.asarray(found.samples * acting)
+
+
+def _user_friction(
+    scene: Scene, law: UserLaw, pressure: Array, duration: float, times: Array, ice: str | Ground
+) -> Array:
+    """The same under a user's law, at least that of `NO_FRICTION`."""
+    cold = scene.ice.temperature
+    walk = moments(
+        law,
+        pressure=Course((), (1.0,), duration),
+        shares=pressure,
+        speed=Course((), (scene.load.speeds.mean,), duration),
+        duration=duration,
+        ice=ice_below(ice, cold, duration, scene.ice.solid),
+        integrator=INTEGRATORS["sdirk2"],
+        tolerance=OWN_ACCURACY,
+        temperature_scale=scene.ice.melting_temperature - cold,
+    )
+    time, shear = zip(*((one.time, one.shear) for one in walk), strict=True)
+    curves = np.stack([np.interp(times, time, curve) for curve in np.transpose(shear)], axis=1)
+    return np.asarray(np.maximum(curves, NO_FRICTION * pressure))
+
+
+def _largest(mu: Array, exact: Array) -> float:
+    return float(np.max(np.abs(mu / exact - 1.0)))

@@ -1,0 +1,90 @@
+"""Files: which may be read; written ones are whole at any moment; what is said if one cannot be."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from iceslide_fem.runtime.errors import OutputError, SceneError
+
+
+def is_regular(path: Path) -> bool:
+    """Whether `path` is a regular file that can be looked at."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a name too long, a folder one may not look into
+        return False
+
+
+def check_regular(path: Path, what: str) -> None:
+    """Raise SceneError if `path`, of which the message speaks as `what`, is no regular file."""
+    try:
+        special = path.exists() and not path.is_file()
+    except (OSError, ValueError) as error:  # a name that no file can have
+        raise SceneError(
+            f"cannot read {what} {path}: {getattr(error, 'strerror', error)}"
+        ) from None
+    if special:
+        raise SceneError(f"cannot read {what} {path}: it is not a regular file")
+
+
+def check_writable(out: Path) -> None:
+    """Raise SceneError if `out` is not, or cannot become, a directory one may write to."""
+    try:
+        existing = next(path for path in (out, *out.absolute().parents) if path.exists())
+    except (OSError, ValueError) as error:  # a name too long, or with a null character
+        raise SceneError(f"cannot write to {out}: {getattr(error, 'strerror', error)}") from None
+    if not existing.is_dir() or not os.access(existing, os.W_OK):
+        raise SceneError(f"cannot write to {out}: {existing} is not a directory one may write to")
+
+
+@contextlib.contextmanager
+def writing(path: Path | str) -> Iterator[None]:
+    """Turn an OSError into an OutputError that names `path`."""
+    try:
+        yield
+    except OSError as error:
+        raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def replace_file(path: Path, content: str | bytes, durable: bool = True) -> None:
+    """Write the file so that at any time, also after a crash, the old or the new one is complete.
+
+    `durable`: also after a loss of power, which takes as long as the disk does. Raises OutputError
+    (the disk is full, say); the old file then stays and nothing is left beside it.
+    """
+    temporary = path.with_name(path.name + ".part")
+    data = content.encode() if isinstance(content, str) else content
+    with writing(path):
+        try:
+            with open(temporary, "wb") as file:
+                file.write(data)
+                if durable:
+                    file.flush()
+                    os.fsync(file.fileno())
+            os.replace(temporary, path)
+        except OSError:
+            temporary.unlink(missing_ok=True)
+            raise
+
+
+def replace_end(path: Path, at: int, content: bytes) -> None:
+    """Write `content` over what the file has from byte `at` on, all at once.
+
+    Raises OutputError; the file then is what it was.
+    """
+    with writing(path), open(path, "r+b", buffering=0) as file:
+        file.seek(at)
+        before = file.read()
+        try:
+            file.seek(at)
+            if file.write(content) < len(content):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        except OSError:
+            file.truncate(at + len(before))
+            file.seek(at)
+            file.write(before)
+            raise

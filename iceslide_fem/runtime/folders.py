@@ -1,0 +1,228 @@
+"""The folder that a command writes to: one rule for all commands of what may be replaced there.
+
+A folder is free if it is new or empty. A folder with results is refused unless they are of the same
+thing (a repeat) or `--force` is given; then all of them go, whoever wrote them. A folder that holds
+anything else is refused in any case. While a command writes, no other can.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import platform
+import shutil
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.files import check_writable, writing
+
+try:
+    import fcntl
+except ImportError:  # not on Windows: there nothing keeps two runs out of one folder
+    fcntl = None  # type: ignore[assignment]
+
+LOCK = ".lock"
+# What each command writes, as patterns of names in its folder.
+RESULTS = {
+    "run": (
+        "checkpoint",  # first: without it nobody goes on with a run that is half removed
+        "checkpoint.*",
+        "finished",
+        "summary.json",
+        "stopped.txt",
+        "history.csv",
+        "preload.csv",
+        "probes.csv",
+        "log.jsonl",
+        "report.png",
+        "report.html",
+        "fields",
+        "view.gif",
+        "view.mp4",
+        "view_*.png",
+        "*.part",
+    ),
+    "sweep": ("sweep.csv", "sweep.nc", "mu_by_*.png", "map_*.png", "report.html", "cases"),
+    "ladder": ("ladder.png", "report.html", "point_*", "slice_*", "block_*"),
+    "footprint": (
+        "footprint.vti",
+        "pressure.png",
+        "temperature.png",
+        "wet_dry.png",
+        "mu.png",
+        "thesis.png",
+        "comparison.png",
+        "line.csv",
+        "line.png",
+        "report.html",
+        "scenes/block_*.toml",
+        "scenes/block_*.csv",
+    ),
+    "roughness": (
+        "contact.csv",
+        "surface.json",
+        "map.png",
+        "contact.png",
+        "parameters.png",
+        "spectrum.png",
+    ),
+}
+FOLDERS = ("fields", "cases", "scenes", "point_*", "slice_*", "block_*")
+# May lie beside results, and stays: scenes, and what a queue or a sweep writes down.
+BESIDE = ("*.toml", "*.log", "log.txt", "slurm-*", ".*")
+
+
+def check_folder(
+    out: Path, same: Callable[[Path], str | None], force: bool, reads: Iterable[Path] = ()
+) -> None:
+    """Raise SceneError, and touch nothing, if `out` may not be written to.
+
+    same: called where there are results; what they are, as the end of "OUT holds ...", or None if
+    they are of the same thing and may be replaced. reads: files that the command takes, which
+    never go as results of an earlier one.
+    """
+    check_writable(out)
+    if not out.is_dir():
+        return
+    with _reading(out):
+        foreign = sorted(path.name for path in out.iterdir() if not _is_known(path))
+    if foreign:
+        more = f" and {len(foreign) - 1} more" if len(foreign) > 1 else ""
+        raise SceneError(
+            f"{out} holds what is no result of this program ({foreign[0]}{more}): give another "
+            "folder with --out"
+        )
+    results = results_in(out)
+    gone = {path.resolve() for path in results}
+    for path in reads:
+        if not gone.isdisjoint((path.resolve(), *path.resolve().parents)):
+            raise SceneError(
+                f"{out} holds {path}, which is read and would be removed: give another folder "
+                "with --out"
+            )
+    if force or not results:
+        return
+    found = same(out)
+    if found is not None:
+        raise SceneError(
+            f"{out} holds {found}; give another folder with --out, or --force to replace "
+            "what is there"
+        )
+
+
+@contextlib.contextmanager
+def claimed(
+    out: Path,
+    same: Callable[[Path], str | None] = lambda _: None,
+    force: bool = False,
+    reads: Sequence[Path] = (),
+) -> Iterator[None]:
+    """Keep `out` for this process alone, after `check_folder`; on one rank only.
+
+    The folder is made, and goes again if nothing has been written to it. Raises SceneError.
+    """
+    check_folder(out, same, force, reads)
+    made = [path for path in (out, *out.absolute().parents) if not path.exists()]
+    with writing(out):
+        out.mkdir(parents=True, exist_ok=True)
+    try:
+        with _locked(out):
+            check_folder(out, same, force, reads)  # it may have changed before the lock was there
+            yield
+    finally:
+        with contextlib.suppress(OSError):  # not empty
+            for path in made:
+                path.rmdir()
+
+
+def other_case(file: str, case: Mapping[str, Any], out: Path) -> str | None:
+    """What the results in `out` are, unless of what `case` in its JSON `file` says; for `same`."""
+    try:
+        there = json.loads((out / file).read_bytes())["case"]
+        changed = [key for key in {**there, **case} if there.get(key) != case.get(key)]
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        return "results of another command, or some that are not whole"
+    if not changed:
+        return None
+    key = changed[0]
+    return f"results of other input ({key} is {there.get(key)} there and {case.get(key)} here)"
+
+
+def results_in(out: Path) -> list[Path]:
+    """All results in `out`, of whichever command."""
+    with _reading(out):
+        return [path for pattern in _patterns() for path in sorted(out.glob(pattern))]
+
+
+def clear_results(out: Path, keep: Sequence[str] = ()) -> None:
+    """Remove all results in `out`, but what is called as in `keep`. Raises OutputError."""
+    with writing(out):
+        for path in results_in(out):
+            if any(path.match(pattern) for pattern in keep):
+                continue
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)
+            else:
+                path.unlink(missing_ok=True)
+            if path.parent != out:
+                with contextlib.suppress(OSError):  # something else is in it
+                    path.parent.rmdir()
+
+
+def _is_known(path: Path) -> bool:
+    """Whether what lies in a folder is a result, or may lie beside results."""
+    if path.is_dir() and not path.name.startswith("."):
+        return any(path.match(pattern) for pattern in FOLDERS)
+    return any(path.match(pattern) for pattern in (*_patterns(), *BESIDE))
+
+
+def _patterns() -> list[str]:
+    return [pattern for patterns in RESULTS.values() for pattern in patterns]
+
+
+@contextlib.contextmanager
+def _reading(out: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise SceneError(f"cannot read the folder {out}: {error.strerror}") from None
+
+
+@contextlib.contextmanager
+def _locked(out: Path) -> Iterator[None]:
+    """Hold the lock of `out`. The system lets go of it when this process ends, however it ends."""
+    path = out / LOCK
+    if fcntl is None:
+        yield
+        return
+    while True:
+        with writing(path):
+            file = open(path, "a+", encoding="utf-8")
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            with file:
+                file.seek(0)
+                holder = file.read().strip() or "another process"
+            raise SceneError(
+                f"{out} is in use: {holder} is writing there; wait for it, or give another folder "
+                "with --out"
+            ) from None
+        except OSError:  # a file system without locks
+            pass
+        with contextlib.suppress(OSError):
+            if os.fstat(file.fileno()).st_ino == path.stat().st_ino:
+                break
+        file.close()  # its holder has just removed it: a lock on nothing
+    with file:
+        with contextlib.suppress(OSError):  # a full disk: who it is need not be said
+            file.truncate(0)
+            file.write(f"process {os.getpid()} on {platform.node()}")
+            file.flush()
+        try:
+            yield
+        finally:
+            path.unlink(missing_ok=True)

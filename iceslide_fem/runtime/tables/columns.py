@@ -1,0 +1,172 @@
+"""Columns of a table by their names, in SI units: those that its heading names."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple, NoReturn
+
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.tables.cells import TextTable
+from iceslide_fem.runtime.tables.layout import read_table
+from iceslide_fem.runtime.units import si_unit, to_si
+
+_IN_BRACKETS = re.compile(r"\s*(.*?)\s*(?:\(\s*(.*?)\s*\)|\[\s*(.*?)\s*\]|<(.*)>)\s*")
+_AFTER = re.compile(r"\s*(.*?)\s(?:/\s*|in\s)(\S+)\s*")  # pressure / bar, pressure in bar
+
+
+class Wanted(NamedTuple):
+    """A column that is looked for. unit: SI, "" of a pure number; other: further names of it."""
+
+    name: str
+    unit: str
+    other: tuple[str, ...] = ()
+
+    @property
+    def heading(self) -> str:
+        """How this program writes it: pressure_Pa, temperature_C, k."""
+        unit = self.unit.replace("/", "_per_").replace("*", "_")
+        unit = {"K": "C"}.get(unit, unit)
+        return f"{self.name}_{unit}" if unit else self.name
+
+
+def has_index(table: TextTable) -> bool:
+    """Whether the first column is one of row numbers, as pandas writes it."""
+    return bool(table.heading) and table.heading[0].casefold() in ("", "unnamed: 0", "index")
+
+
+def heading_unit(heading: str, unit: str) -> str | None:
+    """The unit that a heading names, if it is one of `unit` (SI, "" of a pure number), else None.
+
+    "speed (m/s)", "speed [m/s]", "speed / m/s", "speed in m/s", "speed_m_per_s".
+    """
+    return _named(heading, unit)[1]
+
+
+def find_columns(
+    table: TextTable, wanted: Sequence[Wanted], needed: Sequence[str]
+) -> dict[str, Array]:
+    """Values (rows,) in SI units by the names of those of the `wanted` that are there.
+
+    Raises SceneError if one of `needed` is not there, if one is twice or says no unit.
+    """
+    found: dict[str, Array] = {}
+    for column in wanted:
+        matches = [i for i, name in enumerate(table.heading) if _matches(name, column)]
+        if len(matches) > 1:
+            first = table.heading[matches[0]]
+            same = len({table.heading[i] for i in matches}) == 1
+            other = "twice" if same else f"twice, as {first} and {table.heading[matches[1]]}"
+            table.refuse(f"has the column {column.name} {other}")
+        if matches:
+            found[column.name] = _in_si(table, matches[0], column)
+        elif column.name in needed:
+            names = ", ".join(each.heading for each in wanted if each.name in needed)
+            given = ", ".join(name or '""' for name in table.heading or table.above[-1:])[:120]
+            given += f", above {table.width} columns of numbers" * (not table.heading)
+            table.refuse(f"has no column {column.heading}; needed: {names}; given: {given}")
+    return found
+
+
+def read_columns(
+    path: Path, said: str, wanted: Sequence[Wanted], needed: Sequence[str]
+) -> tuple[TextTable, dict[str, Array]]:
+    """The table in a file, and its columns; see `find_columns`. Raises SceneError."""
+    table = read_table(path, said).filled()
+    return table, find_columns(table, wanted, needed)
+
+
+def column_unit(table: TextTable, index: int, unit: str) -> str | None:
+    """The unit of a column by its heading or the row of units below, if it is one of `unit`."""
+    if index < len(table.units) and (given := table.units[index]):
+        return si_unit(given, unit)
+    return heading_unit(table.heading[index], unit) if index < len(table.heading) else None
+
+
+def to_si_units(values: Array, given: str, unit: str) -> Array:
+    """`values` in the unit `given` as values in the SI `unit`; both are of one dimension."""
+    zero, one = to_si(f"0 {given}", unit), to_si(f"1 {given}", unit)
+    return values if (zero, one) == (0.0, 1.0) else _affine(values, given, unit, zero, one)
+
+
+def _affine(values: Array, given: str, unit: str, zero: float, one: float) -> Array:
+    if zero == 0.0:
+        return values * one
+    return values * (to_si(f"1000 {given}", unit) - zero) / 1000.0 + zero
+
+
+def _in_si(table: TextTable, index: int, column: Wanted) -> Array:
+    given = column_unit(table, index, column.unit)
+    if given is None and (column.unit or _written_unit(table, index)):
+        _refuse_unit(table, index, column.unit, column.name, column.heading)
+    values = table.column(index)
+    return values if not given else to_si_units(values, given, column.unit)
+
+
+def _refuse_unit(table: TextTable, index: int, unit: str, name: str, heading: str) -> NoReturn:
+    """Raise SceneError for a column with no unit, or that of another quantity."""
+    given = _written_unit(table, index)
+    said = f'has the wrong unit "{given}"' if given else "says no unit"
+    table.refuse(
+        f"column {index + 1} ({table.heading[index]}) {said}; allowed: {heading}, or another unit "
+        f"as in {name} ({unit or '-'})"
+    )
+
+
+def _written_unit(table: TextTable, index: int) -> str:
+    """What stands in a heading, or below it, where the unit belongs; "" without any."""
+    if index < len(table.units):
+        return table.units[index]
+    match = _IN_BRACKETS.fullmatch(table.heading[index])
+    return next((part for part in match.groups()[1:] if part), "") if match else ""
+
+
+def _matches(heading: str, column: Wanted) -> bool:
+    names = {_plain(name) for name in (column.name, column.heading, *column.other)}
+    bracketed = _IN_BRACKETS.fullmatch(heading)
+    given = {heading, _named(heading, column.unit)[0], bracketed[1] if bracketed else heading}
+    return any(_plain(name) in names for name in given)
+
+
+def _named(heading: str, unit: str) -> tuple[str, str | None]:
+    """Name and unit of a heading; None as the unit if it has none of the dimension of `unit`."""
+    for form in (_IN_BRACKETS, _AFTER):
+        if (match := form.fullmatch(heading)) is not None:
+            written = next((part for part in match.groups()[1:] if part is not None), "")
+            if (given := si_unit(written, unit)) is not None:
+                return match[1], given
+    words = heading.strip().split("_")
+    for first in range(1, len(words)):
+        written = "_".join(words[first:]).replace("_per_", "/")
+        for between in "*/":  # mPa_s and m_s
+            if (given := si_unit(written.replace("_", between), unit)) is not None and written:
+                return "_".join(words[:first]), given
+    return heading, None
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\s_\-]+", "_", name.strip().strip('"')).casefold()
+
+
+def columns_of_two(
+    table: TextTable, units: tuple[str, str], example: str
+) -> tuple[Array, Array, list[int]]:
+    """Two columns of any names in the SI `units`, and which they are; one of an index is left out.
+
+    Raises SceneError, which has the `example` of a heading.
+    """
+    places = list(range(table.width))
+    if table.width == 3 and has_index(table):
+        del places[0]
+    if len(places) != 2 or not table.heading:
+        raise SceneError(f"{table.said} has no header of two columns with units, as in {example}")
+    found = []
+    for i, unit in zip(places, units, strict=True):
+        if (given := column_unit(table, i, unit)) is None:
+            if _written_unit(table, i):
+                _refuse_unit(table, i, unit, "name", f"units of {unit}")
+            table.refuse(f"has no header of two columns with units, as in {example}")
+        found.append(to_si_units(table.column(i), given, unit))
+    return found[0], found[1], places

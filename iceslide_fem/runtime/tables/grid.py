@@ -1,0 +1,128 @@
+"""Maps in text files: a matrix, perhaps with numbers of rows and columns around it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.tables.cells import MISSING, TextTable, number
+
+EVEN = 1e-3  # of their distance, by which places may miss an even grid
+
+
+class Grid(NamedTuple):
+    """values: (rows, columns), NaN where one is missing; notes: what was left out, sentences."""
+
+    values: Array
+    notes: tuple[str, ...]
+
+
+def grid(table: TextTable) -> Grid:
+    """The map that a table holds, without names of columns, numbers of rows and of columns.
+
+    A first row and column that count, or give even places, around values are not values. Raises
+    SceneError if values are no numbers, or a first row could be either.
+    """
+    # A last column of missing values leaves the same text.
+    notes = ["a separator ends every row, which is taken for no further column"] * table.ended
+    corner = _corner(table)
+    if corner is not None:
+        notes.append("its first row and column hold places, which are left out")
+        return Grid(corner, tuple(notes))
+    values = table.numbers()
+    if np.isnan(values[:, -1]).all() and table.separator is not None and not table.heading:
+        notes.append("its last column is empty throughout and is taken for missing values")
+    if table.heading and table.heading[0] == "" and _counts(values[:, 0]):
+        values = values[:, 1:]
+        notes.append("its first column numbers the rows and is left out")
+    elif not table.heading and values.shape[0] > 1 and values.shape[1] > 3:
+        first = list(next(table.rows()))
+        if _written_whole(first) and _counts(values[0]):
+            rest = values[1:]
+            if any("." in line.text or "," in line.text for line in table.lines[1:]) and (
+                not _all_whole(table)
+            ):
+                values = rest
+                notes.append("its first row numbers the columns and is left out")
+            elif not (np.diff(rest, axis=1) == 1.0).all():
+                table.refuse(
+                    f"its first row counts from {first[0]} to {first[-1]}: numbers of the columns, "
+                    "or values? Remove it, or write it with decimals"
+                )
+    if not table.heading and values.shape[1] > 3 and values.shape[0] > 3:
+        column = [cells[0] for cells in table.rows()][-len(values) :]
+        if _written_whole(column) and _counts(values[:, 0]) and not _all_whole(table, skip=1):
+            values = values[:, 1:]
+            notes.append("its first column numbers the rows and is left out")
+    return Grid(values, tuple(notes))
+
+
+def is_list_of_points(table: TextTable) -> bool:
+    """Whether a table has columns x and y beside others, by its heading or by all of its places."""
+    names = {name[:1].casefold() for name in table.heading if name[1:2] in ("", " ", "_", "(", "[")}
+    if {"x", "y"} <= names:
+        return True
+    if table.width != 3 or len(table.lines) < 9:
+        return False
+    x, y, _ = (np.unique(column).size for column in table.numbers().T)
+    return bool(min(x, y) > 1 and x * y == len(table.lines))
+
+
+def _corner(table: TextTable) -> Array | None:
+    """Values of a table whose first row and column are even places."""
+    rows = enumerate(table.rows())
+    first = table.heading or next(rows)[1]
+    corner, *labels = first
+    if len(table.lines) < 3 - bool(table.heading) or not _are_places(labels, table.decimal):
+        return None
+    body = np.array([[table.number(i, j, cell) for j, cell in enumerate(row)] for i, row in rows])
+    places, values = body[:, 0], body[:, 1:]
+    if not _even(places) or (_is_number(corner, table.decimal) and not _enough(values)):
+        return None
+    return values
+
+
+def _are_places(cells: Sequence[str], decimal: str) -> bool:
+    try:
+        return _even(np.array([number(cell, decimal) for cell in cells]))
+    except ValueError:
+        return False
+
+
+def _is_number(cell: str, decimal: str) -> bool:
+    try:
+        return not np.isnan(number(cell, decimal))
+    except ValueError:
+        return False
+
+
+def _enough(values: Array) -> bool:
+    """Whether no chance makes the row and the column beside these values even: where the corner
+    has a number, they might be values too, as all of a ramp are.
+    """
+    return min(values.shape) >= 5 and not all(map(_even, values))
+
+
+def _even(places: Array) -> bool:
+    if places.size < 2 or not np.isfinite(places).all():
+        return False
+    steps = np.diff(places)
+    return bool(steps[0] != 0.0 and np.abs(steps - steps[0]).max() <= EVEN * abs(steps[0]))
+
+
+def _counts(values: Array) -> bool:
+    """Whether values are 0, 1, 2, ... or 1, 2, 3, ..."""
+    return values[0] in (0.0, 1.0) and bool((np.diff(values) == 1.0).all())
+
+
+def _written_whole(cells: list[str]) -> bool:
+    return all(cell.strip('"').isdigit() for cell in cells)
+
+
+def _all_whole(table: TextTable, skip: int = 0) -> bool:
+    """Whether all values below the first row are written without decimals, or missing."""
+    cells = (cell.strip('"').lstrip("+-") for row in list(table.rows())[1:] for cell in row[skip:])
+    return all(cell.isdigit() or cell.lower() in MISSING for cell in cells)

@@ -1,0 +1,229 @@
+"""How a table in text is laid out: separator, decimal mark, heading, rows.
+
+What a whole file says decides, not one line. What could be read in two ways is refused.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.tables.cells import (
+    MISSING,
+    Line,
+    TextTable,
+    count,
+    is_word,
+    like_a_number,
+    may_be_a_number,
+    split,
+)
+from iceslide_fem.runtime.tables.text import LARGEST_TABLE, read_text
+
+REMARKS = ("#", "%", "//")
+SEPARATORS: tuple[str | None, ...] = (";", "\t", ",", None)  # None: blanks
+LOOKED_AT, MOST_CELLS = 400, 10_000  # that decide on the separator, from all over the file
+_EITHER = re.compile(r"[+-]?[1-9][0-9]{0,2}[.,][0-9]{3}")  # 1,234: thousand, or one and a bit
+_SHEET_ERROR = re.compile(r"#(?:N/A|NV|NUM|ZAHL|DIV|VALUE|WERT)\b", re.IGNORECASE)
+_FOUR_DIGITS = re.compile(r"(?<![0-9.,])[0-9]{4}")
+_TWO_COMMAS = re.compile(r",[0-9]*,")
+_UNIT_BELOW = re.compile(r"[\[(]?[^\s\d]*\S?[\])]?")  # of a heading, in a row of its own
+_NAME_AND_UNIT = re.compile(r"[^\s(\[]+(?:\s*[(\[][^)\]]*[)\]])?")
+
+
+def read_table(path: Path, said: str, largest: int = LARGEST_TABLE) -> TextTable:
+    """The table in the file at `path`. `said`: what messages call it, before its path.
+
+    Raises SceneError, one sentence, if it cannot be read, holds no numbers or rows of different
+    lengths, or could be read in two ways.
+    """
+    return parse(read_text(path, said, largest), f"{said} {path}")
+
+
+def parse(text: str, said: str) -> TextTable:
+    """The table that a text holds; see `read_table`."""
+    remarks, lines, separators = _lines(text)
+    if not any(line.text.strip() for line in lines):
+        raise SceneError(f"{said} has no numbers in it")
+    separator = _separator(lines, separators)
+    if separator != "\t":
+        lines = [line for line in lines if line.text.strip()]
+    counts = [count(line.text, separator) for line in lines]
+    usual = _usual(counts)
+    start = next(
+        (
+            i
+            for i, line in enumerate(lines)
+            if counts[i] == usual and _begins(split(line.text, separator))
+        ),
+        None,
+    )
+    if start is None:
+        raise SceneError(f"{said} has no numbers in it")
+    before, data = lines[:start], lines[start:]
+    for i, (line, given) in enumerate(zip(lines, counts, strict=True)):
+        words = i < start and any(map(is_word, split(line.text, separator)))
+        if given != usual and not words:
+            raise SceneError(
+                f"{said}: line {line.number} has {given} value{'s' * (given != 1)}; "
+                f"the others have {usual}"
+            )
+    heads = [_names(line.text, separator, usual) for line in before]
+    ended = _ends_in_separators(heads[-1] if heads else [], data, separator, usual)
+    width = usual - ended
+    heading, units, above = _heading(heads, width)
+    decimal = _decimal(said, data, separator)
+    said_above = (*remarks, *(line.text for line in before[:above]))
+    return TextTable(
+        said, said_above, heading, units, tuple(data), width, separator, decimal, bool(ended)
+    )
+
+
+def _lines(text: str) -> tuple[list[str], list[Line], Sequence[str | None]]:
+    """Remarks without their marks, all other lines that hold something, possible separators."""
+    remarks: list[str] = []
+    lines: list[Line] = []
+    separators = SEPARATORS
+    for number_, line in enumerate(text.rstrip("\x1a").splitlines(), start=1):
+        bare = line.strip(" \N{NO-BREAK SPACE}")
+        if number_ == 1 and (given := re.fullmatch(r'"?sep=(.)"?', bare)):  # as Excel has it
+            separators = (given[1],)
+        elif bare.startswith(REMARKS) and not _SHEET_ERROR.match(bare):
+            remarks.append(bare.lstrip("#%/").strip())
+        elif bare:
+            lines.append(Line(number_, bare))
+    return remarks, lines, separators
+
+
+def _separator(lines: Sequence[Line], allowed: Sequence[str | None]) -> str | None:
+    """The separator by which most lines, or without any such line most cells, are numbers.
+
+    Lines from everywhere in the file are looked at; of equals the first one is taken.
+    """
+    if len(allowed) == 1:
+        return allowed[0]
+    step = len(lines) // LOOKED_AT + 1
+    looked_at = [line.text for line in [*lines[::step], lines[-1]]]
+    best, most = None, (-1.0, -1.0)
+    for separator in allowed:
+        having = [line for line in looked_at if separator is None or separator in line]
+        if 2 * len(having) < len(looked_at) and lines[-1].text not in having:
+            continue
+        rows = [split(line, separator) for line in looked_at]
+        step = sum(map(len, rows)) // MOST_CELLS + 1
+        shares = [[may_be_a_number(cell) for cell in row[::step]] for row in rows]
+        whole = sum(map(all, shares)) / len(shares)
+        found = whole, 0.0 if whole else sum(map(sum, shares)) / sum(map(len, shares))
+        if found > most:
+            best, most = separator, found
+    return best
+
+
+def _names(line: str, separator: str | None, count: int) -> list[str]:
+    """Cells of a line above the rows; between blanks a unit in brackets belongs to its name."""
+    cells = [cell.strip('"').strip() for cell in split(line, separator)]
+    if separator is None and len(cells) != count:
+        return _NAME_AND_UNIT.findall(line)
+    return cells
+
+
+def _usual(counts: Sequence[int]) -> int:
+    """The most frequent number of cells; of several that of the last line."""
+    often = Counter(counts)
+    most = max(often.values())
+    candidates = [count for count, times in often.items() if times == most]
+    return counts[-1] if counts[-1] in candidates else candidates[-1]
+
+
+def _begins(cells: Sequence[str]) -> bool:
+    """Whether a row is one of values: it has a number, or nothing but missing ones."""
+    return not all(map(is_word, cells)) and (
+        any(not is_word(cell) and cell.strip('"').lower() not in MISSING for cell in cells)
+        or not any(map(is_word, cells))
+    )
+
+
+def _ends_in_separators(
+    head: Sequence[str], data: Sequence[Line], separator: str | None, width: int
+) -> int:
+    """1 if a separator ends every row, which makes no column; else 0.
+
+    Without a heading, empty cells elsewhere may mean that the last column is missing throughout:
+    so it is if the first one, or the one before the last, is as well.
+    """
+    if separator is None or width < 2 or any(line.text[-1] != separator for line in data):
+        return 0
+    if len(head) == width:
+        return 1 if head[-1] == "" else 0
+    if len(head) == width - 1:
+        return 1
+    rows = [split(line.text, separator) for line in data]
+    return 0 if all(row[0] == "" for row in rows) or all(row[-2] == "" for row in rows) else 1
+
+
+def _heading(
+    heads: Sequence[Sequence[str]], width: int
+) -> tuple[tuple[str, ...], tuple[str, ...], int]:
+    """Names, units of a second row below them, and how many lines are above."""
+    fits = [len(head) in (width, width + 1) and head[width:] in ([], [""]) for head in heads]
+    if not fits or not fits[-1]:
+        return (), (), len(heads)
+    last = tuple(heads[-1][:width])
+    if (
+        len(heads) > 1
+        and fits[-2]
+        and all(re.fullmatch(r"[\[(]?[^\s\d]*\S?[\])]?", c) for c in last)
+    ):
+        return tuple(heads[-2][:width]), tuple(c.strip("[]()") for c in last), len(heads) - 2
+    return last, (), len(heads) - 1
+
+
+def _decimal(said: str, data: Sequence[Line], separator: str | None) -> str:
+    """The decimal mark of all rows. Raises SceneError if it is unclear, or thousands are marked."""
+    quoted = separator == ","  # commas are in cells only where these are quoted
+    commas: set[str] = set()
+    points: set[str] = set()
+    whole = False  # numbers of four digits or more without any mark: thousands have none
+    sure = {",": False, ".": False}  # that a mark is a decimal one
+    for line in data:
+        if "," not in line.text and (separator != ";" or sure["."] or "." not in line.text):
+            whole = whole or _FOUR_DIGITS.search(line.text) is not None
+            continue
+        if quoted and '"' not in line.text:
+            continue
+        if sure[","] and "." not in line.text and not _TWO_COMMAS.search(line.text):
+            continue
+        for cell in split(line.text, separator):
+            if (text := like_a_number(cell)) is None or text.count(".") > 1:  # dates have two
+                continue
+            mark = "," if "," in text else "."
+            if mark in text:
+                (commas if mark == "," else points).add(text)
+                sure[mark] = sure[mark] or not _EITHER.fullmatch(text)
+            whole = whole or re.fullmatch(r"[+-]?[0-9]{4,}", text) is not None
+    for text in sorted(commas | points):
+        if text.count(",") > 1 or ("," in text and "." in text):
+            raise SceneError(
+                f'{said} has "{text}", with marks between thousands; allowed: numbers without them'
+            )
+    if commas:
+        unclear, mark = all(map(_EITHER.fullmatch, commas)), ","
+    else:
+        unclear, mark = bool(points) and all(map(_EITHER.fullmatch, points)), "."
+        unclear = unclear and separator == ";"
+    if unclear and not whole:
+        text = min(commas or points)
+        raise SceneError(
+            f'{said}: "{text}" could have a mark between thousands or a decimal one, '
+            "and no other number tells; allowed: numbers without marks between thousands, and one "
+            "that shows the decimal mark, say 0.5"
+        )
+    if commas and points:
+        raise SceneError(
+            f'{said} has decimal commas and decimal points ("{sorted(commas)[0]}", '
+            f'"{sorted(points)[0]}"); allowed: one of them'
+        )
+    return mark

@@ -1,0 +1,291 @@
+"""Material data of rubber, ice and water, and the contact parameters of compound B.
+
+Source, unless another is named: R. Leonardi, *Advanced numerical model for viscous friction
+between rough rubber and smooth ice*, Politecnico di Torino, 2017-18 ("the thesis").
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from iceslide_fem.runtime.arrays import Array, Index, Mask
+
+BAR = 1.0e5
+ZERO_CELSIUS = 273.15  # K
+
+ICE_DENSITY = 916.0  # kg/m3
+LATENT_HEAT = 330.0e3  # J/kg
+ICE_CONDUCTIVITY = 2.25  # W/(m K)
+ICE_HEAT_CAPACITY = 2220.0  # J/(kg K)
+ICE_DIFFUSIVITY = ICE_CONDUCTIVITY / (ICE_DENSITY * ICE_HEAT_CAPACITY)  # m2/s
+ICE_EFFUSIVITY = (ICE_CONDUCTIVITY * ICE_DENSITY * ICE_HEAT_CAPACITY) ** 0.5  # W s^0.5/(m2 K)
+MELTING_TEMPERATURE = 273.15  # K
+MELTING_ENTHALPY = ICE_DENSITY * LATENT_HEAT  # J/m3, rho L
+
+WATER_VISCOSITY = 1.8e-3  # Pa s
+WATER_CONDUCTIVITY = 0.56  # W/(m K)
+
+RUBBER_CONDUCTIVITY = 0.19  # W/(m K)
+RUBBER_HEAT_CAPACITY = 1500.0  # J/(kg K)
+
+
+class Solid(NamedTuple):
+    """What conducts heat: conductivity (W/(m K)), density (kg/m3), heat capacity (J/(kg K)).
+
+    melting_temperature (K), infinite of what does not melt, and latent_heat (J/kg). Numbers, or
+    arrays of one value for each point.
+    """
+
+    conductivity: Any
+    density: Any
+    heat_capacity: Any
+    melting_temperature: Any = np.inf
+    latent_heat: Any = 0.0
+
+    @property
+    def diffusivity(self) -> Any:
+        """alpha = lambda / (rho c), m2/s."""
+        return self.conductivity / (self.density * self.heat_capacity)
+
+    @property
+    def effusivity(self) -> Any:
+        """e = sqrt(lambda rho c), W s^0.5/(m2 K)."""
+        return (self.conductivity * self.density * self.heat_capacity) ** 0.5
+
+    @property
+    def melting_enthalpy(self) -> Any:
+        """rho L, J/m3."""
+        return self.density * self.latent_heat
+
+    def at(self, index: Index) -> Solid:
+        """The same at the points of `index` only."""
+        return Solid(*(part[index] if np.ndim(part) else part for part in self))
+
+
+class Layer(NamedTuple):
+    """A layer of a solid: its name, thickness (m, infinite of a half-space), what it is made of."""
+
+    name: str
+    thickness: float
+    solid: Solid
+
+
+class Ground(NamedTuple):
+    """What ice lies on: it is `depth` (m) thick, above `layers`, downwards.
+
+    The lowest face is `held` at a temperature (K), or insulated.
+    """
+
+    depth: float = np.inf
+    layers: tuple[Layer, ...] = ()
+    held: float | None = None
+
+    def stack(self, ice: Solid) -> tuple[Layer, ...]:
+        """The ice and the layers below it, downwards."""
+        return (Layer("ice", self.depth, ice), *self.layers)
+
+
+BOTTOMLESS = Ground()  # below ice that is a half-space
+ICE = Solid(ICE_CONDUCTIVITY, ICE_DENSITY, ICE_HEAT_CAPACITY, MELTING_TEMPERATURE, LATENT_HEAT)
+
+
+def rubber_solid(
+    density: float,
+    conductivity: float = RUBBER_CONDUCTIVITY,
+    heat_capacity: float = RUBBER_HEAT_CAPACITY,
+) -> Solid:
+    """Rubber of this density (kg/m3)."""
+    return Solid(conductivity, density, heat_capacity)
+
+
+@dataclass(frozen=True)
+class ViscosityTable:
+    """Viscosity of water (Pa s) over ascending temperatures (K), with which it must not rise.
+
+    Straight between them, outside the nearest end.
+    """
+
+    temperature: tuple[float, ...]
+    viscosity: tuple[float, ...]
+
+    def __call__(self, temperature: ArrayLike) -> Array:
+        """eta (Pa s) at temperatures (K) of any shape."""
+        return np.asarray(np.interp(np.asarray(temperature), self.temperature, self.viscosity))
+
+
+@dataclass(frozen=True)
+class MooneyRivlin:
+    """Constants of W = C10 (I1bar - 3) + C01 (I2bar - 3) + (J - 1)^2 / D1.
+
+    C10, C01 in Pa, D1 in 1/Pa (the thesis prints MPa for D1; its number is in 1/MPa).
+    """
+
+    C10: float
+    C01: float
+    D1: float
+
+    @classmethod
+    def from_nu(cls, C10: float, C01: float, nu: float) -> MooneyRivlin:
+        """Constants with D1 = 2/K that gives Poisson's ratio `nu` at small strain."""
+        shear = 2.0 * (C10 + C01)
+        bulk = 2.0 * shear * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu))
+        return cls(C10, C01, 2.0 / bulk)
+
+    @property
+    def shear_modulus(self) -> float:
+        """G = 2 (C10 + C01), Pa."""
+        return 2.0 * (self.C10 + self.C01)
+
+    @property
+    def bulk_modulus(self) -> float:
+        """K = 2 / D1, Pa."""
+        return 2.0 / self.D1
+
+    @property
+    def youngs_modulus(self) -> float:
+        """E = 9 K G / (3 K + G), Pa."""
+        K, G = self.bulk_modulus, self.shear_modulus
+        return 9.0 * K * G / (3.0 * K + G)
+
+    @property
+    def poissons_ratio(self) -> float:
+        """nu = (3 K - 2 G) / (6 K + 2 G)."""
+        K, G = self.bulk_modulus, self.shear_modulus
+        return (3.0 * K - 2.0 * G) / (6.0 * K + 2.0 * G)
+
+
+# The thesis's finite element chapter; nu = 0.490 follows (it prints 0.495).
+COMPOUNDS = {"B": MooneyRivlin(C10=0.1662e6, C01=0.1068e6, D1=0.0737e-6)}
+# Young's moduli of the thesis's table 3, Pa; of A and C nothing else is published.
+YOUNGS_MODULUS = {"A": 1.10e6, "B": 1.64e6, "C": 2.04e6}
+YOUNGS_MODULUS_ONLY = {name: E for name, E in YOUNGS_MODULUS.items() if name not in COMPOUNDS}
+
+
+class ContactParameters(NamedTuple):
+    """Contact parameters at a local pressure; arrays of the pressure's shape.
+
+    k: relative contact area; D: mean asperity diameter, m; H_V: mean free height, m;
+    dk_dp: derivative of k with respect to pressure, 1/Pa.
+    """
+
+    k: Array
+    D: Array
+    H_V: Array
+    dk_dp: Array
+
+
+@dataclass(frozen=True)
+class ContactTable:
+    """k, D (m) and H_V (m) at ascending pressures (Pa), two or more; clamped outside.
+
+    Straight lines in log-log lie between. `source` says in messages whose table this is.
+    """
+
+    source: str
+    pressure: tuple[float, ...]
+    k: tuple[float, ...]
+    D: tuple[float, ...]
+    H_V: tuple[float, ...]
+
+    def __call__(self, pressure: ArrayLike) -> ContactParameters:
+        """Evaluate at `pressure` (Pa, any shape; values below or above the table are clamped)."""
+        line = self._line(pressure)
+        k, dk_dp = self._contact_area(line)
+        return ContactParameters(k, _power_law(self.D, line), _power_law(self.H_V, line), dk_dp)
+
+    def contact_area(self, pressure: ArrayLike) -> tuple[Array, Array]:
+        """k alone at `pressure` (Pa, any shape), and its derivative by it, 1/Pa."""
+        return self._contact_area(self._line(pressure))
+
+    def _contact_area(self, line: _OnLine) -> tuple[Array, Array]:
+        k = _power_law(self.k, line)
+        return k, np.where(line.inside, self._slopes[line.interval] * k / line.pressure, 0.0)
+
+    @cached_property
+    def _nodes(self) -> Array:
+        return np.array(self.pressure)
+
+    @cached_property
+    def _spans(self) -> Array:
+        return np.log(self._nodes[1:] / self._nodes[:-1])
+
+    @cached_property
+    def _slopes(self) -> Array:
+        return np.log(_steps(self.k)[1]) / self._spans
+
+    def _line(self, pressure: ArrayLike) -> _OnLine:
+        nodes, given = self._nodes, np.asarray(pressure, dtype=float)
+        p = np.minimum(np.maximum(given, nodes[0]), nodes[-1])
+        i = np.minimum(nodes.searchsorted(p, side="right") - 1, nodes.size - 2)
+        inside = (given > nodes[0]) & (given < nodes[-1])
+        return _OnLine(i, np.log(p / nodes[i]) / self._spans[i], p, inside)
+
+    def outside(self, pressure: ArrayLike) -> Mask:
+        """Where `pressure` (Pa) lies outside the table's range, to rounding."""
+        p = np.asarray(pressure)
+        return (p < self.pressure[0] * (1 - 1e-9)) | (p > self.pressure[-1] * (1 + 1e-9))
+
+
+class _OnLine(NamedTuple):
+    """Where pressures lie in a table: the interval, how far in it, clamped (Pa), and whether they
+    were inside.
+    """
+
+    interval: Index
+    share: Array
+    pressure: Array
+    inside: Mask
+
+
+def _power_law(values: tuple[float, ...], line: _OnLine) -> Array:
+    """Straight lines in log-log between the `values` of a table."""
+    at, steps = _steps(values)
+    return np.asarray(at[line.interval] * steps[line.interval] ** line.share)
+
+
+@lru_cache
+def _steps(values: tuple[float, ...]) -> tuple[Array, Array]:
+    """The `values` of a table as an array, and each one's share of that before it."""
+    at = np.array(values)
+    return at, at[1:] / at[:-1]
+
+
+# Table 8 of the thesis. It prints k = 0.105 at 5 bar, but k must rise with pressure; 0.405 is the
+# reading taken here, and not certain (docs/theory.md, section 10).
+CONTACT_TABLES = {
+    "B": ContactTable(
+        source="compound B, as published",
+        pressure=(1.0 * BAR, 5.0 * BAR),
+        k=(0.266, 0.405),
+        D=(29.0e-6, 46.5e-6),
+        H_V=(2.86e-6, 0.56e-6),
+    )
+}
+
+
+@dataclass(frozen=True)
+class ConstantContact:
+    """Contact parameters that do not follow the pressure (given in the scene)."""
+
+    k: float
+    D: float
+    H_V: float
+
+    def __call__(self, pressure: ArrayLike) -> ContactParameters:
+        """The constants, broadcast to the shape of `pressure` (Pa)."""
+        one = np.ones_like(np.asarray(pressure, dtype=float))
+        return ContactParameters(self.k * one, self.D * one, self.H_V * one, 0.0 * one)
+
+    def contact_area(self, pressure: ArrayLike) -> tuple[Array, Array]:
+        """k of the shape of `pressure` (Pa), and its derivative by it, none."""
+        one = np.ones_like(np.asarray(pressure, dtype=float))
+        return self.k * one, 0.0 * one
+
+    def outside(self, pressure: ArrayLike) -> Mask:
+        """Nowhere: constants hold at every pressure."""
+        return np.zeros(np.shape(pressure), dtype=bool)

@@ -1,0 +1,264 @@
+"""One scene on every rung of the model ladder: error and cost, and the cheapest that suffices.
+
+Rungs that the estimates of `neglect` show to differ by less than the tolerance from another are
+not run. The others are run in the order of their cost; the finest is what all are compared with.
+"""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import tomlkit
+
+from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.mesh.size import check_memory, shortage
+from iceslide_fem.postprocess.results import Run, differences, read_run
+from iceslide_fem.run.rungs import MODELS, SIDEWAYS, Rung, fineness, on_rung, rung_name
+from iceslide_fem.run.simplifications import Simplifications, simplifications
+from iceslide_fem.runtime.errors import SimulationStopped
+from iceslide_fem.runtime.folders import claimed, clear_results
+from iceslide_fem.runtime.ranks import failing_together, from_root
+from iceslide_fem.scene import REFINEMENTS, Scene, load_scene, override, put
+from iceslide_fem.scene.input_file import read_text
+from iceslide_fem.simulate import difference, run
+
+
+class RungResult(NamedTuple):
+    """A rung: its run, or why there is none; memory (bytes, all ranks).
+
+    largest, rms: relative difference of mu(t) to the finest rung's; NaN without a run.
+    """
+
+    rung: Rung
+    run: Run | None
+    note: str
+    memory: float
+    largest: float = np.nan
+    rms: float = np.nan
+
+    @property
+    def name(self) -> str:
+        """Model, heat and refinement, as in directories and charts."""
+        return rung_name(self.rung)
+
+
+def rungs(
+    scene: Scene, found: Simplifications, factors: Sequence[float]
+) -> tuple[list[Rung], dict[Rung, str]]:
+    """Rungs worth running, cheap ones first, and the others with the reason.
+
+    `factors` multiply the scene's refinement, as far as scenes allow it.
+    """
+    numerics, own_mesh = scene.numerics, scene.rubber.mesh is not None
+    attached = scene.ice.motion == "attached"
+    # where ice passes, a point stands for it by the time that it is below the block
+    on_ice = scene.film.carrier == "ice" and scene.friction.law == "film"
+    has_point = attached or (on_ice and not scene.rubber.heat and not own_mesh)
+    refinements = sorted({float(np.clip(f * numerics.refinement, *REFINEMENTS)) for f in factors})
+    if own_mesh:
+        refinements = [numerics.refinement]
+    heats = _heats(scene)
+    chosen: list[Rung] = []
+    skipped: dict[Rung, str] = {}
+    for model in MODELS:
+        if (model == "point" and not has_point) or (own_mesh and model == "slice"):
+            continue
+        for heat in heats:
+            if heat in SIDEWAYS and model == "point":
+                continue
+            for refinement in [1.0] if model == "point" else refinements:
+                rung = Rung(model, heat, refinement)
+                reason = len(heats) > 1 and _needless(rung, found, numerics.tolerance)
+                if reason:
+                    skipped[rung] = reason
+                else:
+                    chosen.append(rung)
+    return chosen, skipped
+
+
+def _heats(scene: Scene) -> tuple[str, ...]:
+    """Models of the ice's heat that can be what the scene says of the ice, the finest last."""
+    ice = scene.ice
+    if ice.mesh is not None or ice.has_rows:
+        return ("mesh",)
+    if not ice.is_half_space:
+        return ("column", "mesh")
+    closed_form = ("half-space",) if ice.motion == "attached" and not scene.rubber.heat else ()
+    meshed = ("mesh",) if ice.heat == "mesh" else ()  # it gives what continuum ice gives, slower
+    return (*closed_form, "column", "continuum", *meshed)
+
+
+def _needless(rung: Rung, found: Simplifications, tolerance: float) -> str:
+    """Which rung gives the same as this one, by the estimates; empty if none does."""
+
+    def same(other: str, what: str, effect: float) -> str:
+        return (
+            f"not run, same as {other}: {what} moves mu by {effect:.1g}"
+            if effect <= tolerance
+            else ""
+        )
+
+    bend = same("the point", "uneven pressure", found.uniform_pressure)
+    if rung.model != "point" and bend and found.sideways.effect <= tolerance:
+        return bend
+    if rung.model == "block":
+        reason = same("the slice", "the third dimension", found.plane_strain.effect)
+        if reason:
+            return reason
+    if rung.heat == "half-space":
+        return same("columns", "the closed form", found.closed_form.effect)
+    if rung.heat in SIDEWAYS:
+        return same("columns", "heat that goes sideways", found.sideways.effect)
+    return ""
+
+
+def climb(
+    scene: Scene,
+    out: Path,
+    factors: Sequence[float],
+    tell: Callable[[str], None],
+    force: bool = False,
+) -> tuple[list[RungResult], Simplifications]:
+    """Run `scene` on every rung worth it, into directories below `out`. Collective.
+
+    `tell` is called with a line before every run; `force`: replace what else `out` holds. Raises
+    SceneError where it may not write there, or the user's mesh can't be used.
+    """
+    with failing_together(MPI.COMM_WORLD), ExitStack() as claim:
+
+        def take() -> None:
+            if scene.rubber.mesh is not None:
+                check_memory(on_rung(scene, Rung("block", scene.ice.heat, 1.0)))
+            read = list(scene.files.values())
+            claim.enter_context(claimed(out, partial(_other_results, scene), force, read))
+            clear_results(out)
+
+        from_root(take, MPI.COMM_WORLD)
+        return _climb(scene, out, factors, tell)
+
+
+def _other_results(scene: Scene, out: Path) -> str | None:
+    """What the results in `out` are, unless rungs of this scene."""
+    free = ("model", "ice.heat", "numerics.refinement")
+    summaries = [json.loads(path.read_bytes()) for path in out.glob("*/summary.json")]
+    if not summaries or (out / "summary.json").is_file():
+        return "results of another command, or of a ladder that is not whole"
+    changed = (difference(scene, summary.get("scene"), free) for summary in summaries)
+    return next((f"a ladder of another scene ({change})" for change in changed if change), None)
+
+
+def _climb(
+    scene: Scene, out: Path, factors: Sequence[float], tell: Callable[[str], None]
+) -> tuple[list[RungResult], Simplifications]:
+    found = simplifications(scene)
+    chosen, skipped = rungs(scene, found, factors)
+    for rung in chosen.copy():
+        short = from_root(partial(shortage, on_rung(scene, rung)), MPI.COMM_WORLD)
+        if short:
+            chosen.remove(rung)
+            skipped[rung] = f"not run: it {short}"
+    outcomes = []
+    warm: set[tuple[str, str]] = set()
+    for number, rung in enumerate(chosen, 1):
+        tell(f"{number} of {len(chosen)}: {rung_name(rung)}")
+        if rung.model != "point" and (rung.model, rung.heat) not in warm:
+            warm.add((rung.model, rung.heat))
+            _compile(scene, rung)
+        outcomes.append(_outcome(scene, rung, out))
+    outcomes += [RungResult(rung, None, reason, np.nan) for rung, reason in skipped.items()]
+    return compared(outcomes), found
+
+
+def compared(outcomes: Sequence[RungResult]) -> list[RungResult]:
+    """The outcomes with their differences to the finest run among them."""
+    finest = finest_of(outcomes)
+    if finest is None or finest.run is None:
+        return list(outcomes)
+    result = []
+    for outcome in outcomes:
+        if outcome.run is not None:
+            change = differences(outcome.run, finest.run)
+            largest, rms = float(np.abs(change).max()), float(np.sqrt(np.mean(change**2)))
+            outcome = outcome._replace(largest=largest, rms=rms)
+        result.append(outcome)
+    return result
+
+
+def finest_of(outcomes: Sequence[RungResult]) -> RungResult | None:
+    """The finest rung that was run to its end."""
+
+    done = (one for one in outcomes if one.run is not None)
+    return max(done, key=lambda one: fineness(one.rung), default=None)
+
+
+def cheapest_of(outcomes: Sequence[RungResult], tolerance: float) -> RungResult | None:
+    """The quickest run whose largest difference is within `tolerance`."""
+    good = [one for one in outcomes if one.run is not None and one.largest <= tolerance]
+    return min(good, key=lambda one: one.run.summary["wall_s"] if one.run else 0.0, default=None)
+
+
+def write_scene(source: Path, overrides: Sequence[str], rung: Rung, path: Path) -> None:
+    """Write the scene file `source` with `overrides` on `rung`; comments and units stay."""
+    document = tomlkit.parse(read_text(source, "the scene file"))
+    for change in overrides:
+        override(document, change)
+    scene = load_scene(source, overrides)
+    for (table, key), file in scene.files.items():
+        put(document, f"{table}.{key}", str(file.resolve()))
+    if ":" in scene.friction.law:
+        put(document, "friction.law", scene.friction.law)
+    document["model"] = rung.model
+    changes = [f"ice.heat={rung.heat}"]
+    if rung.model != "point" and rung.refinement != scene.numerics.refinement:
+        changes.append(f"numerics.refinement={rung.refinement}")
+    for change in changes:
+        override(document, change)
+    path.write_text(tomlkit.dumps(document), encoding="utf-8")
+
+
+def _outcome(scene: Scene, rung: Rung, out: Path) -> RungResult:
+    """Run the scene on one rung. Collective."""
+    folder = out / rung_name(rung)
+    _reset_peak_memory()
+    try:
+        run(on_rung(scene, rung), folder)
+    except SimulationStopped as reason:
+        return RungResult(rung, None, f"stopped: {reason}", _peak_memory())
+    memory = _peak_memory()
+    MPI.COMM_WORLD.barrier()  # rank 0 has written everything
+    return RungResult(rung, read_run(folder), "", memory)
+
+
+def _compile(scene: Scene, rung: Rung) -> None:
+    """Compile the forms of a rung by a short, coarse run, so that it doesn't count. Collective."""
+    duration = max(1e-6, 1e-3 * scene.load.duration)
+    short = scene.model_copy(update={"load": scene.load.model_copy(update={"duration": duration})})
+    comm = MPI.COMM_WORLD
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            run(on_rung(short, rung._replace(refinement=0.25)), comm.bcast(folder))
+        except SimulationStopped:
+            pass  # too coarse to find equilibrium, perhaps: compiled all the same
+        comm.barrier()
+
+
+def _reset_peak_memory() -> None:
+    """Let Linux forget this process's peak of memory."""
+    try:
+        Path("/proc/self/clear_refs").write_text("5")
+    except OSError:
+        pass  # then the peak is that of all rungs until now
+
+
+def _peak_memory() -> float:
+    """Bytes that the processes together had in memory at their peaks. Collective."""
+    status = Path("/proc/self/status").read_text()
+    kilobytes = next(line.split()[1] for line in status.splitlines() if line.startswith("VmHWM"))
+    return float(MPI.COMM_WORLD.allreduce(1024.0 * float(kilobytes), op=MPI.SUM))

@@ -1,0 +1,298 @@
+"""What a scene means before it is run: layer depths, dimensionless numbers, time scales, cost."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.film.loads import squeeze_rate
+from iceslide_fem.laws.table import law_of
+from iceslide_fem.laws.user_law import UserLaw
+from iceslide_fem.run.simplifications import simplifications
+from iceslide_fem.runtime.units import readable
+from iceslide_fem.scene import Scene
+from iceslide_fem.scene.course import SAMPLED
+from iceslide_fem.scene.materials import (
+    BAR,
+    ContactTable,
+)
+from iceslide_fem.workflow.planning.cost import Cost, estimate
+
+
+class Row(NamedTuple):
+    """One line of the table: the group it stands in, name, value with unit, and its meaning."""
+
+    group: str
+    quantity: str
+    value: str
+    meaning: str
+
+
+# sqrt(alpha t) over the contact's shortest side up to which columns of ice are good enough. At
+# 0.09 they change mean mu by 0.8 % and cold ice beside the contact changes it by 2.7 % (slice of
+# thesis_1bar; docs/comparison.md).
+LATERAL_SHARE = 0.1
+
+
+def describe(scene: Scene) -> list[Row]:
+    """Rows for `iceslide info`, at the scene's nominal pressure.
+
+    Raises SceneError if the user's mesh can't be used.
+    """
+    if scene.model == "point":
+        size: tuple[float, ...] = (scene.rubber.length, scene.rubber.height)
+        return _load(scene) + _heat(scene, size) + _film(scene, size) + _cost(estimate(scene))
+
+    from iceslide_fem.mesh.rubber import block_size  # loads gmsh, which a point does not need
+
+    size, cost = block_size(scene), estimate(scene)
+    return (
+        _load(scene)
+        + _heat(scene, size)
+        + _film(scene, size)
+        + _rubber(scene, size)
+        + _mesh(scene)
+        + _cost(cost)
+    )
+
+
+def _load(scene: Scene) -> list[Row]:
+    """Ranges of loads that go in time; the other rows take their means, or what is at t = 0."""
+    found = []
+    for name, course, unit in (
+        ("pressure", scene.load.pressures, "Pa"),
+        ("speed", scene.load.speeds, "m/s"),
+    ):
+        if not course.is_constant:
+            low, high = (readable(value, unit) for value in (course.smallest, course.largest))
+            corners = course.sampled(SAMPLED * scene.numerics.tolerance).corners
+            mean = f"mean {readable(course.mean, unit)}, {len(corners)} corners"
+            found.append(Row("load", name, f"{low} to {high}", mean))
+    if found:
+        way = readable(scene.load.speeds.integral(scene.load.duration), "m")
+        found.append(Row("load", "way", way, "slid by the end"))
+    return found
+
+
+def _heat(scene: Scene, size: tuple[float, ...]) -> list[Row]:
+    """Depth sqrt(alpha t) warmed in time t, and Peclet number v L / alpha.
+
+    Heat spreads sideways as far as it goes down, so columns of ice are exact up to a share of
+    the contact of the order of sqrt(alpha t) over its shortest side.
+    """
+    v, L, duration = scene.load.speeds.mean, size[0], scene.load.duration
+    heated, when = duration, "√(α t) at the end"
+    if scene.ice.motion == "sliding" and scene.model != "point":
+        heated, when = min(duration, L / v), "√(α t) after the time under the block"
+    diffusivity = scene.ice.solid.diffusivity
+    rubber_diffusivity = scene.rubber.solid.diffusivity
+    thermal = sqrt(diffusivity * heated)
+    lateral = thermal / min(size[:-1])
+    sideways = "take continuum ice" if scene.ice.is_half_space else "take ice on a mesh"
+    enough = "columns of ice suffice" if lateral <= LATERAL_SHARE else sideways
+    return [
+        Row("heat", "warm layer in ice", readable(thermal, "m"), when),
+        Row(
+            "heat",
+            "warm layer in rubber",
+            readable(sqrt(rubber_diffusivity * duration), "m"),
+            "√(α t) at the end",
+        ),
+        Row(
+            "heat",
+            "sideways in ice",
+            f"{lateral:.2g}",
+            f"√(α t) / L: {enough}; at 0.09 worth 0.8 % of mean μ, 3 % with cold ice beside",
+        ),
+        Row("heat", "transit time", readable(L / v, "s"), "L / v, an ice point's time under it"),
+        Row("heat", "Péclet number", f"{v * L / diffusivity:.3g}", "v L / α in ice"),
+    ]
+
+
+def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
+    """Contact parameters, friction at t = 0 (5.29, 5.30) and the film law's two time scales.
+
+    Squeeze-out alone: h0^2/h^2 = 1 + 2 K3 h0^2 t with K3 of (6.5); melting
+    alone: h^2/h0^2 = 1 + 2 K1 t / h0^2 with K1 = k eta v^2 / (rho L).
+    """
+    if isinstance(law := law_of(scene), UserLaw):
+        return _user_law(scene, law)
+    p, v, h0, eta = (
+        scene.load.pressures.first,
+        scene.load.speeds.first or scene.load.speeds.mean,
+        scene.initial_height,
+        scene.viscosity,
+    )
+    contact = scene.contact_parameters(p)
+    k, D, H_V = float(contact.k), float(contact.D), float(contact.H_V)
+    tau = k * eta * v / h0
+    squeeze_time = 1.0 / (2.0 * squeeze_rate(p, D, eta) * h0**2)
+    melt_time = h0**2 / (2.0 * k * eta * v**2 / scene.ice.solid.melting_enthalpy)
+    return [
+        *_table(scene, size, tau / p),
+        Row("film", "k", f"{k:.3g}", "relative contact area at the nominal pressure"),
+        Row("film", "D", readable(D, "m"), "mean asperity diameter"),
+        Row("film", "H_V", readable(H_V, "m"), "mean free height; saturated when squeezed full"),
+        *_thinning(scene),
+        Row("film", "friction at t = 0", f"{tau / p:.3g}", "μ = k η v / (h₀ p)"),
+        Row("film", "friction power at t = 0", readable(tau * v, "W/m^2"), "k η v² / h₀"),
+        Row("film", "squeeze-out time", readable(squeeze_time, "s"), "1 / (2 K₃ h₀²)"),
+        Row("film", "melting time", readable(melt_time, "s"), "h₀² / (2 K₁)"),
+    ]
+
+
+def _user_law(scene: Scene, law: UserLaw) -> list[Row]:
+    """What rubs in place of the film, and its friction at t = 0."""
+    p, v = scene.load.pressures.first, scene.load.speeds.first
+    start = law.at_start(scene.initial_height, 1)
+    mu = float(start(np.array([p]), np.array([v]))[0][0]) / p
+    remembered = ", ".join(law.fields) or "nothing"
+    return [
+        Row("law", "friction", law.name, f"in place of the film; remembers {remembered}"),
+        Row("law", "friction at t = 0", f"{mu:.3g}", "of the law, on ice as it is then"),
+    ]
+
+
+def _thinning(scene: Scene) -> list[Row]:
+    """The range of viscosities that films may have, where they are a table's."""
+    if (table := scene.water.table) is None:
+        return []
+    warm = readable(float(table(scene.ice.melting_temperature)), "Pa*s")
+    cold = readable(scene.viscosity, "Pa*s")
+    return [Row("film", "viscosity", f"{cold} to {warm}", "of films from T₀ to melting")]
+
+
+def _table(scene: Scene, size: tuple[float, ...], mu: float) -> list[Row]:
+    """Whose k, D and H_V are taken, the range of local pressures and the load that they cover."""
+    table, p = scene.contact_parameters, scene.load.pressures.mean
+    if not isinstance(table, ContactTable):
+        return [Row("film", "k, D, H_V", "constant", "given in the scene, at every pressure")]
+    low, high = table.pressure[0], table.pressure[-1]
+    covers = f"{low / p:.2g} to {high / p:.2g} times the nominal pressure; outside: its ends"
+    mean, tilt = p, 0.0
+    if scene.model != "point":
+        E = scene.mooney_rivlin.youngs_modulus
+        mean, tilt = p * E / (E + p), 3.0 * mu * size[-1] / size[0]
+    span = f"{low / BAR:.3g} to {high / BAR:.3g} bar"
+    return [
+        Row("film", "k, D, H_V", span, f"{table.source}: {covers}"),
+        Row(
+            "film",
+            "load within the table",
+            f"{covered_load(table, mean, tilt):.0%}",
+            "about: flattened by p / E, tilted by 3 μ H / L with μ at t = 0",
+        ),
+    ]
+
+
+def covered_load(table: ContactTable, pressure: float, tilt: float) -> float:
+    """Share of the load under local pressures that the table covers.
+
+    `pressure` (Pa) is its mean over the contact: along the block it is the line 1 + tilt x, x from
+    -1 to 1, cut off at 0 where the edge lifts. The edges' peaks are left out.
+    """
+    x = np.linspace(-1.0, 1.0, 2001)
+    local = np.maximum(1.0 + tilt * x, 0.0)
+    local *= pressure / local.mean()
+    return float(local[~table.outside(local)].sum() / local.sum())
+
+
+def _rubber(scene: Scene, size: tuple[float, ...]) -> list[Row]:
+    """Stiffness, expected strain p/E and time of a shear wave through the height, H sqrt(rho/G)."""
+    rubber, load, constants = scene.rubber, scene.load, scene.mooney_rivlin
+    strain = load.pressures.largest / constants.youngs_modulus
+    E, G, nu = constants.youngs_modulus, constants.shear_modulus, constants.poissons_ratio
+    wave = size[-1] * sqrt(rubber.density / G)
+    return [
+        Row("rubber", "Young's modulus", readable(E, "Pa"), f"Poisson's ratio {nu:.3f}"),
+        Row(
+            "rubber",
+            "compression",
+            f"{strain:.2%}",
+            "p / E, the expected strain",
+        ),
+        Row(
+            "rubber",
+            "shear wave time",
+            readable(wave, "s"),
+            f"H √(ρ/G), {wave / load.duration:.2%} of the run",
+        ),
+        *_inertia(scene),
+    ]
+
+
+def _inertia(scene: Scene) -> list[Row]:
+    """What a quasi-static box of rubber leaves out; nothing to say of others."""
+    if scene.rubber.inertia or scene.rubber.mesh is not None:
+        return []
+    effect = simplifications(scene).inertia.effect
+    meaning = "of μ(t) for a moment at most, of its mean far less: rubber.inertia resolves it"
+    return [Row("rubber", "inertia left out", f"{effect:.2g}", meaning)]
+
+
+def _mesh(scene: Scene) -> list[Row]:
+    """Cells of the rubber's mesh, their size, and their sharpest corner (if there is memory)."""
+    from iceslide_fem.mesh.rubber import divisions, tagged_rubber
+    from iceslide_fem.mesh.size import shortage
+    from iceslide_fem.mesh.soundness import smallest_angle
+
+    size = divisions(scene)
+    counts = " x ".join(f"{size[name]:.0f}" for name in ("nx", "ny", "nz") if name in size)
+    smallest, largest = readable(size["smallest_m"], "m"), readable(size["largest_m"], "m")
+    own = scene.rubber.mesh is not None
+    shape = counts or ("own mesh" if own else "by gmsh")
+    half = "plane strain" if scene.model == "slice" else "3-D" if own else "the half with y ≥ 0"
+    where = "finest at the contact's edges" if counts else "shortest and longest"
+    rows = [
+        Row("mesh", "cells of rubber", f"{size['cells']:.0f}", f"{shape}, {half}"),
+        Row("mesh", "cell edges", f"{smallest} to {largest}", where),
+    ]
+    if shortage(scene) is None:
+        angle = f"{smallest_angle(tagged_rubber(scene)):.0f}°"
+        rows.append(Row("mesh", "smallest angle", angle, "between edges of a cell"))
+        if scene.ice.heat == "mesh":
+            rows += _ice_mesh(scene)
+    return rows
+
+
+def _ice_mesh(scene: Scene) -> list[Row]:
+    """Cells of the ice and of what is below it, and how fine they are at the surface."""
+    from iceslide_fem.mesh.ice_body import ice_body
+
+    tagged = ice_body(scene)
+    regions = ", ".join(f"{len(cells)} of {name}" for name, cells in tagged.named_cells.items())
+    heights = tagged.points[tagged.cells, -1]
+    topmost = readable(float(np.ptp(heights[heights.max(axis=1) >= 0.0], axis=1).max()), "m")
+    return [
+        Row("mesh", "cells of ice", f"{len(tagged.cells)}", f"{regions}, quadratic"),
+        Row("mesh", "topmost cells of ice", topmost, "the thickest; half as much between nodes"),
+        Row("mesh", "depth", readable(-float(heights.min()), "m"), "to the base, or as heat comes"),
+    ]
+
+
+def _cost(cost: Cost) -> list[Row]:
+    """What a run takes; see `cost` for what the estimates are worth."""
+    rows = [Row("cost", "steps", f"about {cost.steps}", "of the point rung at this tolerance")]
+    if cost.rubber_unknowns:
+        rows = [
+            Row("cost", "unknowns, rubber", f"{cost.rubber_unknowns}", "displacements, quadratic"),
+            Row("cost", "unknowns, ice", f"{cost.ice_unknowns}", "temperatures; columns need none"),
+            rows[0]._replace(meaning="from those of a point at this tolerance"),
+        ]
+    memory = f"about {cost.memory / 1e9:.1f} GB"
+    return [
+        *rows,
+        Row("cost", "memory", memory, "of one process"),
+        Row("cost", "time", f"about {_duration(cost.time)}", "on one core, within a factor of two"),
+    ]
+
+
+def _duration(seconds: float) -> str:
+    """Seconds, minutes or hours, as one would say it."""
+    if seconds < 100.0:
+        return f"{seconds:.0f} s"
+    if seconds < 100.0 * 60.0:
+        return f"{seconds / 60.0:.0f} min"
+    return f"{seconds / 3600.0:.0f} h"

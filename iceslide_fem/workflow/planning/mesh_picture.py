@@ -1,0 +1,185 @@
+"""A picture of the meshes: a slice's cells, or the outside of a block, and of ice that has a mesh.
+
+A block's rubber is seen from below, its ice from above. Layers of ice are thin, so that a panel
+shows the leading edge of the contact alone; of a block in the plane of the smallest y.
+"""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+from iceslide_fem.mesh.ice_body import ice_body
+from iceslide_fem.mesh.rubber import tagged_rubber
+from iceslide_fem.mesh.soundness import among, facets_of, outer_facets
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene import Scene
+
+COLOURS = {"contact": "#d55e00", "walls": "#009e73", "plate": "#0072b2", "symmetry": "#bbbbbb"}
+COLOURS |= {"base": "#cc79a7"}
+FREE = "#eeeeee"
+ICE = "#c6e5f5"
+LAYERS = ("#ead6a8", "#bfdcb4", "#e3c3dc", "#d8b9a0", "#b6bfe0", "#9ec7c2")  # below it, in turn
+SHOWN_LAYERS = 40.0  # thicknesses of the topmost cells that the panel of the contact's edge shows
+
+
+def draw_mesh(scene: Scene, path: Path) -> None:
+    """Write a picture of the scene's rubber, and of its ice where heat goes through a mesh of it,
+    coloured by their parts and regions, lengths in mm, to `path`.
+
+    Raises SceneError if the scene has no rubber or it can't be meshed.
+    """
+    if scene.model == "point":
+        raise SceneError('--picture draws the mesh of a slice or a block; model = "point" has none')
+    meshes = [tagged_rubber(scene)]
+    if scene.ice.heat == "mesh":
+        meshes.append(ice_body(scene))
+    meshes = [tagged._replace(points=1e3 * tagged.points) for tagged in meshes]
+    draw = _draw_slice if scene.model == "slice" else _draw_block
+    figure = Figure(figsize=_size(scene, len(meshes)), layout="constrained")
+    draw(figure, *meshes)
+    _add_legend(figure, meshes)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=120)
+
+
+def _size(scene: Scene, meshes: int) -> tuple[float, float]:
+    if meshes == 1:
+        return 8.0, 6.0
+    return (11.0, 6.0) if scene.model == "slice" else (15.0, 6.0)
+
+
+def _draw_slice(figure: Figure, rubber: TaggedMesh, ice: TaggedMesh | None = None) -> None:
+    if ice is None:
+        _draw_section(figure.add_subplot(), rubber)
+        return
+    whole, edge = figure.subplots(1, 2)
+    _draw_section(whole, rubber, ice)
+    _draw_edge(edge, rubber, ice)
+
+
+def _draw_block(figure: Figure, rubber: TaggedMesh, ice: TaggedMesh | None = None) -> None:
+    if ice is None:
+        _draw_outside(figure.add_subplot(projection="3d"), rubber, -25.0)
+        return
+    for place, (tagged, elevation, what, ticks) in enumerate(
+        [(rubber, -25.0, "rubber, from below", 3), (ice, 25.0, "ice, from above", 1)], start=1
+    ):
+        axes = figure.add_subplot(1, 3, place, projection="3d")
+        _draw_outside(axes, tagged, elevation)
+        axes.set_title(what)
+        for axis in (axes.xaxis, axes.yaxis):  # few, of a body that is far deeper than long
+            axis.set_major_locator(MaxNLocator(ticks))
+    _draw_edge(figure.add_subplot(1, 3, 3), _side(rubber), _side(ice))
+
+
+def _draw_section(axes: Any, *meshes: TaggedMesh) -> None:
+    """Cells and named facets of meshes in a plane."""
+    for tagged in meshes:
+        for name, colour in _region_colours(tagged).items():
+            corners = tagged.points[tagged.cells[tagged.named_cells[name]]]
+            drawn = PolyCollection(
+                list(corners), facecolor=colour, edgecolor="black", linewidth=0.4
+            )
+            axes.add_collection(drawn)
+    for tagged in meshes:
+        for name, facets in tagged.facets.items():
+            if name in COLOURS:
+                lines = list(tagged.points[facets])
+                axes.add_collection(LineCollection(lines, colors=COLOURS[name], linewidths=2.0))
+    axes.autoscale()
+    axes.set(aspect="equal", xlabel="x (mm), sliding to the right", ylabel="z (mm)")
+
+
+def _draw_edge(axes: Any, rubber: TaggedMesh, ice: TaggedMesh) -> None:
+    """The leading edge of the contact, so near that the topmost cells of the ice can be seen."""
+    _draw_section(axes, rubber, ice)
+    heights = ice.points[ice.cells, -1]
+    topmost = heights[heights.max(axis=1) >= 0.0]
+    shown = SHOWN_LAYERS * np.median(np.ptp(topmost, axis=1))
+    bottom = rubber.points[rubber.points[:, -1] <= 1e-6 * np.ptp(rubber.points[:, -1])]
+    edge = bottom[:, 0].max()
+    axes.set(
+        xlim=(edge - 0.6 * shown, edge + 0.4 * shown), ylim=(-0.75 * shown, 0.25 * shown)
+    )  # fmt: skip
+    axes.text(0.98, 0.98, "leading edge of\nthe contact", ha="right", va="top",
+              transform=axes.transAxes)  # fmt: skip
+
+
+def _side(tagged: TaggedMesh) -> TaggedMesh:
+    """Faces of a block's cells in the plane of its smallest y, as cells of a mesh in x and z."""
+    facets = facets_of(tagged)
+    owner = np.repeat(np.arange(len(tagged.cells)), len(facets) // len(tagged.cells))
+    y = tagged.points[:, 1]
+    there = np.flatnonzero((y[facets] <= y.min() + 1e-6 * np.ptp(y)).all(axis=1))
+    regions = {
+        name: np.flatnonzero(np.isin(owner[there], cells))
+        for name, cells in tagged.named_cells.items()
+    }
+    return TaggedMesh(
+        tagged.points[:, [0, 2]], "quadrilateral", facets[there], {}, tagged.body, regions
+    )
+
+
+def _draw_outside(axes: Any, tagged: TaggedMesh, elevation: float) -> None:
+    """The outer facets of a block, in the colours of their parts, or of the regions that it has."""
+    for colour, facets in _outside(tagged):
+        if len(facets):
+            drawn = Poly3DCollection(
+                list(tagged.points[facets]), facecolor=colour, edgecolor="black", linewidth=0.3
+            )
+            axes.add_collection3d(drawn)
+    low, high = tagged.points.min(axis=0), tagged.points.max(axis=0)
+    axes.set(
+        xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]),
+        xlabel="x (mm)", ylabel="y (mm)", zlabel="z (mm)",
+    )  # fmt: skip
+    axes.set_box_aspect(high - low)
+    axes.view_init(elevation, -60.0)
+
+
+def _outside(tagged: TaggedMesh) -> list[tuple[str, IntArray]]:
+    """Colours and the outer facets (n, corners) that have them."""
+    outer = outer_facets(tagged)
+    if tagged.body == "ice":
+        return [
+            (colour, outer[among(outer, facets_of(tagged._replace(cells=tagged.cells[cells])))])
+            for colour, cells in zip(
+                _region_colours(tagged).values(), tagged.named_cells.values(), strict=True
+            )
+        ]
+    named = np.concatenate(list(tagged.facets.values()))
+    parts = [(COLOURS[name], facets) for name, facets in tagged.facets.items()]
+    return [(FREE, outer[~among(outer, named)]), *parts]
+
+
+def _region_colours(tagged: TaggedMesh) -> dict[str, str]:
+    """Of the regions of a mesh by their names."""
+    names = list(tagged.named_cells)
+    if tagged.body != "ice":
+        return dict.fromkeys(names, FREE)
+    below = [name for name in names if name != "ice"]
+    return {"ice": ICE} | dict(zip(below, itertools.cycle(LAYERS), strict=False))
+
+
+def _add_legend(figure: Figure, meshes: list[TaggedMesh]) -> None:
+    shown: dict[str, str] = {}
+    for tagged in meshes:
+        if len(meshes) > 1:
+            shown |= _region_colours(tagged)
+        if tagged.body != "ice" or tagged.points.shape[1] == 2:
+            shown |= {name: COLOURS[name] for name in tagged.facets if name in COLOURS}
+    patches = [
+        Patch(facecolor=colour, edgecolor="black", linewidth=0.4, label=name)
+        for name, colour in shown.items()
+    ]
+    figure.legend(handles=patches, loc="outside upper center", ncols=len(patches))

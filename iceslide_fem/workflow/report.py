@@ -1,0 +1,85 @@
+"""What `iceslide report` does: what lies in a folder, and the page about it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from iceslide_fem.postprocess.report.page import Page, write_page
+from iceslide_fem.postprocess.results import read_run
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.files import check_writable, writing
+
+FILE = "report.html"
+
+
+def report(folders: Sequence[Path], out: Path | None = None) -> Path:
+    """Write the page about what the folders hold; its path.
+
+    Without `out` it is report.html in the only folder, or results/comparison.html. Raises
+    SceneError if there is nothing to report, OutputError if the page cannot be written.
+    """
+    if out is None:
+        out = folders[0] / FILE if len(folders) == 1 else Path("results") / "comparison.html"
+    elif out.suffix.lower() not in (".html", ".htm"):
+        raise SceneError(f"--out {out} is no page: give a file that ends in .html")
+    check_writable(out.parent)
+    page = page_of(folders)
+    with writing(out):
+        out.parent.mkdir(parents=True, exist_ok=True)
+    return write_page(out, page)
+
+
+def page_of(folders: Sequence[Path]) -> Page:
+    """The page about a run, a sweep, a ladder, a footprint, or several runs side by side."""
+    for folder in folders:
+        if not folder.is_dir():
+            raise SceneError(f"{folder} is not a folder; give one that a command wrote to")
+    # What a page does not need is not imported: it is made after every run.
+    if len(folders) > 1:
+        from iceslide_fem.postprocess.report.of_runs import page_of_runs
+
+        return page_of_runs(list(folders))
+    (folder,) = folders
+    summary = _summary(folder)
+    if "footprint" in summary:
+        from iceslide_fem.preprocess.footprint.report_page import page_of_footprint
+
+        return page_of_footprint(folder, summary)
+    if summary:
+        from iceslide_fem.postprocess.report.of_run import page_of_run
+
+        return page_of_run(read_run(folder))
+    if (folder / "sweep.nc").is_file():
+        from iceslide_fem.workflow.sweep.report_page import page_of_sweep
+
+        return page_of_sweep(folder)
+    rungs = [path for path in sorted(folder.glob("*/summary.json")) if _is_rung(path)]
+    if rungs:
+        from iceslide_fem.postprocess.report.of_runs import page_of_ladder
+
+        return page_of_ladder(folder, rungs)
+    from iceslide_fem.postprocess.report.of_unfinished import is_unfinished, page_of_unfinished
+
+    if is_unfinished(folder):
+        return page_of_unfinished(folder)
+    raise SceneError(f"{folder} holds nothing to report: no run, sweep, ladder or footprint")
+
+
+def _summary(folder: Path) -> dict[str, object]:
+    """What summary.json in the folder says, or nothing where there is none."""
+    path = folder / "summary.json"
+    if not path.is_file():
+        return {}
+    try:
+        summary = json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError) as error:
+        raise SceneError(f"{path} is not what a command wrote ({error})") from None
+    if not isinstance(summary, dict) or not summary:
+        raise SceneError(f"{path} is not what a command wrote")
+    return summary
+
+
+def _is_rung(path: Path) -> bool:
+    return path.parent.name.startswith(("point_", "slice_", "block_"))

@@ -1,0 +1,149 @@
+"""Parameter sweeps: one scene, every combination of the values that are varied.
+
+Points are computed in one vectorised call, finite element cases in processes of their own. A
+case is known by its scene and the versions that compute it, so that a second sweep in the same
+directory computes what is missing, failed or changed. Imports `run`, `results`, `planning` and
+what is below them; it starts simulations as processes.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import xarray as xr
+
+from iceslide_fem.film.doubts import WITHOUT_MELTING
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.folders import claimed, clear_results, results_in
+from iceslide_fem.scene.fingerprint import scene_hash
+from iceslide_fem.workflow.sweep.outcome import DONE, NOT_RUN, CaseResult, read_outcome
+from iceslide_fem.workflow.sweep.plan import Case, Plan, make_plan, value_of
+from iceslide_fem.workflow.sweep.points import simulate_points
+from iceslide_fem.workflow.sweep.processes import (
+    Cores,
+    case_folder,
+    check_meshes,
+    compute,
+    prepare,
+    share_cores,
+    write_scene,
+)
+from iceslide_fem.workflow.sweep.table import done_points, read_sweep, scenes_of_table, write_sweep
+
+__all__ = ["Cores", "Plan", "failures", "make_plan", "read_sweep", "run_sweep", "share_cores"]
+
+
+def run_sweep(
+    plan: Plan,
+    folder: Path,
+    cores: Cores | None,
+    say: Callable[[str], None] = lambda _: None,
+    force: bool = False,
+) -> xr.Dataset:
+    """Compute what `folder` does not hold yet of `plan`, and write the table of all of it.
+
+    Without `cores` finite element cases are not run: their scenes are written, and what others
+    have made of them is collected. `say` is given a line for every case that has ended. However
+    it ends, the table says what there is. `force`: results in `folder` that are not of cases of
+    this plan go first. Raises SceneError where it may not write there.
+    """
+    scenes = {scene_hash(case.scene) for case in plan.cases}
+    read = [path for case in plan.cases for path in case.scene.files.values()]
+    with claimed(folder, partial(_other_results, scenes), force, read):
+        if force and _other_results(scenes, folder) is not None:
+            clear_results(folder)
+        return _run_sweep(plan, folder, cores, say)
+
+
+def _other_results(scenes: set[str], folder: Path) -> str | None:
+    """What the results in `folder` are, unless of a sweep whose every case has one of `scenes`."""
+    if not {path.name for path in results_in(folder)} & {"sweep.csv", "cases"}:
+        return "results of another command"
+    if not (folder / "sweep.csv").is_file():
+        return None
+    missing = scenes_of_table(folder) - scenes
+    return f"another sweep (of {len(missing)} other cases)" if missing else None
+
+
+def _run_sweep(
+    plan: Plan, folder: Path, cores: Cores | None, say: Callable[[str], None]
+) -> xr.Dataset:
+    outcomes = _found(plan, folder, say)
+    missing = [case for case in plan.cases if outcomes[case.name].status != DONE]
+    points = [case for case in missing if case.scene.model == "point"]
+    others = [case for case in missing if case.scene.model != "point"]
+    check_meshes(others)
+    say(f"{len(plan.cases)} cases, {len(plan.cases) - len(missing)} of them done before")
+    try:
+        scenes = [case.scene for case in points]
+        for case, outcome in zip(points, simulate_points(scenes), strict=True):
+            outcomes[case.name] = outcome
+        if cores is None:
+            for case in others:
+                write_scene(folder, case)
+        elif others:
+            say(
+                f"{len(others)} to run, {cores.at_a_time} at a time on {cores.per_case} "
+                f"core{'s' if cores.per_case > 1 else ''} each"
+            )
+            prepare(folder, others)
+            for number, (case, outcome) in enumerate(compute(folder, others, cores), start=1):
+                outcomes[case.name] = outcome
+                say(f"[{number}/{len(others)}] {_described(plan, case, outcome)}")
+    finally:
+        dataset = write_sweep(folder, plan, [outcomes[case.name] for case in plan.cases])
+    for line in _without_melting(plan, outcomes):
+        say(line)
+    return dataset
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """A line for each reason that kept cases from being done, with how many it kept."""
+    status, reason = dataset["status"].values.ravel(), dataset["reason"].values.ravel()
+    kept = Counter((kind, why) for kind, why in zip(status, reason, strict=True) if kind != DONE)
+    return [f"{count} {kind}: {why}" for (kind, why), count in kept.most_common()]
+
+
+def _without_melting(plan: Plan, outcomes: dict[str, CaseResult]) -> list[str]:
+    """A line on cases with the film law whose ice does not melt; none if there is no such case."""
+    found = [
+        outcomes[case.name].summary["melt_onset_s"] is None
+        for case in plan.cases
+        if case.scene.friction.law == "film" and outcomes[case.name].status == DONE
+    ]
+    if not any(found):
+        return []
+    return [
+        f"Note: in {sum(found)} of {len(found)} cases the ice does not melt: {WITHOUT_MELTING}."
+    ]
+
+
+def _found(plan: Plan, folder: Path, say: Callable[[str], None]) -> dict[str, CaseResult]:
+    """What the folder holds of each case."""
+    try:
+        points = done_points(folder)
+    except SceneError as damaged:
+        say(f"Points are computed again: {damaged}")
+        points = {}
+    return {
+        case.name: points.get(case.name, CaseResult(NOT_RUN, "not computed yet"))
+        if case.scene.model == "point"
+        else read_outcome(case_folder(folder, case), case.scene)
+        for case in plan.cases
+    }
+
+
+def _described(plan: Plan, case: Case, outcome: CaseResult) -> str:
+    """A case and its outcome in one line."""
+    words = []
+    for key in plan.axes:
+        value = value_of(case.scene, key)
+        words.append(f"{key}={value:.6g}" if isinstance(value, float) else f"{key}={value}")
+    if outcome.status == DONE:
+        result = f"mean mu {outcome.summary['mu_mean']:.4f}, {outcome.summary['wall_s']:.0f} s"
+    else:
+        result = f"{outcome.status}: {outcome.reason}"
+    return f"{' '.join(words)}: {result}"

@@ -1,0 +1,145 @@
+"""Which cases a sweep has: every combination of the values that are varied, each a valid scene."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from iceslide_fem.laws.table import law_of
+from iceslide_fem.run.rungs import resolved
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.units import to_si
+from iceslide_fem.scene import (
+    Scene,
+    key_and_text,
+    parsed,
+    put,
+    read_scene,
+    scene_from_dict,
+    unit_of,
+)
+from iceslide_fem.scene.fingerprint import fingerprint
+from iceslide_fem.scene.messages import shortened
+
+MOST_CASES = 100_000  # of a sweep
+
+Value = float | str | bool
+_RANGE = re.compile(r"[^:,]+:[^:,]+:\s*[0-9]+\s*")
+
+
+class Case(NamedTuple):
+    """One case: its name (the scene's fingerprint) and its scene."""
+
+    name: str
+    scene: Scene
+
+
+class Plan(NamedTuple):
+    """A sweep: values of every varied key (SI) and the cases, the last key varying fastest."""
+
+    axes: dict[str, tuple[Value, ...]]
+    cases: list[Case]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values of each varied key."""
+        return tuple(len(values) for values in self.axes.values())
+
+
+def make_plan(scene_file: Path, overrides: Sequence[str], varied: Sequence[str]) -> Plan:
+    """All combinations of `varied`, each "key=first:last:count" or "key=value,value,...".
+
+    Raises SceneError with one sentence if a value, or a combination of values, is not allowed, a
+    user's law can't be made, or there are more than `MOST_CASES`.
+    """
+    base = read_scene(scene_file, overrides)
+    given = dict(_axis(text) for text in varied)
+    if not given:
+        raise SceneError("a sweep varies something: give --vary load.pressure=1bar:5bar:5, say")
+    if len(given) < len(varied):
+        keys = [key_and_text(text)[0] for text in varied]
+        twice = next(key for key in keys if keys.count(key) > 1)
+        raise SceneError(f"{twice} is varied twice; give all its values in one --vary")
+    count = math.prod(len(values) for values in given.values())
+    if count > MOST_CASES:
+        raise SceneError(f"the sweep has {count} cases; allowed: up to {MOST_CASES}")
+    scenes = []
+    for values in itertools.product(*given.values()):
+        data = deepcopy(base)
+        for key, value in zip(given, values, strict=True):
+            put(data, key, value)
+        scenes.append(scene_from_dict(data))
+    axes = _axes_in_si(given, scenes)
+    scenes = [resolved(scene) for scene in scenes]  # a case is what runs
+    for scene in scenes:
+        law_of(scene)  # made before anything runs
+    return Plan(axes, [Case(fingerprint(scene), scene) for scene in scenes])
+
+
+def value_of(scene: Scene, key: str) -> Any:
+    """Value (SI) of the dotted `key`."""
+    value: Any = scene
+    for part in key.split("."):
+        value = value.get(part) if isinstance(value, Mapping) else getattr(value, part)
+    return value
+
+
+def _axis(text: str) -> tuple[str, tuple[Any, ...]]:
+    """Key and values, as given, of "load.pressure=1bar:5bar:5" or "load.speed=1,2,3"."""
+    key, values = key_and_text(text)
+    unit = unit_of(key)
+    if key == "name":
+        raise SceneError("name cannot be varied: it names the sweep, not a case")
+    if ":" not in values or (unit is None and not _RANGE.fullmatch(values)):
+        return key, tuple(parsed(value.strip()) for value in values.split(","))
+    try:
+        first, last, count = (part.strip() for part in values.split(":"))
+        number = int(count)
+    except ValueError:
+        raise SceneError(
+            f'--vary "{text}" is not of the form {key}=first:last:count with a whole count'
+        ) from None
+    if unit is None:
+        raise SceneError(f"{key} is not a number: list its values, as in {key}=one,other")
+    if not 2 <= number <= MOST_CASES:
+        raise SceneError(f'--vary "{text}": a range has a count of 2 to {MOST_CASES}')
+    ends = []
+    for end in (first, last):
+        value = parsed(end)
+        try:
+            ends.append(_number(value, unit))
+        except ValueError as error:
+            raise SceneError(f'{key} = "{shortened(end)}" {error}') from None
+    return key, tuple(float(f"{value:.12g}") for value in np.linspace(ends[0], ends[1], number))
+
+
+def _number(value: Any, unit: str) -> float:
+    """`value` in SI; raises ValueError with what is wrong with it."""
+    if isinstance(value, str):
+        return to_si(value, unit)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e300:
+        raise ValueError("is not a number")
+    return float(value)
+
+
+def _axes_in_si(
+    given: dict[str, tuple[Any, ...]], scenes: Sequence[Scene]
+) -> dict[str, tuple[Value, ...]]:
+    """Values of the varied keys in SI, as the scenes have them; no value twice."""
+    axes: dict[str, tuple[Value, ...]] = {}
+    stride = len(scenes)
+    for key, values in given.items():
+        stride //= len(values)
+        in_si = [value_of(scenes[number * stride], key) for number in range(len(values))]
+        if len(set(in_si)) < len(in_si):
+            twice = next(value for value in in_si if in_si.count(value) > 1)
+            raise SceneError(f"{key} = {twice} is given twice")
+        axes[key] = tuple(str(v) if isinstance(v, Path) else v for v in in_si)
+    return axes

@@ -1,0 +1,196 @@
+"""Pictures of a sweep: friction against every varied quantity, and maps over pairs of them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Hashable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from iceslide_fem.postprocess.results.style import BLUE
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+
+DPI = 130
+PICTURES = ("mu_by_*.png", "map_*.png")
+MOST_LINES, MOST_PANELS = 8, 3
+
+
+class SummaryQuantity(NamedTuple):
+    """How a key is shown: its name with unit, and factor and offset from SI."""
+
+    label: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+    def __call__(self, values: Any) -> Array:
+        """SI values as they are shown."""
+        return np.asarray((np.asarray(values) - self.offset) * self.factor)
+
+
+SHOWN = {
+    "load.pressure": SummaryQuantity("pressure (bar)", 1.0 / BAR),
+    "load.speed": SummaryQuantity("speed (m/s)"),
+    "load.duration": SummaryQuantity("duration (ms)", 1e3),
+    "ice.temperature": SummaryQuantity("ice temperature (°C)", 1.0, ZERO_CELSIUS),
+    "rubber.length": SummaryQuantity("length (mm)", 1e3),
+    "rubber.width": SummaryQuantity("width (mm)", 1e3),
+    "rubber.height": SummaryQuantity("height (mm)", 1e3),
+    "film.initial_height": SummaryQuantity("initial film height (nm)", 1e9),
+    "film.D": SummaryQuantity("asperity diameter $D$ (µm)", 1e6),
+    "film.H_V": SummaryQuantity("free height $H_V$ (µm)", 1e6),
+    "film.k": SummaryQuantity("relative contact area $k$"),
+}
+
+
+def plot_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
+    """Draw all pictures of a sweep into `folder`; their paths. Nothing if no case is done."""
+    for pattern in PICTURES:  # an earlier table's, which varied other keys perhaps
+        for earlier in folder.glob(pattern):
+            earlier.unlink()
+    if not np.isfinite(dataset["mu"]).any():
+        return []
+    numeric = [key for key in _varied(dataset) if dataset[key].dtype.kind in "if"]
+    dataset = dataset.sortby(numeric)
+    paths = []
+    for key in numeric:
+        paths.append(folder / f"mu_by_{key}.png")
+        _save(friction_against(dataset, key), paths[-1])
+    for first, second in itertools.combinations(numeric, 2):
+        paths.append(folder / f"map_{first}_{second}.png")
+        _save(maps(dataset, first, second), paths[-1])
+    return paths
+
+
+def friction_against(dataset: xr.Dataset, key: str) -> Figure:
+    """Mean mu against `key`: the next varied key as colour, one more as panels.
+
+    Where there are more values than lines or panels, the picture says how many it shows.
+    """
+    others = [other for other in _varied(dataset) if other != key]
+    colour, panel = [*others, None, None][:2]
+    mean, rest = _middle(dataset["mu_mean"], others[2:])
+    panels = _spread(dataset[panel].values, MOST_PANELS) if panel else [None]
+    if panel and len(panels) < dataset.sizes[panel]:
+        name = _quantity(panel).label.partition(" (")[0]
+        share = f"{len(panels)} of {dataset.sizes[panel]} values of {name}"
+        rest = ", ".join(filter(None, [share, rest]))
+    figure = Figure(figsize=(2.0 + 3.6 * len(panels), 4.0), layout="constrained")
+    axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+    for ax, at in zip(axes, panels, strict=True):
+        here = mean if panel is None else mean.sel({panel: at})
+        if panel is not None:
+            ax.set_title(_told(panel, at), fontsize=10)
+        _lines(ax, here, key, colour)
+    axes[0].set_ylabel(r"mean friction coefficient $\bar\mu$")
+    axes[0].set_ylim(bottom=0.0)
+    if colour is not None:
+        title, drawn, there = _quantity(colour).label, len(axes[-1].lines), dataset.sizes[colour]
+        title += f"\n{drawn} of {there} values" if drawn < there else ""
+        axes[-1].legend(title=title, frameon=False, fontsize=8, title_fontsize=9)
+    figure.suptitle(_title(dataset, "Friction", rest))
+    return figure
+
+
+def maps(dataset: xr.Dataset, first: str, second: str) -> Figure:
+    """Mean mu, film height at the end and melt onset over two varied keys."""
+    others = [key for key in _varied(dataset) if key not in (first, second)]
+    end = dataset["film_height_m"].isel(time_share=-1)
+    panels = {
+        r"mean friction coefficient $\bar\mu$": dataset["mu_mean"],
+        "film height at the end (nm)": 1e9 * end,
+        "melt onset (ms); hatched: none": 1e3 * dataset["melt_onset_s"],
+    }
+    figure = Figure(figsize=(13.0, 4.2), layout="constrained")
+    axes = figure.subplots(1, len(panels), sharey=True)
+    rest = ""
+    for ax, (name, values) in zip(axes, panels.items(), strict=True):
+        here, rest = _middle(values, others)
+        ax.set_facecolor("0.93")
+        ax.patch.set(hatch="///", edgecolor="0.75")
+        x, y = _quantity(first), _quantity(second)
+        shown = here.transpose(second, first).to_numpy()
+        mesh = ax.pcolormesh(
+            x(dataset[first].values), y(dataset[second].values), shown, shading="nearest"
+        )
+        figure.colorbar(mesh, ax=ax)
+        # no colour beyond the values: the outer cells are half as wide
+        ax.set(title=name, xlabel=x.label, xlim=_range(x, dataset[first]))
+        ax.set_ylim(_range(y, dataset[second]))
+    axes[0].set_ylabel(_quantity(second).label)
+    figure.suptitle(_title(dataset, "Maps", rest))
+    return figure
+
+
+def _lines(ax: Axes, values: xr.DataArray, key: str, colour: str | None) -> None:
+    x = _quantity(key)(values[key].values)
+    if colour is None:
+        ax.plot(x, values.to_numpy(), "o-", color=BLUE)
+    else:
+        chosen = _spread(values[colour].values, MOST_LINES)
+        shades = matplotlib.colormaps["viridis"](np.linspace(0.0, 0.9, len(chosen)))
+        for shade, at in zip(shades, chosen, strict=True):
+            label = _number(colour, at)
+            line = values.sel({colour: at}).to_numpy()
+            ax.plot(x, line, "o-", color=shade, label=label, markersize=4)
+    ax.set_xlabel(_quantity(key).label)
+    ax.grid(alpha=0.25)
+    ax.spines[["top", "right"]].set_visible(False)
+
+
+def _varied(dataset: xr.Dataset) -> list[str]:
+    """Keys with more than one value."""
+    return [str(key) for key, size in dataset["status"].sizes.items() if size > 1]
+
+
+def _middle(values: xr.DataArray, keys: Sequence[str]) -> tuple[xr.DataArray, str]:
+    """`values` at the middle of each of `keys`, and of keys with one value; words for it."""
+    words = []
+    for key in keys:
+        at = values[key].values[values.sizes[key] // 2]
+        words.append(_told(key, at))
+        values = values.sel({key: at})
+    return values.squeeze(drop=True), ", ".join(words)
+
+
+def _spread(values: Array, most: int) -> list[Any]:
+    """At most so many of `values`, first and last among them."""
+    chosen = np.unique(np.linspace(0, len(values) - 1, min(most, len(values))).round().astype(int))
+    return [values[number] for number in chosen]
+
+
+def _range(quantity: SummaryQuantity, values: xr.DataArray) -> tuple[float, float]:
+    """Least and largest value as they are shown."""
+    shown = quantity(values.values)
+    return float(shown.min()), float(shown.max())
+
+
+def _quantity(key: Hashable) -> SummaryQuantity:
+    return SHOWN.get(str(key), SummaryQuantity(str(key)))
+
+
+def _number(key: str, value: Any) -> str:
+    if isinstance(value, str | bool | np.bool_):
+        return str(value).lower()
+    return f"{_quantity(key)(value):.4g}"
+
+
+def _told(key: str, value: Any) -> str:
+    """ "pressure 2 bar" """
+    name, _, unit = _quantity(key).label.partition(" (")
+    return f"{name} {_number(key, value)} {unit.rstrip(')')}".strip()
+
+
+def _title(dataset: xr.Dataset, what: str, rest: str) -> str:
+    words = [str(dataset.attrs["name"]), str(dataset.attrs["model"]), rest]
+    return f"{what}: " + ", ".join(word for word in words if word)
+
+
+def _save(figure: Figure, path: Path) -> None:
+    figure.savefig(path, dpi=DPI)

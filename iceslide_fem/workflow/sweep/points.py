@@ -1,0 +1,133 @@
+"""Point cases of a sweep: all of them in one vectorised call."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from time import monotonic
+from typing import Any
+
+import numpy as np
+
+from iceslide_fem.film.conditions import rubber_columns, scene_conditions, simulation_settings
+from iceslide_fem.film.point import Conditions, Record, simulate
+from iceslide_fem.run.point import point_doubts, point_history, point_summary
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SimulationStopped
+from iceslide_fem.scene import Scene
+from iceslide_fem.scene.fingerprint import versions
+from iceslide_fem.scene.materials import BOTTOMLESS
+from iceslide_fem.workflow.sweep.outcome import DONE, FAILED, SAMPLES, CaseResult
+
+# So many conditions at once: more do not make a point cheaper, they only take memory.
+CHUNK = 20_000
+
+
+def simulate_points(scenes: Sequence[Scene]) -> list[CaseResult]:
+    """Outcomes of point scenes, in their order.
+
+    Scenes with the same numerics and duration are one call, where the ice does not pass. Where a
+    call stops, its scenes are halved until the one that stops it is alone.
+    """
+    groups: dict[tuple[Any, ...], list[int]] = {}
+    outcomes: list[CaseResult] = [CaseResult(FAILED)] * len(scenes)
+    for number, scene in enumerate(scenes):
+        # means over a block, each over its own transit; loads that go in time and laws of one's
+        # own, each with their own steps; films whose heights do not follow from mu
+        if (
+            scene.ice.motion == "sliding"
+            or scene.load.changes
+            or scene.friction.law != "film"
+            or scene.water.table is not None
+        ):
+            outcomes[number] = _alone(scene)
+            continue
+        settings = simulation_settings(scene)
+        heat = _rubber_key(scene)
+        below = None if scene.ice.ground == BOTTOMLESS else scene.ice.solid  # one for all on it
+        key = scene.load.duration, heat, below, *settings.values()
+        groups.setdefault(key, []).append(number)
+    for numbers in groups.values():
+        for first in range(0, len(numbers), CHUNK):
+            chunk = numbers[first : first + CHUNK]
+            for number, outcome in zip(chunk, _outcomes([scenes[i] for i in chunk]), strict=True):
+                outcomes[number] = outcome
+    return outcomes
+
+
+def _alone(scene: Scene) -> CaseResult:
+    """Outcome of a scene in a call of its own."""
+    started = monotonic()
+    try:
+        rows, entries = point_history(scene)
+    except SimulationStopped as reason:
+        return CaseResult(FAILED, str(reason))
+    times = np.linspace(0.0, scene.load.duration, SAMPLES)
+    own = [row.time_s for row in rows]
+    curves = {
+        name: np.interp(times, own, [getattr(row, name) for row in rows])
+        for name in ("mu", "film_height_m")
+    }
+    return CaseResult(DONE, "", entries | {"wall_s": monotonic() - started}, curves)
+
+
+def _rubber_key(scene: Scene) -> tuple[Any, ...]:
+    """What scenes must share to share columns of rubber; those are as cold as the ice at first."""
+    if not scene.rubber.heat:
+        return ()
+    ice, rubber = scene.ice, scene.rubber
+    film = scene.film.conductance, scene.water.conductivity
+    return ice.temperature, ice.melting_temperature, *rubber.solid, *film
+
+
+def _outcomes(scenes: list[Scene]) -> Iterator[CaseResult]:
+    try:
+        yield from _together(scenes)
+    except SimulationStopped as reason:
+        if len(scenes) == 1:
+            yield CaseResult(FAILED, str(reason))
+            return
+        half = len(scenes) // 2
+        yield from _outcomes(scenes[:half])
+        yield from _outcomes(scenes[half:])
+
+
+class _Balance:
+    """Energies (J/m2) of every condition, for the energy imbalance of its summary."""
+
+    def __init__(self, n: int) -> None:
+        self.work, self.missing = np.zeros(n), np.zeros(n)
+
+    def add(self, record: Record) -> None:
+        """Enter accepted steps."""
+        step, at = record.step, record.places
+        work = step.friction_work[at]
+        self.work[record.points] += work
+        taken = step.ice_heat[at] + step.rubber_heat[at] + step.latent_heat[at]
+        self.missing[record.points] += work - taken
+
+
+def _together(scenes: list[Scene]) -> list[CaseResult]:
+    """Outcomes of scenes with the same settings and duration, by one call."""
+    started = monotonic()
+    parts = [scene_conditions(scene) for scene in scenes]
+    conditions = Conditions(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+    times = np.linspace(0.0, scenes[0].load.duration, SAMPLES)
+    balance = _Balance(len(scenes))
+    settings = simulation_settings(scenes[0])
+    rubber = rubber_columns(scenes[0])
+    result = simulate(conditions, times=times, observe=balance.add, rubber=rubber, **settings)
+    mu: Array = result.samples.T
+    mu[:, -1] = result.mu_end  # the last step may end a rounding error early
+    viscous = conditions.loads().viscous / conditions.pressure
+    height = viscous[:, None] / mu
+    wall = (monotonic() - started) / len(scenes)
+    outcomes = []
+    for i in range(len(scenes)):
+        entries = point_summary(result, i) | {
+            "energy_imbalance": float(balance.missing[i] / balance.work[i]),
+            "wall_s": wall,
+            "warnings": point_doubts(conditions, result, i),
+            "versions": versions(),
+        }
+        outcomes.append(CaseResult(DONE, "", entries, {"mu": mu[i], "film_height_m": height[i]}))
+    return outcomes

@@ -1,0 +1,187 @@
+"""Finite element cases of a sweep: every case a process of its own, so many at a time.
+
+A case that crashes takes nothing with it, and what a case is and how it is run is the same as
+`iceslide run` by hand or by a cluster's queue.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from pathlib import Path
+from typing import NamedTuple
+
+import tomlkit
+
+from iceslide_fem.run.checkpoint import read_checkpoint
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.files import replace_file
+from iceslide_fem.runtime.launch import environment_of_one
+from iceslide_fem.scene import Scene
+from iceslide_fem.workflow.sweep.outcome import SENTENCE, CaseResult, read_outcome
+from iceslide_fem.workflow.sweep.plan import Case
+
+
+class Cores(NamedTuple):
+    """Processes (one core each) per case, and cases at a time."""
+
+    per_case: int
+    at_a_time: int
+
+
+def share_cores(per_case: int, at_a_time: int | None) -> Cores:
+    """Cores for a sweep; without `at_a_time`, as many cases as there is room for.
+
+    Raises SceneError if that is more than this process may use.
+    """
+    if hasattr(os, "sched_getaffinity"):  # on Linux: the cores that this process may use
+        available = len(os.sched_getaffinity(0))
+    else:
+        available = os.cpu_count() or 1
+    at_a_time = at_a_time if at_a_time is not None else available // per_case
+    if not 1 <= per_case * at_a_time <= available:
+        raise SceneError(
+            f"{max(at_a_time, 1)} cases at a time on {per_case} cores each need "
+            f"{max(at_a_time, 1) * per_case} cores; allowed here: {available}"
+        )
+    return Cores(per_case, at_a_time)
+
+
+def case_folder(folder: Path, case: Case) -> Path:
+    """Directory of a case's run."""
+    return folder / "cases" / case.name
+
+
+def write_scene(folder: Path, case: Case) -> Path:
+    """Write the case's complete scene to its directory; the file's path."""
+    path = case_folder(folder, case) / "scene.toml"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    scene = case.scene.model_dump(mode="json", exclude_none=True)
+    for (table, key), file in case.scene.files.items():
+        scene[table][key] = str(file.absolute())
+    replace_file(path, tomlkit.dumps(scene))
+    return path
+
+
+def forms_of(scene: Scene) -> tuple[object, ...]:
+    """What the forms of a scene depend on: scenes with the same need to be compiled once.
+
+    Material constants, loads and sizes are data of the forms, not part of their code.
+    """
+    rubber, ice = scene.rubber, scene.ice
+    return scene.model, ice.heat, ice.motion, rubber.heat, rubber.inertia, rubber.mesh
+
+
+def check_meshes(cases: Sequence[Case]) -> None:
+    """Raise SceneError if a mesh file of `cases` cannot be used, before the first one runs."""
+    kinds = {(case.scene.model, case.scene.rubber.mesh): case for case in cases}
+    for (_, mesh), case in kinds.items():
+        if mesh is None:
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            words = [sys.executable, "-m", "iceslide_fem.cli", "info"]
+            words.append(str(write_scene(Path(folder), case)))
+            done = subprocess.run(words, env=environment_of_one(), capture_output=True, text=True)
+        if done.returncode == SceneError.exit_code:
+            raise SceneError(done.stderr.strip().removeprefix(SENTENCE))
+
+
+def prepare(folder: Path, cases: Sequence[Case]) -> None:
+    """Compile the forms of all `cases`, each kind once.
+
+    What cannot be built is left to its case, which fails with the reason.
+    """
+    kinds = {forms_of(case.scene): case for case in cases}
+    for case in kinds.values():
+        words = [sys.executable, "-m", "iceslide_fem.workflow.sweep.compile_forms"]
+        words.append(str(write_scene(folder, case)))
+        subprocess.run(
+            words,
+            env=environment_of_one(),
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            check=False,
+        )
+
+
+def compute(folder: Path, cases: Sequence[Case], cores: Cores) -> Iterator[tuple[Case, CaseResult]]:
+    """Run `cases`, and give each with its outcome when it has ended.
+
+    When the caller stops early (an interrupt), running cases are asked to end (SIGTERM) and
+    waited for, and no new ones are started.
+    """
+    running: set[subprocess.Popen[bytes]] = set()
+    stopping = threading.Event()
+
+    def one(case: Case) -> CaseResult:
+        if not stopping.is_set():
+            _run(folder, case, cores.per_case, running, stopping)
+        return read_outcome(case_folder(folder, case), case.scene)
+
+    with ThreadPoolExecutor(cores.at_a_time) as pool:
+        futures = {pool.submit(one, case): case for case in cases}
+        try:
+            for future in as_completed(futures):
+                yield futures[future], future.result()
+        finally:
+            stopping.set()
+            for process in list(running):
+                process.terminate()
+
+
+def _run(
+    folder: Path,
+    case: Case,
+    n_cores: int,
+    running: set[subprocess.Popen[bytes]],
+    stopping: threading.Event,
+) -> None:
+    """Run a case, or go on with it, and wait; what it says goes to log.txt in its directory."""
+    directory = case_folder(folder, case)
+    words = [sys.executable, "-m", "iceslide_fem.cli", "run", str(write_scene(folder, case))]
+    # A case's folder is of nothing else: what is there and cannot go on is replaced.
+    words += ["--restart", str(directory)] if _goes_on(directory) else _anew(directory)
+    words.append("--no-report")  # a page for each of a thousand cases would be gigabytes
+    if n_cores > 1:
+        words = [_mpirun(), "-n", str(n_cores), *words]
+    with open(directory / "log.txt", "wb") as log:
+        process = subprocess.Popen(
+            words, env=environment_of_one(), stdin=subprocess.DEVNULL, stdout=log, stderr=log
+        )
+        running.add(process)
+        if stopping.is_set():  # since it was looked at
+            process.terminate()
+        code = process.wait()
+        running.discard(process)
+        if code != 0:  # comes last: read only if the command said nothing itself
+            end = signal.Signals(-code).name if code < 0 else f"exit code {code}"
+            log.write(f"\n{SENTENCE}ended by {end}, see {log.name}\n".encode())
+
+
+def _goes_on(directory: Path) -> bool:
+    """Whether a checkpoint is there that can be trusted."""
+    try:
+        read_checkpoint(directory)
+    except SceneError:
+        return False
+    return True
+
+
+def _anew(directory: Path) -> list[str]:
+    return ["--force", "--out", str(directory)]
+
+
+def _mpirun() -> str:
+    """mpirun of this Python's environment (the wheel brings one), else the system's."""
+    here = str(Path(sys.executable).parent)
+    found = shutil.which("mpirun", path=here + os.pathsep + os.environ.get("PATH", ""))
+    if found is None:
+        raise SceneError("several cores per case need mpirun, which is not installed")
+    return found

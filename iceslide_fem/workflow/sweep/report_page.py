@@ -1,0 +1,236 @@
+"""The page of a sweep: every case in a table, friction over what was varied, mu(t)."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from iceslide_fem.postprocess.report.page import (
+    Cell,
+    Chart,
+    Curve,
+    HeatMap,
+    Page,
+    Section,
+    Table,
+    Text,
+)
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.workflow.sweep.outcome import DONE
+from iceslide_fem.workflow.sweep.plots import SHOWN, SummaryQuantity
+from iceslide_fem.workflow.sweep.table import read_sweep
+
+MORE = (
+    "In Python: iceslide_fem.sweep.read_sweep(folder) gives these numbers as labelled arrays. "
+    "The page of a case: iceslide report FOLDER/cases/CASE; of a point: run its scene by itself."
+)
+MOST_ROWS, MOST_CURVES = 400, 12
+RESULTS = {"mu_mean": "mean mu", "mu_peak": "largest mu", "mu_end": "mu at the end"}
+
+
+def page_of_sweep(folder: Path) -> Page:
+    """The page of the sweep in `folder`. Raises SceneError if it holds none."""
+    data = read_sweep(folder)
+    try:
+        table = pd.read_csv(folder / "sweep.csv", dtype=str, keep_default_na=False)
+    except (OSError, ValueError) as error:
+        raise SceneError(
+            f"{folder} holds no whole sweep (no readable sweep.csv: {error})"
+        ) from None
+    keys = [str(key) for key in data.dims if key != "time_share"]
+    done = int((data["status"] == DONE).sum())
+    count = int(data["status"].size)
+    left = "" if done == count else f"{count - done} of {count} cases are not done."
+    charts = _charts(data, keys)
+    over = ", ".join(f"{key} ({data.sizes[key]} values)" for key in keys) or "nothing"
+    return Page(
+        title=f"{data.attrs.get('name') or folder.name}: sweep of {count} cases",
+        summary=f"{count} cases over {over}, {done} of them done, model {data.attrs.get('model')}.",
+        stopped=left,
+        sections=[
+            *([Section("curves", "Curves", charts)] if charts else []),
+            Section("results", "Every case", [*_cases(data, keys), *_error(table)]),
+            Section("warnings", "Warnings", _warnings(data, table)),
+            Section("scene", "What the cases share", _scene(data, keys)),
+            Section(
+                "again",
+                "Run it again",
+                [Text(_command(data, keys), "code"), Text(MORE), *_versions(table)],
+            ),
+        ],
+    )
+
+
+def _charts(data: xr.Dataset, keys: list[str]) -> list[Chart | HeatMap]:
+    if "mu_mean" not in data:  # no case is done
+        return []
+    numeric = [key for key in keys if data[key].dtype.kind in "if" and data.sizes[key] > 1]
+    charts: list[Chart | HeatMap] = []
+    for key in numeric:
+        others = [other for other in keys if other != key]
+        look = _shown(key)
+        curves: list[Curve] = []
+        for indices in itertools.product(*(range(data.sizes[other]) for other in others)):
+            at = dict(zip(others, indices, strict=True))
+            mu = np.asarray(data["mu_mean"].isel(at).values, dtype=float)
+            if np.isfinite(mu).any() and len(curves) < MOST_CURVES:
+                curves.append(Curve(_case(data, at) or "mean mu", look(data[key]), mu, len(curves)))
+        if curves:
+            lows = [float(np.nanmin(curve.y)) for curve in curves]
+            highs = [float(np.nanmax(curve.y)) for curve in curves]
+            says = f"Mean mu is between {min(lows):.4g} and {max(highs):.4g}"
+            charts.append(
+                Chart(
+                    f"over-{_word(key)}",
+                    f"Mean mu over {look.label}",
+                    says,
+                    look.label,
+                    "mean mu",
+                    curves,
+                )
+            )
+    for down, across in itertools.combinations(numeric[:3], 2):
+        if data.sizes[down] > 2 and data.sizes[across] > 1:
+            fixed = {key: 0 for key in keys if key not in (down, across)}
+            table = data["mu_mean"].isel(fixed).transpose(down, across)
+            here = f", {_case(data, fixed)}" if fixed else ""
+            x, y = _shown(across), _shown(down)
+            charts.append(
+                HeatMap(
+                    f"map-{_word(down)}-{_word(across)}",
+                    f"Mean mu{here}",
+                    f"Mean mu over {x.label} and {y.label}",
+                    x.label,
+                    y.label,
+                    "",
+                    (x(data[across]), y(data[down])),
+                    table.values,
+                    "viridis",
+                )
+            )
+    over_time: list[Curve] = []
+    for indices in itertools.product(*(range(data.sizes[key]) for key in keys)):
+        at = dict(zip(keys, indices, strict=True))
+        mu = np.asarray(data["mu"].isel(at).values, dtype=float)
+        if np.isfinite(mu).any() and len(over_time) < MOST_CURVES:
+            time = 1e3 * float(data["duration_s"].isel(at)) * data["time_share"].values
+            over_time.append(Curve(_case(data, at) or "mu", time, mu, len(over_time)))
+    if over_time:
+        says = f"mu(t) of the first {len(over_time)} cases"
+        charts.append(Chart("mu", "mu(t)", says, "sliding time (ms)", "mu (1)", over_time))
+    return charts
+
+
+def _cases(data: xr.Dataset, keys: list[str]) -> list[Table | Text]:
+    rows = []
+    shape = [data.sizes[key] for key in keys]
+    for number, indices in enumerate(itertools.product(*map(range, shape))):
+        if number == MOST_ROWS:
+            break
+        at = dict(zip(keys, indices, strict=True))
+        row = [Cell(str(number + 1)), *(Cell(_value(data, key, at[key])) for key in keys)]
+        for key in RESULTS:
+            value = float(data[key].isel(at)) if key in data else np.nan
+            known = bool(np.isfinite(value))
+            row.append(Cell(f"{value:.4f}", key, value) if known else Cell("–"))
+        status, reason = (str(data[name].isel(at).values) for name in ("status", "reason"))
+        row.append(Cell(status if status == DONE else f"{status}: {reason}"))
+        rows.append(row)
+    head = ["case", *(_shown(key).label for key in keys), *RESULTS.values(), "status"]
+    found: list[Table | Text] = [Table("Cases in the order of the table sweep.csv", head, rows)]
+    if np.prod(shape) > MOST_ROWS:
+        found.append(
+            Text(f"The first {MOST_ROWS} of {np.prod(shape):.0f} cases; sweep.csv has all.")
+        )
+    return found
+
+
+def _error(table: pd.DataFrame) -> list[Text]:
+    """What error the cases aim at."""
+    known = list(dict.fromkeys(table.get("numerics.tolerance", [])))
+    if len(known) != 1:  # it was varied, and stands in the table
+        return []
+    return [
+        Text(
+            f"Steps and layers of every case are chosen for a relative error of mu(t) of "
+            f"{float(known[0]):g} (numerics.tolerance); that of the mesh is not in it."
+        )
+    ]
+
+
+def _warnings(data: xr.Dataset, table: pd.DataFrame) -> list[Text]:
+    """Why cases are not done, and the warnings of those that are, each kind once."""
+    reasons, counts = np.unique(data["reason"].values.astype(str), return_counts=True)
+    found = [
+        Text(f"{count} not done: {reason}", "warning")
+        for reason, count in zip(reasons, counts, strict=True)
+        if reason
+    ]
+    kinds: dict[str, list[tuple[int, str]]] = {}
+    for number, sentences in enumerate(table.get("warnings", []), start=1):
+        for sentence in filter(None, sentences.split("; ")):
+            kinds.setdefault(re.sub(r"[\d.]+", "#", sentence), []).append((number, sentence))
+    for cases in kinds.values():
+        (number, sentence), *others = cases
+        which = f"{len(cases)} of {len(table)} cases" if others else f"Case {number}"
+        example = f" (in case {number})" if others else ""
+        found.append(Text(f"{which}: {sentence}{example}.", "warning"))
+    return found or [Text("Every case is done, and none gave a warning.")]
+
+
+def _scene(data: xr.Dataset, keys: list[str]) -> list[Text]:
+    """The scene of the first case as a file, or what sweeps of earlier versions say of it."""
+    if "scene" not in data.attrs:
+        return [Text(str(data.attrs.get("inputs", "")).replace(" ", "\n"), "code")]
+    name = data.attrs.get("name") or "SCENE"
+    varied = f" ({', '.join(keys)} as in the first case)" if keys else ""
+    return [Text(f"As a file, {name}.toml{varied}:"), Text(str(data.attrs["scene"]), "code")]
+
+
+def _versions(table: pd.DataFrame) -> list[Table]:
+    """The versions that have computed the cases: several where a sweep was gone on with."""
+    rows = []
+    for column in table:
+        if str(column).startswith("versions."):
+            known = [version for version in dict.fromkeys(table[column]) if version]
+            rows.append([Cell(str(column).removeprefix("versions.")), Cell(", ".join(known))])
+    return [Table("What computed it", ["", ""], rows)] if rows else []
+
+
+def _command(data: xr.Dataset, keys: list[str]) -> str:
+    varied = (
+        f"    --vary {key}={','.join(f'{value}' for value in data[key].values.tolist())}"
+        for key in keys
+    )
+    name = data.attrs.get("name") or "SCENE"
+    return " \\\n".join([f"iceslide sweep {name}.toml", *varied])
+
+
+def _shown(key: str) -> SummaryQuantity:
+    known = SHOWN.get(key, SummaryQuantity(key))
+    return known._replace(label=known.label.replace("$", ""))
+
+
+def _value(data: xr.Dataset, key: str, index: int) -> str:
+    value = data[key].values[index]
+    if data[key].dtype.kind not in "if":
+        return str(value)
+    return f"{float(_shown(key)(value)):.4g}"
+
+
+def _case(data: xr.Dataset, at: dict[str, int]) -> str:
+    """The values of a case, in short."""
+    return ", ".join(
+        f"{_shown(key).label.split(' (')[0]} {_value(data, key, index)}"
+        for key, index in at.items()
+        if data.sizes[key] > 1
+    )
+
+
+def _word(key: str) -> str:
+    return key.replace(".", "-")

@@ -1,0 +1,156 @@
+"""Results of a sweep as files: `sweep.csv`, a row per case, and `sweep.nc`, labelled arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import tomlkit
+import xarray as xr
+
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.files import replace_file
+from iceslide_fem.scene import flat, put, unit_of
+from iceslide_fem.scene.fingerprint import scene_hash
+from iceslide_fem.workflow.sweep.outcome import CURVES, DONE, SAMPLES, CaseResult
+from iceslide_fem.workflow.sweep.plan import Plan
+
+CURVE_UNITS = {"mu": "1", "film_height_m": "m"}
+_TEXT = ("case", "scene_hash", "status", "reason", "warnings")
+
+
+def write_sweep(folder: Path, plan: Plan, outcomes: Sequence[CaseResult]) -> xr.Dataset:
+    """Write `sweep.csv` and `sweep.nc`; the Dataset that the second one holds."""
+    inputs = [flat(case.scene.as_dict()) for case in plan.cases]
+    rows = [
+        {
+            "case": case.name,
+            "scene_hash": scene_hash(case.scene),
+            "status": outcome.status,
+            "reason": outcome.reason,
+            "warnings": "; ".join(outcome.summary.get("warnings") or []),
+        }
+        | given
+        | _entries(outcome.summary)
+        for case, given, outcome in zip(plan.cases, inputs, outcomes, strict=True)
+    ]
+    table = pd.DataFrame(rows)
+    replace_file(folder / "sweep.csv", table.convert_dtypes().to_csv(index=False))
+    dataset = to_dataset(plan, inputs, table, outcomes)
+    replace_file(folder / "sweep.nc", bytes(dataset.to_netcdf(engine="scipy")))
+    return dataset
+
+
+def read_sweep(folder: Path | str) -> xr.Dataset:
+    """The labelled arrays of a sweep: a dimension for each varied key, and `time_share`.
+
+    Raises SceneError if there are none.
+    """
+    path = Path(folder) / "sweep.nc"
+    try:
+        return xr.load_dataset(path, engine="scipy")
+    except (ArithmeticError, LookupError, MemoryError, OSError, TypeError, ValueError) as error:
+        raise SceneError(f"{folder} holds no sweep (no readable sweep.nc: {error})") from None
+
+
+def scenes_of_table(folder: Path) -> set[str]:
+    """Hashes of the scenes that `sweep.csv` in `folder` has a result of."""
+    try:
+        table = pd.read_csv(folder / "sweep.csv", usecols=["scene_hash", "status"], dtype=str)
+    except (OSError, ValueError):
+        return {"unknown"}
+    return {str(scene) for scene in table["scene_hash"][table["status"] == DONE]}
+
+
+def done_points(folder: Path) -> dict[str, CaseResult]:
+    """Outcomes by case of the points that an earlier sweep in `folder` has computed.
+
+    Raises SceneError if its arrays are damaged.
+    """
+    if not (folder / "sweep.nc").is_file():
+        return {}
+    dataset = read_sweep(folder)
+    try:
+        cases = dataset["case"].values.ravel()
+        status = dataset["status"].values.ravel()
+        warnings = dataset["warnings"].values.ravel()
+        curves = {name: dataset[name].values.reshape(-1, SAMPLES) for name in CURVES}
+    except (KeyError, ValueError) as error:
+        raise SceneError(f"{folder / 'sweep.nc'} is not what a sweep writes ({error})") from None
+    entries = {
+        str(name): dataset[name].values.ravel()
+        for name in dataset.data_vars
+        if name not in (*_TEXT, *CURVES, "duration_s") and dataset[name].dtype.kind in "if"
+    }
+    return {
+        case: CaseResult(
+            DONE,
+            "",
+            {name: _plain(values[number]) for name, values in entries.items()}
+            | {"warnings": [str(text) for text in warnings[number : number + 1] if text]},
+            {name: values[number] for name, values in curves.items()},
+        )
+        for number, case in enumerate(cases)
+        if status[number] == DONE
+    }
+
+
+def to_dataset(
+    plan: Plan,
+    inputs: Sequence[dict[str, Any]],
+    table: pd.DataFrame,
+    outcomes: Sequence[CaseResult],
+) -> xr.Dataset:
+    """Texts, numbers of the summaries and curves over the varied keys, in SI.
+
+    inputs: of every case, by their dotted keys.
+    """
+    keys = list(plan.axes)
+    coordinates: dict[str, Any] = {}
+    for key, values in plan.axes.items():
+        coordinates[key] = (key, np.array(values), {"units": unit_of(key) or "1"})
+    coordinates["time_share"] = np.linspace(0.0, 1.0, SAMPLES)
+    data: dict[str, Any] = {}
+    for name in table:
+        if name in _TEXT:
+            data[name] = (keys, table[name].fillna("").to_numpy(dtype=str).reshape(plan.shape))
+        elif name not in inputs[0] and name.split(".")[0] != "versions":
+            data[name] = (keys, table[name].to_numpy(dtype=float).reshape(plan.shape))
+    missing = np.full(SAMPLES, np.nan)
+    for name in CURVES:
+        curves = np.array([outcome.curves.get(name, missing) for outcome in outcomes])
+        attributes = {"units": CURVE_UNITS[name]}
+        data[name] = ([*keys, "time_share"], curves.reshape(*plan.shape, SAMPLES), attributes)
+    durations = np.array([case.scene.load.duration for case in plan.cases])
+    data["duration_s"] = (keys, durations.reshape(plan.shape), {"units": "s"})
+    first, *others = inputs
+    common = {
+        key: value
+        for key, value in first.items()
+        if key not in plan.axes and all(other[key] == value for other in others)
+    }
+    words = " ".join(f"{key}={value}" for key, value in common.items() if value is not None)
+    named = {key: str(common.get(key, "")) for key in ("name", "model")}
+    scene: dict[str, Any] = {}
+    for key, value in first.items():  # a scene for the command: what was varied as in the first
+        if value is not None and (key in common or key in plan.axes):
+            put(scene, key, value)
+    named["scene"] = tomlkit.dumps(scene)
+    return xr.Dataset(data, coordinates, {"iceslide_fem": "sweep", "inputs": words, **named})
+
+
+def _entries(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """The numbers of a summary and its versions; the rest is in other columns."""
+    numbers = {
+        key: value
+        for key, value in summary.items()
+        if key != "stopped" and (value is None or isinstance(value, int | float))
+    }
+    return numbers | flat({"versions": summary.get("versions", {})})
+
+
+def _plain(value: Any) -> float | None:
+    return None if np.isnan(value) else float(value)
