@@ -188,8 +188,8 @@ def simulate(
         again = cuts[across] + 1
         cuts[:] = 0
         cuts[across] = again
-        share = np.where(again > LINES, np.minimum(event.fraction, 0.5), event.fraction)
-        expected[across] = share * dt_try[across]
+        fraction = np.where(again > LINES, np.minimum(event.fraction, 0.5), event.fraction)
+        expected[across] = fraction * dt_try[across]
         ahead, warm, time, rate = expected, warm_after, reached, growth
         state = taken(state, step.state, bad)
         if loading is not None:

@@ -39,10 +39,10 @@ from iceslide_fem.scene.thermal_layers import HEATED_LAYERS
 # Of continuum ice, relative to the tolerance: the error of fewer modes than its mesh has; what is
 # between its points and it, of the resistance of the layers that the shortest heating reaches. 25
 # times that moves mu(t) by eight times the tolerance where points saturate (docs/accuracy.md).
-CONDENSED, LINK = 0.005, 3e-4
+CONDENSED, INTERFACE_RESISTANCE = 0.005, 3e-4
 # How far (K) its points and it may disagree, relative to the tolerance. Much less closely found,
-# what single points give would be arbitrary: temperatures differ by as little over the link. The
-# stiffer that is, the more of them is rounding, by so much (K) over the tolerance.
+# what single points give would be arbitrary: temperatures differ by as little over the resistance.
+# The stiffer that is, the more of them is rounding, by so much (K) over the tolerance.
 AGREEMENT, ROUNDING = 1e-2, 1e-11
 
 
@@ -161,9 +161,11 @@ def _settings(block: Block, heated: Array) -> Settings:
     scene, solid = block.scene, block.scene.ice.solid
     tolerance, longest = scene.numerics.tolerance, float(np.max(heated))
     deep = HEATED_LAYERS * math.sqrt(solid.diffusivity * longest)
-    share = _shortest(scene, heated) / longest
-    link = LINK * tolerance * share**0.5 * deep / solid.conductivity
-    return Settings(solid, scene.ice.temperature, link, agreement(tolerance))
+    fraction = _shortest(scene, heated) / longest
+    interface_resistance = (
+        INTERFACE_RESISTANCE * tolerance * fraction**0.5 * deep / solid.conductivity
+    )
+    return Settings(solid, scene.ice.temperature, interface_resistance, agreement(tolerance))
 
 
 def _shortest(scene: Scene, heated: Array) -> float:
@@ -180,10 +182,10 @@ def _continuum(block: Block, surface: list[Lines], heated: Array) -> Continuum:
     """Ice that is `heated` (s) below those lines of its surface."""
     scene, comm = block.scene, block.surface.comm
     column = Column(scene.ice.temperature, heated, solid=scene.ice.solid)
-    share, tolerance = _shortest(scene, heated) / float(np.max(heated)), scene.numerics.tolerance
-    column = column.condensed(CONDENSED * tolerance, share)
-    link = LINK * tolerance * share**0.5
-    return Continuum(surface, comm, column, link, agreement(tolerance))
+    fraction, tolerance = _shortest(scene, heated) / float(np.max(heated)), scene.numerics.tolerance
+    column = column.condensed(CONDENSED * tolerance, fraction)
+    interface_resistance = INTERFACE_RESISTANCE * tolerance * fraction**0.5
+    return Continuum(surface, comm, column, interface_resistance, agreement(tolerance))
 
 
 def agreement(tolerance: float) -> float:
