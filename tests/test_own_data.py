@@ -58,10 +58,10 @@ class ConstantFlux:
 def rise(solid, flux, n=1, steps=400):
     """Rise of a column's surface (K) under `flux` (W/m2) over the duration."""
     column = Column(np.full(n, 200.0), DURATION, solid=solid)
-    content = column.initial(n)
+    heat_state = column.initial(n)
     for dt in DURATION * np.diff(np.linspace(0.0, 1.0, steps + 1) ** 2):
-        content, _ = column.stage(content, dt, ConstantFlux(flux))
-    return column.surface_temperature(content) - 200.0, column.heat(content)
+        heat_state, _ = column.stage(heat_state, dt, ConstantFlux(flux))
+    return column.surface_temperature(heat_state) - 200.0, column.heat(heat_state)
 
 
 def test_a_surface_warms_with_one_over_the_effusivity():
@@ -80,15 +80,15 @@ def test_a_surface_warms_with_one_over_the_effusivity():
 def test_the_closed_form_flux_is_that_of_the_given_ice():
     solid = Solid(1.0, 500.0, 3000.0, 271.0, 2e5)
     ice = HalfSpace(np.array([267.0]), DURATION, solid)
-    content = ice.initial(1)
+    heat_state = ice.initial(1)
     for _ in range(20):
         stage_film = law.FilmOnIce(
             law.implicit_stage, np.log([70e-9]), np.zeros(1), 1e-4, loads(1e6)
         )
-        content, stage = ice.stage(content, 1e-4, stage_film)
+        heat_state, stage = ice.stage(heat_state, 1e-4, stage_film)
     expected = 1.0 * 4.0 / np.sqrt(np.pi * solid.diffusivity * 2e-3)
     assert stage.melting[0] and stage.ice_flux[0] == pytest.approx(expected, rel=1e-12)
-    assert ice.surface_temperature(content)[0] == pytest.approx(271.0, abs=1e-9)
+    assert ice.surface_temperature(heat_state)[0] == pytest.approx(271.0, abs=1e-9)
 
 
 def loads(power):

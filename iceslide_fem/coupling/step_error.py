@@ -14,7 +14,7 @@ from iceslide_fem.coupling.energy import Energies
 from iceslide_fem.coupling.limits import LIMITS, StepLimits
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.viscosity import temperature_scale
-from iceslide_fem.interface.carriers import InterfaceStep
+from iceslide_fem.interface.film_frame import InterfaceStep
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.runtime.arrays import Array
 

@@ -83,7 +83,7 @@ INTEGRATORS = {
 
 
 class InterfaceState(NamedTuple):
-    """History of the interface: ln h and H_s (m) per film, contents of heat of ice and rubber.
+    """History of the interface: ln h and H_s (m) per film, heat states of ice and rubber.
 
     memory: (m, n), see `film.law.Remembered`; of the film law only where the viscosity follows its
     temperature.
@@ -93,7 +93,7 @@ class InterfaceState(NamedTuple):
     squeezed_height: Array
     ice: Array
     rubber: Array = np.zeros((0, 1))
-    memory: Array = np.zeros((0, 1))
+    internal: Array = np.zeros((0, 1))
 
     def take(self, index: Index) -> InterfaceState:
         """The state at the points of `index`."""
@@ -245,7 +245,7 @@ def advance(
             stage.squeezed_height,
             new_ice,
             rubber.heated(begin.rubber, stage_dt, stage.rubber_flux),
-            acting.remembered(begin.memory, stage),
+            acting.remembered(begin.internal, stage),
         )
         stages.append(stage)
         changes.append(InterfaceState(*(b - a for a, b in zip(begin, new, strict=True))))

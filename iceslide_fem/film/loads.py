@@ -62,12 +62,12 @@ class FilmLoads(NamedTuple):
         """
         free = np.maximum(self.free_height, before.squeezed_height)
         loads = self._replace(free_height=free)
-        history = start.log_height, start.squeezed_height, dt, loads, start.memory
+        history = start.log_height, start.squeezed_height, dt, loads, start.internal
         return FilmOnIce(stage, *history)
 
     def remembered(self, before: Array, stage: FilmStage) -> Array:
         """Memory after the `stage`, of which it was `before` at its start."""
-        return stage.memory if len(before) else before
+        return stage.internal if len(before) else before
 
     def shear(self, state: InterfaceState, ice: IceHeat) -> Array:
         """tau (Pa), (n,), of films in `state`, whatever the ice."""
@@ -130,7 +130,7 @@ class FilmOnIce(NamedTuple):
     squeezed_height: Array
     dt: Array | float
     loads: FilmLoads
-    memory: Array = np.zeros((0, 1))
+    internal: Array = np.zeros((0, 1))
 
     @property
     def power(self) -> Array:
@@ -153,11 +153,11 @@ class FilmOnIce(NamedTuple):
             warm = ice.offset + ice.resistance * found.friction_power
             return np.minimum(warm, ice.solid.melting_temperature), found
 
-        log_viscosity, temperature, found = settled(stage, thinning, self.memory[0])
+        log_viscosity, temperature, found = settled(stage, thinning, self.internal[0])
         # What is not molten makes less heat where the ice is warmer.
         less = ice.resistance * found.friction_power * thinning.fall(temperature)
         return found._replace(
             ice_slope=np.where(found.melting, found.ice_slope, less / (1.0 + less)),
-            memory=log_viscosity[None],
+            internal=log_viscosity[None],
             shearing=np.exp(log_viscosity) * found.shearing,
         )

@@ -50,11 +50,11 @@ class Asked(NamedTuple):
 
 
 class Begin(NamedTuple):
-    """What is the same in all of a stage: content and rise (K) at its start, capacity over its
+    """What is the same in all of a stage: heat state and rise (K) at its start, capacity over its
     length (W/K), conduction and its diagonal (W/K), the power (W) of sources and of a held base.
     """
 
-    content: Array
+    heat_state: Array
     rise: Array
     capacity: Array
     conduction: PETSc.Mat
@@ -115,12 +115,12 @@ class Balance:
         inside._heating = power
         return inside
 
-    def temperature(self, content: Array) -> Array:
+    def temperature(self, heat_state: Array) -> Array:
         """At all that is read, K. Collective."""
-        return self._T_0 + self._meeting.reads.of(self._bodies.rise(content))
+        return self._T_0 + self._meeting.reads.of(self._bodies.rise(heat_state))
 
     def stage(self, start: Array, dt: float, film: Film) -> tuple[Array, FilmStage]:
-        """Content at the end of a stage of `dt` (s) from `start`, and the film's. Collective.
+        """Heat state at the end of a stage of `dt` (s) from `start`, and the film's. Collective.
 
         Raises NotConverged.
         """
@@ -172,7 +172,7 @@ class Balance:
     def _asked(self, begin: Begin, film: Film, rise: Array, near: Array) -> Asked:
         answer = self._contact.ask(film, self._T_0 + self._meeting.reads.of(rise), near)
         given = self._meeting.reads.given(answer.given) + begin.power
-        kept = begin.capacity * (self._bodies.content(rise) - begin.content)
+        kept = begin.capacity * (self._bodies.heat_state(rise) - begin.heat_state)
         return Asked(answer, given - kept - self._conducted(begin.conduction, rise))
 
     def _settled(self, begin: Begin, asked: Asked) -> bool:
@@ -184,12 +184,12 @@ class Balance:
         return bool(most <= SETTLED * self._agreement)
 
     def _kept(self, rise: Array, imbalance: Array, dt: float) -> Array:
-        """The content with all heat in it: what the solver has left warms all of a body alike."""
+        """The heat state with all heat: what the solver has left warms a body evenly."""
         warmer = [
             one.warmed(left, dt)
             for one, left in zip(self._bodies.equations, self._bodies.parts(imbalance), strict=True)
         ]
-        return self._bodies.content(rise) + np.concatenate(warmer)
+        return self._bodies.heat_state(rise) + np.concatenate(warmer)
 
     def _tangent(self, begin: Begin, rise: Array, slopes: Array) -> PETSc.Mat:
         """Capacity and conduction at a rise, and the falls of what the films give."""

@@ -9,7 +9,7 @@ import numpy as np
 from iceslide_fem.film.integrators import Integrator, InterfaceState, advance
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.loads import FilmLoads
-from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep, Shifted, fresh
+from iceslide_fem.interface.film_frame import ContactLoads, InterfaceStep, Shifted, fresh
 from iceslide_fem.interface.rubber_columns import InsulatedOverGrid, RubberOverGrid
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, SurfaceGrid
 from iceslide_fem.interface.water import HALF, cells_passed, moved_by_a_cell
@@ -54,20 +54,20 @@ class OnIce:
         """This rank's nodes of the window."""
         return self.ice.grid.nodes
 
-    remembering = nodes
+    internal_nodes = nodes
 
-    def memory_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
+    def internal_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
         """ln(eta / eta_0) of the nodes, read at the points. Collective."""
-        rows = [self.at_points(one, contact) for one in state.memory]
+        rows = [self.at_points(one, contact) for one in state.internal]
         return np.array(rows).reshape(len(rows), contact.area.size)
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
         """Films of the initial height (m) on cold ice; `n_points` of rubber, as cold."""
         n = self.ice.grid.own.size
-        contents = self.ice.initial(n), self.rubber.initial(n_points)
-        return fresh(self._law, film_height, n, *contents)
+        heat_states = self.ice.initial(n), self.rubber.initial(n_points)
+        return fresh(self._law, film_height, n, *heat_states)
 
-    def pass_over(
+    def advance(
         self,
         state: InterfaceState,
         start: ContactLoads,
@@ -145,7 +145,7 @@ class OnIce:
         grid = self.ice.grid
         return np.asarray(grid.scatter(contact.touching, place(grid, contact)) / grid.cell_area)
 
-    def window_shifted(self, state: InterfaceState, offset: float) -> Shifted:
+    def shift_window(self, state: InterfaceState, offset: float) -> Shifted:
         """Shift ice and films together; water goes with what leaves. Collective."""
         grid = self.ice.grid
         cells, rest = whole_cells(grid, offset)
@@ -158,7 +158,7 @@ class OnIce:
             water,
             self.ice.shifted(state.ice, cells),
             state.rubber,
-            shifted(grid, state.memory, cells),
+            shifted(grid, state.internal, cells),
         )
         return Shifted(after, rest, left)
 

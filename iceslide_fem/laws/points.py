@@ -58,8 +58,8 @@ def moments(
     SimulationStopped where the law is at fault or no step is short enough.
     """
     n = shares.size
-    log_height, squeezed, memory = law.initial(film_height, n)
-    state = InterfaceState(log_height, squeezed, ice.initial(n), rubber.initial(n), memory)
+    log_height, squeezed, internal = law.initial(film_height, n)
+    state = InterfaceState(log_height, squeezed, ice.initial(n), rubber.initial(n), internal)
     longest = max_step or LONGEST_STEP * duration
     adaptive, time = bool(integrator.estimate), 0.0
     dt = min(FIRST_STEP * duration, longest) if adaptive else longest

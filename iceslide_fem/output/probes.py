@@ -132,10 +132,10 @@ class Probes:
 
     def _in_ice(self, probe: Probe, sliding: Sliding) -> float:
         """Temperature of the ice, degC. Collective."""
-        current, ice = sliding.current, sliding.carrier.ice
+        current, ice = sliding.current, sliding.frame.ice
         if ice.equation is not None:
             return self._in_mesh(probe, ice.equation, sliding)
-        profile = sliding.carrier.ice.profile(current.interface.ice)
+        profile = sliding.frame.ice.profile(current.interface.ice)
         assert profile is not None  # the scene refuses probes in closed-form ice
         if profile.grid is None:  # attached ice follows the rubber's points
             if probe.contact is None:
@@ -156,7 +156,7 @@ class Probes:
     def _in_mesh(self, probe: Probe, equation: HeatEquation, sliding: Sliding) -> float:
         """The same where the ice has a mesh: what its elements have there. Collective."""
         scene, current = sliding.block.scene, sliding.current
-        rise = sliding.carrier.ice.rises(current.interface.ice).ice
+        rise = sliding.frame.ice.rises(current.interface.ice).ice
         place = probe.place + np.eye(1, probe.place.size)[0] * current.loads.offset
         found = cell_around(equation.elements.space, place)
         if found is None or rise is None:

@@ -30,7 +30,7 @@ from iceslide_fem.rubber.failure import Posture, Slenderness, limit_met, posture
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.loaded_block import TractionLaw
 from iceslide_fem.rubber.newton import Solution
-from iceslide_fem.rubber.wall_friction import Grip
+from iceslide_fem.rubber.self_contact_friction import StickPoints
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.runtime.ranks import from_root
@@ -178,27 +178,31 @@ class Block:
         """Smallest distance of facing walls of sipes and grooves, m; below 0 by what they press
         into each other, infinite without walls. Collective.
         """
-        walls = self.rubber.walls
-        return np.inf if walls is None else walls.smallest_opening(self.rubber.displacements)
+        self_contact = self.rubber.self_contact
+        return (
+            np.inf
+            if self_contact is None
+            else self_contact.smallest_opening(self.rubber.displacements)
+        )
 
     @property
-    def grip(self) -> Grip | None:
+    def stick_points(self) -> StickPoints | None:
         """What friction of walls remembers of the last accepted equilibrium, None without it."""
-        return None if self.rubber.walls is None else self.rubber.walls.grip
+        return None if self.rubber.self_contact is None else self.rubber.self_contact.stick_points
 
-    def hold(self, grip: Grip | None) -> None:
-        """Let walls remember `grip` from now on: that of an equilibrium that is accepted."""
-        if self.rubber.walls is not None:
-            self.rubber.walls.grip = grip
+    def set_stick_points(self, stick_points: StickPoints | None) -> None:
+        """Set the friction history of the self-contact: that of an accepted equilibrium."""
+        if self.rubber.self_contact is not None:
+            self.rubber.self_contact.stick_points = stick_points
 
-    def grip_after(self) -> tuple[Grip | None, float]:
+    def stick_points_after(self) -> tuple[StickPoints | None, float]:
         """The grip if the present displacements are accepted, and the heat (J, of the whole block)
         of walls that have slipped on the way. Collective.
         """
-        if self.rubber.walls is None or self.rubber.walls.grip is None:
+        if self.rubber.self_contact is None or self.rubber.self_contact.stick_points is None:
             return None, 0.0
-        grip, heat = self.rubber.walls.followed(self.rubber.displacements)
-        return grip, self.scale * heat
+        stick_points, heat = self.rubber.self_contact.followed(self.rubber.displacements)
+        return stick_points, self.scale * heat
 
     def normal_force(self, contact: ContactState) -> float:
         """Contact force of the whole block, N. Collective."""
@@ -230,8 +234,8 @@ def build_block(scene: Scene, comm: MPI.Comm, energy: Energy = stored_energy) ->
     rubber = HyperelasticBody(mesh, material, energy=energy, density=density)
     numerics = scene.numerics
     penalty = numerics.penalty or default_penalty(material, height, numerics.tolerance)
-    rubber.let_walls_meet(WALLS * penalty, scene.rubber.wall_friction)
-    rubber.let_sides_meet_plate(height, penalty)
+    rubber.enable_self_contact(WALLS * penalty, scene.rubber.wall_friction)
+    rubber.enable_plate_contact(height, penalty)
     surface = contact_points(scene, rubber, height)
     ds = ufl.Measure("ds", domain=mesh.mesh, subdomain_data=mesh.facet_tags)
     plate = fem.Constant(mesh.mesh, PETSc.ScalarType(1.0)) * ds(mesh.tags["plate"])

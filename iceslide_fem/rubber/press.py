@@ -161,7 +161,7 @@ def _follow(
             if step < SMALLEST_PATH_STEP * first:
                 return lost(where(path), reason)
             continue
-        block.hold(block.grip_after()[0])
+        block.set_stick_points(block.stick_points_after()[0])
         # A first point is far from the start, which was a guess: no secant through it.
         last = (done, start) if done > 0.0 else None
         done = path
@@ -198,7 +198,7 @@ def _lower(
             share = found(block.balance_under_held_plate(law)).force / block.force
             if share >= 1.0:
                 found(block.balance(law))
-                block.hold(block.grip_after()[0])
+                block.set_stick_points(block.stick_points_after()[0])
                 return 1.0, mu, False
         except NotConverged:
             values[:] = start
@@ -207,7 +207,7 @@ def _lower(
             if step < SMALLEST_LOWERING * height:
                 break
             continue
-        block.hold(block.grip_after()[0])
+        block.set_stick_points(block.stick_points_after()[0])
         last, depth = (step, start), depth + step
         if share > largest:
             largest, mu = share, _friction_coefficient(block, law)

@@ -30,7 +30,7 @@ class Lying(NamedTuple):
     gap: Array
 
 
-class BesidePlate:
+class PlateContact:
     """Sides that may come to lie on the plate."""
 
     def __init__(self, space: Any, facets: Any, plate: Any, height: float, penalty: float) -> None:
