@@ -206,6 +206,17 @@ def empty_model() -> Iterator[Any]:
             gmsh.model.setCurrent(previous)
 
 
+def nodes_of(model: Any, cells: IntArray) -> tuple[Array, IntArray]:
+    """Coordinates (n, 3) of the nodes that `cells` have, by gmsh's numbers, and where each is in
+    them.
+    """
+    numbers, coordinates, _ = model.mesh.getNodes()
+    used, places = np.unique(cells, return_inverse=True)
+    order = np.argsort(numbers)
+    points = coordinates.reshape(-1, 3)[order[np.searchsorted(numbers, used, sorter=order)]]
+    return points, places
+
+
 def _fill(model: Any, tagged: TaggedMesh) -> None:
     """Put a mesh into the current model, one discrete entity and physical group for each name."""
     count, dim = tagged.points.shape
