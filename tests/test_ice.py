@@ -14,7 +14,7 @@ from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance  # noqa: E402
 from iceslide_fem.film.law import FilmStage, Surface, implicit_stage  # noqa: E402
 from iceslide_fem.film.loads import FilmLoads, FilmOnIce  # noqa: E402
-from iceslide_fem.interface import build, ice_balance, ice_surface  # noqa: E402
+from iceslide_fem.interface import heat_models, ice_balance, ice_surface  # noqa: E402
 from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumnsUnderPoints  # noqa: E402
 from iceslide_fem.interface.ice_conduction import StageSurface  # noqa: E402
@@ -429,7 +429,7 @@ def test_stages_settle_with_the_link_and_agreement_of_a_tolerance(tolerance, mon
     """Also where a stiff link lets rounding grow: the agreement does not ask for more."""
     monkeypatch.setattr(ice_balance, "MAX_ITERATIONS", 30)  # a stalled balance takes all of them
     ice, points, _ = some_ice(
-        "slice", 0.5, build.INTERFACE_RESISTANCE * tolerance, build.agreement(tolerance)
+        "slice", 0.5, heat_models.INTERFACE_RESISTANCE * tolerance, heat_models.agreement(tolerance)
     )
     heat_state = ice.initial(0)
     for _ in range(3):
