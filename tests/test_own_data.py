@@ -83,7 +83,7 @@ def test_the_closed_form_flux_is_that_of_the_given_ice():
     heat_state = ice.initial(1)
     for _ in range(20):
         stage_film = loads.FilmOnIce(
-            law.implicit_stage, np.log([70e-9]), np.zeros(1), 1e-4, loads(1e6)
+            law.implicit_stage, np.log([70e-9]), np.zeros(1), 1e-4, loads_of(1e6)
         )
         heat_state, stage = ice.stage(heat_state, 1e-4, stage_film)
     expected = 1.0 * 4.0 / np.sqrt(np.pi * solid.diffusivity * 2e-3)
@@ -91,7 +91,7 @@ def test_the_closed_form_flux_is_that_of_the_given_ice():
     assert ice.surface_temperature(heat_state)[0] == pytest.approx(271.0, abs=1e-9)
 
 
-def loads(power):
+def loads_of(power):
     """Loads of a film of 70 nm that makes `power` (W/m2), and does not squeeze out."""
     one = np.ones(1)
     return loads.FilmLoads(power * 70e-9 * one, one, 0.0 * one, one)
