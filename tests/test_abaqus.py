@@ -229,7 +229,7 @@ def test_sides_of_tetrahedra(tmp_path):
 
 def test_numbers_of_sides_are_those_of_abaqus():
     """Every side of the hexahedron and the tetrahedron, by the nodes that Abaqus' guide gives."""
-    from iceslide_fem.mesh.abaqus_elements import SIDES
+    from iceslide_fem.mesh.tagged import FACETS
 
     guide = {
         "hexahedron": "1-2-3-4 5-8-7-6 1-5-6-2 2-6-7-3 3-7-8-4 4-8-5-1",
@@ -239,7 +239,7 @@ def test_numbers_of_sides_are_those_of_abaqus():
     }
     for kind, sides in guide.items():
         wanted = [{int(node) - 1 for node in side.split("-")} for side in sides.split()]
-        assert [set(side) for side in SIDES[kind]] == wanted
+        assert [set(side) for side in FACETS[kind]] == wanted
 
 
 QUADRATIC_NODES = [(1, 2), (2, 5), (5, 4), (4, 1), (7, 8), (8, 11), (11, 10), (10, 7)]
@@ -323,7 +323,9 @@ BAD = {
     "node 3 is there twice, at different places": SLICE.replace(
         "3, 0.5, 0\n", "3, 0, 0\n3, 1, 0\n"
     ),
-    'the set "rubber" can\'t be read: element 3 is there twice': SLICE.replace("21, 5", "3, 5"),
+    "can't be read as an input file of Abaqus: element 3 is there twice": SLICE.replace(
+        "21, 5", "3, 5"
+    ),
     'the set "rubber" can\'t be read: element 4 is not in the file': NODES
     + PLAIN
     + FACETS

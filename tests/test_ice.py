@@ -14,7 +14,7 @@ from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance  # noqa: E402
 from iceslide_fem.film.law import FilmStage, Surface, implicit_stage  # noqa: E402
 from iceslide_fem.film.loads import FilmLoads, FilmOnIce  # noqa: E402
-from iceslide_fem.interface import build, ice_balance, ice_surface  # noqa: E402
+from iceslide_fem.interface import heat_models, ice_balance, ice_surface  # noqa: E402
 from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumnsUnderPoints  # noqa: E402
 from iceslide_fem.interface.ice_conduction import StageSurface  # noqa: E402
@@ -41,7 +41,7 @@ from iceslide_fem.scene.materials import (  # noqa: E402
 pytestmark = [pytest.mark.fe, pytest.mark.mpi]
 
 DURATION, T_0 = 1e-3, 269.15
-LINK, AGREEMENT = 1e-5, 1e-6  # of points and ice, and of both (K)
+INTERFACE_RESISTANCE, AGREEMENT = 1e-5, 1e-6  # of points and ice, and of both (K)
 EVERYWHERE = MPI.COMM_WORLD
 SDIRK2 = INTEGRATORS["sdirk2"]
 
@@ -76,7 +76,7 @@ def gauss_points(line):
     return points.ravel(), np.repeat(half, 2)
 
 
-def some_ice(model, refinement=1.0, link=LINK, agreement=AGREEMENT):
+def some_ice(model, refinement=1.0, interface_resistance=INTERFACE_RESISTANCE, agreement=AGREEMENT):
     """Ice below Gauss points of its own surface cells, shared out among the ranks."""
     lines = patch_lines(a_scene(model, refinement))
     points, area = gauss_points(lines[0])
@@ -87,7 +87,7 @@ def some_ice(model, refinement=1.0, link=LINK, agreement=AGREEMENT):
         area = np.outer(width, area).ravel()
     mine = slice(EVERYWHERE.rank, None, EVERYWHERE.size)
     points, area = points[mine], area[mine]
-    ice = Continuum(lines, EVERYWHERE, Column(T_0, DURATION), link, agreement)
+    ice = Continuum(lines, EVERYWHERE, Column(T_0, DURATION), interface_resistance, agreement)
     return ice.under(Contacts(ice.grid.place(points), area)), points, area
 
 
@@ -209,7 +209,7 @@ def test_modes_diagonalise_the_matrices_that_dolfinx_assembles(model):
     """
     surface, comm = patch_lines(a_scene(model, 0.4)), MPI.COMM_SELF
     column = Column(T_0, DURATION, first_layer=0.3, ratio=2.5)
-    ice = Continuum(surface, comm, column, LINK, AGREEMENT)
+    ice = Continuum(surface, comm, column, INTERFACE_RESISTANCE, AGREEMENT)
     z = -column.depths[::-1]
     mesh = gmsh_model.distribute(
         tagged_ice([*surface, z[::2]], [Layer("ice", np.inf, ICE)]), comm
@@ -273,9 +273,9 @@ def test_a_film_is_asked_no_more_than_its_ice_needs(melts):
     assert film.times == (2 if melts else 1)
     assert stage.melting.any() == melts
     below = ice.surface_temperature(heat_state)
-    given = np.minimum(flux, (MELTING_TEMPERATURE - below) / ice._link)
+    given = np.minimum(flux, (MELTING_TEMPERATURE - below) / ice._interface_resistance)
     np.testing.assert_allclose(stage.ice_flux, given, atol=1e-2 * flux.max())
-    dry = below + ice._link * flux
+    dry = below + ice._interface_resistance * flux
     np.testing.assert_allclose(stage.dry_temperature, dry, atol=1e-6)
 
 
@@ -365,7 +365,7 @@ def test_what_is_balanced_is_what_ice_takes(shape, conducts):
     before = stage.offset + rng.uniform(0.0, 1.0, shape)
     inside = surface.inside(stage)
     found = surface.balanced(inside, shared, before, 1e-8)
-    assert found.depends and not found.settled and 1 <= found.changes < 12
+    assert found.depends and not found.converged and 1 <= found.changes < 12
     rise = grid.interpolate((found.temperature - before).ravel(), at)
     one, two = (fluxes[mine, k] - fluxes[mine, k + 1] * rise for k in (0, 2))
     given = grid.scatter(np.minimum(one, two), at).reshape(shape)
@@ -380,7 +380,7 @@ def test_what_is_balanced_is_what_ice_takes(shape, conducts):
     there[kinked] = there[kinked][:, [2, 3, 0, 1]]
     shared = surface._points.of_all(there)
     again = surface.balanced(inside, shared, found.temperature, 1e-6)
-    assert again.settled and again.changes == 0
+    assert again.converged and again.changes == 0
     with pytest.raises(NotConverged):
         surface.balanced(inside, np.nan * shared, before, 1e-8)
 
@@ -428,7 +428,9 @@ def test_first_guess_saves_changes_and_moves_nothing(model, monkeypatch):
 def test_stages_settle_with_the_link_and_agreement_of_a_tolerance(tolerance, monkeypatch):
     """Also where a stiff link lets rounding grow: the agreement does not ask for more."""
     monkeypatch.setattr(ice_balance, "MAX_ITERATIONS", 30)  # a stalled balance takes all of them
-    ice, points, _ = some_ice("slice", 0.5, build.LINK * tolerance, build.agreement(tolerance))
+    ice, points, _ = some_ice(
+        "slice", 0.5, heat_models.INTERFACE_RESISTANCE * tolerance, heat_models.agreement(tolerance)
+    )
     heat_state = ice.initial(0)
     for _ in range(3):
         heat_state, stage = ice.stage(heat_state, 1e-4, uneven_film(points, 1e-4))
@@ -471,7 +473,13 @@ def test_points_that_melt_and_freeze_in_turn_settle():
 def test_ice_for_a_longer_run_goes_on_below(model):
     lines = patch_lines(a_scene(model, 0.5))
     short, long = (
-        Continuum(lines, EVERYWHERE, Column(T_0, np.array([DURATION, duration])), LINK, AGREEMENT)
+        Continuum(
+            lines,
+            EVERYWHERE,
+            Column(T_0, np.array([DURATION, duration])),
+            INTERFACE_RESISTANCE,
+            AGREEMENT,
+        )
         for duration in (DURATION, 4.0 * DURATION)
     )
     depths = [ice.profile(ice.initial(0)).depths for ice in (short, long)]

@@ -91,7 +91,7 @@ def under_points(equation):
     points = np.stack([axis.ravel() for axis in across], axis=1)
     area = np.full(len(points), LENGTH ** points.shape[1] / len(points))
     mine = slice(WORLD.size - 1 - WORLD.rank, None, WORLD.size)
-    ice = MeshedIce(equation, Settings(ICE, T_0, link=1e-9, agreement=1e-8))
+    ice = MeshedIce(equation, Settings(ICE, T_0, interface_resistance=1e-9, agreement=1e-8))
     return ice.under(Contacts(ice.place(points[mine]), area[mine])), len(points[mine])
 
 
@@ -169,7 +169,9 @@ def test_ice_that_passes_below_a_band_of_heat():
     )
     equation = HeatEquation(body, LayeredElements(body.mesh), of_regions(body, {"ice": ICE}))
     grid = SurfaceGrid.shared([line], MPI.COMM_SELF)
-    ice = PassingMeshedIce(equation, grid, Settings(ICE, T_0, link=1e-9, agreement=1e-8))
+    ice = PassingMeshedIce(
+        equation, grid, Settings(ICE, T_0, interface_resistance=1e-9, agreement=1e-8)
+    )
     heated = (line > 0.0) & (line < band + 0.5 * cell)
     contacts = Contacts(grid.own_nodes(), grid.cell_area)
     heat_state, parts = ice.initial(0), 4

@@ -18,10 +18,11 @@ from iceslide_fem.mesh import box, files, gmsh_model  # noqa: E402
 from iceslide_fem.mesh import cache as mesh_cache
 from iceslide_fem.mesh import ice as ice_meshing
 from iceslide_fem.mesh import rubber as rubber_meshing
+from iceslide_fem.mesh.gmsh_model import owners  # noqa: E402
 from iceslide_fem.mesh.grid import graded, tensor_grid  # noqa: E402
-from iceslide_fem.mesh.mesh_file import rubber_file  # noqa: E402
-from iceslide_fem.mesh.partition import owners  # noqa: E402
-from iceslide_fem.mesh.user_mesh import load_user_mesh, mesh_size  # noqa: E402
+from iceslide_fem.mesh.named_cells import rubber_file  # noqa: E402
+from iceslide_fem.mesh.tagged import mesh_size  # noqa: E402
+from iceslide_fem.mesh.user_mesh import load_user_mesh  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.runtime.ranks import from_root  # noqa: E402

@@ -19,7 +19,7 @@ from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
-from iceslide_fem.interface.on_ice import OnIce, on_nodes  # noqa: E402
+from iceslide_fem.interface.on_ice import OnIce  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
 from iceslide_fem.interface.window import reaches  # noqa: E402
 from iceslide_fem.laws.film import FilmLaw  # noqa: E402
@@ -61,7 +61,13 @@ def a_window(kind, length, speed, comm=MPI.COMM_SELF):
     scene = passing(rubber__length=length, load__duration=1.5 * length / speed)
     lines = window_lines(scene, [(-length / 2, length / 2)])
     if kind == "continuum":
-        return Continuum(lines, comm, Column(T_0, 1.5 * length / speed), link=1e-5, agreement=1e-6)
+        return Continuum(
+            lines,
+            comm,
+            Column(T_0, 1.5 * length / speed),
+            interface_resistance=1e-5,
+            agreement=1e-6,
+        )
     return GridColumns(SurfaceGrid.shared(lines, comm), T_0, 1.5 * length / speed)
 
 
@@ -297,7 +303,7 @@ def test_friction_power_is_the_same_on_both_sides():
     height = carrier.film_height(state, side)
     shear, _ = friction.shear(side.pressure, side.speed, height)
     of_points = float((shear * side.speed) @ side.area)
-    _, loads = on_nodes(friction, grid, side)
+    _, loads = carrier.on_nodes(side)
     area = grid.cell_area
     of_nodes = float((loads.viscous * loads.speed * np.exp(-state.log_height)) @ area)
     assert of_nodes == pytest.approx(of_points, rel=1e-12)

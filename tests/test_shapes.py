@@ -14,8 +14,8 @@ from iceslide_fem.mesh.profile import block_mesh  # noqa: E402
 from iceslide_fem.mesh.rubber import block_shape, divisions, nominal_area, rounded  # noqa: E402
 from iceslide_fem.mesh.rubber import tagged_rubber as cached_rubber  # noqa: E402
 from iceslide_fem.mesh.shape import Wave, leaned, straightened  # noqa: E402
-from iceslide_fem.mesh.soundness import Soundness, smallest_angle  # noqa: E402
-from iceslide_fem.mesh.user_mesh import mesh_size  # noqa: E402
+from iceslide_fem.mesh.soundness import Soundness, shape_gradients  # noqa: E402
+from iceslide_fem.mesh.tagged import mesh_size, smallest_angle  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.rubber.press import press  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
@@ -50,9 +50,8 @@ def scene(*changes):
 
 def volume(tagged):
     """By the divergence theorem over all outer facets (first-order: exact for plane facets)."""
-    from iceslide_fem.mesh.soundness import _gradients
 
-    gradients = _gradients(tagged.cell_type)
+    gradients = shape_gradients(tagged.cell_type)
     corners = tagged.points[tagged.cells].swapaxes(1, 2)
     det = np.abs(np.linalg.det(corners[:, None] @ gradients))
     simpson = np.array([1.0, 4.0, 1.0]) / 3.0

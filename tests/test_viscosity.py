@@ -11,7 +11,6 @@ from iceslide_fem.coupling.restart import remembered, resumed  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
-from iceslide_fem.interface.on_ice import on_nodes  # noqa: E402
 from iceslide_fem.output.block_fields import BlockFields  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
@@ -122,7 +121,7 @@ def test_points_are_sheared_with_the_power_that_the_nodes_take():
     )
     assert isinstance(loads, ContactLoads)
     shear = carrier.sheared(state, loads)(loads.pressure, loads.speed)[0]
-    covered, nodal = on_nodes(carrier._friction, carrier.ice.grid, loads)
+    covered, nodal = carrier.on_nodes(loads)
     cell = carrier.ice.grid.cell_area[carrier.ice.grid.own]
     power = nodal.viscous * nodal.speed * np.exp(state.internal[0] - state.log_height) * cell
     assert power[covered].sum() == pytest.approx(float(loads.touching @ (shear * loads.speed)))

@@ -51,7 +51,7 @@ class FilmStep(NamedTuple):
     subcycles: Subcycles
     sheared: list[Sheared]
     forces: list[float]
-    bend: float
+    nonlinearity: float
 
 
 class Balanced(NamedTuple):
@@ -159,12 +159,14 @@ class CoupledStep:
         ends = start.loads, predicted
         subcycles = self._subcycling.advance(start.interface, *ends, dt, film_dt)
         film = self._of_subcycles(start, dt, subcycles)
-        parts, bend = self._error.straight_parts(film.forces, subcycles.ends)
+        parts, nonlinearity = self._error.straight_parts(film.forces, subcycles.ends)
         if parts < len(subcycles.ends) and self.adaptive:
             dt *= subcycles.ends[parts - 1]
             shorter = subcycles.first(parts)
-            return FilmStep(dt, shorter, film.sheared[:parts], film.forces[: parts + 1], bend)
-        return film._replace(bend=bend)
+            return FilmStep(
+                dt, shorter, film.sheared[:parts], film.forces[: parts + 1], nonlinearity
+            )
+        return film._replace(nonlinearity=nonlinearity)
 
     def _equilibrium(self, start: CoupledState, film: FilmStep) -> Balanced:
         """Block and film in turn until they agree. Raises StepRejected, NotConverged."""
@@ -181,7 +183,7 @@ class CoupledStep:
             again = self._subcycling.repeat(start.interface, *ends, dt, film.subcycles)
             before, after = film.subcycles.substeps[-1], again.substeps[-1]
             mismatches.append(self._error.of_coupling(before, after))
-            film = self._of_subcycles(start, dt, again)._replace(bend=film.bend)
+            film = self._of_subcycles(start, dt, again)._replace(nonlinearity=film.nonlinearity)
             if mismatches[-1] <= 1.0:
                 return Balanced(loads, film, iterations, mismatches[0])
         raise StepRejected("block and film do not agree", 0.4)
@@ -222,7 +224,7 @@ class CoupledStep:
             quiescent,
             stick_points,
         )
-        factor = float(step_factor(max(mismatch, drift, film.bend, velocity_error), 2))
+        factor = float(step_factor(max(mismatch, drift, film.nonlinearity, velocity_error), 2))
         if iterations > MANY_ITERATIONS:
             factor = min(factor, SHORTER)
         subcycles, forces = film.subcycles, film.forces
@@ -253,7 +255,7 @@ class CoupledStep:
         if velocity_error > 1.0 and self._error.may_snap(end.time - start.time):
             velocity_error = 0.0
             if self._error.is_jump(force, extrapolated):
-                end = law.turned(start.motion, end)
+                end = law.behind_kink(start.motion, end)
         return end, velocity_error
 
     def _elasticity(self, sheared: Sheared, loads: ContactLoads) -> float:

@@ -62,7 +62,7 @@ class CheckpointState(NamedTuple):
 
 
 class AcceptedStep(NamedTuple):
-    """An accepted step: the state it leads to, and what happened on the way.
+    """An accepted step: the state it leads to, and what happened in it.
 
     dt: its length, and next_dt: that of the next one by its errors, s; subcycles: of film and heat;
     energies: its entries in the ledger; loads: the rubber's points at its end, before the window

@@ -98,10 +98,10 @@ class StepError:
         the line between the ends of that, as `of_line` has it.
         """
         for parts in range(len(ends), 0, -1):
-            bend = self.of_line(forces[: parts + 1], ends[:parts])
-            if bend <= 1.0:
+            nonlinearity = self.of_line(forces[: parts + 1], ends[:parts])
+            if nonlinearity <= 1.0:
                 break
-        return parts, bend
+        return parts, nonlinearity
 
     def of_velocity(self, force: float, extrapolated: float, straight: Sequence[float]) -> float:
         """How far the friction `force` (N) at the end of a step is from that by the predictor.

@@ -43,14 +43,14 @@ class HalfSpace:
         part._column = self._column.condensed(error)
         return part
 
-    def late(self, share: float) -> HalfSpace:
+    def late(self, band: float) -> HalfSpace:
         """The half-space for steps that end on the onset.
 
-        They do so within `share` of T_m - T_0: so much warmer than T_m a surface may get before it
+        They do so within `band` of T_m - T_0: so much warmer than T_m a surface may get before it
         melts, and twice as much colder it may be when it does.
         """
         part = copy(self)
-        part._late = share
+        part._late = band
         return part
 
     def take(self, index: Index) -> HalfSpace:

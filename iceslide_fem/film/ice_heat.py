@@ -124,7 +124,7 @@ class Column:
         That is relative to the rise at times near that of the slowest mode. What is wrong for a
         short time counts by that time: at t the error may be 1 + t_1 / t times as large, with
         t_1 = `EARLY` of the slowest mode's time, and before `error` of that time nothing counts;
-        both times are shorter by the share `shortest` where ice is heated no longer than that.
+        both times are shorter by the fraction `shortest` where ice is heated no longer than that.
         The modes are those of the same equations in the span of uniform warmth (so that heat is
         conserved) and of the column's answers to fluxes that grow as exp(s t), for rates s in even
         ratios: a Galerkin projection on a rational Krylov space, symmetric and stable as the

@@ -129,7 +129,7 @@ WATER_FILM = HalfFilm()
 class RubberSurface(NamedTuple):
     """The rubber's answer within one implicit stage: T_r = offset + resistance * q; arrays.
 
-    offset (K) and resistance (K m2/W) where there is contact; cover: share of the film's area
+    offset (K) and resistance (K m2/W) where there is contact; cover: fraction of the film's area
     that is in contact, 0 to 1; half_film: what conducts between it and the ice.
     """
 

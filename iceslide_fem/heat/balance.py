@@ -12,8 +12,8 @@ what they give, solves one linear system, and goes as far along its solution as 
 falls (M. Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2003) 865: it is the primal-dual
 active set method where the films only switch between two lines).
 
-Points are joined to the surface through a thin `link` (K m2/W), so that the flux of one that melts
-is a function of its temperature, and unique.
+Points are joined to the surface through a thin `interface_resistance` (K m2/W), so that the flux of
+one that melts is a function of its temperature, and unique.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ MOST_ITERATIONS = 40
 MOST_PLACES = 16
 FALLEN = 0.5  # of the slope along a change: then it goes far enough
 # Of the agreement: how nearly the surface is balanced, so that any number of ranks finds the same,
-# and how closely a linear system is solved, as films answer by 1 / link times as much.
+# and how closely a linear system is solved, as films answer by 1 / interface_resistance times as
+# much.
 SETTLED, CLOSE = 1e-2, 1e-5
 SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
 UNSETTLED = "the melting part of the ice's surface does not settle"
@@ -154,19 +155,19 @@ class Balance:
         between which it passes 0 are drawn together, by secants and by halves in turn.
         """
         low, first = 0.0, self._dot(change, before.imbalance)
-        share, high, above, below = 1.0, np.inf, first, 0.0
+        step_length, high, above, below = 1.0, np.inf, first, 0.0
         for attempt in range(MOST_PLACES):
-            there = rise + share * change
+            there = rise + step_length * change
             asked = self._asked(begin, film, there, before.answer.stage.log_height)
             slope = self._dot(change, asked.imbalance)
-            if slope >= -FALLEN * first and (share == 1.0 or slope <= FALLEN * first):
+            if slope >= -FALLEN * first and (step_length == 1.0 or slope <= FALLEN * first):
                 break
             if slope < 0.0:
-                high, below = share, slope
+                high, below = step_length, slope
             else:
-                low, above = share, slope
+                low, above = step_length, slope
             part = above / (above - below) if attempt % 2 == 0 else 0.5
-            share = low + (high - low) * part
+            step_length = low + (high - low) * part
         return there, asked
 
     def _asked(self, begin: Begin, film: Film, rise: Array, near: Array) -> Asked:

@@ -7,8 +7,8 @@ The heat state is the rise that the heat of an unknown would make at the initial
     w = int c(T) / c_0 dT  from the initial temperature,
 
 so that heat is C_0 w and conserved, as the capacity is diagonal. Unknowns on the face of a layer
-below have the ice's share of their capacity so, and the other as it is. The conductivity in a stage
-is that at its start.
+below have the ice's fraction of their capacity so, and the other as it is. The conductivity in a
+stage is that at its start.
 """
 
 from __future__ import annotations

@@ -221,11 +221,12 @@ class FilmFrame(Protocol):
         """Whether there is ice below all points that touch, on this rank."""
 
     def water_moved(
-        self, state: InterfaceState, start: ContactLoads, end: ContactLoads, way: float
+        self, state: InterfaceState, start: ContactLoads, end: ContactLoads, sliding_distance: float
     ) -> tuple[InterfaceState, float]:
         """State after squeezed-out water has gone its way from `start` to `end`, and what got lost.
 
-        `way`: the block's over the ice before, m; lost: m3 (m2 in a slice), of all ranks.
+        `sliding_distance`: the block's over the ice before, m; lost: m3 (m2 in a slice), of all
+        ranks.
         """
 
     def water_areas(self, contact: ContactLoads) -> tuple[Array, Array]:

@@ -22,9 +22,9 @@ from iceslide_fem.interface.window import shifted
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import BOTTOMLESS, ICE, Ground, Solid
 
-# Where points of the rubber carry the film, each is joined to the columns through this share of
+# Where points of the rubber carry the film, each is joined to the columns through this fraction of
 # a column's resistance: its flux is then a function of its temperature, and unique.
-RESISTANCE_SHARE = 1e-3
+INTERFACE_RESISTANCE = 1e-3
 AGREEMENT = 1e-7  # K, of points and columns
 
 
@@ -132,8 +132,10 @@ class GridColumnsUnderPoints(GridColumns):
         grid, resistance = self.grid, float(self.resistance(dt)[0])  # one for all
         offset = grid.allgather(self.response(start, dt).offset)
         stage = StageSurface(offset, np.full(grid.n_nodes, resistance))
-        link = RESISTANCE_SHARE * resistance
-        given, result = self._surface.settled(stage, self._of_nodes(start), film, link, AGREEMENT)
+        interface_resistance = INTERFACE_RESISTANCE * resistance
+        given, result = self._surface.solve(
+            stage, self._of_nodes(start), film, interface_resistance, AGREEMENT
+        )
         return self.heated(start, dt, dt * (given / grid.cell_area)[grid.own]), result
 
     def _of_nodes(self, heat_state: Array) -> Array:

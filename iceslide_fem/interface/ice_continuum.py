@@ -43,20 +43,23 @@ class Continuum(Unmeshed):
         surface: Sequence[Lines],
         comm: MPI.Comm,
         column: Column,
-        link: float,
+        interface_resistance: float,
         agreement: float,
     ) -> None:
         """Ice of which a `column` is below each node of the lines of x (and y) on its `surface`, m;
         without points yet.
 
-        link: points are joined to it through this share of the column's resistance, so that the
-        flux of a point that melts is a function of its temperature, and unique. It is the same in
-        all stages: what is held at T_m in one has its temperature in the next. agreement: how far
-        (K) the nodes may be from what ice has that takes what the points give; no heat is lost.
+        interface_resistance: points are joined to it through this fraction of the column's
+        resistance, so that the flux of a point that melts is a function of its temperature, and
+        unique. It is the same in all stages: what is held at T_m in one has its temperature in the
+        next. agreement: how far (K) the nodes may be from what ice has that takes what the points
+        give; no heat is lost.
         """
         self._column, self._solid = column, column.solid
         self._weights = column.surface**2
-        self._link = link * float(column.depths[-1]) / self._solid.conductivity
+        self._interface_resistance = (
+            interface_resistance * float(column.depths[-1]) / self._solid.conductivity
+        )
         self._agreement = agreement
         self._modes = SurfaceModes(surface)
         self._rates = np.add.outer(column.rates, self._solid.diffusivity * self._modes.rates)
@@ -99,7 +102,9 @@ class Continuum(Unmeshed):
         cooled = start * decay
         stage = StageSurface(self._at_surface(cooled), dt * self._per_heat(decay))
         before = self._at_surface(start)
-        given, result = self._surface.settled(stage, before, film, self._link, self._agreement)
+        given, result = self._surface.solve(
+            stage, before, film, self._interface_resistance, self._agreement
+        )
         return cooled + dt * self._modes.load_amplitudes(given) * decay, result
 
     def heat(self, heat_state: Array) -> float:

@@ -28,13 +28,13 @@ from iceslide_fem.scene.materials import Solid
 
 
 class Settings(NamedTuple):
-    """solid and temperature (K) of ice at first; link (K m2/W) between it and its points (see
-    `heat.contact`); agreement (K) of both (see `Balance`).
+    """solid and temperature (K) of ice at first; interface_resistance (K m2/W) between it and its
+    points (see `heat.contact`); agreement (K) of both (see `Balance`).
     """
 
     solid: Solid
     temperature: float
-    link: float
+    interface_resistance: float
     agreement: float
 
 
@@ -74,7 +74,7 @@ class MeshedIce:
     def under(self, contacts: Contacts) -> MeshedIce:
         """The same ice as it answers below `contacts`. Collective."""
         below = copy(self)
-        contact = AboveIce(contacts.area, self._settings.solid, self._settings.link)
+        contact = AboveIce(contacts.area, self._settings.solid, self._settings.interface_resistance)
         meeting = self._recent.of(contacts.at).among(contacts.points)
         below._balance = self._balance.under(meeting, contact)
         return below
@@ -102,7 +102,7 @@ class MeshedIce:
 
     def unknowns(self, at: Placement) -> Reading:
         """How the points `at` their places read the ice: by its unknowns' numbers."""
-        return Reading(at.node.astype(np.int64), at.share)
+        return Reading(at.node.astype(np.int64), at.weight)
 
     def _meeting(self, at: Placement) -> Meeting:
         """How films meet the bodies at points `at` their places. Collective."""

@@ -95,7 +95,7 @@ class Attached:
         return True
 
     def water_moved(
-        self, state: InterfaceState, start: ContactLoads, end: ContactLoads, way: float
+        self, state: InterfaceState, start: ContactLoads, end: ContactLoads, sliding_distance: float
     ) -> tuple[InterfaceState, float]:
         """Water stays where its film is."""
         return state, 0.0

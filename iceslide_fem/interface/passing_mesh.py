@@ -39,7 +39,7 @@ class _Passing(MeshedIce):
 
     def unknowns(self, at: Placement) -> Reading:
         """How points `at` their places on the grid read the ice: nodes are unknowns."""
-        return Reading(self._numbers[at.node], at.share)
+        return Reading(self._numbers[at.node], at.weight)
 
     def profile(self, heat_state: Array) -> Profile:
         """Temperature of the surface's nodes, and heat below them. Collective."""

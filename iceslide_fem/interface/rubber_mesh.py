@@ -59,7 +59,9 @@ class MeshedIceAndRubber(MeshedIce):
         """The same bodies as they answer below and above `contacts`, all points. Collective."""
         below = copy(self)
         area, settings = contacts.area, self._settings
-        contact = BetweenIceAndRubber(area, settings.solid, settings.link, self._half_film)
+        contact = BetweenIceAndRubber(
+            area, settings.solid, settings.interface_resistance, self._half_film
+        )
         below._balance = self._balance.under(self._recent.of(contacts.at), contact)
         return below
 

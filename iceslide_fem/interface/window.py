@@ -1,7 +1,7 @@
 """The window of ice that follows a sliding block, and where the rubber's points lie on it.
 
 Between two shifts the block moves over the window's grid by the `offset`; when that reaches a
-cell, all heat state moves by one cell, exactly.
+cell, all that the nodes hold moves by one cell, exactly.
 """
 
 from __future__ import annotations

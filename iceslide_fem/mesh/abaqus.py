@@ -1,47 +1,67 @@
-"""Meshes in input files of Abaqus and CalculiX (.inp): nodes, elements, parts and their instances.
+"""Meshes in input files of Abaqus and CalculiX (.inp): elements, sets, surfaces, instances.
 
-A flat file, a part without instances and each instance of a part number their nodes and elements
-for themselves. What a name stands for is found by `abaqus_names`.
+Numbers and names of nodes, elements and sets hold in a scope: an instance, a part where a file has
+no instances, or ("") what stands outside of them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections import Counter
+from collections.abc import Callable
+from functools import cached_property
+from itertools import chain, groupby
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from iceslide_fem.mesh.abaqus_cards import Card, items, key, read_cards
-from iceslide_fem.mesh.abaqus_elements import NODES, shape
-from iceslide_fem.mesh.abaqus_names import Names
-from iceslide_fem.mesh.abaqus_sets import Elements, Scope, SetCard, Sets
-from iceslide_fem.mesh.mesh_file import MeshFile
-from iceslide_fem.mesh.named_cells import NamedCells, tagged_mesh
-from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.mesh.named_cells import (
+    KINDS,
+    Block,
+    MeshFile,
+    NamedCells,
+    first_order,
+    tagged_mesh,
+)
+from iceslide_fem.mesh.tagged import FACETS, TaggedMesh
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
-
-Floats = NDArray[np.float64]
 
 # They make or move nodes and elements; a mesh without what they make is another one.
 _GENERATORS = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"}
 _GENERATORS |= {"SYMMETRIC MODEL GENERATION"}
 
+_SHELLS = "M3D|SFM3D|R3D|F3D|DS|STRI|S"  # surfaces in space, whose S1 and S2 are their two faces
+_FAMILIES = [  # what a type's name begins with, dimension, number of nodes by the one that follows
+    ("(?:C|DC|AC|COH|GK|Q|EMC)3D|CSS|SC", 3, {}),
+    ("CPEG?|CPS|CG?AX|DC2D|DCAX|AC2D|ACAX|COH2D|EMC2D|WARP2D", 2, {}),
+    (_SHELLS, 2, {65: 6}),  # STRI65
+    ("[TR][23]D|RB[23]D|RAX|F2D|FAX|DC1D|AC1D", 1, {}),
+    ("B[23]|PIPE[23]|D?SAX|MG?AX|SFMG?AX", 1, {1: 2, 2: 3, 3: 2}),
+]
+_FACET_KINDS = {2: "line", 3: "triangle", 4: "quadrilateral"}  # by nodes
 
-class _Template(NamedTuple):
-    """A part, or what stands in no part: nodes (number, x, y, z), elements (type, numbers, their
-    nodes), sets by kind of card and name.
-    """
 
-    nodes: list[tuple[float, ...]]
-    elements: list[tuple[str, list[int], list[list[int]]]]
-    sets: dict[tuple[str, str], list[SetCard]]
-    placement: list[list[float]]
+class _Element(NamedTuple):
+    """nodes: their places in the model, -1 where the file has no such node."""
 
-    def copy(self, placement: list[list[float]]) -> _Template:
-        sets = {name: [*cards] for name, cards in self.sets.items()}
-        return _Template([*self.nodes], [*self.elements], sets, placement)
+    type: str
+    kind: str
+    nodes: tuple[int, ...]
+
+    @property
+    def dim(self) -> int:
+        """0 where the type is unknown."""
+        return KINDS[self.kind].dim if self.kind in KINDS else 0
+
+    @property
+    def sides(self) -> list[tuple[int, ...]]:
+        """Nodes of S1, S2, ... at the corners."""
+        facets = FACETS.get(first_order(self.kind), [])
+        return [tuple(self.nodes[corner] for corner in facet) for facet in facets]
 
 
 def load(file: MeshFile) -> TaggedMesh:
@@ -51,86 +71,295 @@ def load(file: MeshFile) -> TaggedMesh:
     understood, and as `tagged_mesh` does.
     """
     try:
-        templates = _templates(file.path)
+        model = _Model(_scopes(file.path), file.dim)
     except ValueError as error:
         raise SceneError(f"{file} can't be read as an input file of Abaqus: {error}") from None
-    if not any(template.elements for template in templates.values()):
+    if not model.elements:
         raise SceneError(f"{file} is no input file of Abaqus with a mesh: it has no *ELEMENT")
-    places = [_nodes(file, template) for template in templates.values()]
-    coordinates = np.concatenate([points for _, points in places])
-    elements: list[Elements] = []
-    scopes, count, first = {}, 0, 0
-    for (name, template), (numbers, _) in zip(templates.items(), places, strict=True):
-        here = Scope(template.sets, count + np.arange(len(numbers)), numbers, first)
-        for kind, ids, nodes in template.elements:
-            own_dim, form = shape(kind)
-            table = np.array(nodes, dtype=np.int64).reshape(len(ids), NODES.get(form, 0))
-            table = here.global_nodes(table)
-            if form == "line3":
-                table = _ends_first(table, coordinates)
-            elements.append(Elements(kind, own_dim, form, first, table))
-            here.element_ids.extend(ids)
-            first += len(ids)
-        scopes[name] = here
-        count += len(numbers)
-    blocks, node_sets = Names(file, Sets(scopes, elements)).resolved()
-    found = NamedCells(np.arange(count), coordinates, blocks, node_sets)
-    return tagged_mesh(file, found)
+    needed = {key(name): name for name in (*file.bodies, *file.parts)}
+    blocks: list[Block] = []
+    node_sets: dict[str, set[int]] = {}
+    for (word, name), card in model.names.items():
+        hidden = name[:1] in ("", "_") or "INTERNAL" in card.options
+        if hidden and name not in needed:
+            continue
+        written = card.options["NAME" if word == "SURFACE" else word]
+        shown = needed.get(name, written)
+        try:
+            members = model.members(word, name)
+        except ValueError as error:
+            if name in needed:
+                raise SceneError(f'{file}: the set "{written}" can\'t be read: {error}') from None
+            continue  # what is wrong with others does not matter
+        if word == "ELSET":
+            elements = [model.elements[number] for number in members]
+            for kind, some in groupby(elements, lambda element: element.kind):
+                dim = KINDS[kind].dim if kind in KINDS else 0
+                blocks.append(Block(shown, dim, kind, _table(one.nodes for one in some)))
+        else:
+            facets = members if word == "SURFACE" else [(node,) for node in members]
+            for count, some in groupby(sorted(facets, key=len), len):
+                if count == 1:
+                    node_sets.setdefault(shown, set()).update(*some)
+                else:
+                    blocks.append(Block(shown, file.dim - 1, _FACET_KINDS[count], _table(some)))
+    sets = {name: np.array(sorted(nodes)) for name, nodes in node_sets.items()}
+    points = np.array(model.points)
+    return tagged_mesh(file, NamedCells(np.arange(len(points)), points, blocks, sets))
 
 
-def _ends_first(lines: IntArray, coordinates: Floats) -> IntArray:
-    """Lines of three nodes, the middle one last; Abaqus has it second, other programs last."""
-    if not len(lines):
-        return lines
-    one, two, three = coordinates[lines].swapaxes(0, 1)
-    second = np.linalg.norm(two - 0.5 * (one + three), axis=1)
-    last = np.linalg.norm(three - 0.5 * (one + two), axis=1)
-    return np.where((second < last)[:, None], lines[:, [0, 2, 1]], lines)
+def _table(rows: Any) -> Any:
+    return np.array([*rows], dtype=np.int64)
 
 
-def _templates(path: Path) -> dict[str, _Template]:
-    """What is in the model, by the instances' names: "" for what stands outside of them."""
-    outside = _Template([], [], {}, [])
-    parts: dict[str, _Template] = {}
-    instances: dict[str, _Template] = {}
+def _scopes(path: Path) -> dict[str, list[Card]]:
+    """Cards by scopes; an instance has its own card, then those of its part."""
+    outside: list[Card] = []
+    parts: dict[str, list[Card]] = {}
+    instances: dict[str, list[Card]] = {}
     here = outside
     for card in read_cards(path):
-        word = card.keyword
-        if word in ("END PART", "END INSTANCE"):
+        if card.keyword in _GENERATORS:
+            raise ValueError(
+                f"it makes or moves nodes or elements by *{card.keyword}; allowed are those that "
+                "are written out (*NODE, *ELEMENT)"
+            )
+        if card.keyword in ("END PART", "END INSTANCE"):
             here = outside
-        elif word == "PART":
-            here = parts.setdefault(card.label("NAME"), _Template([], [], {}, []))
-        elif word == "INSTANCE":
-            part = parts.get(card.label("PART"))
-            if part is None:
+        elif card.keyword == "PART":
+            here = parts.setdefault(card.label("NAME"), [])
+        elif card.keyword == "INSTANCE":
+            if card.label("PART") not in parts:
                 raise ValueError(
                     f"*INSTANCE {card.options.get('NAME', '')} is of the part "
                     f'"{card.options.get("PART", "")}", which is not in the file before it'
                 )
-            here = instances[card.label("NAME")] = part.copy(_numbers(card))
-        elif word == "NODE":
-            _add_nodes(card, here)
-        elif word == "ELEMENT":
-            _add_elements(card, here)
-        elif word in ("NSET", "ELSET", "SURFACE"):
-            name = card.options.get("NAME" if word == "SURFACE" else word, "")
-            here.sets.setdefault((word, key(name)), []).append(SetCard(name, card, []))
-        elif word in _GENERATORS:
+            here = instances[card.label("NAME")] = [card, *parts[card.label("PART")]]
+        else:
+            here.append(card)
+    return {"": outside, **(instances or parts)}
+
+
+class _Model:
+    """Nodes and elements of all scopes in a row; what numbers and names stand for in each of them.
+
+    dim: that of the cells.
+    """
+
+    def __init__(self, scopes: dict[str, list[Card]], dim: int) -> None:
+        """Raises ValueError where cards can't be understood."""
+        self.points: list[Array] = []
+        self.elements: list[_Element] = []
+        self._dim, self._scopes = dim, [*scopes]
+        self._places: dict[tuple[str, str, int], int] = {}  # by kind of set, scope, number
+        self._sets: dict[tuple[str, str, str], list[Card]] = {}  # by kind, scope, name
+        for scope, cards in scopes.items():
+            self._add_nodes(scope, cards)
+            for card in cards:
+                if card.keyword == "ELEMENT":
+                    self._add_elements(scope, card)
+                elif card.keyword in ("NSET", "ELSET", "SURFACE"):
+                    name = card.label("NAME" if card.keyword == "SURFACE" else card.keyword)
+                    self._sets.setdefault((card.keyword, scope, name), []).append(card)
+
+    @property
+    def names(self) -> dict[tuple[str, str], Card]:
+        """A card of each kind of set (NSET, ELSET, SURFACE) and name."""
+        return {(word, name): cards[0] for (word, _, name), cards in self._sets.items()}
+
+    def members(self, word: str, name: str) -> list[Any]:
+        """Nodes (NSET), elements (ELSET) or facets (SURFACE) of all sets of one name.
+
+        Facets are tuples of nodes, of one node where a surface is made of nodes. Raises ValueError
+        where a set can't be understood.
+        """
+        having = [scope for scope in self._scopes if (word, scope, name) in self._sets]
+        outside, inside = (
+            {*chain(*(self._found(word, scope, name, ()) for scope in having if test(scope)))}
+            for test in (lambda scope: not scope, bool)
+        )
+        if having[0] == "" and len(having) > 1 and _unordered(outside) != _unordered(inside):
+            raise ValueError("it is one thing in a part and another one outside of the parts")
+        return sorted(outside or inside)
+
+    def _add_nodes(self, scope: str, cards: list[Card]) -> None:
+        nodes: dict[int, tuple[float, ...]] = {}
+        for card in cards:
+            if card.keyword != "NODE":
+                continue
+            if card.label("SYSTEM") not in ("", "r"):
+                system = card.options["SYSTEM"]
+                raise ValueError(f"*NODE, SYSTEM={system}: allowed are Cartesian coordinates")
+            rows = [line.split(",") for line in card.data]
+            for number, *place in rows:
+                at = (*map(_real, place), 0.0, 0.0, 0.0)[:3]
+                if nodes.setdefault(_whole(number), at) != at:
+                    raise ValueError(f"node {number} is there twice, at different places")
+            self._name("NSET", scope, card, [number for number, *_ in rows])
+        numbers = sorted(nodes)
+        points = np.array([nodes[number] for number in numbers]).reshape(-1, 3)
+        if cards and cards[0].keyword == "INSTANCE":
+            points = _placed(points, [[*map(_real, items(line))] for line in cards[0].data])
+        first = len(self.points)
+        self.points.extend(points)
+        self._places |= {("NSET", scope, node): first + n for n, node in enumerate(numbers)}
+
+    def _add_elements(self, scope: str, card: Card) -> None:
+        """Elements whose lines go on until they have all nodes of their type."""
+        type_ = card.options.get("TYPE", "").upper()
+        kind = _kind(type_)
+        size = KINDS[kind].nodes if kind in KINDS else 0
+        ids: list[str] = []
+        row: list[int] = []
+        for line in card.data:
+            row += map(_whole, items(line))
+            if len(row) <= size or (not size and line.endswith(",")):
+                continue
+            number, *nodes = row
+            if len(nodes) > size and kind in KINDS and KINDS[kind].dim > 1:
+                break
+            places = [self._places.get(("NSET", scope, node), -1) for node in nodes[:size]]
+            if (
+                kind == "line3" and -1 not in places
+            ):  # Abaqus has the middle second, other programs last
+                points = np.array([self.points[place] for place in places])
+                middle = np.linalg.norm(points - points.mean(axis=0), axis=1).argmin()
+                places.append(places.pop(middle))
+            if ("ELSET", scope, number) in self._places:
+                raise ValueError(f"element {number} is there twice")
+            self._places["ELSET", scope, number] = len(self.elements)
+            self.elements.append(_Element(type_, kind, tuple(places)))
+            ids.append(str(number))
+            row = []
+        if row and size:
             raise ValueError(
-                f"it makes or moves nodes or elements by *{word}; allowed are those that are "
-                "written out (*NODE, *ELEMENT)"
+                f"element {row[0]} of type {type_} has {len(row) - 1} nodes, not {size}"
             )
-    return {"": outside} | (instances or parts)
+        self._name("ELSET", scope, card, ids)
+
+    def _name(self, word: str, scope: str, card: Card, numbers: list[str]) -> None:
+        """The set that a card of nodes or elements puts them in, as a card of its own."""
+        if word in card.options:
+            own = Card(word, {word: card.options[word]}, numbers)
+            self._sets.setdefault((word, scope, card.label(word)), []).append(own)
+
+    def _found(self, word: str, scope: str, item: str, above: tuple[Any, ...]) -> list[Any]:
+        """What a name, a number or `instance.name` stands for; `above`: the sets that it is in."""
+        item = key(item)
+        owner, dot, rest = item.partition(".")
+        if dot and owner in self._scopes and (word, scope, item) not in self._sets:
+            return self._found(word, owner, rest, above)
+        if item.isdigit() and word != "SURFACE":
+            if (word, scope, int(item)) not in self._places:
+                what = "node" if word == "NSET" else "element"
+                raise ValueError(f"{what} {item} is not in the file")
+            return [self._places[word, scope, int(item)]]
+        here = (word, scope, item)
+        if here in above:
+            raise ValueError(f'the set "{item}" holds itself')
+        if here not in self._sets:
+            raise ValueError(f'there is no *{word} "{item}"')
+        of_card: Callable[..., list[Any]] = self._facets if word == "SURFACE" else self._listed
+        return [
+            found for card in self._sets[here] for found in of_card(scope, card, (*above, here))
+        ]
+
+    def _listed(self, scope: str, card: Card, above: tuple[Any, ...]) -> list[int]:
+        """Nodes of a *NSET, elements of an *ELSET."""
+        scope = card.label("INSTANCE") or scope
+        if scope not in self._scopes:
+            raise ValueError(f'there is no instance "{scope}"')
+        if "GENERATE" in card.options:
+            listed = [str(number) for line in card.data for number in _span(line)]
+        else:
+            listed = [item for line in card.data for item in items(line)]
+        found = [one for item in listed for one in self._found(card.keyword, scope, item, above)]
+        if card.keyword == "NSET" and card.label("ELSET"):
+            for element in self._found("ELSET", scope, card.label("ELSET"), ()):
+                found += self.elements[element].nodes
+        return found
+
+    def _facets(self, scope: str, card: Card, above: tuple[Any, ...]) -> list[tuple[int, ...]]:
+        """Facets of a *SURFACE: by sides of elements, by nodes, or of the surfaces it unites."""
+        kind, combined = card.label("TYPE") or "element", card.label("COMBINE")
+        if kind not in ("element", "node") or combined not in ("", "union"):
+            what = f"COMBINE={combined}" if combined else f"TYPE={kind}"
+            raise ValueError(
+                f"*SURFACE, {what.upper()}: allowed are TYPE=ELEMENT, TYPE=NODE and COMBINE=UNION"
+            )
+        facets: list[tuple[int, ...]] = []
+        for item, *more in filter(None, map(items, card.data)):
+            if combined:
+                for one in (item, *more):
+                    facets += self._found("SURFACE", scope, one, above)
+            elif kind == "node":
+                facets += [(node,) for node in self._found("NSET", scope, item, ())]
+            else:
+                for element in self._found("ELSET", scope, item, ()):
+                    facets += self._sides(self.elements[element], more[0].upper() if more else "")
+        return facets
+
+    def _sides(self, element: _Element, side: str) -> list[tuple[int, ...]]:
+        """The facet on a side (S1, E1, ...) of an element, all free ones for ""."""
+        if element.dim == self._dim - 1 and not side.startswith("E"):
+            return [element.nodes[: KINDS[first_order(element.kind)].nodes]]  # SPOS, SNEG
+        letters = "E" if re.match(rf"(?:{_SHELLS})\d", element.type) else "SE"
+        match = re.fullmatch(rf"[{letters}](\d+)", side)
+        if element.dim != self._dim or (side and not match):
+            raise ValueError(
+                f'"{side}" is no side of elements of type {element.type} that is a facet'
+            )
+        if match is None:
+            return [facet for facet in element.sides if self._cells[frozenset(facet)] == 1]
+        if not 1 <= int(match[1]) <= len(element.sides):
+            raise ValueError(f'elements of type {element.type} have no side "{side}"')
+        return [element.sides[int(match[1]) - 1]]
+
+    @cached_property
+    def _cells(self) -> Counter[frozenset[int]]:
+        """Number of cells that have a facet."""
+        cells = (element.sides for element in self.elements if element.dim == self._dim)
+        return Counter(frozenset(side) for sides in cells for side in sides)
 
 
-def _numbers(card: Card) -> list[list[float]]:
-    return [[_real(item) for item in line.split(",") if item.strip()] for line in card.data]
+def _kind(type_: str) -> str:
+    """The kind (of `KINDS`) of elements of a type, by its name alone; the type if it is unknown.
+
+    C3D8, C3D8R, C3D8H and C3D8RH are hexahedra, CPE4 and S4R quadrilaterals.
+    """
+    for names, dim, counts in _FAMILIES:
+        if match := re.fullmatch(rf"(?:{names})(\d+)(?:[A-Z].*)?", type_):
+            count = counts.get(int(match[1]), int(match[1]))
+            for kind, form in KINDS.items():
+                if (form.dim, form.nodes) == (dim, count):
+                    return kind
+    return type_
+
+
+def _unordered(members: set[Any]) -> set[Any]:
+    return {frozenset(one) if isinstance(one, tuple) else one for one in members}
+
+
+def _placed(points: Array, placement: list[list[float]]) -> Array:
+    """Points (n, 3) shifted by (x, y, z), then turned around the axis from a to b by an angle:
+    (ax, ay, az, bx, by, bz, degrees).
+    """
+    for row in placement:
+        if len(row) <= 3:
+            points = points + [*row, 0.0, 0.0, 0.0][:3]
+            continue
+        start, axis = np.array(row[:3]), np.subtract(row[3:6], row[:3])
+        if len(row) != 7 or not axis.any():
+            raise ValueError("the rotation of an *INSTANCE needs two points and an angle")
+        turn = Rotation.from_rotvec(row[6] * axis / np.linalg.norm(axis), degrees=True)
+        points = turn.apply(points - start) + start
+    return points
 
 
 def _real(text: str) -> float:
     """A number as Fortran writes it, 1.5D-3, too; an empty field is 0."""
     try:
-        return float(text.upper().replace("D", "E")) if text.strip() else 0.0
+        return float(text.upper().replace("D", "E") if text.strip() else 0.0)
     except ValueError:
         raise ValueError(f'"{text.strip()}" is no number') from None
 
@@ -142,78 +371,10 @@ def _whole(text: str) -> int:
         raise ValueError(f'"{text.strip()}" is no number of a node or element') from None
 
 
-def _add_nodes(card: Card, here: _Template) -> None:
-    if card.label("SYSTEM") not in ("", "r"):
-        raise ValueError(
-            f"*NODE, SYSTEM={card.options['SYSTEM']}: allowed are Cartesian coordinates"
-        )
-    known = len(here.nodes)
-    for line in card.data:
-        number, *place = line.split(",")
-        x, y, z = ([_real(item) for item in place] + [0.0] * 3)[:3]
-        here.nodes.append((_whole(number), x, y, z))
-    if "NSET" in card.options:
-        numbers = [int(node[0]) for node in here.nodes[known:]]
-        name = card.options["NSET"]
-        here.sets.setdefault(("NSET", key(name)), []).append(SetCard(name, card, numbers))
-
-
-def _add_elements(card: Card, here: _Template) -> None:
-    """Elements whose lines go on until they have all nodes of their type."""
-    kind = card.options.get("TYPE", "").strip().upper()
-    dim, form = shape(kind)
-    size = 1 + NODES.get(form, 0)
-    ids: list[int] = []
-    nodes: list[list[int]] = []
-    row: list[int] = []
-    for line in card.data:
-        row += [_whole(item) for item in items(line)]
-        goes_on = len(row) < size if dim else line.endswith(",")
-        if goes_on:
-            continue
-        if dim > 1 and len(row) > size:
-            raise ValueError(
-                f"element {row[0]} of type {kind} has {len(row) - 1} nodes, not {size - 1}"
-            )
-        ids.append(row[0])
-        nodes.append(row[1:size] if dim else [])
-        row = []
-    if row and dim:
-        raise ValueError(
-            f"element {row[0]} of type {kind} has {len(row) - 1} nodes, not {size - 1}"
-        )
-    here.elements.append((kind, ids, nodes))
-    if "ELSET" in card.options:
-        name = card.options["ELSET"]
-        here.sets.setdefault(("ELSET", key(name)), []).append(SetCard(name, card, ids))
-
-
-def _nodes(file: MeshFile, template: _Template) -> tuple[IntArray, Floats]:
-    """Sorted numbers (n,) of nodes, and where they are (n, 3) after the instance's placement."""
-    table = np.array(template.nodes, dtype=float).reshape(-1, 4)
-    table = np.unique(table, axis=0)  # by number
-    numbers = table[:, 0].astype(np.int64)
-    twice = np.flatnonzero(np.diff(numbers) == 0)
-    if twice.size:
-        raise SceneError(f"{file}: node {numbers[twice[0]]} is there twice, at different places")
-    points = table[:, 1:]
-    shift = next((row for row in template.placement if len(row) <= 3), [])
-    points = points + np.array([*shift, 0.0, 0.0, 0.0][:3])
-    turn = next((row for row in template.placement if len(row) > 3), None)
-    return numbers, points if turn is None else _turned(file, points, turn)
-
-
-def _turned(file: MeshFile, points: Floats, turn: Sequence[float]) -> Floats:
-    """Points turned around the axis from a to b by an angle: (ax, ay, az, bx, by, bz, degrees)."""
-    axis = np.array(turn[3:6]) - turn[:3]
-    if len(turn) != 7 or not np.linalg.norm(axis) > 0.0:
-        raise SceneError(f"{file}: the rotation of an *INSTANCE needs two points and an angle")
-    axis, angle = axis / np.linalg.norm(axis), np.radians(turn[6])
-    arm = points - turn[:3]
-    along = np.outer(arm @ axis, axis)
-    return (
-        np.array(turn[:3])
-        + along
-        + np.cos(angle) * (arm - along)
-        + np.sin(angle) * np.cross(axis, arm)
-    )
+def _span(line: str) -> range:
+    """The numbers that a line of GENERATE gives: first, last, and (or 1) by how much they grow."""
+    try:
+        first, last, step = [*map(int, items(line)), 1][:3]
+        return range(first, last + (1 if step > 0 else -1), step)
+    except ValueError:
+        raise ValueError(f'GENERATE takes first, last and increment, not "{line}"') from None

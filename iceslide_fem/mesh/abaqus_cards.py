@@ -7,7 +7,6 @@ one (Abaqus, input syntax rules).
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -15,7 +14,6 @@ from typing import NamedTuple
 from iceslide_fem.runtime.errors import SceneError
 
 DEEPEST = 10  # *INCLUDE in included files
-_BETWEEN_COMMAS = re.compile(r'(?:[^,"]|"[^"]*"?)+')
 
 
 class Card(NamedTuple):
@@ -26,7 +24,7 @@ class Card(NamedTuple):
     data: list[str]
 
     def label(self, option: str) -> str:
-        """A name that the option gives, as it is compared: in small letters, "" without it."""
+        """A name that the option gives, as it is compared; "" without it."""
         return key(self.options.get(option, ""))
 
 
@@ -36,8 +34,8 @@ def key(name: str) -> str:
 
 
 def items(line: str) -> list[str]:
-    """What stands between the commas of a data line, without what is empty."""
-    return [item for part in _BETWEEN_COMMAS.findall(line) if (item := part.strip())]
+    """What stands between the commas of a line, without what is empty."""
+    return [item for part in line.split(",") if (item := part.strip())]
 
 
 def read_cards(path: Path) -> Iterator[Card]:
@@ -47,18 +45,16 @@ def read_cards(path: Path) -> Iterator[Card]:
     """
     card, begun = Card("", {}, []), ""
     for line in _lines(path, path, 0):
-        if begun:
-            begun += line
-        elif line.startswith("*"):
-            yield card
-            begun = line
-        else:
+        if not begun and not line.startswith("*"):
             card.data.append(line)
             continue
+        if not begun:
+            yield card
+        begun += line
         if not begun.endswith(","):
             card, begun = _card(begun), ""
             if "INPUT" in card.options:  # its data are in another file
-                card.data.extend(_lines(path, _beside(path, card.options["INPUT"]), 1))
+                card.data.extend(_lines(path, _beside(path, card), 1))
     yield card
 
 
@@ -75,19 +71,16 @@ def _lines(main: Path, path: Path, depth: int) -> Iterator[str]:
         raise SceneError(f"rubber.mesh {main}: *INCLUDE goes round in a circle, at {path}")
     try:
         with open(path, encoding="utf-8-sig", errors="replace") as file:
-            for line in file:
-                line = line.strip()
-                if not line or line.startswith("**"):
-                    continue
+            for line in map(str.strip, file):
                 if line[:8].upper() == "*INCLUDE":
-                    named = _card(line).options.get("INPUT", "")
-                    yield from _lines(main, _beside(path, named), depth + 1)
-                else:
+                    yield from _lines(main, _beside(path, _card(line)), depth + 1)
+                elif line and not line.startswith("**"):
                     yield line
     except OSError as error:
         what = "can't be read" if path == main else f"includes {path}, which can't be read"
         raise SceneError(f"rubber.mesh {main} {what}: {error.strerror or error}") from None
 
 
-def _beside(path: Path, name: str) -> Path:
-    return path.parent / name.replace("\\", "/")
+def _beside(path: Path, card: Card) -> Path:
+    """The file that a card names as its INPUT."""
+    return path.parent / card.options.get("INPUT", "").replace("\\", "/")

@@ -134,25 +134,14 @@ class Grid(NamedTuple):
         return self.edge.zone if self.edge else []
 
     @property
-    def x(self) -> Lines:
-        """All lines of x."""
-        return joined([line for span in self.columns for line in span.lines(self.zone)])
-
-    @property
-    def y(self) -> Lines:
-        """All lines of y; none in a slice."""
-        lines = [line for span in self.across for line in span.lines(self.zone)]
-        return joined(lines) if lines else np.empty(0)
-
-    @property
     def lines(self) -> list[Lines]:
         """All lines of x, (y,) z."""
-        return [self.x, self.y, self.z] if self.across else [self.x, self.z]
-
-    @property
-    def z(self) -> Lines:
-        """All lines of z."""
-        return joined(self.rows)
+        along = [
+            joined([line for span in spans for line in span.lines(self.zone)])
+            for spans in (self.columns, self.across)
+            if spans
+        ]
+        return [*along, joined(self.rows)]
 
 
 def reference_cells(block: BlockShape, refinement: float) -> tuple[list[float], float]:
@@ -192,50 +181,47 @@ def block_grid(block: BlockShape, refinement: float) -> Grid:
     edge = _edge_cells(block, cells[0], refinement)
     steepest = STEEPEST[len(cells)] / max(refinement, 1.0)
     gradings = [Grading(cell, size, edge, steepest) for cell in cells]
-
-    def spans(
-        ends: tuple[float, float], cuts: Sequence[Slot | Channel], sized: Grading, halved: bool
-    ) -> list[Span]:
-        """Lugs, and the cuts between them. Nothing is singular at the middle plane of a `halved`
-        block, where it begins.
-        """
-        found: list[Span] = []
-        reach = edge.zone[-1][-1] if edge else 0.0
-        begin = ends[0]
-        for cut in [*cuts, None]:
-            pieces = [(begin, cut.low if cut else ends[1], 0.0)]
-            pieces += [(cut.low, cut.high, cut.depth)] if cut else []
-            for low, high, depth in pieces:
-                if high <= low:  # a channel in the middle plane has no lug before it
-                    continue
-                cutting = edge is not None and depth == 0.0
-                inside = halved and low == ends[0]
-                first, last = low + reach * (cutting and not inside), high - reach * cutting
-                if inside:
-                    middle = last - sized.half(last - first, cutting)[::-1]
-                    middle[0] = first
-                else:
-                    middle = sized.between(first, last, cutting, cutting)
-                found.append(Span(low, high, middle, (cutting and not inside, cutting), depth))
-            begin = cut.high if cut else begin
-        return found
-
-    columns = spans(block.ranges[0], block.slots, gradings[0], False)
+    waves = [slot.wave for slot in block.slots if slot.wave]
+    columns = _spans(block.ranges[0], block.slots, gradings[0], False)
     across = [
-        span
+        span._replace(middle=_waved(span.middle, waves, True, refinement))
         for ends in block.ranges[1:]
-        for span in spans(ends, block.channels, gradings[1], block.symmetric)
+        for span in _spans(ends, block.channels, gradings[1], block.symmetric)
     ]
-    waves = [slot.wave for slot in block.slots if slot.wave and slot.wave.across]
-    across = [span._replace(middle=_waved(span.middle, waves, refinement)) for span in across]
-    waves = [slot.wave for slot in block.slots if slot.wave and not slot.wave.across]
-    rows = [_waved(row, waves, refinement) for row in _rows(block, gradings[-1])]
+    rows = [_waved(row, waves, False, refinement) for row in _rows(block, gradings[-1])]
     return Grid(columns, across, rows, edge)
 
 
 def box_lines(block: BlockShape, refinement: float) -> list[Lines]:
     """Grid lines of the rubber in x, (y,) z."""
     return block_grid(block, refinement).lines
+
+
+def _spans(
+    ends: tuple[float, float], cuts: Sequence[Slot | Channel], sized: Grading, halved: bool
+) -> list[Span]:
+    """Lugs, and the cuts between them. Nothing is singular at the middle plane of a `halved` block,
+    where it begins.
+    """
+    lows, highs = [ends[0], *(cut.high for cut in cuts)], [*(cut.low for cut in cuts), ends[1]]
+    pieces = [(low, high, 0.0) for low, high in zip(lows, highs, strict=True)]
+    pieces += [(cut.low, cut.high, cut.depth) for cut in cuts]
+    reach = sized.edge.zone[-1][-1] if sized.edge else 0.0
+    found: list[Span] = []
+    for low, high, depth in sorted(pieces):
+        if high <= low:  # a channel in the middle plane has no lug before it
+            continue
+        last = sized.edge is not None and depth == 0.0
+        inside = halved and low == ends[0]
+        first = last and not inside
+        begin, end = low + reach * first, high - reach * last
+        if inside:
+            middle = end - sized.half(end - begin, last)[::-1]
+            middle[0] = begin
+        else:
+            middle = sized.between(begin, end, first, last)
+        found.append(Span(low, high, middle, (first, last), depth))
+    return found
 
 
 def _edge_cells(block: BlockShape, cell: float, refinement: float) -> EdgeCells | None:
@@ -274,8 +260,11 @@ def _with_skin(line: Lines, skin: float) -> Lines:
     return np.concatenate([line[0] + first * ends, line[2:]])
 
 
-def _waved(line: Lines, waves: list[Wave], refinement: float) -> Lines:
-    """The line, its cells cut into equal parts where they are too long for a wave, with crests."""
+def _waved(line: Lines, waves: list[Wave], across: bool, refinement: float) -> Lines:
+    """The line, its cells cut into equal parts where they are too long for the waves along it, with
+    crests.
+    """
+    waves = [wave for wave in waves if wave.across == across]
     if not waves:
         return line
     cells = max(CELLS_OF_A_WAVE * refinement, FEWEST_OF_A_WAVE)
@@ -285,9 +274,8 @@ def _waved(line: Lines, waves: list[Wave], refinement: float) -> Lines:
         for low, high in itertools.pairwise(line)
     ]
     line = joined(parts)
-    for wave in waves:
-        for crest in wave.crests(line[0], line[-1]):
-            nearest = int(np.abs(line - crest).argmin())
-            if 0 < nearest < len(line) - 1:
-                line[nearest] = crest
+    for crest in itertools.chain(*(wave.crests(line[0], line[-1]) for wave in waves)):
+        nearest = int(np.abs(line - crest).argmin())
+        if 0 < nearest < len(line) - 1:
+            line[nearest] = crest
     return line

@@ -13,7 +13,7 @@ from typing import Any
 
 from iceslide_fem.fenics.cache import cache_folder
 from iceslide_fem.mesh import gmsh_model
-from iceslide_fem.mesh.mesh_file import rubber_file
+from iceslide_fem.mesh.named_cells import rubber_file
 from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.runtime.errors import SceneError
 

@@ -10,14 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
-from iceslide_fem.mesh.soundness import Fault, among, planes
-from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
-
-Mask = NDArray[np.bool_]
-Floats = NDArray[np.float64]
+from iceslide_fem.mesh.soundness import Fault, connected, planes
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh, among
+from iceslide_fem.runtime.arrays import Array, Mask
 
 STEEP = 0.5  # horizontal part of the unit normal from which a facet is a side, not the lower face
 FLAT = 0.999  # of the horizontal direction of a normal along an axis: the flat end of a block
@@ -32,30 +28,28 @@ def gap(tagged: TaggedMesh, outer: IntArray, near: float) -> Fault | None:
     names = _names(tagged, outer)
     corners = tagged.points[outer]
     heights = corners[:, :, -1]
-    free = names == ""
     on_ice = (heights <= near).all(axis=1)
     on_top = (heights >= tagged.points[:, -1].max() - near).all(axis=1)
-    lost = on_top & (names != "plate")
-    if lost.any():
-        what = 'is part of the top and not tagged "plate", which must be all of it'
-        return _fault(lost, what, corners)
-    if fault := lost_symmetry(tagged, outer, near):
-        return fault
-    lost = on_ice & free
-    if lost.any():
-        return _fault(lost, 'lies on the ice and is not tagged "contact"', corners)
-    lost = _lost_sides(corners, names, near)
-    if lost.any():
-        what = (
-            'begins at the ice and has no name, but another side is tagged "contact": tag the '
-            "lower part of all of this side and of the opposite one"
+    return (
+        _fault(
+            on_top & (names != "plate"),
+            'is part of the top and not tagged "plate", which must be all of it',
+            corners,
         )
-        return _fault(lost, what, corners)
-    lost = _enclosed(outer, corners, names, near)
-    if lost.any():
-        what = 'has no name and is enclosed by facets tagged "contact" or "walls": a hole in them'
-        return _fault(lost, what, corners)
-    return None
+        or lost_symmetry(tagged, outer, near)
+        or _fault(on_ice & (names == ""), 'lies on the ice and is not tagged "contact"', corners)
+        or _fault(
+            _lost_sides(corners, names, near),
+            'begins at the ice and has no name, but another side is tagged "contact": tag the '
+            "lower part of all of this side and of the opposite one",
+            corners,
+        )
+        or _fault(
+            _enclosed(outer, corners, names, near),
+            'has no name and is enclosed by facets tagged "contact" or "walls": a hole in them',
+            corners,
+        )
+    )
 
 
 def lost_symmetry(tagged: TaggedMesh, outer: IntArray, near: float) -> Fault | None:
@@ -64,8 +58,6 @@ def lost_symmetry(tagged: TaggedMesh, outer: IntArray, near: float) -> Fault | N
         return None
     corners = tagged.points[outer]
     lost = (abs(corners[:, :, 1]) <= near).all(axis=1) & (_names(tagged, outer) == "")
-    if not lost.any():
-        return None
     return _fault(lost, 'is at y = 0 and not tagged "symmetry" like others', corners)
 
 
@@ -75,8 +67,11 @@ def only_lowest(tagged: TaggedMesh) -> bool:
     return bool(heights.max() <= 1e-6 * np.ptp(tagged.points[:, -1]))
 
 
-def _fault(lost: Mask, what: str, corners: Floats) -> Fault:
+def _fault(lost: Mask, what: str, corners: Array) -> Fault | None:
+    """Says of the first of the `lost` facets what it is; None if there are none."""
     count = int(lost.sum())
+    if not count:
+        return None
     like = f" ({count} such facets)" if count > 1 else ""
     return f"the facet there {what}{like}", corners[np.flatnonzero(lost)[0]].mean(axis=0)
 
@@ -89,7 +84,7 @@ def _names(tagged: TaggedMesh, outer: IntArray) -> NDArray[np.str_]:
     return names
 
 
-def _lost_sides(corners: Floats, names: NDArray[np.str_], near: float) -> Mask:
+def _lost_sides(corners: Array, names: NDArray[np.str_], near: float) -> Mask:
     """Nameless facets that begin at the ice, in the flat ends of the block along x or y, where
     contact goes up more than half of one end. Walls of sipes are in no end: rubber stands on the
     ice beyond them.
@@ -111,9 +106,8 @@ def _lost_sides(corners: Floats, names: NDArray[np.str_], near: float) -> Mask:
             foot = corners[facet, on_ice[facet], :-1]
             sides = np.delete(foot, axis, axis=1)
             beyond = np.delete(ice, axis, axis=1)
-            row = ((beyond >= sides.min(axis=0) - near) & (beyond <= sides.max(axis=0) + near)).all(
-                axis=1
-            )
+            row = (beyond >= sides.min(axis=0) - near) & (beyond <= sides.max(axis=0) + near)
+            row = row.all(axis=1)
             first, last = ice[row, axis].min(), ice[row, axis].max()
             ends = [first >= foot[:, axis].min() - near, last <= foot[:, axis].max() + near]
             length = np.ptp(sides, axis=0).sum() if dim == 3 else 1.0
@@ -125,7 +119,7 @@ def _lost_sides(corners: Floats, names: NDArray[np.str_], near: float) -> Mask:
     return lost
 
 
-def _enclosed(outer: IntArray, corners: Floats, names: NDArray[np.str_], near: float) -> Mask:
+def _enclosed(outer: IntArray, corners: Array, names: NDArray[np.str_], near: float) -> Mask:
     """Nameless facets in areas that contact (or walls) encloses, with which they are one surface,
     and above which they do not rise.
 
@@ -142,8 +136,7 @@ def _enclosed(outer: IntArray, corners: Floats, names: NDArray[np.str_], near: f
     pairs = facet[order].reshape(-1, 2)  # a sound mesh has two outer facets at every ridge
     free = names == ""
     inner = pairs[free[pairs].all(axis=1)]
-    links = coo_array((np.ones(len(inner)), inner.T), shape=(len(outer), len(outer)))
-    count, area = connected_components(links, directed=False)
+    count, area = connected(inner, len(outer))
     rims = pairs[free[pairs].sum(axis=1) == 1]
     rims = np.where(free[rims[:, :1]], rims, rims[:, ::-1])  # the nameless one first
     inside, beside = rims.T

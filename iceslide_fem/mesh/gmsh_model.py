@@ -6,15 +6,14 @@ DOLFINx meshes.
 
 from __future__ import annotations
 
-import itertools
 import os
 import shutil
 import signal
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -22,38 +21,18 @@ import gmsh
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.mesh.mesh_file import MeshFile
-from iceslide_fem.mesh.named_cells import Block, NamedCells, tagged_mesh
-from iceslide_fem.mesh.partition import owners
-from iceslide_fem.mesh.tagged import TaggedMesh
+from iceslide_fem.mesh.named_cells import KINDS, Block, MeshFile, NamedCells, tagged_mesh
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.ranks import from_root
 
 if TYPE_CHECKING:
     from iceslide_fem.fenics.compat import MPI
 
-_NUMBERS = {  # of gmsh, by the kinds of `named_cells`
-    "line": 1,
-    "triangle": 2,
-    "quadrilateral": 3,
-    "tetrahedron": 4,
-    "hexahedron": 5,
-    "line3": 8,
-    "triangle6": 9,
-    "quadrilateral9": 10,
-    "tetrahedron10": 11,
-    "hexahedron27": 12,
-    "quadrilateral8": 16,
-    "hexahedron20": 17,
-}
-_NAMES = {number: name for name, number in _NUMBERS.items()}
-_WRONG_START = {
-    ".msh": 'no mesh file of gmsh: its first line is not "$MeshFormat" (scripts of gmsh are not '
-    "run)",
-    ".med": "no MED file: it does not begin as HDF5 does",
-}
-_FACETS = {"triangle": 1, "quadrilateral": 1, "tetrahedron": 2, "hexahedron": 3}
-SIGNATURES = {".msh": b"$MeshFormat", ".med": b"\x89HDF\r\n"}  # the first line of a file
+_NAMES = {kind.gmsh: name for name, kind in KINDS.items()}
+_FACETS = {"triangle": "line", "quadrilateral": "line"}
+_FACETS |= {"tetrahedron": "triangle", "hexahedron": "quadrilateral"}
 
 
 class DistributedMesh(NamedTuple):
@@ -69,23 +48,50 @@ class DistributedMesh(NamedTuple):
 
 
 def distribute(tagged: TaggedMesh, comm: MPI.Comm) -> DistributedMesh:
-    """Share rank 0's mesh out over `comm` (`partition`); all ranks must give the same names."""
+    """Share rank 0's mesh out over `comm` (`owners`); all ranks must give the same names."""
     from iceslide_fem.fenics import compat  # meshes are read and measured without it, too
-
-    dim = tagged.points.shape[1]
 
     def shared(nodes: NDArray[np.int32]) -> NDArray[np.int32]:
         nodes = nodes.reshape(-1, tagged.cells.shape[1])
         return owners(tagged.points[nodes].mean(axis=1)[:, :-1], comm.size)
 
-    if comm.rank == 0:
-        with empty_model() as model:
+    with empty_model() if comm.rank == 0 else nullcontext() as model:
+        if model is not None:
             _fill(model, tagged)
-            mesh, cell_tags, facet_tags = compat.mesh_from_gmsh(model, comm, 0, dim, shared)
-    else:
-        mesh, cell_tags, facet_tags = compat.mesh_from_gmsh(None, comm, 0, dim, shared)
-    facets, regions = (_numbered(names) for names in (tagged.facets, tagged.named_cells))
+        dim = tagged.points.shape[1]
+        mesh, cell_tags, facet_tags = compat.mesh_from_gmsh(model, comm, 0, dim, shared)
+    facets, regions = (
+        {name: number for number, name in enumerate(names, 1)}
+        for names in (tagged.facets, tagged.named_cells)
+    )
     return DistributedMesh(mesh, facet_tags, facets, cell_tags, regions)
+
+
+def owners(middles: Array, ranks: int) -> NDArray[np.int32]:
+    """Rank of each cell, of as many each: recursive bisection across the longer side.
+
+    `middles` (n, d-1): horizontal positions of the cells' middles, m. The mesh is cut vertically,
+    so that all ranks get a share of the contact: graph partitioners cut where the fewest facets
+    are, through a cube as readily between plate and ice, which leaves the contact to one rank.
+    """
+    found = np.zeros(len(middles), dtype=np.int32)
+    size = np.ptp(middles, axis=0).max(initial=0.0) if len(middles) else 0.0
+    places = np.round(middles / (size or 1.0), 9)  # cells above one another are at one place
+
+    def share(cells: NDArray[np.intp], first: int, count: int) -> None:
+        if count == 1 or not cells.size:
+            found[cells] = first
+            return
+        axis = int(np.ptp(places[cells], axis=0).argmax())
+        others = np.delete(places[cells], axis, axis=1)
+        cells = cells[np.lexsort([*others.T, places[cells, axis]])]
+        low = count // 2
+        cut = round(cells.size * low / count)
+        share(cells[:cut], first, low)
+        share(cells[cut:], first + low, count - low)
+
+    share(np.arange(len(middles)), 0, ranks)
+    return found
 
 
 def distribute_made(make: Callable[[], TaggedMesh], comm: MPI.Comm) -> DistributedMesh:
@@ -103,10 +109,6 @@ def distribute_made(make: Callable[[], TaggedMesh], comm: MPI.Comm) -> Distribut
     return distribute(made[0] if made else empty, comm)
 
 
-def _numbered(names: Iterable[str]) -> dict[str, int]:
-    return {name: number for number, name in enumerate(names, 1)}
-
-
 def save(tagged: TaggedMesh, path: Path) -> None:
     """Write a mesh with its names as physical groups, in the format of the file's suffix."""
     with empty_model() as model:
@@ -118,20 +120,19 @@ def save(tagged: TaggedMesh, path: Path) -> None:
 def load(file: MeshFile) -> TaggedMesh:
     """Read the cells of the physical groups `file.bodies` and all named sets of facets.
 
-    Raises SceneError where the file is none of `SIGNATURES`, or as `tagged_mesh` does.
+    Raises SceneError where the file is no .msh or .med, or as `tagged_mesh` does.
     """
     with empty_model() as model:
         _merge(file)
         blocks = []
-        for group_dim, group in model.getPhysicalGroups():
-            name = model.getPhysicalName(group_dim, group).strip(" \0")  # MED fills them up
-            for entity in model.getEntitiesForPhysicalGroup(group_dim, group):
-                types, _, nodes = model.mesh.getElements(group_dim, entity)
+        for dim, group in model.getPhysicalGroups():
+            name = model.getPhysicalName(dim, group).strip(" \0")  # MED fills them up
+            for entity in model.getEntitiesForPhysicalGroup(dim, group):
+                types, _, nodes = model.mesh.getElements(dim, entity)
                 for number, tags in zip(types, nodes, strict=True):
-                    kind, _, _, count, *_ = model.mesh.getElementProperties(number)
-                    kind = _NAMES.get(number, kind)
+                    title, _, _, count, *_ = model.mesh.getElementProperties(number)
                     cells = tags.reshape(-1, count).astype(np.int64)
-                    blocks.append(Block(name, group_dim, kind, cells))
+                    blocks.append(Block(name, dim, _NAMES.get(number, title), cells))
         numbers, coordinates, _ = model.mesh.getNodes()
     found = NamedCells(numbers.astype(np.int64), coordinates.reshape(-1, 3), blocks, {})
     return tagged_mesh(file, found)
@@ -143,23 +144,27 @@ def _merge(file: MeshFile) -> None:
     gmsh takes anything else for a script and runs it, with the shell commands in it; beside a mesh
     it also looks for a file of options. So it is given a copy, alone, of what begins as a mesh.
     """
-    path = file.path
-    suffix = ".med" if path.suffix.lower() == ".med" else ".msh"
+    med = file.path.suffix.lower() == ".med"
     with tempfile.TemporaryDirectory() as alone:
-        copy = Path(alone) / f"mesh{suffix}"
+        copy = Path(alone) / ("mesh.med" if med else "mesh.msh")
         try:
-            shutil.copyfile(path, copy)
+            shutil.copyfile(file.path, copy)
         except OSError as error:
             raise SceneError(f"{file} can't be read: {error.strerror or error}") from None
         with open(copy, "rb") as start:
             first = start.readline(100).rstrip()
-        if first != SIGNATURES[suffix].rstrip():
-            raise SceneError(f"{file} is {_WRONG_START[suffix]}")
+        if med and first != b"\x89HDF":
+            raise SceneError(f"{file} is no MED file: it does not begin as HDF5 does")
+        if not med and first != b"$MeshFormat":
+            raise SceneError(
+                f'{file} is no mesh file of gmsh: its first line is not "$MeshFormat" (scripts of '
+                "gmsh are not run)"
+            )
         try:
             with _quiet_library():
                 gmsh.merge(str(copy))
         except Exception as error:  # gmsh raises nothing more specific
-            reason = str(error).strip().replace(str(copy), path.name)
+            reason = str(error).strip().replace(str(copy), file.path.name)
             raise SceneError(f"{file} can't be read by gmsh: {reason}") from None
 
 
@@ -186,7 +191,7 @@ def empty_model() -> Iterator[Any]:
     previous = "" if own else gmsh.model.getCurrent()
     terminal = gmsh.option.getNumber("General.Terminal")
     gmsh.option.setNumber("General.Terminal", 0)
-    gmsh.model.add(_unused_name())
+    gmsh.model.add("iceslide_fem")
     try:
         yield gmsh.model
     finally:
@@ -194,21 +199,22 @@ def empty_model() -> Iterator[Any]:
         gmsh.option.setNumber("General.Terminal", terminal)
         if own:
             gmsh.finalize()
-            _restore_signal_handlers()
+            if threading.current_thread() is threading.main_thread():
+                for number in (signal.SIGTERM, signal.SIGINT):  # gmsh leaves the system's handlers
+                    signal.signal(number, signal.getsignal(number))
         elif previous:
             gmsh.model.setCurrent(previous)
 
 
-def _restore_signal_handlers() -> None:
-    """gmsh leaves the system's own handlers behind, and Python's would never hear of a signal."""
-    if threading.current_thread() is threading.main_thread():
-        for number in (signal.SIGTERM, signal.SIGINT):
-            signal.signal(number, signal.getsignal(number))
-
-
-def _unused_name() -> str:
-    taken = set(gmsh.model.list())
-    return next(name for n in itertools.count() if (name := f"iceslide-{n}") not in taken)
+def nodes_of(model: Any, cells: IntArray) -> tuple[Array, IntArray]:
+    """Coordinates (n, 3) of the nodes that `cells` have, by gmsh's numbers, and where each is in
+    them.
+    """
+    numbers, coordinates, _ = model.mesh.getNodes()
+    used, places = np.unique(cells, return_inverse=True)
+    order = np.argsort(numbers)
+    points = coordinates.reshape(-1, 3)[order[np.searchsorted(numbers, used, sorter=order)]]
+    return points, places
 
 
 def _fill(model: Any, tagged: TaggedMesh) -> None:
@@ -219,12 +225,14 @@ def _fill(model: Any, tagged: TaggedMesh) -> None:
     entities = {name: model.addDiscreteEntity(dim) for name in tagged.named_cells}
     first = next(iter(entities.values()))
     model.mesh.addNodes(dim, first, np.arange(1, count + 1), coordinates.ravel())
+
+    def add(dim: int, entity: int, kind: str, nodes: IntArray, tag: int, name: str) -> None:
+        model.mesh.addElementsByType(entity, KINDS[kind].gmsh, [], nodes.ravel() + 1)
+        model.addPhysicalGroup(dim, [entity], tag, name)
+
     for tag, (name, chosen) in enumerate(tagged.named_cells.items(), 1):
-        cells = tagged.cells[chosen].ravel() + 1
-        model.mesh.addElementsByType(entities[name], _NUMBERS[tagged.cell_type], [], cells)
-        model.addPhysicalGroup(dim, [entities[name]], tag, name)
+        add(dim, entities[name], tagged.cell_type, tagged.cells[chosen], tag, name)
     for tag, (name, nodes) in enumerate(tagged.facets.items(), 1):
         if len(nodes):
             part = model.addDiscreteEntity(dim - 1)
-            model.mesh.addElementsByType(part, _FACETS[tagged.cell_type], [], nodes.ravel() + 1)
-            model.addPhysicalGroup(dim - 1, [part], tag, name)
+            add(dim - 1, part, _FACETS[tagged.cell_type], nodes, tag, name)

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iceslide_fem.mesh.patches import mesh_patches, rectangle
-from iceslide_fem.mesh.soundness import among, outer_facets
-from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh, among, outer_facets
 
 ROUNDING = 1e-10  # of a line's length
 

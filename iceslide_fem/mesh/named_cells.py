@@ -6,46 +6,101 @@ faces and cells, which changes no shape. Curved ones are refused.
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.mesh.mesh_file import MeshFile
-from iceslide_fem.mesh.soundness import FACETS, outer_facets
-from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.mesh.tagged import FACETS, IntArray, TaggedMesh, outer_facets
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 
-Floats = NDArray[np.float64]
 
-DIMENSIONS = {"line": 1, "triangle": 2, "quadrilateral": 2, "tetrahedron": 3, "hexahedron": 3}
-CORNERS = {"line": 2, "triangle": 3, "quadrilateral": 4, "tetrahedron": 4, "hexahedron": 8}
-SECOND_ORDER = {  # kind: the first-order kind that its first nodes are
-    "line3": "line",
-    "triangle6": "triangle",
-    "triangle7": "triangle",
-    "quadrilateral8": "quadrilateral",
-    "quadrilateral9": "quadrilateral",
-    "tetrahedron10": "tetrahedron",
-    "hexahedron20": "hexahedron",
-    "hexahedron27": "hexahedron",
+class Kind(NamedTuple):
+    """A kind of cell: its dimension, its number of nodes, and what gmsh and VTK call it."""
+
+    dim: int
+    nodes: int
+    gmsh: int
+    vtk: tuple[int, ...]
+
+
+KINDS = {
+    "line": Kind(1, 2, 1, (3, 4)),  # 4: what XDMF calls a polyline
+    "triangle": Kind(2, 3, 2, (5,)),
+    "quadrilateral": Kind(2, 4, 3, (9,)),
+    "tetrahedron": Kind(3, 4, 4, (10,)),
+    "pyramid": Kind(3, 5, 7, (14,)),
+    "wedge": Kind(3, 6, 6, (13,)),
+    "hexahedron": Kind(3, 8, 5, (12,)),
+    "line3": Kind(1, 3, 8, (21, 68)),  # from 68 on: Lagrange cells of any order
+    "triangle6": Kind(2, 6, 9, (22, 69)),
+    "triangle7": Kind(2, 7, 0, (34,)),  # gmsh has none
+    "quadrilateral8": Kind(2, 8, 16, (23,)),
+    "quadrilateral9": Kind(2, 9, 10, (28, 70)),
+    "tetrahedron10": Kind(3, 10, 11, (24, 71)),
+    "wedge15": Kind(3, 15, 18, (26,)),
+    "hexahedron20": Kind(3, 20, 17, (25,)),
+    "hexahedron27": Kind(3, 27, 12, (29, 72)),
 }
+RUBBER_PARTS = ("contact", "plate", "symmetry", "walls")  # facets of rubber that have a meaning
 STRAIGHT = 1e-3  # of a cell's size: so near to the middle a node is in the middle
 CHUNK = 2_000  # cells whose nodes are looked at at a time
-_FACET_OF = {2: {"line"}, 3: {"triangle", "quadrilateral"}}
+
+
+def first_order(kind: str) -> str:
+    """The kind that the corners of a cell make, where the kind is one of `KINDS`."""
+    return kind.rstrip("0123456789") if kind in KINDS else kind
+
+
+class MeshFile(NamedTuple):
+    """The file `path` that the scene's `key` names: its cells of dimension `dim` with the names
+    `bodies`, and facets, of which the names `parts` have a meaning.
+
+    Cells of other names may be in the file (they are left out), or only those of the names in
+    `beside`, where that is given. As text it is what messages begin with.
+    """
+
+    key: str
+    path: Path
+    dim: int
+    bodies: tuple[str, ...]
+    parts: tuple[str, ...]
+    beside: tuple[str, ...] | None = None
+
+    def __str__(self) -> str:
+        return f"{self.key} {self.path}"
+
+    @property
+    def body(self) -> str:
+        """The names of the cells, for a message."""
+        first, *others = (f'"{name}"' for name in self.bodies)
+        return f"{first} with {' and '.join(others)}" if others else first
+
+
+def rubber_file(path: Path, dim: int, body: str = "rubber") -> MeshFile:
+    """A file with the mesh of a tread block."""
+    return MeshFile("rubber.mesh", path, dim, (body,), RUBBER_PARTS)
 
 
 class Block(NamedTuple):
     """Cells of one kind and name; dim: 1 for lines, 2 for faces, 3 for volumes, 0 for others.
 
-    kind: a key of `DIMENSIONS` or `SECOND_ORDER`, or what the file calls one that can't be used;
-    nodes (cells, nodes of a cell): numbers of nodes, the corners first.
+    kind: a key of `KINDS`, or what the file calls one that can't be used; nodes (cells, nodes of a
+    cell): numbers of nodes, the corners first.
     """
 
     name: str
     dim: int
     kind: str
     nodes: IntArray
+
+    @property
+    def corners(self) -> IntArray:
+        """Nodes (cells, corners)."""
+        corners = KINDS.get(first_order(self.kind))
+        return self.nodes[:, : corners.nodes] if corners else self.nodes
 
 
 class NamedCells(NamedTuple):
@@ -54,7 +109,7 @@ class NamedCells(NamedTuple):
     """
 
     numbers: IntArray
-    coordinates: Floats
+    coordinates: Array
     blocks: list[Block]
     node_sets: dict[str, IntArray]
 
@@ -68,33 +123,36 @@ def tagged_mesh(file: MeshFile, found: NamedCells) -> TaggedMesh:
     missing, of another dimension, of several kinds, curved, or there twice, where cells have a name
     that they must not have, and where facets are not those of the cells.
     """
-    parts = [[block for block in found.blocks if block.name == body] for body in file.bodies]
+    parts = [
+        [block for block in found.blocks if block.name == body and len(block.nodes)]
+        for body in file.bodies
+    ]
     for body, part in zip(file.bodies, parts, strict=True):
-        if not any(len(block.nodes) for block in part):
-            raise SceneError(f'{file} has no cells tagged "{body}"; tags found: {names_of(found)}')
-    bodies = [block for part in parts for block in part if len(block.nodes)]
-    if {block.dim for block in bodies} - {0} not in (set(), {file.dim}):
+        if not part:
+            names = {block.name for block in found.blocks} | set(found.node_sets)
+            tags = ", ".join(sorted(names - {""})) or "none"
+            raise SceneError(f'{file} has no cells tagged "{body}"; tags found: {tags}')
+    bodies = [block for part in parts for block in part]
+    if {block.dim for block in bodies} - {0, file.dim}:
         raise SceneError(f"{file}: {file.body} must be made of {file.dim}-dimensional cells")
-    kinds = sorted({SECOND_ORDER.get(block.kind, block.kind) for block in bodies})
-    if len(kinds) > 1:
-        raise SceneError(f"{file}: {file.body} mixes cell types ({', '.join(kinds)}); use one")
-    kind = kinds[0]
+    kind, *others = sorted({first_order(block.kind) for block in bodies})
+    if others:
+        kinds = ", ".join([kind, *others])
+        raise SceneError(f"{file}: {file.body} mixes cell types ({kinds}); use one")
     if kind not in FACETS:
         raise SceneError(
             f"{file}: {file.body} is made of {kind} cells; allowed are first- and "
             f"second-order {', '.join(FACETS)}"
         )
     sizes = [sum(len(block.nodes) for block in part) for part in parts]
-    cells = np.concatenate([block.nodes[:, : CORNERS[kind]] for block in bodies])
+    cells = np.concatenate([block.corners for block in bodies])
     _check_once(file, cells, np.repeat(file.bodies, sizes))
     _check_others(file, found, cells)
-    sorter = np.argsort(found.numbers)
     for block in bodies:
-        _check_straight(file, block, found.coordinates[_places(file, found, sorter, block)])
+        _check_straight(file, block, found.coordinates[_places(file, found.numbers, block)])
     used, cells = np.unique(cells, return_inverse=True)
-    places = sorter[np.searchsorted(found.numbers, used, sorter=sorter)]
-    points = found.coordinates[places, : file.dim]
-    mesh = TaggedMesh(points, kind, cells.reshape(-1, CORNERS[kind]), {}, file.bodies[0])
+    points = found.coordinates[_at(found.numbers, used)[0], : file.dim]
+    mesh = TaggedMesh(points, kind, cells.reshape(-1, KINDS[kind].nodes), {}, file.bodies[0])
     if len(parts) > 1:
         split = np.split(np.arange(sum(sizes)), np.cumsum(sizes)[:-1])
         mesh = mesh._replace(regions=dict(zip(file.bodies, split, strict=True)))
@@ -106,9 +164,10 @@ def _check_once(file: MeshFile, cells: IntArray, names: NDArray[np.str_]) -> Non
     _, first, number = np.unique(
         np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True
     )
-    again = np.flatnonzero(first[number.ravel()] != np.arange(len(cells)))
+    first = first[number.ravel()]
+    again = np.flatnonzero(first != np.arange(len(cells)))
     if again.size:
-        one, other = names[first[number.ravel()[again[0]]]], names[again[0]]
+        one, other = names[first[again[0]]], names[again[0]]
         if one == other:
             raise SceneError(f'{file}: "{one}" holds the same cells twice')
         raise SceneError(f'{file}: a cell is tagged "{one}" and "{other}"; allowed is one of them')
@@ -118,14 +177,12 @@ def _check_others(file: MeshFile, found: NamedCells, cells: IntArray) -> None:
     """Raise SceneError if cells that are none of `cells` have a name that they must not have."""
     if file.beside is None:
         return
-    allowed = {name.casefold() for name in (*file.bodies, *file.beside)}
+    allowed = {name.casefold() for name in ("", *file.bodies, *file.beside)}
     ours = {frozenset(cell) for cell in cells.tolist()}
     for block in found.blocks:
-        if not block.name or block.dim != file.dim or block.name.casefold() in allowed:
+        if block.dim != file.dim or block.name.casefold() in allowed:
             continue
-        kind = SECOND_ORDER.get(block.kind, block.kind)
-        corners = block.nodes[:, : CORNERS.get(kind)].tolist()
-        if any(frozenset(cell) not in ours for cell in corners):
+        if any(frozenset(cell) not in ours for cell in block.corners.tolist()):
             names = ", ".join(f'"{name}"' for name in file.bodies)
             raise SceneError(
                 f'{file} has cells tagged "{block.name}", a name that the scene does not have; '
@@ -133,57 +190,47 @@ def _check_others(file: MeshFile, found: NamedCells, cells: IntArray) -> None:
             )
 
 
-def _places(file: MeshFile, found: NamedCells, sorter: IntArray, block: Block) -> IntArray:
-    """Where the nodes of a block stand in the file's list."""
-    at = np.searchsorted(found.numbers, block.nodes, sorter=sorter)
-    known = at < len(sorter)
-    places = sorter[np.where(known, at, 0)] if len(sorter) else np.zeros_like(at)
-    if not (known.all() and np.array_equal(found.numbers[places], block.nodes)):
-        raise SceneError(f'{file}: cells of "{block.name}" have nodes that are not in the file')
-    return places
+def _at(numbers: IntArray, wanted: IntArray) -> tuple[IntArray, NDArray[np.bool_]]:
+    """Where `wanted` numbers stand among others, and whether they do."""
+    order = np.argsort(numbers)
+    places = np.searchsorted(numbers, wanted, sorter=order)
+    found = order[np.minimum(places, len(numbers) - 1)]
+    return found, numbers[found] == wanted
 
 
-def names_of(found: NamedCells) -> str:
-    """The names that a file has, for a message."""
-    names = {block.name for block in found.blocks} | set(found.node_sets)
-    return ", ".join(sorted(names - {""})) or "none"
+def _places(file: MeshFile, numbers: IntArray, block: Block) -> IntArray:
+    """Where the nodes of a block stand in the file's list, whose `numbers` are given."""
+    if len(numbers):
+        places, known = _at(numbers, block.nodes)
+        if known.all():
+            return places
+    raise SceneError(f'{file}: cells of "{block.name}" have nodes that are not in the file')
 
 
 def _facets(
     file: MeshFile, mesh: TaggedMesh, found: NamedCells, numbers: IntArray
 ) -> dict[str, IntArray]:
-    """Named facets by the nodes of `mesh`, whose `numbers` in the file are sorted."""
-
-    def local(nodes: IntArray) -> tuple[IntArray, NDArray[np.bool_]]:
-        at = np.minimum(np.searchsorted(numbers, nodes), len(numbers) - 1)
-        return at, numbers[at] == nodes
-
-    dim = mesh.points.shape[1]
-    corners = len(FACETS[mesh.cell_type][0])
+    """Named facets by the nodes of `mesh`, whose `numbers` in the file are given."""
+    dim, corners = mesh.points.shape[1], len(FACETS[mesh.cell_type][0])
     sets: dict[str, list[IntArray]] = {}
     for block in found.blocks:
         if not block.name or block.dim != dim - 1 or not len(block.nodes):
             continue
-        kind = SECOND_ORDER.get(block.kind, block.kind)
-        if kind not in _FACET_OF[dim] or CORNERS[kind] != corners:
-            if block.name in file.parts:
-                raise SceneError(
-                    f'{file}: facets tagged "{block.name}" are of type {block.kind}, '
-                    f"which is no facet of a {mesh.cell_type}"
-                )
-            continue
-        nodes, known = local(block.nodes[:, :corners])
-        if known.all():
+        nodes, known = _at(numbers, block.corners)
+        if first_order(block.kind) in KINDS and nodes.shape[1] == corners and known.all():
             sets.setdefault(block.name, []).append(nodes)
         elif block.name in file.parts:
-            raise SceneError(f'{file}: facets tagged "{block.name}" are not part of {file.body}')
+            what = (
+                f"not part of {file.body}"
+                if nodes.shape[1] == corners
+                else f"of type {block.kind}, which is no facet of a {mesh.cell_type}"
+            )
+            raise SceneError(f'{file}: facets tagged "{block.name}" are {what}')
     facets = {name: _once(np.concatenate(parts)) for name, parts in sets.items()}
     outer = outer_facets(mesh) if found.node_sets else np.zeros((0, corners), dtype=np.int64)
     for name, nodes in found.node_sets.items():
-        at, known = local(nodes)
-        inside = np.zeros(len(numbers), dtype=bool)
-        inside[at[known]] = True
-        if name not in facets and (chosen := inside[outer].all(axis=1)).any():
+        chosen = np.isin(numbers, nodes)[outer].all(axis=1)
+        if name not in facets and chosen.any():
             facets[name] = outer[chosen]
     return facets
 
@@ -194,19 +241,19 @@ def _once(facets: IntArray) -> IntArray:
     return facets[np.sort(first)]
 
 
-def _check_straight(file: MeshFile, block: Block, points: Floats) -> None:
+def _check_straight(file: MeshFile, block: Block, points: Array) -> None:
     """Raise SceneError if nodes (cells, nodes, 3) that are no corners are not in a middle."""
-    kind = SECOND_ORDER.get(block.kind)
-    if kind is None:
+    kind = first_order(block.kind)
+    if kind == block.kind:
         return
-    corners = CORNERS[kind]
-    shares = _middles(kind)
+    corners, shares = KINDS[kind].nodes, _middles(kind)
     for start in range(0, len(points), CHUNK):
         some = points[start : start + CHUNK]
-        middles = shares @ some[:, :corners]
         size = np.linalg.norm(np.ptp(some[:, :corners], axis=1), axis=1)
-        apart = np.linalg.norm(some[:, corners:, None] - middles[:, None], axis=3).min(axis=2)
-        wrong = np.argwhere(~(apart <= STRAIGHT * size[:, None]))
+        apart = some[:, corners:, None] - (shares @ some[:, :corners])[:, None]
+        wrong = np.argwhere(
+            ~(np.linalg.norm(apart, axis=3).min(axis=2) <= STRAIGHT * size[:, None])
+        )
         if len(wrong):
             cell, node = wrong[0]
             where = ", ".join(f"{x:.6g}" for x in some[cell, corners + node])
@@ -216,16 +263,9 @@ def _check_straight(file: MeshFile, block: Block, points: Floats) -> None:
             )
 
 
-def _middles(kind: str) -> Floats:
+def _middles(kind: str) -> Array:
     """Shares of the corners in the middles of edges, faces and the cell: (middles, corners)."""
-    faces = FACETS.get(kind, [])
-    edges = {
-        tuple(sorted(edge))
-        for face in faces
-        for edge in zip(face, face[1:] + face[:1], strict=True)
-    }
-    groups = [*edges, *faces, tuple(range(CORNERS[kind]))]
-    shares = np.zeros((len(groups), CORNERS[kind]))
-    for row, group in zip(shares, groups, strict=True):
-        row[list(group)] = 1.0 / len(group)
-    return shares
+    corners, faces = range(KINDS[kind].nodes), FACETS[kind]
+    edges = [edge for face in faces for edge in zip(face, face[1:] + face[:1], strict=True)]
+    groups = [*edges, *faces, tuple(corners)]
+    return np.array([[(corner in group) / len(group) for corner in corners] for group in groups])

@@ -12,9 +12,9 @@ import gmsh
 import numpy as np
 from scipy.spatial import cKDTree
 
-from iceslide_fem.mesh.box import EDGE_CELL, EDGE_SLOPE, LARGEST_CELL, block_grid, reference_cells
+from iceslide_fem.mesh.box import EDGE_CELL, EDGE_SLOPE, LARGEST_CELL, box_lines, reference_cells
 from iceslide_fem.mesh.cache import cached
-from iceslide_fem.mesh.gmsh_model import empty_model
+from iceslide_fem.mesh.gmsh_model import empty_model, nodes_of
 from iceslide_fem.mesh.grid import snapped, with_parts
 from iceslide_fem.mesh.profile import CONTACT_HEIGHT, part_choosers
 from iceslide_fem.mesh.sections import NEAR
@@ -43,7 +43,7 @@ def _build(path: Path, rings: tuple[Array, ...], height: float, refinement: floa
     symmetric = _is_symmetric(rings)
     block = BlockShape([(left, right), (0.0 if symmetric else low, high)], height, symmetric)
     (*_, cell), size = reference_cells(block, refinement)
-    z = block_grid(block, refinement).z
+    z = box_lines(block, refinement)[-1]
     smallest, slope = EDGE_CELL * cell, EDGE_SLOPE * EDGE_CELL * cell / size
     try:
         points, cells = _sweep(rings, symmetric, z, smallest, slope, LARGEST_CELL * cell)
@@ -126,14 +126,11 @@ def _sweep(
         for surface in surfaces:
             model.mesh.setRecombine(2, surface)
         model.mesh.generate(3)
-        numbers, coordinates, _ = model.mesh.getNodes()
         kinds, _, nodes = model.mesh.getElements(3)
-    if list(kinds) != [5]:
-        raise SceneError("rubber.outline can't be filled with hexahedra; smooth the outline")
-    order = np.argsort(numbers)
-    kept, cells = np.unique(nodes[0], return_inverse=True)
-    points = coordinates.reshape(-1, 3)[order[np.searchsorted(numbers, kept, sorter=order)]] * size
-    return points, cells.reshape(-1, 8)
+        if list(kinds) != [5]:
+            raise SceneError("rubber.outline can't be filled with hexahedra; smooth the outline")
+        points, cells = nodes_of(model, nodes[0])
+    return points * size, cells.reshape(-1, 8)
 
 
 _OPTIONS = {

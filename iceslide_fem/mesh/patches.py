@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import gmsh
 import numpy as np
+from scipy.spatial import cKDTree
 
-from iceslide_fem.mesh.gmsh_model import empty_model
+from iceslide_fem.mesh.gmsh_model import empty_model, nodes_of
 from iceslide_fem.mesh.tagged import IntArray
 from iceslide_fem.runtime.arrays import Array
 
@@ -58,9 +59,8 @@ def even(start: Point, end: Point, count: int, centre: Point | None = None) -> S
 def rectangle(x: Array, z: Array) -> Patch:
     """The patch between the lines of x and of z, m."""
     along, up = (x - x[0]) / (x[-1] - x[0]), (z - z[0]) / (z[-1] - z[0])
-    corners = [(float(a), float(b)) for a, b in ((x[0], z[0]), (x[-1], z[0]))]
-    corners += [(float(a), float(b)) for a, b in ((x[-1], z[-1]), (x[0], z[-1]))]
-    one, two, three, four = corners
+    left, right, low, high = (float(end) for end in (x[0], x[-1], z[0], z[-1]))
+    one, two, three, four = (left, low), (right, low), (right, high), (left, high)
     return (
         [Side(one, two, along)],
         [Side(two, three, up)],
@@ -78,40 +78,29 @@ def mesh_patches(patches: list[Patch], y: Array | None = None) -> tuple[Array, I
     size = float(np.ptp(ends, axis=0).max())
     with empty_model() as model:
         plane = _Plane(size)
-        loops = [plane.loop(patch) for patch in patches]
-        geometry = model.geo
-        surfaces = [geometry.addPlaneSurface([geometry.addCurveLoop(loop)]) for loop in loops]
+        loops = [[plane.curve(side) for part in patch for side in part] for patch in patches]
+        surfaces = [model.geo.addPlaneSurface([model.geo.addCurveLoop(loop)]) for loop in loops]
         if y is not None:
             width = float(y[-1] - y[0])
-            layers = ((y[1:] - y[0]) / width).tolist()
-            geometry.extrude(
-                [(2, surface) for surface in surfaces],
-                0.0,
-                width / size,
-                0.0,
-                [1] * len(layers),
-                layers,
-                recombine=True,
-            )
-        geometry.synchronize()
-        plane.divide(model)
-        corners = _Corners(model)
+            layers = [1] * (len(y) - 1), ((y[1:] - y[0]) / width).tolist()
+            faces = [(2, surface) for surface in surfaces]
+            model.geo.extrude(faces, 0.0, width / size, 0.0, *layers, recombine=True)
+        model.geo.synchronize()
+        tags = [tag for _, tag in model.getEntities(0)]
+        at = cKDTree([model.getValue(0, tag, []) for tag in tags])
         for surface, patch in zip(surfaces, patches, strict=True):
-            points = [corners.at(side[0].start, size) for side in patch]
-            model.mesh.setTransfiniteSurface(surface, cornerTags=points)
+            corners = [(x / size, 0.0, z / size) for x, z in (side[0].start for side in patch)]
+            found = [tags[place] for place in at.query(corners)[1]]
+            model.mesh.setTransfiniteSurface(surface, cornerTags=found)
             model.mesh.setRecombine(2, surface)
         model.mesh.generate(2 if y is None else 3)
-        numbers, coordinates, _ = model.mesh.getNodes()
-        _, cells = model.mesh.getElementsByType(3 if y is None else 5)
-    points, used = coordinates.reshape(-1, 3) * size, np.asarray(cells)
-    order = np.argsort(numbers)
-    kept, cells = np.unique(used, return_inverse=True)
-    points = points[order[np.searchsorted(numbers, kept, sorter=order)]]
+        _, used = model.mesh.getElementsByType(3 if y is None else 5)
+        points, cells = nodes_of(model, used)
+    points *= size
     if y is None:
-        points = points[:, ::2]
-    else:
-        points[:, 1] += y[0]
-    return points, cells.reshape(-1, 4 if y is None else 8)
+        return points[:, ::2], cells.reshape(-1, 4)
+    points[:, 1] += y[0]
+    return points, cells.reshape(-1, 8)
 
 
 class _Plane:
@@ -121,44 +110,36 @@ class _Plane:
         self._size = size
         self._points: dict[tuple[int, int], int] = {}
         self._curves: dict[tuple[object, ...], int] = {}
-        self._counts: dict[int, int] = {}
 
-    def loop(self, patch: Patch) -> list[int]:
-        """Curves around a patch, negative where they run the other way."""
-        return [self._curve(side) for part in patch for side in part]
-
-    def divide(self, model: gmsh.model) -> None:
-        """Give the curves with equal cells their number."""
-        for curve, count in self._counts.items():
-            model.mesh.setTransfiniteCurve(curve, count + 1)
-
-    def _curve(self, side: Side) -> int:
+    def curve(self, side: Side) -> int:
+        """The curve of a side, negative where it runs the other way."""
         start, end = self._key(side.start), self._key(side.end)
-        if (start, end) in self._curves:
-            return self._curves[start, end]
         if (end, start) in self._curves:
             return -self._curves[end, start]
+        if (start, end) not in self._curves:
+            self._curves[start, end] = self._added(side)
+        return self._curves[start, end]
+
+    def _added(self, side: Side) -> int:
         geometry = gmsh.model.geo
-        equal = bool(np.allclose(side.at * side.cells, np.arange(side.cells + 1.0), atol=1e-9))
-        if equal:
-            ends = self._point(side.start), self._point(side.end)
-            if side.centre is None:
-                curve = geometry.addLine(*ends)
-            else:
-                curve = geometry.addCircleArc(ends[0], self._point(side.centre), ends[1])
-            self._counts[curve] = side.cells
-        else:
-            way = [(b - a) / self._size for a, b in zip(side.start, side.end, strict=True)]
+        start = self._point(side.start)
+        if not np.allclose(side.at * side.cells, np.arange(side.cells + 1.0), atol=1e-9):
+            x, z = np.subtract(side.end, side.start) / self._size
             layers = [1] * side.cells, side.at[1:].tolist()
-            made = geometry.extrude([(0, self._point(side.start))], way[0], 0.0, way[1], *layers)
-            self._points.setdefault(end, made[0][1])
-            curve = made[1][1]
-        self._curves[start, end] = curve
+            (_, point), (_, curve) = geometry.extrude([(0, start)], x, 0.0, z, *layers)
+            self._points.setdefault(self._key(side.end), point)
+            return int(curve)
+        end = self._point(side.end)
+        if side.centre is None:
+            curve = geometry.addLine(start, end)
+        else:
+            curve = geometry.addCircleArc(start, self._point(side.centre), end)
+        geometry.mesh.setTransfiniteCurve(curve, side.cells + 1)
         return int(curve)
 
     def _key(self, point: Point) -> tuple[int, int]:
-        scale = 1.0 / (ROUNDING * self._size)
-        return round(point[0] * scale), round(point[1] * scale)
+        x, z = (round(value / (ROUNDING * self._size)) for value in point)
+        return x, z
 
     def _point(self, point: Point) -> int:
         key = self._key(point)
@@ -166,16 +147,3 @@ class _Plane:
             x, z = (value / self._size for value in point)
             self._points[key] = gmsh.model.geo.addPoint(x, 0.0, z)
         return self._points[key]
-
-
-class _Corners:
-    """Points of the synchronised model, found by where they are."""
-
-    def __init__(self, model: gmsh.model) -> None:
-        self._tags = [tag for _, tag in model.getEntities(0)]
-        self._at = np.array([model.getValue(0, tag, []) for tag in self._tags])
-
-    def at(self, point: Point, size: float) -> int:
-        """The point at (x, 0, z), m."""
-        wanted = np.array([point[0] / size, 0.0, point[1] / size])
-        return int(self._tags[int(((self._at - wanted) ** 2).sum(axis=1).argmin())])

@@ -84,14 +84,14 @@ def count(block: BlockShape, refinement: float) -> dict[str, float]:
     profile = _counted(profile_patches(block, grid), block.height)
     cells, nodes, lengths = profile.cells, profile.nodes, profile.lengths
     if grid.across:
-        lengths = np.concatenate([lengths, np.diff(grid.y)])
+        lengths = np.concatenate([lengths, np.diff(grid.lines[1])])
         along = sum(len(span.middle) - 1 for span in grid.across)
         cells, nodes = cells * along, nodes * (2 * along + 1)
         lugs = [len(span.middle) - 1 for span in grid.columns if not span.depth]
         for corner, way in (end for span in grid.across for end in span.corners):
             bar = _counted(edge_patches(corner, way, grid, block.cut), block.height)
             # less what it shares with the profile: its ends, and the side towards the middle
-            side = 2 * len(grid.z) - 1
+            side = 2 * len(grid.lines[-1]) - 1
             cells += bar.cells * sum(lugs)
             nodes += sum((bar.nodes - side) * (2 * lug - 1) for lug in lugs)
     return {

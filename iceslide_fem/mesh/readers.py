@@ -7,12 +7,14 @@ The suffix decides who reads a file, and what a name is: a physical group or a M
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import combinations
 
 import numpy as np
 
 from iceslide_fem.mesh import abaqus, gmsh_model, vtk_cells
-from iceslide_fem.mesh.mesh_file import MeshFile
-from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.mesh.named_cells import MeshFile
+from iceslide_fem.mesh.soundness import Fault, place
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh, among
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.companions import companions
 
@@ -29,7 +31,6 @@ READERS: dict[str, Callable[[MeshFile], TaggedMesh]] = {  # by suffixes
     ".vtu": vtk_cells.load,
     ".vtk": vtk_cells.load,
 }
-_NASTRAN = (".bdf", ".nas", ".fem", ".dat")
 
 
 def stamps(file: MeshFile) -> tuple[int, ...]:
@@ -57,10 +58,10 @@ def read(
     `unit` (`UNITS`) is that of the file's coordinates. Raises SceneError where it can't be read,
     has no facets of a name that is `needed`, or is not as large as `sizes`, from ... to, m.
     """
-    reader = READERS.get(file.path.suffix.lower())
-    if reader is None:
-        raise SceneError(f"{file}: {_other_format(file.path.suffix.lower())}")
-    tagged = reader(file)
+    suffix = file.path.suffix.lower()
+    if suffix not in READERS:
+        raise SceneError(f"{file}: {_other_format(suffix)}")
+    tagged = READERS[suffix](file)
     for name in needed:
         if name not in tagged.facets:
             found = ", ".join(tagged.facets) or "none"
@@ -73,7 +74,7 @@ def read(
 
 def _other_format(suffix: str) -> str:
     allowed = f"allowed are {', '.join(READERS)}"
-    if suffix in _NASTRAN:
+    if suffix in (".bdf", ".nas", ".fem", ".dat"):
         return f"files of Nastran ({suffix}) have no names for sets of facets; {allowed}"
     what = f'files "*{suffix}" are not read' if suffix else "its name has no suffix"
     return f"{what}; {allowed}; save it as one of these with the program that made it"
@@ -81,10 +82,10 @@ def _other_format(suffix: str) -> str:
 
 def _check_size(file: MeshFile, tagged: TaggedMesh, unit: str, sizes: tuple[float, float]) -> None:
     """Raise SceneError if coordinates are no numbers or were drawn in another unit."""
-    wrong = np.flatnonzero(~np.isfinite(tagged.points).all(axis=1))
-    if wrong.size:
+    wrong = np.count_nonzero(~np.isfinite(tagged.points).all(axis=1))
+    if wrong:
         raise SceneError(
-            f"{file}: the coordinates of {wrong.size} of {len(tagged.points)} nodes "
+            f"{file}: the coordinates of {wrong} of {len(tagged.points)} nodes "
             "are not finite numbers"
         )
     size = np.ptp(tagged.points, axis=0).max()
@@ -103,19 +104,14 @@ def _check_size(file: MeshFile, tagged: TaggedMesh, unit: str, sizes: tuple[floa
 
 def check_facets(file: MeshFile, tagged: TaggedMesh, outer: IntArray) -> None:
     """Raise SceneError if a tagged facet is none of the `outer` ones, or is tagged twice."""
-    sets = [outer, *tagged.facets.values()]
-    _, numbers = np.unique(np.sort(np.concatenate(sets), axis=1), axis=0, return_inverse=True)
-    outside, *named = np.split(numbers.ravel(), np.cumsum([len(part) for part in sets])[:-1])
-    owner: dict[int, str] = {}
-    for name, members in zip(tagged.facets, named, strict=True):
-        if not np.isin(members, outside).all():
+    for name, facets in tagged.facets.items():
+        if not among(facets, outer).all():
             raise SceneError(
                 f'{file}: facets tagged "{name}" are not on the outside of {file.body}'
             )
-        for facet in members.tolist():
-            if facet in owner:
-                raise SceneError(f'{file}: a facet is tagged "{owner[facet]}" and "{name}"')
-            owner[facet] = name
+    for one, other in combinations(tagged.facets, 2):
+        if among(tagged.facets[other], tagged.facets[one]).any():
+            raise SceneError(f'{file}: a facet is tagged "{one}" and "{other}"')
 
 
 def check_symmetry(file: MeshFile, tagged: TaggedMesh, what: str) -> None:
@@ -130,3 +126,10 @@ def check_symmetry(file: MeshFile, tagged: TaggedMesh, what: str) -> None:
         raise SceneError(
             f'{file}: facets tagged "symmetry" must be at y = 0 and the {what} at y >= 0'
         )
+
+
+def refuse(file: MeshFile, fault: Fault | None, unit: str) -> None:
+    """Raise SceneError if there is a fault; says where it is in the file's `unit`."""
+    if fault is not None:
+        what, where = fault
+        raise SceneError(f"{file}, near {place(where, unit, UNITS[unit], 6)}: {what}")

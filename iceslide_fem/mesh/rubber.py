@@ -17,8 +17,8 @@ from iceslide_fem.mesh.grid import with_sides
 from iceslide_fem.mesh.outline import outline_mesh
 from iceslide_fem.mesh.profile import CONTACT_HEIGHT, block_mesh, count
 from iceslide_fem.mesh.shape import BlockShape, built_in_shape
-from iceslide_fem.mesh.tagged import TaggedMesh
-from iceslide_fem.mesh.user_mesh import load_user_mesh, mesh_size
+from iceslide_fem.mesh.tagged import TaggedMesh, mesh_size
+from iceslide_fem.mesh.user_mesh import load_user_mesh
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 

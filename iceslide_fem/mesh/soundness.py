@@ -6,32 +6,16 @@ are found again by their nodes; nodes of different numbers are different, wherev
 
 from __future__ import annotations
 
-from functools import cached_property
 from itertools import chain
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.mesh.tagged import FACETS, IntArray, TaggedMesh, among, facets_of
+from iceslide_fem.runtime.arrays import Array
 
-Floats = NDArray[np.float64]
-
-FACETS: dict[str, list[tuple[int, ...]]] = {
-    "triangle": [(0, 1), (1, 2), (2, 0)],
-    "quadrilateral": [(0, 1), (1, 2), (2, 3), (3, 0)],
-    "tetrahedron": [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)],
-    "hexahedron": [
-        (0, 1, 2, 3),
-        (4, 5, 6, 7),
-        (0, 1, 5, 4),
-        (1, 2, 6, 5),
-        (2, 3, 7, 6),
-        (3, 0, 4, 7),
-    ],
-}
 _CORNERS = {  # of the reference cell
     "quadrilateral": [(-1, -1), (1, -1), (1, 1), (-1, 1)],
     "hexahedron": [(x, y, z) for z in (-1, 1) for x, y in [(-1, -1), (1, -1), (1, 1), (-1, 1)]],
@@ -42,46 +26,12 @@ ROUNDING = 1e-6  # or of the mesh's size
 INSIDE = 1e-3  # of the way from a facet to the middle of its cell
 CHUNK = 20_000  # cells whose Jacobians are computed at a time
 
-Fault = tuple[str, Floats]  # what is wrong, and the coordinates (m) where
+Fault = tuple[str, Array]  # what is wrong, and the coordinates (m) where
 
 
-def facets_of(tagged: TaggedMesh) -> IntArray:
-    """Facets of all cells, inner ones twice: (cells * facets of a cell, corners of a facet)."""
-    facets = tagged.cells[:, np.array(FACETS[tagged.cell_type])]
-    return facets.reshape(-1, facets.shape[-1])
-
-
-def outer_facets(tagged: TaggedMesh) -> IntArray:
-    """Facets of one cell only, (n, corners)."""
-    facets = facets_of(tagged)
-    _, first, count = np.unique(
-        np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
-    )
-    return facets[np.sort(first[count == 1])]
-
-
-def place(where: Floats, unit: str = "mm", size: float = 1e-3, digits: int = 3) -> str:
+def place(where: Array, unit: str = "mm", size: float = 1e-3, digits: int = 3) -> str:
     """The coordinates `where` (m) of a fault in a `unit` of `size` (m): "(1.2, 0, 3) mm"."""
     return f"({', '.join(f'{value / size:.{digits}g}' for value in where)}) {unit}"
-
-
-def among(facets: IntArray, others: IntArray) -> NDArray[np.bool_]:
-    """Whether each of the facets (n, corners) is one of the `others`, in any order of corners."""
-    both = np.sort(np.concatenate([facets, others]), axis=1)
-    _, number = np.unique(both, axis=0, return_inverse=True)
-    number = number.ravel()
-    return np.isin(number[: len(facets)], number[len(facets) :])
-
-
-def smallest_angle(tagged: TaggedMesh) -> float:
-    """Smallest angle between two edges that meet in a corner of a cell's face, degrees."""
-    faces = np.array(FACETS[tagged.cell_type])
-    flat = tagged.points.shape[1] == 2
-    corners = tagged.points[tagged.cells if flat else tagged.cells[:, faces]]
-    before, after = (np.roll(corners, way, axis=-2) - corners for way in (1, -1))
-    lengths = np.linalg.norm(before, axis=-1) * np.linalg.norm(after, axis=-1)
-    cosine = np.clip((before * after).sum(axis=-1) / lengths, -1.0, 1.0)
-    return float(np.degrees(np.arccos(cosine.max())))
 
 
 class Soundness:
@@ -89,18 +39,20 @@ class Soundness:
 
     def __init__(self, tagged: TaggedMesh) -> None:
         self._points, self._cells, self._kind = tagged.points, tagged.cells, tagged.cell_type
-        self._per_cell = np.array(FACETS[self._kind])
+        self._middles = tagged.points[tagged.cells].mean(axis=1)
         self._facets = facets_of(tagged)
-        _, first, self._number, self._count = np.unique(
+        self._owner = np.repeat(np.arange(len(self._cells)), len(FACETS[self._kind]))
+        _, first, number, count = np.unique(
             np.sort(self._facets, axis=1),
             axis=0,
             return_index=True,
             return_inverse=True,
             return_counts=True,
         )
-        self._number = self._number.ravel()
-        self._owner = np.repeat(np.arange(len(self._cells)), len(self._per_cell))
-        self._outside = np.sort(first[self._count == 1])  # places of outer facets in `_facets`
+        self._count = count[number.ravel()]  # of the cells of a facet
+        order = np.argsort(number.ravel(), kind="stable")
+        self._outside = np.sort(first[count == 1])  # places of outer facets in `_facets`
+        self._pairs = order[self._count[order] == 2].reshape(-1, 2)  # of both sides of inner ones
 
     def fault(self, held: IntArray, name: str = "plate") -> Fault | None:
         """The first thing that is wrong; `held` are the facets (n, corners) with that `name`, from
@@ -120,75 +72,57 @@ class Soundness:
         """Facets of one cell only, (n, corners)."""
         return self._facets[self._outside]
 
-    @cached_property
-    def _middles(self) -> Floats:
-        """Of cells, (n, dim)."""
-        return np.asarray(self._points[self._cells].mean(axis=1))
-
-    @cached_property
-    def _pairs(self) -> IntArray:
-        """Places in `_facets` of both sides of every inner facet, (n, 2)."""
-        order = np.argsort(self._number, kind="stable")
-        inner = order[self._count[self._number[order]] == 2]
-        return inner.reshape(-1, 2)
-
     def _twisted(self) -> Fault | None:
         """Determinants of the Jacobian over the lengths of its columns, at corners and between."""
-        gradients = _gradients(self._kind)
-        worst, cell = np.inf, 0
+        shapes = np.empty(len(self._cells))
         for start in range(0, len(self._cells), CHUNK):
             corners = self._points[self._cells[start : start + CHUNK]]
-            jacobian = corners.swapaxes(1, 2)[:, None] @ gradients  # (cells, points, dim, dim)
+            # (cells, points, dim, dim)
+            jacobian = corners.swapaxes(1, 2)[:, None] @ shape_gradients(self._kind)
             size = np.prod(np.linalg.norm(jacobian, axis=-2), axis=-1)
             det = np.linalg.det(jacobian) / np.where(size > 0.0, size, 1.0)
             # cells numbered the other way round are as good: the sign of most points counts
             mirrored = np.sum(np.sign(det), axis=1, keepdims=True) < 0.0
-            shape = np.where(mirrored, -det, det).min(axis=1)
-            if shape.min() < worst:
-                worst, cell = float(shape.min()), start + int(shape.argmin())
-        if worst >= EMPTY[self._kind]:
+            shapes[start : start + CHUNK] = np.where(mirrored, -det, det).min(axis=1)
+        cell = shapes.argmin()
+        if shapes[cell] >= EMPTY[self._kind]:
             return None
         what = (
             "is inside out in a corner: it is twisted, or its nodes are in another order"
-            if worst < -EMPTY[self._kind]
+            if shapes[cell] < -EMPTY[self._kind]
             else "is empty or flat in a corner"
         )
         return f"the cell there {what}", self._middles[cell]
 
     def _folded(self) -> Fault | None:
         """Facets of three cells, and cells that lie on the same side of their common facet."""
-        many = np.flatnonzero(self._count[self._number] > 2)
-        if many.size:
-            at = self._points[self._facets[many[0]]].mean(axis=0)
-            return f"a facet there belongs to {self._count[self._number[many[0]]]} cells", at
-        one, other = self._pairs.T
-        centre, normal = planes(self._points[self._facets[one]])
-        sides = [
+        many = self._count.argmax()
+        if self._count[many] > 2:
+            at = self._points[self._facets[many]].mean(axis=0)
+            return f"a facet there belongs to {self._count[many]} cells", at
+        centre, normal = planes(self._points[self._facets[self._pairs[:, 0]]])
+        one, other = (
             np.einsum("fi,fi->f", self._middles[self._owner[side]] - centre, normal)
-            for side in (one, other)
-        ]
-        wrong = np.flatnonzero(sides[0] * sides[1] >= 0.0)
+            for side in self._pairs.T
+        )
+        wrong = np.flatnonzero(one * other >= 0.0)
         if wrong.size:
             return "cells overlap there: the mesh is folded", centre[wrong[0]]
         return None
 
     def _pinched(self) -> Fault | None:
         """Nodes whose cells do not hang together by facets at that node."""
-        corners = self._cells.shape[1]
-        place = np.arange(self._cells.size).reshape(self._cells.shape)  # of (cell, corner)
-        one, other = self._pairs.T
-        first = place[self._owner[one]][
-            np.arange(len(one))[:, None], self._per_cell[one % len(self._per_cell)]
+        count = len(self._points)
+        cells = np.arange(len(self._cells))
+        corners = np.sort((cells[:, None] * count + self._cells).ravel())  # of (cell, node)
+        nodes = self._facets[self._pairs[:, 0]]
+        links = [
+            np.searchsorted(corners, (self._owner[side][:, None] * count + nodes).ravel())
+            for side in self._pairs.T
         ]
-        # the same nodes on the other side of the facet
-        others = self._cells[self._owner[other]]
-        matching = (others[:, None, :] == self._facets[one][:, :, None]).argmax(axis=2)
-        second = self._owner[other][:, None] * corners + matching
-        links = _graph(first.ravel(), second.ravel(), self._cells.size)
-        _, fan = connected_components(links, directed=False)
-        node_of_fan = np.full(fan.max() + 1, -1)
-        node_of_fan[fan] = self._cells.ravel()
-        fans = np.bincount(node_of_fan, minlength=len(self._points))
+        _, fan = connected(np.stack(links, axis=1), len(corners))
+        _, first = np.unique(fan, return_index=True)
+        fans = np.bincount(corners[first] % count, minlength=count)
         wrong = np.flatnonzero(fans > 1)
         if wrong.size:
             what = "parts hang together by a node or an edge only there; they must share facets"
@@ -197,16 +131,12 @@ class Soundness:
 
     def _loose(self, held: IntArray, name: str) -> Fault | None:
         """Parts without one of the facets that are `held`."""
-        links = _graph(
-            self._owner[self._pairs[:, 0]], self._owner[self._pairs[:, 1]], len(self._cells)
-        )
-        parts, part = connected_components(links, directed=False)
+        parts, part = connected(self._owner[self._pairs], len(self._cells))
         hanging = self._outside[among(self.outer, held)]
         loose = np.setdiff1d(np.arange(parts), part[self._owner[hanging]])
         if loose.size:
-            cell = int(np.argmax(part == loose[0]))
             what = f'the part there is loose: no facet of it is tagged "{name}"'
-            return what, self._middles[cell]
+            return what, self._middles[np.argmax(part == loose[0])]
         return None
 
     def _touching(self) -> Fault | None:
@@ -215,13 +145,11 @@ class Soundness:
         nodes = np.unique(facets)
         # a quadrilateral as two triangles
         halves = [facets] if facets.shape[1] < 4 else [facets[:, [0, 1, 2]], facets[:, [2, 3, 0]]]
-        simplices = np.concatenate(halves)
         whole = np.concatenate([facets] * len(halves))
-        corners = self._points[simplices]
+        corners = self._points[np.concatenate(halves)]
         edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
         near = np.maximum(TOUCH * edges.min(axis=1), ROUNDING * np.ptp(self._points, axis=0).max())
-        tree = cKDTree(self._points[nodes])
-        facet, node = _within(tree, corners, near)
+        facet, node = _within(self._points[nodes], corners, near)
         node = nodes[node]
         foreign = (whole[facet] != node[:, None]).all(axis=1)
         facet, node = facet[foreign], node[foreign]
@@ -246,15 +174,13 @@ class Soundness:
         nodes = np.unique(facets)
         samples = np.concatenate([self._points[nodes], self._points[facets].mean(axis=1)])
         owners = np.concatenate([np.repeat(nodes[:, None], facets.shape[1], axis=1), facets])
-        cell, sample = _within(
-            cKDTree(samples), self._points[self._cells], np.zeros(len(self._cells))
-        )
+        cell, sample = _within(samples, self._points[self._cells], np.zeros(len(self._cells)))
         foreign = np.ones(len(cell), dtype=bool)
         for corner in self._cells.T:
             foreign &= (owners[sample] != corner[cell][:, None]).all(axis=1)
         cell, sample = cell[foreign], sample[foreign]
         inside = np.ones(len(cell), dtype=bool)
-        for facet in self._per_cell:
+        for facet in FACETS[self._kind]:
             centre, normal = planes(self._points[self._cells[cell][:, facet]])
             depth = np.einsum("fi,fi->f", samples[sample] - centre, normal)
             inside &= depth / np.einsum("fi,fi->f", self._middles[cell] - centre, normal) > INSIDE
@@ -263,48 +189,53 @@ class Soundness:
         return None
 
 
-def _gradients(kind: str) -> Floats:
-    """Derivatives of the shape functions: (points, corners, dim), at corners and between them."""
-    if kind in ("triangle", "tetrahedron"):
+def shape_gradients(kind: str) -> Array:
+    """Derivatives of the linear shape functions of a kind of cell, at its corners and between them:
+    (points, corners, dim); on the reference cell, [-1, 1] along each axis but for simplices.
+    """
+    if kind not in _CORNERS:
         dim = 2 if kind == "triangle" else 3
         return np.concatenate([-np.ones((1, dim)), np.eye(dim)])[None]
     corners = np.array(_CORNERS[kind], dtype=float)
     dim = corners.shape[1]
     at = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * dim), axis=-1).reshape(-1, dim)
     factors = 1.0 + corners * at[:, None, :]  # (points, corners, dim)
-    found = np.empty_like(factors)
-    for axis in range(dim):
-        others = np.delete(factors, axis, axis=2)
-        found[:, :, axis] = corners[:, axis] * others.prod(axis=2) / 2**dim
-    return found
+    others = [np.delete(factors, axis, axis=2).prod(axis=2) for axis in range(dim)]
+    return corners * np.stack(others, axis=2) / 2**dim
 
 
-def planes(corners: Floats) -> tuple[Floats, Floats]:
+def planes(corners: Array) -> tuple[Array, Array]:
     """Middle and a normal of facets (n, corners, dim)."""
     if corners.shape[-1] == 2:
         along = corners[:, 1] - corners[:, 0]
         return corners.mean(axis=1), np.stack([along[:, 1], -along[:, 0]], axis=1)
-    count = corners.shape[1]
     one = corners[:, 2] - corners[:, 0]
-    other = corners[:, 3] - corners[:, 1] if count == 4 else corners[:, 1] - corners[:, 0]
+    other = (
+        corners[:, 3] - corners[:, 1] if corners.shape[1] == 4 else corners[:, 1] - corners[:, 0]
+    )
     return corners.mean(axis=1), np.cross(one, other)
 
 
-def _graph(one: IntArray, other: IntArray, size: int) -> coo_array:
-    return coo_array((np.ones(len(one)), (one, other)), shape=(size, size))
+def connected(pairs: IntArray, size: int) -> tuple[int, IntArray]:
+    """Number of parts that links (n, 2) make of `size` things, and the part of each of them."""
+    links = coo_array((np.ones(len(pairs)), pairs.T), shape=(size, size))
+    count, part = connected_components(links, directed=False)
+    return int(count), part
 
 
-def _within(tree: cKDTree, corners: Floats, more: Floats) -> tuple[IntArray, IntArray]:
-    """Pairs of (body, point) where a point of the tree is in the ball around a body's corners."""
+def _within(points: Array, corners: Array, more: Array) -> tuple[IntArray, IntArray]:
+    """Pairs of (body, point) where a point is in the ball around a body's corners, or less than
+    `more` (m) beyond it.
+    """
     centres = corners.mean(axis=1)
     radii = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1) + more
-    found = tree.query_ball_point(centres, radii)
-    counts = np.fromiter(map(len, found), dtype=np.int64, count=len(found))
-    points = np.fromiter(chain.from_iterable(found), dtype=np.int64, count=int(counts.sum()))
-    return np.repeat(np.arange(len(found)), counts), points
+    found = cKDTree(points).query_ball_point(centres, radii)
+    counts = [len(some) for some in found]
+    inside = np.fromiter(chain.from_iterable(found), dtype=np.int64, count=sum(counts))
+    return np.repeat(np.arange(len(found)), counts), inside
 
 
-def _distance(points: Floats, corners: Floats) -> Floats:
+def _distance(points: Array, corners: Array) -> Array:
     """Of points (n, dim) to segments or triangles (n, 2 or 3, dim); inf beside a triangle."""
     base, edges = corners[:, 0], corners[:, 1:] - corners[:, :1]
     gram = np.einsum("nai,nbi->nab", edges, edges)

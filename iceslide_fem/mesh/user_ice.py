@@ -15,29 +15,17 @@ from pathlib import Path
 
 import numpy as np
 
+from iceslide_fem.mesh import readers
 from iceslide_fem.mesh.completeness import lost_symmetry
 from iceslide_fem.mesh.grid import with_sides
-from iceslide_fem.mesh.mesh_file import MeshFile
-from iceslide_fem.mesh.readers import (
-    TOLERANCE,
-    UNITS,
-    check_facets,
-    check_symmetry,
-    read,
-    stamps,
-)
-from iceslide_fem.mesh.soundness import Fault, Soundness, among, facets_of, place
-from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.mesh.named_cells import MeshFile
+from iceslide_fem.mesh.soundness import Fault, Soundness
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh, among, facets_of
 from iceslide_fem.runtime.errors import SceneError
 
 PARTS = ("surface", "base", "symmetry")
 SIZES = 1e-5, 3.0  # m; what is smaller or larger was drawn in another unit
 KINDS = ("quadrilateral", "hexahedron")
-
-
-def ice_file(path: Path, dim: int, names: Sequence[str]) -> MeshFile:
-    """A file with the mesh of ice and of layers with these `names`; rubber may be in it, too."""
-    return MeshFile("ice.mesh", path, dim, ("ice", *names), PARTS, beside=("rubber",))
 
 
 def load_user_ice(
@@ -46,17 +34,17 @@ def load_user_ice(
     """Read and check a user's mesh of ice, of dimension `dim` (2 for a slice, 3 for a block).
 
     `unit` (`readers.UNITS`) is that of its coordinates; those of the result are in m. `names` are
-    those of the layers below the ice: its regions are "ice" and these. Outer facets that have no
-    name are its `sides`. Raises SceneError with a sentence that names the file, what is wrong with
-    it and where.
+    those of the layers below the ice: its regions are "ice" and these; rubber may be in the file,
+    too. Outer facets that have no name are its `sides`. Raises SceneError with a sentence that
+    names the file, what is wrong with it and where.
     """
-    file = ice_file(Path(path), dim, names)
-    return _checked(file, unit, stamps(file))
+    file = MeshFile("ice.mesh", Path(path), dim, ("ice", *names), PARTS, beside=("rubber",))
+    return _checked(file, unit, readers.stamps(file))
 
 
 @lru_cache(maxsize=2)  # a scene asks for its mesh several times
 def _checked(file: MeshFile, unit: str, stamps: tuple[int, ...]) -> TaggedMesh:
-    tagged = read(file, unit, ("surface",), SIZES)
+    tagged = readers.read(file, unit, ("surface",), SIZES)
     if tagged.cell_type not in KINDS:
         advice = 'draw it as a transfinite mesh and recombine it (gmsh: "Transfinite", "Recombine")'
         raise SceneError(
@@ -64,18 +52,16 @@ def _checked(file: MeshFile, unit: str, stamps: tuple[int, ...]) -> TaggedMesh:
             f"have no lumped masses; allowed are {' and '.join(KINDS)} cells: {advice}"
         )
     soundness = Soundness(tagged)
-    near = TOLERANCE * float(np.ptp(tagged.points[:, -1]))
+    near = readers.TOLERANCE * float(np.ptp(tagged.points[:, -1]))
     _check_surface(file, tagged, near)
-    check_facets(file, tagged, soundness.outer)
-    check_symmetry(file, tagged, "ice")
+    readers.check_facets(file, tagged, soundness.outer)
+    readers.check_symmetry(file, tagged, "ice")
     fault = (
         soundness.fault(tagged.facets["surface"], "surface")
         or _lost_surface(tagged, soundness.outer, near)
         or lost_symmetry(tagged, soundness.outer, near)
     )
-    if fault is not None:
-        what, where = fault
-        raise SceneError(f"{file}, near {place(where, unit, UNITS[unit], 6)}: {what}")
+    readers.refuse(file, fault, unit)
     points = tagged.points.copy()
     points[np.unique(tagged.facets["surface"]), -1] = 0.0
     return with_sides(tagged._replace(points=points))

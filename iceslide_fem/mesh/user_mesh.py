@@ -14,17 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
+from iceslide_fem.mesh import readers
 from iceslide_fem.mesh.completeness import gap
-from iceslide_fem.mesh.mesh_file import MeshFile, rubber_file
-from iceslide_fem.mesh.readers import (
-    TOLERANCE,
-    UNITS,
-    check_facets,
-    check_symmetry,
-    read,
-    stamps,
-)
-from iceslide_fem.mesh.soundness import Soundness, facets_of, place
+from iceslide_fem.mesh.named_cells import MeshFile, rubber_file
+from iceslide_fem.mesh.soundness import Soundness
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 from iceslide_fem.runtime.errors import SceneError
 
@@ -34,38 +27,35 @@ SIZES = 1e-5, 0.3  # m; what is smaller or larger was drawn in another unit
 def load_user_mesh(path: Path | str, dim: int, unit: str = "m") -> TaggedMesh:
     """Read and check a user's mesh of dimension `dim` (2 for a slice, 3 for a block).
 
-    `unit` (`UNITS`) is that of its coordinates; those of the result are in m. Raises SceneError
-    with a sentence that names the file, what is wrong with it and where.
+    `unit` (`readers.UNITS`) is that of its coordinates; those of the result are in m. Raises
+    SceneError with a sentence that names the file, what is wrong with it and where.
     """
     file = rubber_file(Path(path), dim)
-    return _checked(file, unit, stamps(file))
+    return _checked(file, unit, readers.stamps(file))
 
 
 @lru_cache(maxsize=2)  # a scene asks for its mesh several times
 def _checked(file: MeshFile, unit: str, stamps: tuple[int, ...]) -> TaggedMesh:
-    tagged = read(file, unit, ("contact", "plate"), SIZES)
+    tagged = readers.read(file, unit, ("contact", "plate"), SIZES)
     soundness = Soundness(tagged)
-    _check_placement(file, tagged, soundness.outer)
-    near = TOLERANCE * np.ptp(tagged.points[:, -1])
+    near = readers.TOLERANCE * float(np.ptp(tagged.points[:, -1]))
+    _check_placement(file, tagged, soundness.outer, near)
     fault = soundness.fault(tagged.facets["plate"]) or gap(tagged, soundness.outer, near)
-    if fault is not None:
-        what, where = fault
-        raise SceneError(f"{file}, near {place(where, unit, UNITS[unit], 6)}: {what}")
+    readers.refuse(file, fault, unit)
     return tagged
 
 
-def _check_placement(file: MeshFile, tagged: TaggedMesh, outer: IntArray) -> None:
+def _check_placement(file: MeshFile, tagged: TaggedMesh, outer: IntArray, near: float) -> None:
     """Raise SceneError if the parts of a mesh are not where the module's docstring says."""
-    points, height = tagged.points, tagged.points[:, -1].max()
-    near = TOLERANCE * np.ptp(points[:, -1])
-    lowest = points[:, -1].min()
+    heights = tagged.points[:, -1]
+    lowest, height = heights.min(), heights.max()
     if abs(lowest) > near:
         raise SceneError(
             f"{file}: the lowest point is at {lowest:g} m; move the mesh by "
             f"{-lowest:g} m so that it is at 0, the ice"
         )
-    check_facets(file, tagged, outer)
-    plate = points[tagged.facets["plate"], -1]
+    readers.check_facets(file, tagged, outer)
+    plate = heights[tagged.facets["plate"]]
     if np.ptp(plate) > near:
         raise SceneError(
             f'{file}: facets tagged "plate" are not flat, they reach from '
@@ -76,7 +66,7 @@ def _check_placement(file: MeshFile, tagged: TaggedMesh, outer: IntArray) -> Non
             f'{file}: facets tagged "plate" are at {plate.min():g} m; they must lie on '
             f"the top at {height:g} m"
         )
-    touching = points[tagged.facets["contact"], -1]
+    touching = heights[tagged.facets["contact"]]
     if touching.min() > near:
         raise SceneError(
             f'{file}: facets tagged "contact" begin at {touching.min():g} m; they must '
@@ -84,23 +74,4 @@ def _check_placement(file: MeshFile, tagged: TaggedMesh, outer: IntArray) -> Non
         )
     if (touching.min(axis=1) > height - near).any():
         raise SceneError(f'{file}: facets tagged "contact" lie on the top, where the plate is')
-    check_symmetry(file, tagged, "block")
-
-
-def mesh_size(tagged: TaggedMesh) -> dict[str, float]:
-    """Cells, nodes of the quadratic elements, smallest and largest cell edge in m."""
-    facets = facets_of(tagged)
-    pairs = np.concatenate([facets, np.roll(facets, 1, axis=1)]).reshape(2, -1).T
-    edges = np.unique(np.sort(pairs, axis=1), axis=0)
-    lengths = np.linalg.norm(np.diff(tagged.points[edges], axis=1), axis=-1)
-    nodes = len(tagged.points) + len(edges)
-    if tagged.cell_type in ("quadrilateral", "hexahedron"):
-        nodes += len(tagged.cells)
-    if tagged.cell_type == "hexahedron":
-        nodes += len(np.unique(np.sort(facets, axis=1), axis=0))
-    return {
-        "cells": len(tagged.cells),
-        "quadratic_nodes": nodes,
-        "smallest_m": float(lengths.min()),
-        "largest_m": float(lengths.max()),
-    }
+    readers.check_symmetry(file, tagged, "block")

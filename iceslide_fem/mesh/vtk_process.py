@@ -12,62 +12,43 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyvista
+import vtk
+
+READERS = {
+    ".xdmf": "vtkXdmfReader",
+    ".xmf": "vtkXdmfReader",
+    ".vtu": "vtkXMLUnstructuredGridReader",
+    ".vtk": "vtkUnstructuredGridReader",
+}
 
 
 def main(source: str, target: str) -> None:
     """Write the unstructured grids of `source` to `target`; exit with a sentence on failure."""
-    grids = list(unstructured(output(source)))
-    if not grids:
-        sys.exit("it holds no unstructured grid of cells")
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-
-    arrays = {}
-    for number, grid in enumerate(grids):
-        cells, data = grid.GetCells(), grid.GetCellData()
-        arrays[f"{number} points"] = vtk_to_numpy(grid.GetPoints().GetData())
-        arrays[f"{number} types"] = [grid.GetCellType(i) for i in range(grid.GetNumberOfCells())]
-        arrays[f"{number} offsets"] = vtk_to_numpy(cells.GetOffsetsArray())
-        arrays[f"{number} connectivity"] = vtk_to_numpy(cells.GetConnectivityArray())
-        for place in range(data.GetNumberOfArrays()):
-            values = data.GetArray(place)  # none for texts
-            if values is not None and values.GetNumberOfComponents() == 1 and values.GetName():
-                arrays[f"{number}/{values.GetName()}"] = vtk_to_numpy(values)
-    np.savez(target, **arrays)
-
-
-def output(source: str) -> Any:
-    """What the reader of the file's suffix gives."""
     suffix = Path(source).suffix.lower()
-    reader: Any
-    if suffix in (".xdmf", ".xmf"):
-        from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
-
-        reader = vtkXdmfReader()
-    elif suffix == ".vtu":
-        from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
-
-        reader = vtkXMLUnstructuredGridReader()
-    else:
-        from vtkmodules.vtkIOLegacy import vtkUnstructuredGridReader
-
-        reader = vtkUnstructuredGridReader()
+    reader = getattr(vtk, READERS[suffix])()
+    if suffix == ".vtk":
         reader.ReadAllScalarsOn()
         reader.ReadAllFieldsOn()
     reader.SetFileName(source)
     reader.Update()
-    return reader.GetOutputDataObject(0)
-
-
-def unstructured(found: Any) -> list[Any]:
-    """All unstructured grids with cells in what a reader gives, in the file's order."""
-    if found is None:
-        return []
-    if found.IsA("vtkMultiBlockDataSet"):
-        blocks = [found.GetBlock(number) for number in range(found.GetNumberOfBlocks())]
-        return [grid for block in blocks for grid in unstructured(block)]
-    if found.IsA("vtkUnstructuredGrid") and found.GetNumberOfCells():
-        return [found]
-    return []
+    found = pyvista.wrap(reader.GetOutputDataObject(0))
+    blocks = found.recursive_iterator() if isinstance(found, pyvista.MultiBlock) else [found]
+    grids = [grid for grid in blocks if isinstance(grid, pyvista.UnstructuredGrid) and grid.n_cells]
+    if not grids:
+        sys.exit("it holds no unstructured grid of cells")
+    arrays: dict[str, Any] = {}
+    for number, grid in enumerate(grids):
+        arrays |= {
+            f"{number} points": grid.points,
+            f"{number} types": grid.celltypes,
+            f"{number} offsets": grid.offset,
+            f"{number} connectivity": grid.cell_connectivity,
+        }
+        for name, values in grid.cell_data.items():
+            if values.ndim == 1 and values.dtype.kind in "biuf":  # no texts
+                arrays[f"{number}/{name}"] = values
+    np.savez(target, **arrays)
 
 
 if __name__ == "__main__":

@@ -36,13 +36,13 @@ from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.runtime.ranks import from_root
 from iceslide_fem.scene import Scene
 
-# Newton stops at a residual of these shares of the plate's force and of the friction force, times
+# Newton stops at a residual of these fraction of the plate's force and of the friction force, times
 # the scene's tolerance: mu(t) moves by a hundredth of that. The second is the smaller one where mu
 # is below 0.1. Where rubber has inertia what is left accelerates it: then a fifth of both. Under a
 # law that is not viscous the block is solved however little friction has changed, and what is left
 # must not be as much as that: then a tenth.
 EQUILIBRIUM_SHARE, FRICTION_SHARE, INERTIA, NOT_VISCOUS = 5e-3, 5e-2, 0.2, 0.1
-# Static friction is fully mobilised after a slip of about this share of the height.
+# Static friction is fully mobilised after a slip of about this fraction of the height.
 STICK_SHARE = 1e-3
 # Penalty of walls that meet, of the contact's: lugs are soft, and walls as hard as that would snap
 # open and shut from one iterate to the next.

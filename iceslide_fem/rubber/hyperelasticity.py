@@ -127,7 +127,7 @@ class HyperelasticBody:
         return matrix
 
     def internal_forces(self, vector: PETSc.Vec) -> None:
-        """Overwrite `vector` by this rank's shares of the internal forces (ghosts not summed)."""
+        """Overwrite `vector` by this rank's part of the internal forces (ghosts not summed)."""
         compat.assemble_shares(vector, self._residual)
         with vector.localForm() as local:
             forces = local.array.reshape(-1, self.mesh.geometry.dim)
@@ -198,7 +198,7 @@ class HyperelasticBody:
     def momentum(self, velocity: Array) -> float:
         """Momentum along x, N s (N s/m in a slice), of nodal velocities; only with a density.
 
-        Of displacements it is the mass times the way of its centre. Collective.
+        Of displacements it is the mass times the displacement of its centre. Collective.
         """
         self._velocity.x.array[:] = velocity
         return compat.assemble_scalar(self._momentum, self.mesh.comm)

@@ -170,8 +170,8 @@ class SelfContact:
         return coo_matrix((values, (rows, columns)), shape=(size, size)).tocsr()
 
     def followed(self, u: Array) -> tuple[StickPoints | None, float]:
-        """What friction remembers if `u` is accepted, and the heat (J; J/m) of the slip on the way:
-        the mean of mu p at both ends times the way that anchors follow.
+        """The stick points if `u` is accepted, and the heat (J; J/m) of the slip:
+        the mean of mu p at both ends times the distance that stick points move.
 
         Nothing and none without friction. Collective.
         """

@@ -75,8 +75,8 @@ def stretch(x: Array, nodes: Array, shape: Array, slopes: Array) -> Stretch:
 def tractions(along: Array, bound: Array, penalty: float) -> Array:
     """tau (P, d), Pa, of springs drawn `along` (P, d), m, under bounds mu p (P,), Pa."""
     drawn = penalty * np.linalg.norm(along, axis=1)
-    share = np.divide(bound, drawn, out=np.ones_like(drawn), where=drawn > bound)
-    return np.asarray((share * penalty)[:, None] * along)
+    fraction = np.divide(bound, drawn, out=np.ones_like(drawn), where=drawn > bound)
+    return np.asarray((fraction * penalty)[:, None] * along)
 
 
 def slip(along: Array, bound: Array, penalty: float) -> Array:

@@ -23,13 +23,13 @@ class Motion(NamedTuple):
     """Displacements (m), velocities (m/s) and accelerations (m/s2) of all dofs of this rank.
 
     time (s): when they were found; span (s): how long the block took from the solution before,
-    infinite if it has rested since; turned: whether the velocity had a corner or a jump there;
+    infinite if it has rested since; behind_kink: whether the velocity had a corner or a jump there;
     smooth: whether the acceleration before has told more of the velocity then than that alone.
     """
 
     time: float
     span: float
-    turned: bool
+    behind_kink: bool
     smooth: bool
     displacements: Array
     velocity: Array
@@ -65,14 +65,16 @@ class MotionLaw(Protocol):
         its error.
         """
 
-    def turned(self, start: Motion, end: Motion) -> Motion:
+    def behind_kink(self, start: Motion, end: Motion) -> Motion:
         """`end` behind a corner, before which nothing tells how the velocity goes on."""
 
     def kinetic_energy(self, motion: Motion) -> float:
         """Kinetic energy relative to the plate, J (J/m in a slice). Collective."""
 
     def mass_moment(self, motion: Motion) -> float:
-        """Mass times the way of its centre along x relative to the plate, kg m. Collective."""
+        """Mass times the displacement of its centre along x relative to the plate, kg m.
+        Collective.
+        """
 
 
 def motion_at_rest(displacements: Array) -> Motion:
@@ -85,7 +87,7 @@ def quiescent_motion(motion: Motion) -> Motion:
     """The same displacements, held since."""
     still = np.zeros_like(motion.velocity)
     return motion._replace(
-        span=np.inf, turned=False, smooth=False, velocity=still, acceleration=still
+        span=np.inf, behind_kink=False, smooth=False, velocity=still, acceleration=still
     )
 
 
@@ -103,9 +105,9 @@ class QuasiStatic:
     def begin(self, start: Motion, time: float) -> tuple[Array, Rate]:
         """The line through the last two solutions; the parabola's slope."""
         dt = time - start.time
-        bend = 0.0 if start.turned else dt / (dt + start.span)
-        slope = (1.0 + bend) / dt
-        rate = Rate(slope, -slope * start.displacements - bend * start.velocity)
+        weight = 0.0 if start.behind_kink else dt / (dt + start.span)
+        slope = (1.0 + weight) / dt
+        rate = Rate(slope, -slope * start.displacements - weight * start.velocity)
         return start.displacements + dt * start.velocity, rate
 
     def end(self, start: Motion, time: float, displacements: Array) -> Motion:
@@ -134,11 +136,13 @@ class QuasiStatic:
         found = end.velocity + 0.5 * end.span * end.acceleration
         return np.asarray(found - start.velocity - self.extrapolated_velocity(start, end.time))
 
-    def turned(self, start: Motion, end: Motion) -> Motion:
+    def behind_kink(self, start: Motion, end: Motion) -> Motion:
         """Without a parabola to go on with; but the first one behind a corner is good."""
-        if start.turned:
+        if start.behind_kink:
             return end
-        return end._replace(turned=True, smooth=False, acceleration=np.zeros_like(end.acceleration))
+        return end._replace(
+            behind_kink=True, smooth=False, acceleration=np.zeros_like(end.acceleration)
+        )
 
     def kinetic_energy(self, motion: Motion) -> float:
         """None: its mass is neglected."""
@@ -219,7 +223,7 @@ class Dynamic:
         """None: the local error tells."""
         return np.zeros_like(end.displacements)
 
-    def turned(self, start: Motion, end: Motion) -> Motion:
+    def behind_kink(self, start: Motion, end: Motion) -> Motion:
         """As it is: mass knows no corners."""
         return end
 

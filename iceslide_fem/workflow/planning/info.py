@@ -236,7 +236,7 @@ def _mesh(scene: Scene) -> list[Row]:
     """Cells of the rubber's mesh, their size, and their sharpest corner (if there is memory)."""
     from iceslide_fem.mesh.rubber import divisions, tagged_rubber
     from iceslide_fem.mesh.size import shortage
-    from iceslide_fem.mesh.soundness import smallest_angle
+    from iceslide_fem.mesh.tagged import smallest_angle
 
     size = divisions(scene)
     counts = " x ".join(f"{size[name]:.0f}" for name in ("nx", "ny", "nz") if name in size)

@@ -19,8 +19,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from iceslide_fem.mesh.ice_body import ice_body
 from iceslide_fem.mesh.rubber import tagged_rubber
-from iceslide_fem.mesh.soundness import among, facets_of, outer_facets
-from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh, among, facets_of, outer_facets
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene
 
