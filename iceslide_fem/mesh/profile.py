@@ -11,10 +11,9 @@ import numpy as np
 from iceslide_fem.mesh.box import block_grid
 from iceslide_fem.mesh.grid import Chooser, snapped, with_parts
 from iceslide_fem.mesh.patches import Patch, Point, mesh_patches
-from iceslide_fem.mesh.sections import NEAR, edge_patches, profile_patches
 from iceslide_fem.mesh.shape import BlockShape, leaned
 from iceslide_fem.mesh.soundness import Soundness, place
-from iceslide_fem.mesh.swept import swept
+from iceslide_fem.mesh.swept import NEAR, edge_patches, profile_patches, swept
 from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SceneError
