@@ -74,7 +74,11 @@ def test_time_and_memory_of_a_run_follow_from_its_steps_and_unknowns():
 def a_continuum(scene, surface):
     heated = heating_times(scene, float(np.ptp(surface[0])), scene.load.duration)
     return Continuum(
-        surface, MPI.COMM_SELF, Column(scene.ice.temperature, heated), link=1e-5, agreement=1e-6
+        surface,
+        MPI.COMM_SELF,
+        Column(scene.ice.temperature, heated),
+        interface_resistance=1e-5,
+        agreement=1e-6,
     )
 
 

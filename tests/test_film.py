@@ -72,10 +72,10 @@ def test_saturated_film_with_the_closed_form_flux():
     T_0, start, end = np.array([MELTING_TEMPERATURE - 4.0]), 1e-3, 7e-3
     K1 = reference.melt_coefficient(0.266, 3.0)
     ice = HalfSpace(T_0, end)
-    content = ice.initial(1)
-    content[-2:, 0] = 1.0, start  # melting since long, in contact since `start`
+    heat_state = ice.initial(1)
+    heat_state[-2:, 0] = 1.0, start  # melting since long, in contact since `start`
     state = InterfaceState(
-        np.log(reference.saturated_film(K1, T_0, start)), np.array([2.86e-6]), content
+        np.log(reference.saturated_film(K1, T_0, start)), np.array([2.86e-6]), heat_state
     )
     state = heights(ice, loads(), end - start, 200, state)
     assert np.exp(state.log_height) == pytest.approx(

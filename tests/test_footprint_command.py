@@ -12,7 +12,7 @@ import pyvista as pv
 from PIL import Image
 
 from iceslide_fem.cli import main
-from iceslide_fem.preprocess.footprint.map_file import Maps, write_maps
+from iceslide_fem.preprocess.footprint.map_file import write_maps
 from iceslide_fem.preprocess.footprint.outlines import patch_outline
 from iceslide_fem.preprocess.footprint.synthetic import Tread, coloured_picture, grey_picture, save
 from iceslide_fem.scene import load_scene
@@ -65,7 +65,7 @@ def test_pyvista_opens_the_maps(surveyed):
 
 def test_maps_that_do_not_fit_on_the_disk_are_no_success(capfd):
     with pytest.raises(OSError, match="No space left"):
-        write_maps(Path("/dev/full"), Maps({"pressure (Pa)": np.ones((2, 3))}, (1e-3, 1e-3)))
+        write_maps(Path("/dev/full"), {"pressure (Pa)": np.ones((2, 3))}, (1e-3, 1e-3))
     assert "ERR" in capfd.readouterr().err  # VTK's own words
 
 
@@ -192,10 +192,10 @@ def test_only_rank_0_works(tmp_path):
 
 
 def test_no_part_of_the_package_loads_fenics_or_gmsh():
-    names = [path.stem for path in (ROOT / "iceslide_fem" / "footprint").glob("*.py")]
-    code = "import sys\n" + "".join(
-        f"import iceslide_fem.preprocess.footprint.{name}\n" for name in names if name != "__init__"
-    )
+    folder = ROOT / "iceslide_fem" / "preprocess" / "footprint"
+    names = [path.stem for path in folder.glob("[!_]*.py")]
+    code = "".join(f"import iceslide_fem.preprocess.footprint.{name}\n" for name in names)
+    code += "import sys\n"
     code += (
         "print([m for m in ('dolfinx', 'petsc4py', 'mpi4py', 'ufl', 'gmsh') if m in sys.modules])"
     )

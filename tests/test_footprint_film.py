@@ -7,12 +7,7 @@ import pytest
 
 from iceslide_fem import point
 from iceslide_fem.preprocess.footprint import film_map as module
-from iceslide_fem.preprocess.footprint.blocks import (
-    TreadRubber,
-    representative,
-    scene_text,
-    tread_blocks,
-)
+from iceslide_fem.preprocess.footprint.blocks import representative, scene_text, tread_blocks
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.outlines import outline_text
@@ -31,6 +26,11 @@ from iceslide_fem.scene.materials import (
 
 B = CONTACT_TABLES["B"]
 LOCKED = Ride(4.0, 4.0, 269.15)
+
+
+def case(**values):
+    size = {"length": 0.1, "width": 0.1, "max_pressure": 5e5}
+    return FootprintCase.of({"image": "x", "speed": 4.0, **size, **values})
 
 
 def strip(pressure, pixels=80, length=20e-3):
@@ -179,9 +179,7 @@ def test_the_scene_of_a_block_is_that_block(tmp_path):
     footprint.pressure[10:30, 20:45] = 2.5e5
     ((block, share),) = representative(tread_blocks(footprint), 1)
     assert (block.x, block.y) == pytest.approx((32.5e-3, 10e-3))
-    (tmp_path / "block.toml").write_text(
-        scene_text("block", block, share, LOCKED, TreadRubber("B", None, 8e-3))
-    )
+    (tmp_path / "block.toml").write_text(scene_text("block", block, share, case()))
     (tmp_path / "block.csv").write_text(outline_text(block.outline, footprint.dx))
     scene = load_scene(tmp_path / "block.toml")
     assert scene.rubber.length == pytest.approx(25e-3)
@@ -194,8 +192,7 @@ def test_the_scene_of_a_block_is_that_block(tmp_path):
 
 def test_water_lags_below_the_scene_of_a_block_as_below_the_footprint():
     (block,) = tread_blocks(strip(np.array([3e5])))
-    rubber = TreadRubber("B", None, 8e-3)
-    scene = tomllib.loads(scene_text("b", block, 1.0, LOCKED._replace(water_speed=0.5), rubber))
+    scene = tomllib.loads(scene_text("b", block, 1.0, case(water_speed=0.5)))
     assert scene_from_dict(scene).film.water_speed == 0.5
 
 
@@ -204,15 +201,11 @@ def test_a_contact_file_takes_the_compounds_place(tmp_path):
     file = tmp_path / "\N{SNOWFLAKE}\N{SNOWBOARDER}" / "contact.csv"
     file.parent.mkdir()
     file.write_text("pressure_Pa,k,D_m,H_V_m\n2e4,0.1,2e-5,6e-6\n2e6,0.8,9e-5,4e-7\n")
-    case = FootprintCase.of(
-        {"image": "x", "length": 0.1, "width": 0.1, "max_pressure": 5e5, "contact": str(file)}
-    )
-    assert case.contact_table(2e4).k == pytest.approx(0.1)
+    own = case(contact=str(file))
+    assert own.contact_table(2e4).k == pytest.approx(0.1)
     (block,) = tread_blocks(footprint)
-    scene = tomllib.loads(scene_text("b", block, 1.0, LOCKED, TreadRubber("B", file, 8e-3)))
+    scene = tomllib.loads(scene_text("b", block, 1.0, own))
     assert scene_from_dict(scene).contact_parameters.source == "contact.csv"
     with pytest.raises(SceneError, match="--contact .*no column k"):
         file.write_text("pressure_Pa\n1e5\n")
-        FootprintCase.of(
-            {"image": "x", "length": 0.1, "width": 0.1, "max_pressure": 5e5, "contact": str(file)}
-        )
+        case(contact=str(file))

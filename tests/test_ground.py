@@ -145,10 +145,10 @@ def test_the_cold_of_a_base_comes_through(depth):
 def test_an_insulated_base_keeps_all_heat(error):
     column = Column(T_0, DURATION, ground=ground(0.3e-3, (0.5e-3, STEEL)))
     column = column if error is None else column.condensed(error)
-    content = heated(column, 1e4, DURATION)
-    assert column.heat(content) == pytest.approx(1e4 * DURATION, rel=1e-12)
+    heat_state = heated(column, 1e4, DURATION)
+    assert column.heat(heat_state) == pytest.approx(1e4 * DURATION, rel=1e-12)
     capacity = 0.3e-3 * ICE.density * ICE.heat_capacity + 0.5e-3 * 7850.0 * 470.0
-    even = column.at_depths(column.cooled(content, [1e4]))
+    even = column.at_depths(column.cooled(heat_state, [1e4]))
     assert even == pytest.approx(T_0 + 1e4 * DURATION / capacity)
 
 
@@ -165,11 +165,11 @@ def test_a_layer_of_ice_below_ice_changes_no_more_than_the_mesh_errs():
 def test_saved_content_is_restored_by_a_column_for_longer(held):
     below = ground(1e-3, (10e-3, STEEL), held=held)
     short, long = (Column(T_0, (0.1, end), ground=below) for end in (0.1, 3.0))
-    content = heated(short, 1e4, 0.1)
-    restored = long.restored(short.saved(content))
+    heat_state = heated(short, 1e4, 0.1)
+    restored = long.restored(short.saved(heat_state))
     depth = short.depths.size
     after = long.at_depths(restored)
-    np.testing.assert_allclose(after[:depth], short.at_depths(content), atol=1e-9)
+    np.testing.assert_allclose(after[:depth], short.at_depths(heat_state), atol=1e-9)
     np.testing.assert_allclose(after[depth:], T_0, atol=1e-9)
 
 

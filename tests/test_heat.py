@@ -62,10 +62,10 @@ def graded(end: float, steps: int = 300) -> np.ndarray:
 @pytest.mark.parametrize("time", [0.1e-3, 1e-3, 7e-3])
 def test_constant_flux(time):
     column = Column(T_0, DURATION)
-    content, ice_heat, _ = heated(column, 5e4, graded(time))
-    rise = column.surface_temperature(content) - T_0
+    heat_state, ice_heat, _ = heated(column, 5e4, graded(time))
+    rise = column.surface_temperature(heat_state) - T_0
     assert rise == pytest.approx(reference.constant_flux_rise(5e4, time), rel=1e-4)
-    assert column.heat(content) == pytest.approx(ice_heat, rel=1e-12)
+    assert column.heat(heat_state) == pytest.approx(ice_heat, rel=1e-12)
     assert ice_heat == pytest.approx(5e4 * time, rel=1e-12)
 
 
@@ -75,11 +75,13 @@ def test_a_condensed_column_warms_as_the_whole_one_and_conserves_heat(error, mod
     fewer, times = column.condensed(error), graded(DURATION)[10:]
     assert fewer.rates.size <= modes and fewer.rates[0] == 0.0 and (fewer.rates[1:] > 0.0).all()
     whole, ice_heat, _ = heated(column, 5e4, times)
-    content, _, _ = heated(fewer, 5e4, times)
-    rise, exact = (c.surface_temperature(x) - T_0 for c, x in ((fewer, content), (column, whole)))
+    heat_state, _, _ = heated(fewer, 5e4, times)
+    rise, exact = (
+        c.surface_temperature(x) - T_0 for c, x in ((fewer, heat_state), (column, whole))
+    )
     assert rise == pytest.approx(exact, rel=2.0 * error + 1e-12)
-    assert fewer.heat(content) == pytest.approx(ice_heat, rel=1e-11)
-    depth = fewer.at_depths(content) - column.at_depths(whole)
+    assert fewer.heat(heat_state) == pytest.approx(ice_heat, rel=1e-11)
+    depth = fewer.at_depths(heat_state) - column.at_depths(whole)
     assert np.abs(depth).max() <= 10.0 * np.sqrt(error) * exact.max()
 
 
@@ -140,8 +142,8 @@ def test_finer_columns_converge_to_the_half_space():
     errors = []
     for first, ratio in ((0.1, 3.0), (0.05, 2.2), (0.0125, 1.4)):
         column = Column(T_0, DURATION, first_layer=first, ratio=ratio, depth=6.0)
-        content, _, _ = heated(column, 5e4, graded(DURATION, 1000))
-        rise = column.surface_temperature(content) - T_0
+        heat_state, _, _ = heated(column, 5e4, graded(DURATION, 1000))
+        rise = column.surface_temperature(heat_state) - T_0
         errors.append(abs(rise[0] / reference.constant_flux_rise(5e4, DURATION) - 1.0))
     assert errors[0] > 4 * errors[1] > 16 * errors[2]
     assert errors[2] < 2e-5
@@ -174,17 +176,19 @@ def test_take_keeps_the_chosen_points(model):
 
 def test_half_space_draws_the_closed_form_flux_once_melting_has_begun():
     q, half_space = 2e5, HalfSpace(T_0, DURATION)
-    content, _, step = heated(half_space, q, graded(5e-3))
+    heat_state, _, step = heated(half_space, q, graded(5e-3))
     assert step.last.melting.all()
-    assert half_space.surface_temperature(content) == pytest.approx(MELTING_TEMPERATURE, abs=1e-9)
+    assert half_space.surface_temperature(heat_state) == pytest.approx(
+        MELTING_TEMPERATURE, abs=1e-9
+    )
     # The last stage ends the step, so its flux is that of the end.
     assert step.last.ice_flux == pytest.approx(reference.step_flux(T_0, 5e-3))
 
 
 def test_half_space_conducts_until_melting_begins():
-    content, _, _ = heated(HalfSpace(T_0, DURATION), 5e4, graded(1e-3))
+    heat_state, _, _ = heated(HalfSpace(T_0, DURATION), 5e4, graded(1e-3))
     conducting, _, _ = heated(Column(T_0, DURATION), 5e4, graded(1e-3))
-    np.testing.assert_allclose(content[:-1], conducting)
+    np.testing.assert_allclose(heat_state[:-1], conducting)
 
 
 def test_an_onset_in_the_second_stage_is_no_error_of_the_half_space():
@@ -194,8 +198,8 @@ def test_an_onset_in_the_second_stage_is_no_error_of_the_half_space():
     method, errors = INTEGRATORS["sdirk2"]._replace(stage=given_flux(q)), []
     load, zero = FilmLoads(*np.zeros((3, 1)), np.ones(1)), np.zeros(1)
     for ice in (Column(T_0, DURATION), HalfSpace(T_0, DURATION)):
-        content, *_ = heated(ice, q, graded(0.95 * onset))
-        state = InterfaceState(zero, zero, content)
+        heat_state, *_ = heated(ice, q, graded(0.95 * onset))
+        state = InterfaceState(zero, zero, heat_state)
         step = advance(state, load, load, 0.1 * onset, ice, method)
         assert step.last.melting.all()
         errors.append(error_norms(step, ice, load.free_height, np.full(1, 4.0)))
@@ -237,10 +241,12 @@ def test_a_column_for_a_longer_run_goes_on_below():
     n = short.depths.size
     assert long.depths[-1] > 2.5 * short.depths[-1]
     np.testing.assert_allclose(long.depths[:n], short.depths, rtol=1e-12)
-    content, heat, _ = heated(short, 5e4, graded(DURATION))
-    kept = long.restored(short.saved(content))
-    np.testing.assert_allclose(short.restored(short.saved(content)), content, rtol=1e-12, atol=1e-9)
-    assert long.surface_temperature(kept) == pytest.approx(short.surface_temperature(content))
+    heat_state, heat, _ = heated(short, 5e4, graded(DURATION))
+    kept = long.restored(short.saved(heat_state))
+    np.testing.assert_allclose(
+        short.restored(short.saved(heat_state)), heat_state, rtol=1e-12, atol=1e-9
+    )
+    assert long.surface_temperature(kept) == pytest.approx(short.surface_temperature(heat_state))
     assert long.heat(kept) == pytest.approx(heat, rel=5e-4)
     closed = HalfSpace(T_0, DURATION)
     start = closed.initial(1) + 1.0

@@ -72,12 +72,12 @@ def test_both_ledgers_close_and_rubber_takes_what_columns_take(motion):
     ledger = Ledger(meshed)
     for accepted in meshed.steps():
         ledger.add(accepted)
-    ice, content, scale = meshed.carrier.ice, meshed.current.interface.ice, meshed.block.scale
+    ice, heat_state, scale = meshed.frame.ice, meshed.current.interface.ice, meshed.block.scale
     energies = ledger
     if motion is STAYS:  # else some has left with the ice
-        assert scale * ice.heat(content) == pytest.approx(energies.ice_heat, rel=1e-9)
+        assert scale * ice.heat(heat_state) == pytest.approx(energies.ice_heat, rel=1e-9)
         assert energies.latent_heat > 0.0
-    assert scale * ice.rubber_heat(content) == pytest.approx(energies.rubber_heat, rel=1e-9)
+    assert scale * ice.rubber_heat(heat_state) == pytest.approx(energies.rubber_heat, rel=1e-9)
     columns = slide(thesis("ice.heat=mesh", "rubber.heat=true", *run))
     assert energies.rubber_heat == pytest.approx(columns["rubber_heat_J"][-1], rel=0.06)
     assert energies.ice_heat == pytest.approx(columns["ice_heat_J"][-1], rel=0.01)
@@ -142,13 +142,13 @@ def test_a_content_is_the_enthalpy_of_its_rise():
     lines = [np.linspace(0.0, 1e-3, 4), np.linspace(-1e-3, 0.0, 7)]
     equation = tabulated(lines)
     rise = 12.0 * np.sin(3e3 * equation.x[:, 0]) - 3.0
-    content = equation.content(rise)
+    heat_state = equation.heat_state(rise)
     kelvin = 263.15 + rise
     enthalpy = [np.polyval([4.5, 2040.0, 0.0], x) if x < 0 else None for x in (kelvin - 263.15)]
     colder = np.array([one is not None for one in enthalpy]) & (kelvin > 253.15)
     expected = np.array([one for one, some in zip(enthalpy, colder, strict=True) if some])
-    np.testing.assert_allclose(content[colder] * 2040.0, expected, rtol=1e-12)
-    np.testing.assert_allclose(equation.rise(content), rise, atol=1e-10)
+    np.testing.assert_allclose(heat_state[colder] * 2040.0, expected, rtol=1e-12)
+    np.testing.assert_allclose(equation.rise(heat_state), rise, atol=1e-10)
 
 
 def test_a_steady_layer_whose_conductivity_falls_meets_its_integral():
@@ -180,7 +180,7 @@ def test_ice_keeps_all_heat_that_it_is_given_whatever_its_capacity():
     ledger = Ledger(sliding)
     for accepted in sliding.steps():
         ledger.add(accepted)
-    found = sliding.block.scale * sliding.carrier.ice.heat(sliding.current.interface.ice)
+    found = sliding.block.scale * sliding.frame.ice.heat(sliding.current.interface.ice)
     assert ledger.latent_heat > 0.0
     assert found == pytest.approx(ledger.ice_heat, rel=1e-9)
 

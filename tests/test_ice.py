@@ -15,7 +15,7 @@ from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance  
 from iceslide_fem.film.law import FilmStage, Surface, implicit_stage  # noqa: E402
 from iceslide_fem.film.loads import FilmLoads, FilmOnIce  # noqa: E402
 from iceslide_fem.interface import build, ice_balance, ice_surface  # noqa: E402
-from iceslide_fem.interface.carriers import ContactLoads  # noqa: E402
+from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumnsUnderPoints  # noqa: E402
 from iceslide_fem.interface.ice_conduction import StageSurface  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
@@ -41,7 +41,7 @@ from iceslide_fem.scene.materials import (  # noqa: E402
 pytestmark = [pytest.mark.fe, pytest.mark.mpi]
 
 DURATION, T_0 = 1e-3, 269.15
-LINK, AGREEMENT = 1e-5, 1e-6  # of points and ice, and of both (K)
+INTERFACE_RESISTANCE, AGREEMENT = 1e-5, 1e-6  # of points and ice, and of both (K)
 EVERYWHERE = MPI.COMM_WORLD
 SDIRK2 = INTEGRATORS["sdirk2"]
 
@@ -76,7 +76,7 @@ def gauss_points(line):
     return points.ravel(), np.repeat(half, 2)
 
 
-def some_ice(model, refinement=1.0, link=LINK, agreement=AGREEMENT):
+def some_ice(model, refinement=1.0, interface_resistance=INTERFACE_RESISTANCE, agreement=AGREEMENT):
     """Ice below Gauss points of its own surface cells, shared out among the ranks."""
     lines = patch_lines(a_scene(model, refinement))
     points, area = gauss_points(lines[0])
@@ -87,7 +87,7 @@ def some_ice(model, refinement=1.0, link=LINK, agreement=AGREEMENT):
         area = np.outer(width, area).ravel()
     mine = slice(EVERYWHERE.rank, None, EVERYWHERE.size)
     points, area = points[mine], area[mine]
-    ice = Continuum(lines, EVERYWHERE, Column(T_0, DURATION), link, agreement)
+    ice = Continuum(lines, EVERYWHERE, Column(T_0, DURATION), interface_resistance, agreement)
     return ice.under(Contacts(ice.grid.place(points), area)), points, area
 
 
@@ -115,10 +115,10 @@ def total(values):
 def march(ice, flux, steps, duration=DURATION):
     """Implicit Euler steps that grow with time; the content and the last stage."""
     times = duration * np.linspace(0.0, 1.0, steps + 1) ** 2
-    content = ice.initial(flux.size)
+    heat_state = ice.initial(flux.size)
     for dt in np.diff(times):
-        content, stage = ice.stage(content, float(dt), given_flux(flux))
-    return content, stage
+        heat_state, stage = ice.stage(heat_state, float(dt), given_flux(flux))
+    return heat_state, stage
 
 
 @pytest.mark.three
@@ -126,9 +126,9 @@ def march(ice, flux, steps, duration=DURATION):
 def test_heat_that_leaves_the_points_is_the_heat_in_the_ice(model):
     ice, points, area = some_ice(model)
     flux = 1e5 * (1.0 + np.sin(3e3 * points[:, 0]))
-    content, _ = ice.stage(ice.initial(flux.size), 1e-4, given_flux(flux))
+    heat_state, _ = ice.stage(ice.initial(flux.size), 1e-4, given_flux(flux))
     given = 1e-4 * total(area * flux)
-    assert ice.heat(content) == pytest.approx(given, rel=1e-9)
+    assert ice.heat(heat_state) == pytest.approx(given, rel=1e-9)
 
 
 @pytest.mark.three
@@ -136,15 +136,15 @@ def test_heat_that_leaves_the_points_is_the_heat_in_the_ice(model):
 def test_heat_is_conserved_while_part_of_the_surface_melts(model):
     ice, points, area = some_ice(model)
     flux = 6e5 * (1.0 + 0.8 * np.sin(3e3 * points[:, 0]))
-    content, given = ice.initial(flux.size), 0.0
+    heat_state, given = ice.initial(flux.size), 0.0
     melting = []
     for _ in range(8):
-        content, stage = ice.stage(content, 5e-5, given_flux(flux))
+        heat_state, stage = ice.stage(heat_state, 5e-5, given_flux(flux))
         given += 5e-5 * total(area * stage.ice_flux)
         melting.append(total(stage.melting) / total(np.ones_like(flux)))
     assert 0.2 < melting[-1] < 0.9
-    assert ice.heat(content) == pytest.approx(given, rel=1e-8)
-    hottest = ice.surface_temperature(content).max(initial=0.0)
+    assert ice.heat(heat_state) == pytest.approx(given, rel=1e-8)
+    hottest = ice.surface_temperature(heat_state).max(initial=0.0)
     assert hottest < MELTING_TEMPERATURE + 1e-3
     assert total(stage.ice_flux > flux * (1 + 1e-9)) == 0
 
@@ -153,13 +153,13 @@ def test_under_a_uniform_flux_it_warms_as_its_column_does():
     ice, _, area = some_ice("block")
     column = Column(T_0, DURATION)
     flux = np.full(area.shape, 1e5)
-    content, _ = march(ice, flux, steps=400)
+    heat_state, _ = march(ice, flux, steps=400)
     alone, _ = march(column, np.full(1, 1e5), steps=400)
-    rise = ice.surface_temperature(content) - T_0
+    rise = ice.surface_temperature(heat_state) - T_0
     expected = float(column.surface_temperature(alone)[0]) - T_0
     np.testing.assert_allclose(rise, expected, rtol=1e-9)
     np.testing.assert_allclose(rise, constant_flux_rise(1e5, DURATION), rtol=2e-3)
-    kelvin = ice.profile(content).kelvin
+    kelvin = ice.profile(heat_state).kelvin
     np.testing.assert_allclose(
         kelvin - T_0, np.tile(column.rise(alone), kelvin.shape[1]), atol=1e-9
     )
@@ -209,7 +209,7 @@ def test_modes_diagonalise_the_matrices_that_dolfinx_assembles(model):
     """
     surface, comm = patch_lines(a_scene(model, 0.4)), MPI.COMM_SELF
     column = Column(T_0, DURATION, first_layer=0.3, ratio=2.5)
-    ice = Continuum(surface, comm, column, LINK, AGREEMENT)
+    ice = Continuum(surface, comm, column, INTERFACE_RESISTANCE, AGREEMENT)
     z = -column.depths[::-1]
     mesh = gmsh_model.distribute(
         tagged_ice([*surface, z[::2]], [Layer("ice", np.inf, ICE)]), comm
@@ -269,13 +269,13 @@ def test_a_film_is_asked_no_more_than_its_ice_needs(melts):
     ice, points, _ = some_ice("slice")
     flux = (6e5 if melts else 1e5) * (1.0 + 0.8 * np.sin(3e3 * points[:, 0]))
     film = Counted(flux)
-    content, stage = ice.stage(ice.initial(0), 1e-4, film)
+    heat_state, stage = ice.stage(ice.initial(0), 1e-4, film)
     assert film.times == (2 if melts else 1)
     assert stage.melting.any() == melts
-    below = ice.surface_temperature(content)
-    given = np.minimum(flux, (MELTING_TEMPERATURE - below) / ice._link)
+    below = ice.surface_temperature(heat_state)
+    given = np.minimum(flux, (MELTING_TEMPERATURE - below) / ice._interface_resistance)
     np.testing.assert_allclose(stage.ice_flux, given, atol=1e-2 * flux.max())
-    dry = below + ice._link * flux
+    dry = below + ice._interface_resistance * flux
     np.testing.assert_allclose(stage.dry_temperature, dry, atol=1e-6)
 
 
@@ -285,8 +285,8 @@ def test_melting_points_are_found_where_full_changes_cycle(monkeypatch):
     flux = 6e5 * (1.0 + 0.8 * np.sin(3e3 * points[:, 0]))
     expected, _ = ice.stage(ice.initial(0), 1e-4, given_flux(flux))
     monkeypatch.setattr(ice_surface, "FULL_CHANGES", 0)
-    content, _ = ice.stage(ice.initial(0), 1e-4, given_flux(flux))
-    np.testing.assert_allclose(content, expected, atol=1e-6)
+    heat_state, _ = ice.stage(ice.initial(0), 1e-4, given_flux(flux))
+    np.testing.assert_allclose(heat_state, expected, atol=1e-6)
 
 
 @pytest.mark.parametrize("model", ["slice", "block"])
@@ -308,7 +308,7 @@ def test_points_that_do_not_rub_are_left_out_and_nothing_else_changes(model):
         carrier = kind(friction, ice, at)
         state = carrier.start(1e-7, len(area))
         for loads in (start, end, end):
-            state = (record := carrier.pass_over(state, start, loads, 2e-4, SDIRK2)).state
+            state = (record := carrier.advance(state, start, loads, 2e-4, SDIRK2)).state
         states.append(state)
         records.append(record)
     whole, part = records
@@ -365,7 +365,7 @@ def test_what_is_balanced_is_what_ice_takes(shape, conducts):
     before = stage.offset + rng.uniform(0.0, 1.0, shape)
     inside = surface.inside(stage)
     found = surface.balanced(inside, shared, before, 1e-8)
-    assert found.depends and not found.settled and 1 <= found.changes < 12
+    assert found.depends and not found.converged and 1 <= found.changes < 12
     rise = grid.interpolate((found.temperature - before).ravel(), at)
     one, two = (fluxes[mine, k] - fluxes[mine, k + 1] * rise for k in (0, 2))
     given = grid.scatter(np.minimum(one, two), at).reshape(shape)
@@ -380,7 +380,7 @@ def test_what_is_balanced_is_what_ice_takes(shape, conducts):
     there[kinked] = there[kinked][:, [2, 3, 0, 1]]
     shared = surface._points.of_all(there)
     again = surface.balanced(inside, shared, found.temperature, 1e-6)
-    assert again.settled and again.changes == 0
+    assert again.converged and again.changes == 0
     with pytest.raises(NotConverged):
         surface.balanced(inside, np.nan * shared, before, 1e-8)
 
@@ -409,7 +409,7 @@ def test_first_guess_saves_changes_and_moves_nothing(model, monkeypatch):
 
     monkeypatch.setattr(IceSurface, "balanced", counted)
     monkeypatch.setattr(IceSurface, "melting_guess", guessed)
-    content, stage = ice.stage(ice.initial(0), 1e-4, film)
+    heat_state, stage = ice.stage(ice.initial(0), 1e-4, film)
     melting = total(stage.melting) / total(np.ones(len(points)))
     assert 0.1 < melting < 0.9
     (temperature, share), with_it = guesses[0], sum(changes)
@@ -420,7 +420,7 @@ def test_first_guess_saves_changes_and_moves_nothing(model, monkeypatch):
     monkeypatch.setattr(IceSurface, "melting_guess", lambda surface, inside, before, *rest: before)
     expected, other = ice.stage(ice.initial(0), 1e-4, film)
     assert with_it < sum(changes) - with_it
-    np.testing.assert_allclose(content, expected, atol=1e-4 * np.abs(expected).max())
+    np.testing.assert_allclose(heat_state, expected, atol=1e-4 * np.abs(expected).max())
     np.testing.assert_allclose(stage.log_height, other.log_height, atol=1e-5)
 
 
@@ -428,10 +428,12 @@ def test_first_guess_saves_changes_and_moves_nothing(model, monkeypatch):
 def test_stages_settle_with_the_link_and_agreement_of_a_tolerance(tolerance, monkeypatch):
     """Also where a stiff link lets rounding grow: the agreement does not ask for more."""
     monkeypatch.setattr(ice_balance, "MAX_ITERATIONS", 30)  # a stalled balance takes all of them
-    ice, points, _ = some_ice("slice", 0.5, build.LINK * tolerance, build.agreement(tolerance))
-    content = ice.initial(0)
+    ice, points, _ = some_ice(
+        "slice", 0.5, build.INTERFACE_RESISTANCE * tolerance, build.agreement(tolerance)
+    )
+    heat_state = ice.initial(0)
     for _ in range(3):
-        content, stage = ice.stage(content, 1e-4, uneven_film(points, 1e-4))
+        heat_state, stage = ice.stage(heat_state, 1e-4, uneven_film(points, 1e-4))
     assert stage.melting.any() and not stage.melting.all()
 
 
@@ -460,10 +462,10 @@ def test_points_that_melt_and_freeze_in_turn_settle():
     dt = 1e-4
     resistance = float(columns.resistance(dt)[0])
     ice = columns.under(Contacts(grid.place(points), np.array(area)))
-    content, stage = ice.stage(ice.initial(5), dt, Given(power / resistance))
+    heat_state, stage = ice.stage(ice.initial(5), dt, Given(power / resistance))
     assert stage.melting.any() and not stage.melting.all()
     given = float(np.array(area) @ stage.ice_flux) * dt
-    assert ice.heat(content) @ grid.cell_area == pytest.approx(given, rel=1e-9)
+    assert ice.heat(heat_state) @ grid.cell_area == pytest.approx(given, rel=1e-9)
 
 
 @pytest.mark.three
@@ -471,16 +473,22 @@ def test_points_that_melt_and_freeze_in_turn_settle():
 def test_ice_for_a_longer_run_goes_on_below(model):
     lines = patch_lines(a_scene(model, 0.5))
     short, long = (
-        Continuum(lines, EVERYWHERE, Column(T_0, np.array([DURATION, duration])), LINK, AGREEMENT)
+        Continuum(
+            lines,
+            EVERYWHERE,
+            Column(T_0, np.array([DURATION, duration])),
+            INTERFACE_RESISTANCE,
+            AGREEMENT,
+        )
         for duration in (DURATION, 4.0 * DURATION)
     )
     depths = [ice.profile(ice.initial(0)).depths for ice in (short, long)]
     n = depths[0].size
     rise = np.sin(np.arange(1.0, n * short.grid.n_nodes + 1.0)).reshape(n, -1)
-    content = short.restored({"rise": rise[:, short.grid.own]})
+    heat_state = short.restored({"rise": rise[:, short.grid.own]})
     before, after = (
         ice.profile(one).kelvin
-        for ice, one in ((short, content), (long, long.restored(short.saved(content))))
+        for ice, one in ((short, heat_state), (long, long.restored(short.saved(heat_state))))
     )
     np.testing.assert_allclose(before - T_0, rise, atol=1e-11)
     np.testing.assert_allclose(after[:n], before, rtol=1e-13)

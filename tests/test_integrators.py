@@ -123,9 +123,11 @@ def test_every_step_is_positive_and_conserves_energy(name, dt):
         assert np.isfinite(step.state.log_height).all()
         assert (step.state.squeezed_height <= here.H_V).all()
         np.testing.assert_allclose(step.friction_work, step.ice_heat + step.latent_heat, rtol=1e-12)
-        gained = column.heat(step.state.ice) - column.heat(state.ice)
+        extrapolated_velocity = column.heat(step.state.ice) - column.heat(state.ice)
         # Stages of a step that is far too long are large and cancel.
-        np.testing.assert_allclose(gained, step.ice_heat, rtol=1e-6 if dt == 1.0 else 1e-10)
+        np.testing.assert_allclose(
+            extrapolated_velocity, step.ice_heat, rtol=1e-6 if dt == 1.0 else 1e-10
+        )
         temperature = column.surface_temperature(step.state.ice)
         assert (temperature <= MELTING_TEMPERATURE + 1e-8).all()
         assert (step.last.melt_power >= 0.0).all()

@@ -102,7 +102,7 @@ def test_what_a_law_remembers_has_its_column_its_field_and_goes_on(tmp_path):
     again = resumed(build_block(scene, MPI.COMM_SELF), saved)
     again.advance()
     np.testing.assert_allclose(
-        again.current.interface.memory, sliding.current.interface.memory, rtol=1e-9
+        again.current.interface.internal, sliding.current.interface.internal, rtol=1e-9
     )
 
 

@@ -64,9 +64,9 @@ def test_energy_closes_and_the_columns_follow_the_loads(kind):
     for corner in (0.2e-3, 0.4e-3, 0.6e-3):  # steps end there
         assert abs(times - corner).min() < 1e-15
     # the plate weighs what it should (with inertia but for its waves), slides as far as it should
-    swing = 0.05 if kind == "inertia" else 1e-4
+    velocity_error = 0.05 if kind == "inertia" else 1e-4
     np.testing.assert_allclose(
-        rows["normal_force_N"], 1e-6 * made.load.pressures(times), rtol=swing
+        rows["normal_force_N"], 1e-6 * made.load.pressures(times), rtol=velocity_error
     )
     assert rows["slip_m"][-1] == pytest.approx(3.0 * 0.2e-3 + 2.0 * 0.4e-3 + 0.4e-3, rel=1e-12)
     power = trapezoid(rows["friction_force_N"] * rows["speed_m_per_s"], times)

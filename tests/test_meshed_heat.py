@@ -91,11 +91,11 @@ def under_points(equation):
     points = np.stack([axis.ravel() for axis in across], axis=1)
     area = np.full(len(points), LENGTH ** points.shape[1] / len(points))
     mine = slice(WORLD.size - 1 - WORLD.rank, None, WORLD.size)
-    ice = MeshedIce(equation, Settings(ICE, T_0, link=1e-9, agreement=1e-8))
+    ice = MeshedIce(equation, Settings(ICE, T_0, interface_resistance=1e-9, agreement=1e-8))
     return ice.under(Contacts(ice.place(points[mine]), area[mine])), len(points[mine])
 
 
-def march(ice, content, times, flux, points, method="sdirk3"):
+def march(ice, heat_state, times, flux, points, method="sdirk3"):
     """Content at the last of `times` by steps between them, under flux(t), W/m2."""
     integrator = INTEGRATORS[method]
     diagonal = integrator.diagonal
@@ -103,23 +103,23 @@ def march(ice, content, times, flux, points, method="sdirk3"):
         changes = []
         for row, node in zip(integrator.rows, integrator.nodes, strict=True):
             parts = zip(row, changes, strict=True)
-            begin = content + sum(weight / diagonal * change for weight, change in parts)
+            begin = heat_state + sum(weight / diagonal * change for weight, change in parts)
             film = GivenFlux(np.full(points, flux(start + node * dt)))
             new, _ = ice.stage(begin, diagonal * dt, film)
             changes.append(new - begin)
-        content = new
-    return content
+        heat_state = new
+    return heat_state
 
 
 def rises_under_flux(equation, times, steps=24):
     """Surface rise (K) of all points at the `times` (s) under a constant flux."""
     ice, points = under_points(equation)
-    content, since, rises = ice.initial(points), 0.0, []
+    heat_state, since, rises = ice.initial(points), 0.0, []
     for until in times:
         graded = until * np.linspace(0.0, 1.0, steps + 1) ** 4
         passed = np.append(since, graded[graded > since])
-        content = march(ice, content, passed, lambda time: FLUX, points)
-        rises.append(np.concatenate(WORLD.allgather(ice.surface_temperature(content) - T_0)))
+        heat_state = march(ice, heat_state, passed, lambda time: FLUX, points)
+        rises.append(np.concatenate(WORLD.allgather(ice.surface_temperature(heat_state) - T_0)))
         since = until
     return np.array(rises)
 
@@ -154,8 +154,8 @@ def test_a_layer_on_a_held_base_comes_to_rest(dim, base):
     lines = [*surface_of(dim), np.linspace(-depth, 0.0, 6)]
     stack = (Layer("ice", depth, ICE),)
     ice, points = under_points(equation_of(lines, stack, base=("base", base)))
-    content = march(ice, ice.initial(points), [0.0, 1e4, 1e8], lambda t: FLUX / 10, points)
-    rise = ice.surface_temperature(content) - T_0 - base
+    heat_state = march(ice, ice.initial(points), [0.0, 1e4, 1e8], lambda t: FLUX / 10, points)
+    rise = ice.surface_temperature(heat_state) - T_0 - base
     np.testing.assert_allclose(rise, held_layer_rise(FLUX / 10, depth), rtol=1e-6)
 
 
@@ -169,16 +169,18 @@ def test_ice_that_passes_below_a_band_of_heat():
     )
     equation = HeatEquation(body, LayeredElements(body.mesh), of_regions(body, {"ice": ICE}))
     grid = SurfaceGrid.shared([line], MPI.COMM_SELF)
-    ice = PassingMeshedIce(equation, grid, Settings(ICE, T_0, link=1e-9, agreement=1e-8))
+    ice = PassingMeshedIce(
+        equation, grid, Settings(ICE, T_0, interface_resistance=1e-9, agreement=1e-8)
+    )
     heated = (line > 0.0) & (line < band + 0.5 * cell)
     contacts = Contacts(grid.own_nodes(), grid.cell_area)
-    content, parts = ice.initial(0), 4
+    heat_state, parts = ice.initial(0), 4
     for _ in range(line.size):
         for _ in range(parts):  # of the time in which a cell passes
             film = GivenFlux(FLUX * heated)
-            content, _ = ice.under(contacts).stage(content, cell / speed / parts, film)
-        content = ice.shifted(content, 1)
-    rise = ice.profile(content).kelvin[0] - T_0
+            heat_state, _ = ice.under(contacts).stage(heat_state, cell / speed / parts, film)
+        heat_state = ice.shifted(heat_state, 1)
+    rise = ice.profile(heat_state).kelvin[0] - T_0
     expected = 2.0 * FLUX * np.sqrt(band / (np.pi * speed)) / ICE.effusivity
     assert expected == pytest.approx(0.963, rel=1e-3)
     assert rise.max() == pytest.approx(expected, rel=0.01)
@@ -196,14 +198,14 @@ def test_bodies_pressed_together_meet_at_the_temperature_that_effusivities_weigh
     z, warmer = equation.x[:, -1] + depth, 10.0
     meeting = np.abs(z) < 1e-9
     shared = warmer * STEEL.effusivity / (ICE.effusivity + STEEL.effusivity)
-    content = np.where(z < 0.0, warmer, 0.0)
-    content[meeting] = shared
-    heat = ice.heat(content)
+    heat_state = np.where(z < 0.0, warmer, 0.0)
+    heat_state[meeting] = shared
+    heat = ice.heat(heat_state)
     for since, until in ((0.0, 0.1 * DURATION), (0.1 * DURATION, DURATION)):
         times = since + (until - since) * np.linspace(0.0, 1.0, 25) ** 3
-        content = march(ice, content, times, lambda t: 0.0, points)
-        np.testing.assert_allclose(content[meeting], shared, rtol=5e-4)
-    assert ice.heat(content) == pytest.approx(heat, rel=1e-12)
+        heat_state = march(ice, heat_state, times, lambda t: 0.0, points)
+        np.testing.assert_allclose(heat_state[meeting], shared, rtol=5e-4)
+    assert ice.heat(heat_state) == pytest.approx(heat, rel=1e-12)
 
 
 # --- manufactured solutions
@@ -290,8 +292,8 @@ def test_steps_have_the_order_of_their_integrator(method, order):
 
     def surface(steps, name):
         times = np.linspace(0.0, DURATION, steps + 1)
-        content = march(ice, ice.initial(points), times, pulse, points, name)
-        return float(ice.surface_temperature(content)[0])
+        heat_state = march(ice, ice.initial(points), times, pulse, points, name)
+        return float(ice.surface_temperature(heat_state)[0])
 
     def pulse(time):
         return FLUX * np.sin(np.pi * time / (1.4 * DURATION)) ** 4
@@ -332,7 +334,7 @@ def test_heat_of_a_slide_is_in_the_ice_within_its_temperatures(model):
     """Also while some of its surface melts. The ledger counts the whole block."""
     scene = thesis(*SLIDES[model])
     sliding = started(scene)
-    ledger, ice = Ledger(sliding), sliding.carrier.ice
+    ledger, ice = Ledger(sliding), sliding.frame.ice
     whole = 2.0 if model == "block" else scene.rubber.width
     initial, melting = scene.ice.temperature, scene.ice.melting_temperature
     melts, points, nodes, coldest = False, -np.inf, -np.inf, np.inf
@@ -341,7 +343,7 @@ def test_heat_of_a_slide_is_in_the_ice_within_its_temperatures(model):
         state, loads = sliding.current.interface, sliding.current.loads
         assert whole * ice.heat(state.ice) == pytest.approx(ledger.ice_heat, rel=1e-9)
         melts |= any(one.step.last.melting.any() for one in accepted.subcycles.substeps)
-        touching = sliding.carrier.ice_temperature(state, loads)[loads.pressure > 0.0]
+        touching = sliding.frame.ice_temperature(state, loads)[loads.pressure > 0.0]
         points, nodes = max(points, touching.max()), max(nodes, initial + state.ice.max())
         coldest = min(coldest, initial + state.ice.min())
     assert melts
@@ -479,10 +481,10 @@ def test_thin_ice_on_steel_that_is_held_colder(tmp_path):
         for _ in sliding.steps():
             pass
         current = sliding.current
-        surfaces.append(sliding.carrier.ice_temperature(current.interface, current.loads).mean())
-        equation, content = sliding.carrier.ice.equation, current.interface.ice
-        assert content.min() == pytest.approx(equation.base_rise, abs=1e-6)
-        assert (content[equation.held] == equation.base_rise).all() and equation.held.any()
+        surfaces.append(sliding.frame.ice_temperature(current.interface, current.loads).mean())
+        equation, heat_state = sliding.frame.ice.equation, current.interface.ice
+        assert heat_state.min() == pytest.approx(equation.base_rise, abs=1e-6)
+        assert (heat_state[equation.held] == equation.base_rise).all() and equation.held.any()
     assert surfaces[1] < surfaces[0] - 0.1
 
 

@@ -12,8 +12,8 @@ from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
 from iceslide_fem.rubber.time_discretisation import (  # noqa: E402
     Dynamic,
     QuasiStatic,
-    at_rest,
-    rested,
+    motion_at_rest,
+    quiescent_motion,
 )
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 
@@ -53,7 +53,7 @@ def vibrate(block, n_steps: int, radius: float) -> tuple[float, list[float]]:
     mode = 1e-5 * HEIGHT * np.cos(np.pi * z / HEIGHT)
     rubber.displacements[:, 1] += mode
     period = 2.0 * HEIGHT / np.sqrt(MODULUS / DENSITY)
-    motion = at_rest(values)
+    motion = motion_at_rest(values)
     start = np.zeros_like(motion.acceleration).reshape(-1, 2)
     start[:, 1] = -((2.0 * np.pi / period) ** 2) * mode
     motion = motion._replace(acceleration=start.ravel())
@@ -130,7 +130,7 @@ def test_the_first_steps_do_not_ring() -> None:
 def follow(times, way):
     """Motions of a quasi-static block of one unknown that is at `way(t)` at the `times`."""
     law = QuasiStatic()
-    motions = [at_rest(np.array([way(times[0])]))]
+    motions = [motion_at_rest(np.array([way(times[0])]))]
     for time in times[1:]:
         motions.append(law.end(motions[-1], time, np.array([way(time)])))
     return law, motions
@@ -138,15 +138,15 @@ def follow(times, way):
 
 def test_the_speed_that_is_not_foreseen_is_none_on_a_parabola_and_falls_with_the_step() -> None:
     law, motions = follow([0.0, 1.0, 1.5, 2.5], lambda t: 3.0 * t**2 - 2.0 * t)
-    assert law.unforeseen(motions[2], motions[3]) == pytest.approx(0.0, abs=1e-12)
+    assert law.velocity_error(motions[2], motions[3]) == pytest.approx(0.0, abs=1e-12)
     assert motions[3].acceleration == pytest.approx(6.0)
     _, rate = law.begin(motions[3], 3.5)
     predicted = rate.slope * (motions[3].displacements + motions[3].velocity) + rate.intercept
-    assert predicted + law.gained(motions[3], 3.5) == pytest.approx(6.0 * 3.5 - 2.0)
+    assert predicted + law.extrapolated_velocity(motions[3], 3.5) == pytest.approx(6.0 * 3.5 - 2.0)
 
     def of_a_wave(dt):
         law, motions = follow(dt * np.arange(4), lambda t: np.sin(t + 0.3))
-        foreseen = law.unforeseen(motions[2], motions[3])
+        foreseen = law.velocity_error(motions[2], motions[3])
         _, rate = law.begin(motions[2], motions[3].time)
         found = rate.slope * motions[3].displacements + rate.intercept
         return foreseen[0], found[0] - np.cos(motions[3].time + 0.3)
@@ -160,13 +160,13 @@ def test_a_corner_of_the_motion_shows_in_the_speed_that_is_not_foreseen() -> Non
     law, motions = follow([0.0, 1.0, 2.0, 3.0, 4.0], lambda t: max(t - 3.0, 0.0))
     _, rate = law.begin(motions[3], 4.0)
     error = rate.slope * motions[4].displacements + rate.intercept - 1.0
-    assert law.unforeseen(motions[3], motions[4])[0] > 2.0 * error[0] > 0.0
+    assert law.velocity_error(motions[3], motions[4])[0] > 2.0 * error[0] > 0.0
 
 
 def test_a_block_that_has_rested_is_expected_to_rest() -> None:
     law, motions = follow([0.0, 1.0, 2.0], lambda t: 0.5 * t)
-    still = rested(motions[2])
-    assert law.gained(still, 4.0) == 0.0
+    still = quiescent_motion(motions[2])
+    assert law.extrapolated_velocity(still, 4.0) == 0.0
     following = law.end(still, 4.0, still.displacements + 1.0)
-    assert law.unforeseen(still, following) == pytest.approx(0.5)
+    assert law.velocity_error(still, following) == pytest.approx(0.5)
     assert following.acceleration == pytest.approx(0.0)

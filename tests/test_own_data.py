@@ -12,7 +12,7 @@ from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
 from iceslide_fem.film.point import Conditions, simulate
-from iceslide_fem.preprocess.footprint.blocks import TreadBlock, TreadRubber, scene_text
+from iceslide_fem.preprocess.footprint.blocks import TreadBlock, scene_text
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
@@ -58,10 +58,10 @@ class ConstantFlux:
 def rise(solid, flux, n=1, steps=400):
     """Rise of a column's surface (K) under `flux` (W/m2) over the duration."""
     column = Column(np.full(n, 200.0), DURATION, solid=solid)
-    content = column.initial(n)
+    heat_state = column.initial(n)
     for dt in DURATION * np.diff(np.linspace(0.0, 1.0, steps + 1) ** 2):
-        content, _ = column.stage(content, dt, ConstantFlux(flux))
-    return column.surface_temperature(content) - 200.0, column.heat(content)
+        heat_state, _ = column.stage(heat_state, dt, ConstantFlux(flux))
+    return column.surface_temperature(heat_state) - 200.0, column.heat(heat_state)
 
 
 def test_a_surface_warms_with_one_over_the_effusivity():
@@ -80,15 +80,15 @@ def test_a_surface_warms_with_one_over_the_effusivity():
 def test_the_closed_form_flux_is_that_of_the_given_ice():
     solid = Solid(1.0, 500.0, 3000.0, 271.0, 2e5)
     ice = HalfSpace(np.array([267.0]), DURATION, solid)
-    content = ice.initial(1)
+    heat_state = ice.initial(1)
     for _ in range(20):
         stage_film = law.FilmOnIce(
             law.implicit_stage, np.log([70e-9]), np.zeros(1), 1e-4, loads(1e6)
         )
-        content, stage = ice.stage(content, 1e-4, stage_film)
+        heat_state, stage = ice.stage(heat_state, 1e-4, stage_film)
     expected = 1.0 * 4.0 / np.sqrt(np.pi * solid.diffusivity * 2e-3)
     assert stage.melting[0] and stage.ice_flux[0] == pytest.approx(expected, rel=1e-12)
-    assert ice.surface_temperature(content)[0] == pytest.approx(271.0, abs=1e-9)
+    assert ice.surface_temperature(heat_state)[0] == pytest.approx(271.0, abs=1e-9)
 
 
 def loads(power):
@@ -224,10 +224,11 @@ def test_an_integrated_step_keeps_energy_with_other_data():
 def test_a_footprint_takes_ice_and_water_of_its_own_and_hands_them_on():
     given = {"image": "a.png", "length": "0.1", "width": "0.1", "max_pressure": "4bar"}
     own = {"ice_material": "2,900,2000", "melting_temperature": "-2degC", "viscosity": "2mPa*s"}
-    ride = FootprintCase.of(given | own).ride
+    case = FootprintCase.of(given | own)
+    ride = case.ride
     assert ride.solid == Solid(2.0, 900.0, 2000.0, 271.15, ICE.latent_heat)
     block = TreadBlock(x=0.0, y=0.0, length=0.02, width=0.02, pressure=2e5, load=80.0)
-    scene = tomllib.loads(scene_text("b", block, 1.0, ride, TreadRubber("B", None, 8e-3)))
+    scene = tomllib.loads(scene_text("b", block, 1.0, case))
     made = scene_from_dict(scene)
     assert made.ice.solid == ride.solid and made.water.viscosity == ride.viscosity == 2e-3
     assert FootprintCase.of(given).ride.solid == ICE
@@ -335,14 +336,15 @@ def test_points_and_footprints_take_a_table_of_viscosities(tmp_path):
     path = tmp_path / "eta.csv"
     path.write_text("water temperature (degC), viscosity (mPa s)\n-10,2.64\n-5,2.14\n0,1.79\n")
     line = {"line": str(path), "viscosity": str(path), "speed": "3"}
-    ride = FootprintCase.of(line).ride
+    case = FootprintCase.of(line)
+    ride = case.ride
     assert ride.viscosity == table
     contact = ConstantContact(0.266, 29e-6, 2.86e-6)
     footprint = PressureMap(np.full((2, 70), 1e5), 3.0 * DURATION / 70, 1e-3)
     found = film_map(footprint, ride, contact, 1e-3)
     assert found.mean_friction(footprint) == pytest.approx(alone.mu_mean[0], rel=1e-3)
     block = TreadBlock(x=0.0, y=0.0, length=0.02, width=0.02, pressure=2e5, load=80.0)
-    text = scene_text("b", block, 1.0, ride, TreadRubber("B", None, 8e-3))
+    text = scene_text("b", block, 1.0, case)
     assert scene_from_dict(tomllib.loads(text)).water.table == table
     path.write_text("water temperature (degC), viscosity (mPa s)\n-10,1\n0,2\n")
     with pytest.raises(SceneError, match="--viscosity rises from row 1 to row 2"):

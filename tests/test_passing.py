@@ -16,10 +16,10 @@ from iceslide_fem.coupling.step_error import StepError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
-from iceslide_fem.interface.carriers import ContactLoads  # noqa: E402
+from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints  # noqa: E402
 from iceslide_fem.interface.ice_continuum import Continuum  # noqa: E402
-from iceslide_fem.interface.on_ice import OnIce, on_nodes  # noqa: E402
+from iceslide_fem.interface.on_ice import OnIce  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
 from iceslide_fem.interface.window import reaches  # noqa: E402
 from iceslide_fem.laws.film import FilmLaw  # noqa: E402
@@ -61,7 +61,13 @@ def a_window(kind, length, speed, comm=MPI.COMM_SELF):
     scene = passing(rubber__length=length, load__duration=1.5 * length / speed)
     lines = window_lines(scene, [(-length / 2, length / 2)])
     if kind == "continuum":
-        return Continuum(lines, comm, Column(T_0, 1.5 * length / speed), link=1e-5, agreement=1e-6)
+        return Continuum(
+            lines,
+            comm,
+            Column(T_0, 1.5 * length / speed),
+            interface_resistance=1e-5,
+            agreement=1e-6,
+        )
     return GridColumns(SurfaceGrid.shared(lines, comm), T_0, 1.5 * length / speed)
 
 
@@ -74,16 +80,16 @@ def test_band_source(kind, length, speed):
     cell = float(grid.lines[0][1] - grid.lines[0][0])
     n = 1000
     points = ((np.arange(n) + 0.5) / n - 0.5)[:, None] * length
-    content, dt = ice.initial(n), cell / speed
+    heat_state, dt = ice.initial(n), cell / speed
     below_nodes = ice.under(Contacts(grid.own_nodes(), grid.cell_area[grid.own]))
     coldest = 0.0
     for _ in range(int(1.3 * length / cell)):
         middle = points + np.array([0.5 * cell])
         flux = grid.scatter(np.full(n, q * length / n), grid.place(middle)) / grid.cell_area
-        content, _ = below_nodes.stage(content, dt, given_flux(flux[grid.own]))
-        coldest = min(coldest, float(np.min(below_nodes.surface_temperature(content) - T_0)))
-        content = ice.shifted(content, 1)
-    rise = grid.allgather(below_nodes.surface_temperature(content) - T_0)
+        heat_state, _ = below_nodes.stage(heat_state, dt, given_flux(flux[grid.own]))
+        coldest = min(coldest, float(np.min(below_nodes.surface_temperature(heat_state) - T_0)))
+        heat_state = ice.shifted(heat_state, 1)
+    rise = grid.allgather(below_nodes.surface_temperature(heat_state) - T_0)
     below = grid.interpolate(rise, grid.place(points))
     expected = band_source_rise(q, length, speed)
     assert below.max() == pytest.approx(expected, rel=0.01)
@@ -121,7 +127,7 @@ def test_transit_time_equivalence(heat):
     mu = shear @ side.area / (side.pressure @ side.area)
     assert mu == pytest.approx(float(point.mu_mean[0]), rel=1e-3)
     assert np.isfinite(point.saturation[0]) and np.isfinite(point.melt_onset[0])
-    height = sliding.carrier.film_height(state, side)
+    height = sliding.frame.film_height(state, side)
     age = (side.positions[:, 0].max() - side.positions[:, 0]) / 5.0
     expected = 0.32 * 1.8e-3 * 5.0 / (2e5 * point.samples[:, 0])
     inside = (age > 0.1e-3) & (age < 3.9e-3) & (side.pressure > 0)
@@ -149,9 +155,9 @@ def test_energy_ledger_closes_while_the_window_moves(heat, carrier):
     assert rows["slip_m"][-1] == pytest.approx(5e-3)
 
 
-def heat_in(ice, content):
+def heat_in(ice, heat_state):
     """Heat above the initial temperature in columns, J/m."""
-    return float(ice.heat(content) @ ice.grid.cell_area[ice.grid.own])
+    return float(ice.heat(heat_state) @ ice.grid.cell_area[ice.grid.own])
 
 
 def test_heat_given_is_the_heat_in_the_ice_trail_included():
@@ -162,7 +168,7 @@ def test_heat_given_is_the_heat_in_the_ice_trail_included():
     while sliding.current.time < scene.load.duration:
         subcycles = sliding.advance().subcycles
         given += sum(float(one.step.ice_heat @ one.area) for one in subcycles.substeps)
-    kept = heat_in(sliding.carrier.ice, sliding.current.interface.ice)
+    kept = heat_in(sliding.frame.ice, sliding.current.interface.ice)
     assert kept == pytest.approx(given, rel=1e-9)
 
 
@@ -177,15 +183,15 @@ def test_a_flux_that_is_no_number_is_not_converged(kind):
         ice.under(Contacts(at, np.full(50, 1e-5))).stage(ice.initial(50), 1e-6, film)
 
 
-def contents(thing):
+def heat_states(thing):
     """All that `thing` holds, for a comparison; but for what follows from a stage's dt alone."""
     if isinstance(thing, dict):
-        return {name: contents(value) for name, value in thing.items() if name != "_stage"}
+        return {name: heat_states(value) for name, value in thing.items() if name != "_stage"}
     if isinstance(thing, (list, tuple)):
-        return [contents(value) for value in thing]
+        return [heat_states(value) for value in thing]
     if not hasattr(thing, "__dict__"):
         return copy.deepcopy(thing) if isinstance(thing, (np.ndarray, float, int, str)) else None
-    return contents(vars(thing)) if type(thing).__module__.startswith("iceslide_fem") else None
+    return heat_states(vars(thing)) if type(thing).__module__.startswith("iceslide_fem") else None
 
 
 @pytest.mark.parametrize("heat", ["column", "continuum"])
@@ -199,11 +205,11 @@ def test_a_trial_step_leaves_no_trace_in_a_model(motion, carrier, heat):
     )  # fmt: skip
     sliding = started(scene)
     sliding.advance()
-    before = contents(sliding.carrier)
-    block, carrier, law = sliding.block, sliding.carrier, sliding.motion_law
+    before = heat_states(sliding.frame)
+    block, carrier, law = sliding.block, sliding.frame, sliding.motion_law
     step = CoupledStep(block, carrier, Plate(block), law, StepError(block, 1e-3))
     step.attempt(sliding.current, 1e-6, 1e-6)
-    np.testing.assert_equal(contents(sliding.carrier), before)
+    np.testing.assert_equal(heat_states(sliding.frame), before)
     assert before["ice"]
 
 
@@ -213,7 +219,7 @@ def test_a_trial_step_leaves_no_trace_in_a_model(motion, carrier, heat):
 def test_ice_is_below_all_that_touches_when_the_block_springs_forward(carrier, temperature):
     """Friction falls as warm ice melts: the block straightens by more than ten cells."""
     sliding = started(springing(carrier, temperature))
-    grid, farthest = sliding.carrier.ice.grid, 0.0
+    grid, farthest = sliding.frame.ice.grid, 0.0
     begin = touched(sliding).max()
     while sliding.current.time < 0.3e-3:
         sliding.advance()
@@ -297,7 +303,7 @@ def test_friction_power_is_the_same_on_both_sides():
     height = carrier.film_height(state, side)
     shear, _ = friction.shear(side.pressure, side.speed, height)
     of_points = float((shear * side.speed) @ side.area)
-    _, loads = on_nodes(friction, grid, side)
+    _, loads = carrier.on_nodes(side)
     area = grid.cell_area
     of_nodes = float((loads.viscous * loads.speed * np.exp(-state.log_height)) @ area)
     assert of_nodes == pytest.approx(of_points, rel=1e-12)
@@ -313,13 +319,13 @@ def test_a_shift_moves_whole_cells_and_lets_fresh_ice_in():
         squeezed_height=np.array([*range(8), 0.0, 0.0, 0.0]),
         ice=state.ice + np.arange(11.0),
     )
-    moved, rest, water = carrier.window_shifted(state, 2.25e-4)
+    moved, rest, water = carrier.shift_window(state, 2.25e-4)
     assert rest == pytest.approx(0.25e-4)
     assert water == pytest.approx((0.5 * 0.0 + 1.0 + 0.5 * 2.0) * 1e-4)  # half cells at the ends
     np.testing.assert_array_equal(moved.squeezed_height, [*range(2, 8), 0, 0, 0, 0, 0])
     np.testing.assert_array_equal(moved.ice[3], [*range(2, 11), 0, 0])
     np.testing.assert_allclose(np.exp(moved.log_height[-2:]), 70e-9)
-    assert carrier.window_shifted(state, 0.9e-4) == (state, 0.9e-4, 0.0)
+    assert carrier.shift_window(state, 0.9e-4) == (state, 0.9e-4, 0.0)
 
 
 def test_rubber_carrier_conserves_heat_with_points_that_share_strips():
@@ -329,14 +335,14 @@ def test_rubber_carrier_conserves_heat_with_points_that_share_strips():
     area = np.full(150, 0.8e-3 / 150)
     ice = ice.under(Contacts(grid.place(rng.uniform(0.1e-3, 0.9e-3, (150, 1))), area))
     flux = rng.uniform(2e5, 9e5, 150)
-    content, given, melted = ice.initial(150), 0.0, 0
+    heat_state, given, melted = ice.initial(150), 0.0, 0
     for _ in range(12):
-        content, stage = ice.stage(content, 5e-5, given_flux(flux))
+        heat_state, stage = ice.stage(heat_state, 5e-5, given_flux(flux))
         given += 5e-5 * float(area @ stage.ice_flux)
         melted += int(stage.melting.sum())
     assert melted > 100
-    assert heat_in(ice, content) == pytest.approx(given, rel=1e-9)
-    assert ice.surface_temperature(content).max() < 273.15 + 1e-2
+    assert heat_in(ice, heat_state) == pytest.approx(given, rel=1e-9)
+    assert ice.surface_temperature(heat_state).max() < 273.15 + 1e-2
 
 
 def test_the_cost_does_not_grow_with_the_distance():

@@ -147,8 +147,8 @@ def test_cells_of_the_upper_half_keep_their_volume_on_average(cells):
         energies.append(rubber.elastic_energy())
     a, h = 0.01 * SIZE, SIZE / 8.0
     across = (16.0 / 15.0 * h) ** (dim - 1) - (8.0 / 9.0 * h) ** (dim - 1)
-    swing = a**2 / B.D1 * 8.0 / (3.0 * h) * across
-    assert energies[0] - energies[1] == pytest.approx(swing, rel=1e-9)
+    velocity_error = a**2 / B.D1 * 8.0 / (3.0 * h) * across
+    assert energies[0] - energies[1] == pytest.approx(velocity_error, rel=1e-9)
 
 
 def test_inverted_elements_give_no_finite_forces():

@@ -10,7 +10,7 @@ from test_sliding import slide, uniform  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.film.rubber_heat import RubberColumns  # noqa: E402
-from iceslide_fem.interface.carriers import ContactLoads  # noqa: E402
+from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.interface.rubber_columns import RubberOverGrid  # noqa: E402
 from iceslide_fem.interface.surface_grid import SurfaceGrid  # noqa: E402
 from iceslide_fem.scene.materials import rubber_solid  # noqa: E402
@@ -35,10 +35,10 @@ def test_points_over_nodes_take_the_heat_that_the_nodes_give():
     rubber = rubber.above(resting, resting)
     at, area = grid.place(positions), resting.touching
     flux = rng.uniform(1e4, 9e4, 21) * (grid.scatter(area, at) > 0.0)
-    content = rubber.heated(rubber.initial(100), 1e-5, flux)
-    kept = float(rubber.column.heat(content) @ area)
+    heat_state = rubber.heated(rubber.initial(100), 1e-5, flux)
+    kept = float(rubber.column.heat(heat_state) @ area)
     assert kept == pytest.approx(1e-5 * float(flux @ grid.cell_area), rel=1e-12)
-    assert (rubber.column.heat(content)[area == 0.0] == 0.0).all()
+    assert (rubber.column.heat(heat_state)[area == 0.0] == 0.0).all()
 
 
 @pytest.mark.parametrize("heat", ["column", "continuum"])

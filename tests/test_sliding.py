@@ -390,7 +390,7 @@ def test_a_rejected_step_leaves_no_trace():
     copies = [
         np.array(part, copy=True) for part in (before.motion.displacements, *before.interface)
     ]
-    block, carrier, law = sliding.block, sliding.carrier, sliding.motion_law
+    block, carrier, law = sliding.block, sliding.frame, sliding.motion_law
     strict = StepError(block, 1e-3, replace(LIMITS, local=1e-9))
     with pytest.raises(StepRejected):
         CoupledStep(block, carrier, Plate(block), law, strict).attempt(before, 0.3e-3, 1e-5)

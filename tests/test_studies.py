@@ -198,9 +198,9 @@ def test_cost_of_a_step_is_shared_out_among_its_parts(tmp_path):
     mechanics = sum(parts.get(part, 0.0) for part in sliding_cost.MECHANICS)
     assert mechanics > parts.get("heat", 0.0)  # ten times as much
     assert 0.0 < sum(parts.values()) <= found["seconds"]
-    modules = {"rubber.tangent": "solves", "rubber.walls": "contact",
+    modules = {"rubber.tangent": "solves", "rubber.self_contact": "contact",
                "film.law": "film", "film.ice_heat": "heat",
-               "interface.carriers": "transfer", "output.fields": "output"}  # fmt: skip
+               "interface.film_frame": "transfer", "output.fields": "output"}  # fmt: skip
     assert all(
         sliding_cost.part_of(f"iceslide_fem.{name}") == part for name, part in modules.items()
     )

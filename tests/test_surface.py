@@ -45,9 +45,9 @@ def test_undeformed_block_covers_its_bottom(rubber):
 
 def test_polynomials_are_integrated_exactly(rubber):
     surface = contact_surface(rubber.space, rubber.facets("contact"), DEGREE)
-    at_rest = np.zeros_like(rubber.displacements)
-    area = surface.footprint(at_rest)
-    x = surface.positions(at_rest)[..., 0] / SIZE
+    motion_at_rest = np.zeros_like(rubber.displacements)
+    area = surface.footprint(motion_at_rest)
+    x = surface.positions(motion_at_rest)[..., 0] / SIZE
     face = SIZE ** (rubber.mesh.geometry.dim - 1)
     assert surface.total(x**4, area) == pytest.approx(face / 5)
 
@@ -55,9 +55,9 @@ def test_polynomials_are_integrated_exactly(rubber):
 def test_fewer_points_across_than_along_the_sliding_direction(rubber):
     facets, dim = rubber.facets("contact"), rubber.mesh.geometry.dim
     few = contact_surface(rubber.space, facets, DEGREE, across=1)
-    at_rest = np.zeros_like(rubber.displacements)
-    x, y = np.moveaxis(few.positions(at_rest)[..., :2] / SIZE, -1, 0)
-    area, face = few.footprint(at_rest), SIZE ** (dim - 1)
+    motion_at_rest = np.zeros_like(rubber.displacements)
+    x, y = np.moveaxis(few.positions(motion_at_rest)[..., :2] / SIZE, -1, 0)
+    area, face = few.footprint(motion_at_rest), SIZE ** (dim - 1)
     assert few.total(x**4, area) == pytest.approx(face / 5)
     if compat.cell_name(rubber.mesh) == "hexahedron":
         even = contact_surface(rubber.space, facets, DEGREE)

@@ -10,8 +10,7 @@ from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.restart import remembered, resumed  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
-from iceslide_fem.interface.carriers import ContactLoads  # noqa: E402
-from iceslide_fem.interface.on_ice import on_nodes  # noqa: E402
+from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.output.block_fields import BlockFields  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
@@ -48,19 +47,19 @@ def test_films_have_the_viscosity_of_their_temperature(carrier):
     covered = step.area > 0.0
     # rubber that covers a cell in part warms its film by that part only
     nearly = 1e-3 if carrier == "heat" else 2e-4
-    np.testing.assert_allclose(state.memory[0][covered], expected[covered], atol=nearly)
-    assert state.memory[0].min() < -0.002  # it has become thinner
+    np.testing.assert_allclose(state.internal[0][covered], expected[covered], atol=nearly)
+    assert state.internal[0].min() < -0.002  # it has become thinner
     missing = sum(one.energies.missing for one in accepted)
     # the block leaves its rest within these steps
     assert abs(missing) < 2e-3 * sum(one.energies.friction_work for one in accepted)
     row = slide_row(sliding, Ledger(sliding), accepted[-1])
-    warmest = scene.viscosity * np.exp(sliding.current.interface.memory[0].min())
+    warmest = scene.viscosity * np.exp(sliding.current.interface.internal[0].min())
     assert warmest < row.film_viscosity_Pa_s < 0.999 * scene.viscosity
     saved = remembered(sliding)
     sliding.advance()
     again = resumed(build_block(scene, MPI.COMM_SELF), saved)
     again.advance()
-    here, there = (one.current.interface.memory for one in (sliding, again))
+    here, there = (one.current.interface.internal for one in (sliding, again))
     np.testing.assert_allclose(there, here, atol=2e-6)
 
 
@@ -71,7 +70,7 @@ def test_fields_have_the_viscosity_of_the_films():
     accepted = [step for step, _ in zip(sliding.steps(), range(12), strict=False)][-1]
     grids = BlockFields(sliding, ("interface", "trail")).grids(accepted)
     name = "film viscosity (Pa s)"
-    expected = scene.viscosity * np.exp(sliding.current.interface.memory[0])
+    expected = scene.viscosity * np.exp(sliding.current.interface.internal[0])
     trail = grids["trail"].point_data
     assert not [other for other in trail if "viscosity" in other and other != name]
     np.testing.assert_allclose(np.sort(trail[name]), np.sort(expected))
@@ -113,16 +112,16 @@ def test_even_pressure_gives_the_point_rung():
 def test_points_are_sheared_with_the_power_that_the_nodes_take():
     """Power read at points equals that of the nodes to rounding, with a viscosity at each."""
     sliding = started(thesis(*COARSE, *CARRIERS["ice"], TABLE))
-    carrier, loads = sliding.carrier, sliding.current.loads
+    carrier, loads = sliding.frame, sliding.current.loads
     rng = np.random.default_rng(1)
     state = sliding.current.interface
     state = state._replace(
         log_height=state.log_height + rng.uniform(-1.0, 1.0, state.log_height.size),
-        memory=rng.uniform(-0.3, 0.0, state.memory.shape),
+        internal=rng.uniform(-0.3, 0.0, state.internal.shape),
     )
     assert isinstance(loads, ContactLoads)
     shear = carrier.sheared(state, loads)(loads.pressure, loads.speed)[0]
-    covered, nodal = on_nodes(carrier._friction, carrier.ice.grid, loads)
+    covered, nodal = carrier.on_nodes(loads)
     cell = carrier.ice.grid.cell_area[carrier.ice.grid.own]
-    power = nodal.viscous * nodal.speed * np.exp(state.memory[0] - state.log_height) * cell
+    power = nodal.viscous * nodal.speed * np.exp(state.internal[0] - state.log_height) * cell
     assert power[covered].sum() == pytest.approx(float(loads.touching @ (shear * loads.speed)))

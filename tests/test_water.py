@@ -13,7 +13,7 @@ from test_sliding import slide  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS  # noqa: E402
 from iceslide_fem.film.loads import squeeze_rate  # noqa: E402
-from iceslide_fem.interface.carriers import ContactLoads  # noqa: E402
+from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumns  # noqa: E402
 from iceslide_fem.interface.on_ice import OnIce  # noqa: E402
 from iceslide_fem.interface.surface_grid import SurfaceGrid  # noqa: E402
@@ -38,7 +38,7 @@ class EvenBlock:
         grid = SurfaceGrid([x], np.arange(x.size), MPI.COMM_SELF)
         friction = FilmLaw(ConstantContact(1e-9, D, H_V), None, 1.0)
         ice = GridColumns(grid, 269.15, 1e-2)
-        self.carrier = OnIce(friction, ice, H0, water_speed=share)
+        self.frame = OnIce(friction, ice, H0, water_speed=share)
         n = 8 * cells
         points = ((np.arange(n) + 0.5) / n - 0.5) * LENGTH
         touching = np.ones(n, dtype=bool)
@@ -46,7 +46,7 @@ class EvenBlock:
             touching[(points > gap[0]) & (points < gap[1])] = False
         pressure, area = np.where(touching, P, 0.0), np.full(n, LENGTH / n)
         self.loads = ContactLoads(points[:, None], pressure, area, np.full(n, speed), 0.0)
-        self.state = self.carrier.start(H0, n)
+        self.state = self.frame.start(H0, n)
         self.way = self.squeezed = self.lost = 0.0
         self.dt, self.speed = 0.5 * cell / speed, speed
 
@@ -54,21 +54,19 @@ class EvenBlock:
         while self.way < way * (1.0 - 1e-9):
             drift = self.speed * self.dt
             loads = replace(self.loads, offset=self.loads.offset + drift)
-            step = self.carrier.pass_over(
-                self.state, self.loads, loads, self.dt, INTEGRATORS["sdirk2"]
-            )
+            step = self.frame.advance(self.state, self.loads, loads, self.dt, INTEGRATORS["sdirk2"])
             rise = step.step.state.squeezed_height - self.state.squeezed_height
             self.squeezed += float(rise @ step.area)
-            moved, scraped = self.carrier.water_moved(step.step.state, self.loads, loads, self.way)
-            self.state, offset, left = self.carrier.window_shifted(moved, loads.offset)
+            moved, scraped = self.frame.water_moved(step.step.state, self.loads, loads, self.way)
+            self.state, offset, left = self.frame.shift_window(moved, loads.offset)
             self.lost += scraped + left
             self.loads, self.way = replace(loads, offset=offset), self.way + drift
         return self
 
     def heights(self):
         """Places behind the leading edge of the nodes below the rubber, and H_s there."""
-        below = self.carrier.water_areas(self.loads)[0] > 0.0
-        x = self.carrier.ice.grid.lines[0] - self.loads.offset
+        below = self.frame.water_areas(self.loads)[0] > 0.0
+        x = self.frame.ice.grid.lines[0] - self.loads.offset
         return 0.5 * LENGTH - x[below], self.state.squeezed_height[below]
 
 
@@ -105,7 +103,7 @@ def test_an_even_block_follows_the_characteristics_of_its_water(share, way, boun
 def test_water_is_conserved_to_rounding_also_across_a_sipe(share):
     block = EvenBlock(share, 50, gap=(-1e-3, 0.0), trail=3e-3).slide(4.0 * LENGTH)
     below, beside = (area @ block.state.squeezed_height for area in
-                     block.carrier.water_areas(block.loads))  # fmt: skip
+                     block.frame.water_areas(block.loads))  # fmt: skip
     assert block.squeezed == pytest.approx(below + beside + block.lost, rel=1e-12, abs=0.0)
     if share > 0.0:
         assert block.lost > 0.1 * block.squeezed

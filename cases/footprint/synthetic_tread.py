@@ -13,7 +13,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from iceslide_fem.preprocess.footprint.command import lines, run
+from iceslide_fem.preprocess.footprint.command import run
+from iceslide_fem.preprocess.footprint.summary import lines
 from iceslide_fem.preprocess.footprint.synthetic import Tread, coloured_picture, save
 
 HIGH = 4e5  # Pa, the upper end of the legend

@@ -13,15 +13,13 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from iceslide_fem.app.form import Texts
 from iceslide_fem.app.slider import Slider
 from iceslide_fem.film.doubts import WITHOUT_MELTING, partly_dry
-from iceslide_fem.preprocess.footprint.balance import SlidingLine, doubts
 from iceslide_fem.preprocess.footprint.case import FootprintCase, PixelBox
 from iceslide_fem.preprocess.footprint.line import (
     film_line,
     gaussian_profile,
     macroscopic_line,
-    state_names,
 )
-from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic, Source
+from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic, Source, State
 from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.tables import read_profile
 from iceslide_fem.runtime.arrays import Array
@@ -237,7 +235,7 @@ def curves(texts: Texts) -> dict[str, Any]:
         "flux": line.flux.tolist(),
         "temperature": (line.temperature - ZERO_CELSIUS).tolist(),
         "mu": line.mu.tolist(),
-        "state": state_names(line.state),
+        "state": [State(each).name.lower().replace("_", " ") for each in line.state],
     }
     film, dry = {}, []
     if case.film_law == "yes":
@@ -252,9 +250,8 @@ def curves(texts: Texts) -> dict[str, Any]:
         melting = float(found.melting[touching].mean())
         dry = partly_dry(melting) if melting else [f"The ice does not melt: {WITHOUT_MELTING}"]
     balance = line.balance
-    sliding = SlidingLine(float(pressure[pressure > 0.0].mean()), case.speed, case.slip)
     return {
-        "notes": [*doubts(line.mu_mean, sliding), *dry],
+        "notes": [*line.doubts, *dry],
         "series": series,
         "numbers": {
             "mu_mean": line.mu_mean,

@@ -118,7 +118,8 @@ def footprint(
         from rich.console import Console
         from rich.table import Table
 
-        from iceslide_fem.preprocess.footprint.command import lines, run
+        from iceslide_fem.preprocess.footprint.command import run
+        from iceslide_fem.preprocess.footprint.summary import lines
 
     figures = run(values, directory, force)
     table = Table(show_header=False)

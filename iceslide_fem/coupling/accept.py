@@ -17,7 +17,7 @@ from iceslide_fem.coupling.step_error import StepError, StepRejected
 from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.step_control import step_factor
-from iceslide_fem.interface.carriers import Carrier
+from iceslide_fem.interface.film_frame import FilmFrame
 from iceslide_fem.rubber.block import Block
 
 NEXT_SUBSTEPS = 0.9  # of the substeps that a step may have, in the next one
@@ -43,11 +43,11 @@ class CorrectedStep(NamedTuple):
 
 
 class Acceptance:
-    """Judges trial steps of `block` on `carrier`. All is collective."""
+    """Judges trial steps of `block` on `frame`. All is collective."""
 
-    def __init__(self, block: Block, carrier: Carrier, error: StepError, adaptive: bool) -> None:
+    def __init__(self, block: Block, frame: FilmFrame, error: StepError, adaptive: bool) -> None:
         """`adaptive`: whether somebody could choose a better step."""
-        self._block, self._carrier, self._error = block, carrier, error
+        self._block, self._frame, self._error = block, frame, error
         self._adaptive = adaptive
         # A plate that slows down lets rubber spring back, with what it has stored: swinging freely
         # it pushes with no more than the friction that sheared it.
@@ -104,14 +104,14 @@ class Acceptance:
         self, start: CoupledState, after: CoupledState
     ) -> tuple[CoupledState, float]:
         """The state after water and the window of ice have followed the block; lost water, m3."""
-        carrier, loads = self._carrier, after.loads
+        frame, loads = self._frame, after.loads
         comm = self._block.surface.comm
-        if not comm.allreduce(carrier.reaches(loads), op=MPI.LAND):
+        if not comm.allreduce(frame.reaches(loads), op=MPI.LAND):
             raise StepRejected("the block leaves its window of ice", 0.25)
         before = start.loads, loads, start.sliding_distance
-        moved, lost = carrier.water_moved(after.interface, *before)
+        moved, lost = frame.water_moved(after.interface, *before)
         distance = start.sliding_distance + (loads.offset - start.loads.offset)
-        interface, offset, left = carrier.window_shifted(moved, loads.offset)
+        interface, offset, left = frame.shift_window(moved, loads.offset)
         if offset != loads.offset:  # else they are the next step's own, with what is known of them
             loads = replace(loads, offset=offset)
         after = after._replace(interface=interface, loads=loads, sliding_distance=distance)

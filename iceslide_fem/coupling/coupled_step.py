@@ -28,10 +28,10 @@ from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.coupling.subcycling import Subcycling
 from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.step_control import GROW, step_factor
-from iceslide_fem.interface.carriers import Carrier, ContactLoads
+from iceslide_fem.interface.film_frame import ContactLoads, FilmFrame
 from iceslide_fem.laws.interface_law import Sheared
 from iceslide_fem.rubber.block import Block, SpeedLaw
-from iceslide_fem.rubber.time_discretisation import Motion, MotionLaw, rested
+from iceslide_fem.rubber.time_discretisation import Motion, MotionLaw, quiescent_motion
 from iceslide_fem.runtime.errors import NotConverged
 
 MANY_ITERATIONS = 10  # of Newton's method, after which the next step is shorter
@@ -51,7 +51,7 @@ class FilmStep(NamedTuple):
     subcycles: Subcycles
     sheared: list[Sheared]
     forces: list[float]
-    bend: float
+    nonlinearity: float
 
 
 class Balanced(NamedTuple):
@@ -76,20 +76,20 @@ class CoupledStep:
     def __init__(
         self,
         block: Block,
-        carrier: Carrier,
+        frame: FilmFrame,
         plate: Plate,
         motion_law: MotionLaw,
         error: StepError,
     ) -> None:
-        self._block, self._carrier, self._plate = block, carrier, plate
+        self._block, self._frame, self._plate = block, frame, plate
         self._motion_law, self._error = motion_law, error
         integrator = INTEGRATORS[block.scene.numerics.film_integrator]
-        self._subcycling = Subcycling(carrier, error, integrator, plate.passing)
+        self._subcycling = Subcycling(frame, error, integrator, plate.passing)
         self.adaptive = bool(integrator.estimate)
         # Under a law that is not viscous the shear may fall for long. What springs back makes heat,
         # which a block that is solved for now and then would not give.
-        self._may_skip = motion_law.may_rest and block.law.viscous
-        self._acceptance = Acceptance(block, carrier, error, self.adaptive)
+        self._may_skip = motion_law.may_skip and block.law.viscous
+        self._acceptance = Acceptance(block, frame, error, self.adaptive)
 
     def attempt(self, start: CoupledState, dt: float, film_dt: float) -> AcceptedStep:
         """A step of `dt` (s) from `start`, film and heat beginning with one of `film_dt` (s).
@@ -110,7 +110,7 @@ class CoupledStep:
         if film and rubber stayed as they are.
         """
         loads, (force, speed) = now.loads, self._plate.kinks(now.time)
-        sheared = self._carrier.sheared(now.interface, loads)
+        sheared = self._frame.sheared(now.interface, loads)
         _, by_pressure, by_speed = sheared(loads.pressure, loads.speed)
         rates = by_pressure * loads.pressure * force + by_speed * speed
         rate = self._block.total(rates, loads.area)
@@ -133,7 +133,7 @@ class CoupledStep:
             return None
         after = start._replace(
             time=end,
-            motion=rested(start.motion),
+            motion=quiescent_motion(start.motion),
             loads=loads,
             interface=subcycles.state,
             mechanics=start.mechanics._replace(friction_force=film.forces[-1]),
@@ -147,7 +147,7 @@ class CoupledStep:
         offset = start.loads.offset + plate.ice_passed(start.time, dt)
         loads = plate.slipping(plate.slip(rate, time), offset)
         if start.motion.smooth:
-            loads = plate.faster(loads, law.gained(start.motion, time))
+            loads = plate.faster(loads, law.extrapolated_velocity(start.motion, time))
         return loads
 
     def _film(
@@ -159,12 +159,14 @@ class CoupledStep:
         ends = start.loads, predicted
         subcycles = self._subcycling.advance(start.interface, *ends, dt, film_dt)
         film = self._of_subcycles(start, dt, subcycles)
-        parts, bend = self._error.straight_parts(film.forces, subcycles.ends)
+        parts, nonlinearity = self._error.straight_parts(film.forces, subcycles.ends)
         if parts < len(subcycles.ends) and self.adaptive:
             dt *= subcycles.ends[parts - 1]
             shorter = subcycles.first(parts)
-            return FilmStep(dt, shorter, film.sheared[:parts], film.forces[: parts + 1], bend)
-        return film._replace(bend=bend)
+            return FilmStep(
+                dt, shorter, film.sheared[:parts], film.forces[: parts + 1], nonlinearity
+            )
+        return film._replace(nonlinearity=nonlinearity)
 
     def _equilibrium(self, start: CoupledState, film: FilmStep) -> Balanced:
         """Block and film in turn until they agree. Raises StepRejected, NotConverged."""
@@ -181,7 +183,7 @@ class CoupledStep:
             again = self._subcycling.repeat(start.interface, *ends, dt, film.subcycles)
             before, after = film.subcycles.substeps[-1], again.substeps[-1]
             mismatches.append(self._error.of_coupling(before, after))
-            film = self._of_subcycles(start, dt, again)._replace(bend=film.bend)
+            film = self._of_subcycles(start, dt, again)._replace(nonlinearity=film.nonlinearity)
             if mismatches[-1] <= 1.0:
                 return Balanced(loads, film, iterations, mismatches[0])
         raise StepRejected("block and film do not agree", 0.4)
@@ -198,15 +200,19 @@ class CoupledStep:
         drift = self._error.of_motion(local, dt, area, self._elasticity(sheared, loads))
         if drift > 1.0:
             raise StepRejected("the block moves too fast", float(step_factor(drift, 2)))
-        motion, swing = self._velocity_error(start, motion, sheared, loads, film.forces, straight)
-        if swing > 1.0 and self.adaptive:  # at a kink of the velocity it is of first order
-            raise StepRejected("the block's speed changes too fast", float(step_factor(swing, 1)))
+        motion, velocity_error = self._velocity_error(
+            start, motion, sheared, loads, film.forces, straight
+        )
+        if velocity_error > 1.0 and self.adaptive:  # at a kink of the velocity it is of first order
+            raise StepRejected(
+                "the block's speed changes too fast", float(step_factor(velocity_error, 1))
+            )
         shear = sheared(loads.pressure, loads.speed)[0]
         still = sheared(loads.pressure, self._plate.with_still_rubber(loads, time).speed)[0]
         quiescent = self._may_skip and self._error.may_skip_mechanics(
             still, start.solved_shear, area
         )
-        stick_points, wall_heat = block.grip_after()
+        stick_points, wall_heat = block.stick_points_after()
         after = CoupledState(
             time,
             motion,
@@ -218,7 +224,7 @@ class CoupledStep:
             quiescent,
             stick_points,
         )
-        factor = float(step_factor(max(mismatch, drift, film.bend, swing), 2))
+        factor = float(step_factor(max(mismatch, drift, film.nonlinearity, velocity_error), 2))
         if iterations > MANY_ITERATIONS:
             factor = min(factor, SHORTER)
         subcycles, forces = film.subcycles, film.forces
@@ -237,20 +243,20 @@ class CoupledStep:
         of the `forces` (N), is from the predicted one; `straight`: before the block was solved for.
         """
         law, force = self._motion_law, forces[-1]
-        error = law.unforeseen(start.motion, end)
-        changes = error, error + law.gained(start.motion, end.time)
+        error = law.velocity_error(start.motion, end)
+        changes = error, error + law.extrapolated_velocity(start.motion, end.time)
         slips = (self._plate.faster(loads, -change) for change in changes)
         extrapolated, held = (
             self._block.total(sheared(loads.pressure, slip.speed)[0], loads.area) for slip in slips
         )
         smooth = abs(force - extrapolated) < SMOOTH * abs(force - held)
         end = end._replace(smooth=smooth)
-        swing = self._error.of_velocity(force, extrapolated, (held, straight))
-        if swing > 1.0 and self._error.may_snap(end.time - start.time):
-            swing = 0.0
+        velocity_error = self._error.of_velocity(force, extrapolated, (held, straight))
+        if velocity_error > 1.0 and self._error.may_snap(end.time - start.time):
+            velocity_error = 0.0
             if self._error.is_jump(force, extrapolated):
-                end = law.turned(start.motion, end)
-        return end, swing
+                end = law.behind_kink(start.motion, end)
+        return end, velocity_error
 
     def _elasticity(self, sheared: Sheared, loads: ContactLoads) -> float:
         """Of friction with the slip speed, v / F dF/dv: 1 of a viscous law. Collective."""
@@ -265,7 +271,7 @@ class CoupledStep:
     def _of_subcycles(self, start: CoupledState, dt: float, subcycles: Subcycles) -> FilmStep:
         """Friction over `subcycles` of a step of `dt` (s). Collective."""
         ends = list(zip(subcycles.substeps, subcycles.loads, strict=True))
-        sheared = [self._carrier.sheared(one.state, loads) for one, loads in ends]
+        sheared = [self._frame.sheared(one.state, loads) for one, loads in ends]
         forces = [start.mechanics.friction_force]
         for law, loads in zip(sheared, subcycles.loads, strict=True):
             shear = law(loads.pressure, loads.speed)[0]

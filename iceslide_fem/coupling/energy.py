@@ -22,8 +22,8 @@ class Mechanics(NamedTuple):
     """What the whole block does and stores at a moment.
 
     friction_force, N; plate_displacement, m; elastic_energy (of rubber and penalties) and
-    kinetic_energy (relative to the plate), J; mass_moment: mass times the way of its centre along x
-    relative to the plate, kg m.
+    kinetic_energy (relative to the plate), J; mass_moment: mass times the displacement of its
+    centre along x relative to the plate, kg m.
     """
 
     friction_force: float
@@ -98,9 +98,9 @@ def step_energies(
     times = [time, *(time + fraction * dt for fraction in subcycles.ends)]
     work = 0.0
     for (first, last), (force, final) in zip(pairwise(times), pairwise(forces), strict=True):
-        bend = (final - force) / 12.0 * (load.speeds.at(last) - load.speeds.at(first))
+        nonlinearity = (final - force) / 12.0 * (load.speeds.at(last) - load.speeds.at(first))
         mean = 0.5 * (force + final) * load.speeds.mean_between(first, last)
-        work += (mean + bend) * (last - first)
+        work += (mean + nonlinearity) * (last - first)
     acceleration = (load.speeds.at(end) - load.speeds.at(time)) / dt
     carried = acceleration * (after.mass_moment - before.mass_moment)
     weight = load.pressures.mean_between(time, end) * block.area

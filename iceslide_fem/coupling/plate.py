@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from iceslide_fem.interface.carriers import ContactLoads
+from iceslide_fem.interface.film_frame import ContactLoads
 from iceslide_fem.mesh.ice import window_cell
 from iceslide_fem.rubber.block import Block, SpeedLaw
 from iceslide_fem.rubber.time_discretisation import Rate

@@ -16,11 +16,11 @@ from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import CheckpointState
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.interface.carriers import Carrier, Ice
+from iceslide_fem.interface.film_frame import FilmFrame, Ice
 from iceslide_fem.interface.surface_grid import OwnNodes
 from iceslide_fem.rubber.block import Block
+from iceslide_fem.rubber.self_contact_friction import StickPoints
 from iceslide_fem.rubber.time_discretisation import Motion
-from iceslide_fem.rubber.wall_friction import Grip
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SceneError
 
@@ -149,10 +149,10 @@ class Layouts(NamedTuple):
     nodes: Layout
     points: Layout
     films: Layout
-    memory: Layout
+    internal: Layout
     ice: Layout
     rubber: Layout
-    walls: Layout
+    self_contact: Layout
 
 
 def node_layout(block: Block) -> PointLayout:
@@ -162,15 +162,15 @@ def node_layout(block: Block) -> PointLayout:
     return PointLayout(coordinates, space.dofmap.index_map.size_local, block.surface.comm)
 
 
-def layouts_of(block: Block, carrier: Carrier) -> Layouts:
+def layouts_of(block: Block, frame: FilmFrame) -> Layouts:
     """Layouts of everything that a sliding block remembers."""
     comm, surface = block.surface.comm, block.surface
     undeformed = surface.positions(np.zeros_like(block.rubber.displacements))
     undeformed = undeformed.reshape(surface.n_points, undeformed.shape[-1])
     points = PointLayout(undeformed, surface.n_points, comm)
 
-    walls = block.rubber.walls
-    at_walls = np.zeros((0, undeformed.shape[-1])) if walls is None else walls.points
+    self_contact = block.rubber.self_contact
+    at_walls = np.zeros((0, undeformed.shape[-1])) if self_contact is None else self_contact.points
 
     def layout(nodes: OwnNodes | None) -> Layout:
         return points if nodes is None else GridLayout(nodes)
@@ -178,9 +178,9 @@ def layouts_of(block: Block, carrier: Carrier) -> Layouts:
     return Layouts(
         node_layout(block),
         points,
-        layout(carrier.nodes),
-        layout(carrier.remembering),
-        _of_ice(carrier.ice, layout, comm),
+        layout(frame.nodes),
+        layout(frame.internal_nodes),
+        _of_ice(frame.ice, layout, comm),
         points,
         PointLayout(at_walls, len(at_walls), comm),
     )
@@ -194,8 +194,8 @@ def _of_ice(ice: Ice, layout: Callable[[OwnNodes | None], Layout], comm: MPI.Com
 
 def remembered(sliding: Sliding) -> dict[str, Any]:
     """All that later steps depend on, in tables: of arrays this rank's own. Collective."""
-    block, carrier, now = sliding.block, sliding.carrier, sliding.checkpoint_state()
-    layouts, dim = layouts_of(block, carrier), block.rubber.mesh.geometry.dim
+    block, frame, now = sliding.block, sliding.frame, sliding.checkpoint_state()
+    layouts, dim = layouts_of(block, frame), block.rubber.mesh.geometry.dim
     state, motion = now.interface, now.motion._asdict()
     nodes = {"start": now.start} | {name: motion[name] for name in MOVES}
     films = {"log_height": state.log_height, "squeezed_height": state.squeezed_height}
@@ -212,10 +212,10 @@ def remembered(sliding: Sliding) -> dict[str, Any]:
         "nodes": layouts.nodes.kept({k: v.reshape(-1, dim).T for k, v in nodes.items()}),
         "points": layouts.points.kept({"speed": now.speed, "shear": now.shear}),
         "films": layouts.films.kept(films),
-        "memory": layouts.memory.kept({"memory": state.memory} if len(state.memory) else {}),
-        "ice": layouts.ice.kept(carrier.ice.saved(state.ice)),
-        "rubber": layouts.rubber.kept(carrier.rubber.saved(state.rubber)),
-        "walls": layouts.walls.kept(_saved_grip(block, now.stick_points)),
+        "memory": layouts.internal.kept({"memory": state.internal} if len(state.internal) else {}),
+        "ice": layouts.ice.kept(frame.ice.saved(state.ice)),
+        "rubber": layouts.rubber.kept(frame.rubber.saved(state.rubber)),
+        "walls": layouts.self_contact.kept(_saved_grip(block, now.stick_points)),
     }
 
 
@@ -238,13 +238,13 @@ def resumed(
     nodes = {name: v.T.ravel() for name, v in node_layout(block).own(kept("nodes")).items()}
     block.rubber.u.x.array[:] = nodes["start"]  # where the ice was meshed
     sliding = Sliding(block, layers_for=state["layers_for"])
-    carrier = sliding.carrier
-    layouts = layouts_of(block, carrier)
+    frame = sliding.frame
+    layouts = layouts_of(block, frame)
     points, films = layouts.points.own(kept("points")), layouts.films.own(kept("films"))
-    memory = layouts.memory.own(kept("memory"))
+    internal = layouts.internal.own(kept("memory"))
     stick_points = None
-    if block.rubber.walls is not None and block.grip is not None:
-        stick_points = block.rubber.walls.restored(layouts.walls.own(kept("walls")))
+    if block.rubber.self_contact is not None and block.stick_points is not None:
+        stick_points = block.rubber.self_contact.restored(layouts.self_contact.own(kept("walls")))
     sliding.restore(
         CheckpointState(
             time=state["time"],
@@ -258,9 +258,9 @@ def resumed(
             interface=InterfaceState(
                 films["log_height"],
                 films["squeezed_height"],
-                carrier.ice.restored(layouts.ice.own(kept("ice"))),
-                carrier.rubber.restored(layouts.rubber.own(kept("rubber"))),
-                memory["memory"] if memory else np.zeros((0, films["log_height"].size)),
+                frame.ice.restored(layouts.ice.own(kept("ice"))),
+                frame.rubber.restored(layouts.rubber.own(kept("rubber"))),
+                internal["memory"] if internal else np.zeros((0, films["log_height"].size)),
             ),
             quiescent=state["steady"],
             sliding_distance=state["way"],
@@ -271,6 +271,6 @@ def resumed(
     return sliding
 
 
-def _saved_grip(block: Block, grip: Grip | None) -> Arrays:
-    walls = block.rubber.walls
-    return {} if walls is None or grip is None else walls.saved(grip)
+def _saved_grip(block: Block, stick_points: StickPoints | None) -> Arrays:
+    self_contact = block.rubber.self_contact
+    return {} if self_contact is None or stick_points is None else self_contact.saved(stick_points)

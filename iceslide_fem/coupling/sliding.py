@@ -16,11 +16,11 @@ from iceslide_fem.coupling.plate import Plate
 from iceslide_fem.coupling.state import AcceptedStep, CheckpointState, CoupledState
 from iceslide_fem.coupling.step_error import StepError, StepRejected
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.interface.build import carrier_of
-from iceslide_fem.interface.carriers import ContactLoads
+from iceslide_fem.interface.build import film_frame_of
+from iceslide_fem.interface.film_frame import ContactLoads
 from iceslide_fem.mesh.ice import cells_in_a_step
 from iceslide_fem.rubber.block import Block
-from iceslide_fem.rubber.time_discretisation import Dynamic, MotionLaw, QuasiStatic, at_rest
+from iceslide_fem.rubber.time_discretisation import Dynamic, MotionLaw, QuasiStatic, motion_at_rest
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped
 
@@ -58,19 +58,19 @@ class Sliding:
         self.block = block
         self._duration = scene.load.duration
         self.layers_for = layers_for or self._duration
-        self.carrier = carrier_of(block, self.layers_for)
+        self.frame = film_frame_of(block, self.layers_for)
         self.motion_law = _motion_law(block)
         self._plate = plate = Plate(block)
         self._longest = scene.numerics.max_step or LONGEST_STEP * self._duration
         if plate.passing < np.inf:  # no ice passes from cell to cell unseen
             self._longest = min(self._longest, cells_in_a_step(scene) * plate.passing)
         error = StepError(block, self._longest, limits)
-        self._step = CoupledStep(block, self.carrier, plate, self.motion_law, error)
+        self._step = CoupledStep(block, self.frame, plate, self.motion_law, error)
         first = FIRST_STEP * self._duration if self._step.adaptive else np.inf
         self._dt = min(first, self._longest)
         self._film_dt = self._dt
-        interface = self.carrier.start(scene.initial_height, block.surface.n_points)
-        loads, motion = plate.first_loads(), at_rest(block.rubber.u.x.array)
+        interface = self.frame.start(scene.initial_height, block.surface.n_points)
+        loads, motion = plate.first_loads(), motion_at_rest(block.rubber.u.x.array)
         self._start = motion.displacements
         shear = self.shear(interface, loads)
         mechanics = mechanics_of(block, shear, loads.area, self.motion_law, motion)
@@ -83,7 +83,7 @@ class Sliding:
             mechanics=mechanics,
             solved_shear=shear,
             quiescent=False,
-            stick_points=block.grip,
+            stick_points=block.stick_points,
             largest_friction_force=mechanics.friction_force,
         )
 
@@ -110,7 +110,7 @@ class Sliding:
         """Go to a moment of a run of this scene from the same start. Collective."""
         interface, motion = state.interface, state.motion
         self.block.rubber.u.x.array[:] = motion.displacements
-        self.block.hold(state.stick_points)
+        self.block.set_stick_points(state.stick_points)
         loads = self._plate.loads(state.speed, state.offset)
         self.current = CoupledState(
             time=state.time,
@@ -131,7 +131,7 @@ class Sliding:
 
     def shear(self, interface: InterfaceState, loads: ContactLoads) -> Array:
         """Friction stress on the ice at the points, (n,), Pa. Collective."""
-        return self.carrier.sheared(interface, loads)(loads.pressure, loads.speed)[0]
+        return self.frame.sheared(interface, loads)(loads.pressure, loads.speed)[0]
 
     @property
     def moment(self) -> str:
@@ -141,7 +141,7 @@ class Sliding:
     @property
     def n_dofs(self) -> int:
         """Unknowns of rubber and meshed ice on all ranks."""
-        return self.block.rubber.n_dofs + self.carrier.ice.n_dofs
+        return self.block.rubber.n_dofs + self.frame.ice.n_dofs
 
     def steps(self, between_trials: Rejection = lambda dt, reason: None) -> Iterator[AcceptedStep]:
         """All steps to the end of the slide (see `advance`), each committed when it is yielded."""
@@ -181,7 +181,7 @@ class Sliding:
                 continue
             last, cut = trial.dt == left, trial.dt == corner < self._dt
             self.current = trial.state
-            self.block.hold(trial.state.stick_points)
+            self.block.set_stick_points(trial.state.stick_points)
             if last:
                 self.current = self.current._replace(time=self._duration)
             following = trial.next_dt

@@ -7,10 +7,10 @@ from typing import NamedTuple
 from iceslide_fem.coupling.energy import Energies, Mechanics
 from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.interface.carriers import ContactLoads
+from iceslide_fem.interface.film_frame import ContactLoads
 from iceslide_fem.rubber.contact import ContactState
+from iceslide_fem.rubber.self_contact_friction import StickPoints
 from iceslide_fem.rubber.time_discretisation import Motion
-from iceslide_fem.rubber.wall_friction import Grip
 from iceslide_fem.runtime.arrays import Array
 
 
@@ -33,7 +33,7 @@ class CoupledState(NamedTuple):
     mechanics: Mechanics
     solved_shear: Array
     quiescent: bool
-    stick_points: Grip | None = None
+    stick_points: StickPoints | None = None
     sliding_distance: float = 0.0
     largest_friction_force: float = 0.0
 
@@ -58,11 +58,11 @@ class CheckpointState(NamedTuple):
     quiescent: bool
     sliding_distance: float
     largest_friction_force: float
-    stick_points: Grip | None
+    stick_points: StickPoints | None
 
 
 class AcceptedStep(NamedTuple):
-    """An accepted step: the state it leads to, and what happened on the way.
+    """An accepted step: the state it leads to, and what happened in it.
 
     dt: its length, and next_dt: that of the next one by its errors, s; subcycles: of film and heat;
     energies: its entries in the ledger; loads: the rubber's points at its end, before the window

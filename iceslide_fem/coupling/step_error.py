@@ -14,7 +14,7 @@ from iceslide_fem.coupling.energy import Energies
 from iceslide_fem.coupling.limits import LIMITS, StepLimits
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.viscosity import temperature_scale
-from iceslide_fem.interface.carriers import InterfaceStep
+from iceslide_fem.interface.film_frame import InterfaceStep
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.runtime.arrays import Array
 
@@ -98,10 +98,10 @@ class StepError:
         the line between the ends of that, as `of_line` has it.
         """
         for parts in range(len(ends), 0, -1):
-            bend = self.of_line(forces[: parts + 1], ends[:parts])
-            if bend <= 1.0:
+            nonlinearity = self.of_line(forces[: parts + 1], ends[:parts])
+            if nonlinearity <= 1.0:
                 break
-        return parts, bend
+        return parts, nonlinearity
 
     def of_velocity(self, force: float, extrapolated: float, straight: Sequence[float]) -> float:
         """How far the friction `force` (N) at the end of a step is from that by the predictor.

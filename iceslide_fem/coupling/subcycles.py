@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep
+from iceslide_fem.interface.film_frame import ContactLoads, InterfaceStep
 from iceslide_fem.runtime.arrays import Array
 
 

@@ -14,7 +14,7 @@ from iceslide_fem.coupling.step_error import StepError, StepRejected
 from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.film.integrators import Integrator, InterfaceState
 from iceslide_fem.film.step_control import step_factor
-from iceslide_fem.interface.carriers import Carrier, ContactLoads, InterfaceStep
+from iceslide_fem.interface.film_frame import ContactLoads, FilmFrame, InterfaceStep
 from iceslide_fem.runtime.errors import NotConverged
 
 SMALLEST_FRACTION = 1e-6  # of the coupled step
@@ -22,17 +22,17 @@ TOO_FAST = "film and heat change too fast"
 
 
 class Subcycling:
-    """Advances film and heat on `carrier` over coupled steps. All is collective."""
+    """Advances film and heat on `frame` over coupled steps. All is collective."""
 
     def __init__(
         self,
-        carrier: Carrier,
+        frame: FilmFrame,
         error: StepError,
         integrator: Integrator,
         longest: float = math.inf,
     ) -> None:
         """`longest`: of a substep, s."""
-        self._carrier, self._error, self._integrator = carrier, error, integrator
+        self._frame, self._error, self._integrator = frame, error, integrator
         self._longest, self._most = longest, error.limits.most_substeps
         self._adaptive = bool(integrator.estimate)
 
@@ -59,7 +59,7 @@ class Subcycling:
             loads = between(start, end, reached)
             may_shorten = self._adaptive and length >= SMALLEST_FRACTION * dt
             try:
-                trial = self._carrier.pass_over(state, points[-1], loads, length, self._integrator)
+                trial = self._frame.advance(state, points[-1], loads, length, self._integrator)
                 error = self._error.of_film(trial)
             except NotConverged:
                 if not may_shorten:
@@ -98,7 +98,7 @@ class Subcycling:
         for reached in before.ends:
             points.append(between(start, end, reached))
             length = (reached - done) * dt
-            one = self._carrier.pass_over(state, points[-2], points[-1], length, self._integrator)
+            one = self._frame.advance(state, points[-2], points[-1], length, self._integrator)
             error = self._error.of_film(one)
             if error > 2.0:
                 raise StepRejected(TOO_FAST, self._factor(error))

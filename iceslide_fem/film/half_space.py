@@ -19,11 +19,11 @@ ROUNDING = 1e-10
 class HalfSpace:
     """The thesis's closed-form flux after melting: lambda (T_m - T_0) / sqrt(pi alpha t), (5.6).
 
-    Up to melting the surface temperature is that of resolved conduction; from then on it is
-    T_m for good. (5.6) assumes that the surface jumped to T_m at t = 0; right after the onset it
-    is about half the true flux. t is the time in contact (the thesis's subroutine takes the run
-    time). Content: that of `Column` and a last row, t (s). From the onset on the column is held at
-    T_m and remembers so that melting has begun: a quantity that stages can be formed of.
+    Up to melting the surface temperature is that of resolved conduction; from then on it is T_m for
+    good. (5.6) assumes that the surface jumped to T_m at t = 0; right after the onset it is about
+    half the true flux. t is the time in contact (the thesis's subroutine takes the run time). Heat
+    state: that of `Column` and a last row, t (s). From the onset on the column is held at T_m and
+    remembers so that melting has begun: a quantity that stages can be formed of.
 
     At the onset the flux jumps. Where it comes within a step, the stage in which it does melts
     from its start, an error of the order of the step; steps that end on it are dry (`late`).
@@ -43,14 +43,14 @@ class HalfSpace:
         part._column = self._column.condensed(error)
         return part
 
-    def late(self, share: float) -> HalfSpace:
+    def late(self, band: float) -> HalfSpace:
         """The half-space for steps that end on the onset.
 
-        They do so within `share` of T_m - T_0: so much warmer than T_m a surface may get before it
+        They do so within `band` of T_m - T_0: so much warmer than T_m a surface may get before it
         melts, and twice as much colder it may be when it does.
         """
         part = copy(self)
-        part._late = share
+        part._late = band
         return part
 
     def take(self, index: Index) -> HalfSpace:
@@ -89,16 +89,16 @@ class HalfSpace:
         unmolten = np.where(molten, T_m, unmolten)
         return np.vstack([amplitudes, time]), result._replace(dry_temperature=unmolten)
 
-    def surface_temperature(self, content: Array) -> Array:
+    def surface_temperature(self, heat_state: Array) -> Array:
         """Temperature of the surface (K), shape (n_points,)."""
-        return self._column.surface_temperature(content[:-1])
+        return self._column.surface_temperature(heat_state[:-1])
 
-    def saved(self, content: Array) -> dict[str, Array]:
-        """What checkpoints keep of a content: that of `Column`, and the time in contact."""
-        return self._column.saved(content[:-1]) | {"time": content[-1:]}
+    def saved(self, heat_state: Array) -> dict[str, Array]:
+        """What checkpoints keep of a heat state: that of `Column`, and the time in contact."""
+        return self._column.saved(heat_state[:-1]) | {"time": heat_state[-1:]}
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
-        """Content of what was `saved`, also by one for shorter runs."""
+        """Heat state of what was `saved`, also by one for shorter runs."""
         return np.vstack([self._column.restored(saved), saved["time"]])
 
 

@@ -28,12 +28,12 @@ _ONE_ROOT, _NARROW = 1.0, 0.18
 class Terms(NamedTuple):
     """What the equation consists of at some height.
 
-    inverse: 1/h (1/m); thinning: squeezing h^2; filling: room / h; gain: heating / h (J/m3 over
+    inverse: 1/h (1/m); squeeze_out: squeezing h^2; filling: room / h; gain: heating / h (J/m3 over
     rho L); full, melts: where the free volume is full and the ice melts.
     """
 
     inverse: Array
-    thinning: Array
+    squeeze_out: Array
     filling: Array
     gain: Array
     full: Mask
@@ -67,14 +67,16 @@ class HeightEquation(NamedTuple):
         """The terms at ln h = y."""
         inverse = np.exp(-y)
         filling, gain = self.room * inverse, self.heating * inverse
-        thinning = inverse * inverse
-        np.divide(self.squeezing, thinning, out=thinning)
-        return Terms(inverse, thinning, filling, gain, thinning >= filling, gain > self.cooling)
+        squeeze_out = inverse * inverse
+        np.divide(self.squeezing, squeeze_out, out=squeeze_out)
+        return Terms(
+            inverse, squeeze_out, filling, gain, squeeze_out >= filling, gain > self.cooling
+        )
 
     def derivatives(self, y: Array, terms: Terms) -> tuple[Array, Array, Array]:
         """Residual and two derivatives, the first at least 0.1."""
-        inverse, thinning, filling, gain, full, melts = terms
-        squeezed = np.minimum(thinning, filling)
+        inverse, squeeze_out, filling, gain, full, melts = terms
+        squeezed = np.minimum(squeeze_out, filling)
         melted = np.minimum(gain, self.cooling)
         np.subtract(gain, melted, out=melted)
         melted *= inverse

@@ -1,9 +1,9 @@
 """Heat conduction below each contact point on its own: `column` ice.
 
-Every ice model offers the same three calls to the time integrator (see `IceHeat`): the content
+Every ice model offers the same three calls to the time integrator (see `IceHeat`): the heat state
 of heat at the start, one implicit stage in which the film is solved together with conduction, and
 the surface temperature. Below a point the stage is three lines: the ice's answer to a flux, the
-film above it, the content that has taken its heat.
+film above it, the heat state that has taken its heat.
 """
 
 from __future__ import annotations
@@ -34,17 +34,17 @@ EARLY = 0.02
 class IceHeat(Protocol):
     """Conduction in the ice as the time integrator sees it.
 
-    The content is an array whose first axis belongs to the model; values of one content may be
-    added and scaled, which is how Runge-Kutta stages are formed.
+    The heat state is an array whose first axis belongs to the model; values of one heat state may
+    be added and scaled, which is how Runge-Kutta stages are formed.
     """
 
     def initial(self, n_points: int) -> Array:
-        """Content of ice at its initial temperature."""
+        """Heat state of ice at its initial temperature."""
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
-        """Solve content = start + dt * rate(content) together with the film."""
+        """Solve heat state = start + dt * rate(heat state) together with the film."""
 
-    def surface_temperature(self, content: Array) -> Array:
+    def surface_temperature(self, heat_state: Array) -> Array:
         """Surface temperature at the contact points (K), shape (n_points,)."""
 
 
@@ -67,7 +67,7 @@ class Column:
     (W/m2) enters at the surface, and its temperature is T_s + sum phi_j^2 theta_j: an implicit
     stage costs one division per mode, for any step and any number of points. Where points have
     solids of their own, each has the mesh in thermal layers of its own: the rates are then the same
-    for all, and phi_j^2 goes with 1 / effusivity, the `gain`. Content: the theta_j, shape
+    for all, and phi_j^2 goes with 1 / effusivity, the `gain`. Heat state: the theta_j, shape
     (n_modes, n_points), in J/m2: what a mode would hold of the heat given to it, if it kept it all.
     depths: of the nodes, from 0 downwards, m.
 
@@ -124,7 +124,7 @@ class Column:
         That is relative to the rise at times near that of the slowest mode. What is wrong for a
         short time counts by that time: at t the error may be 1 + t_1 / t times as large, with
         t_1 = `EARLY` of the slowest mode's time, and before `error` of that time nothing counts;
-        both times are shorter by the share `shortest` where ice is heated no longer than that.
+        both times are shorter by the fraction `shortest` where ice is heated no longer than that.
         The modes are those of the same equations in the span of uniform warmth (so that heat is
         conserved) and of the column's answers to fluxes that grow as exp(s t), for rates s in even
         ratios: a Galerkin projection on a rational Krylov space, symmetric and stable as the
@@ -169,12 +169,12 @@ class Column:
         return part
 
     def initial(self, n_points: int) -> Array:
-        """Content of ice at its initial temperature, whatever the base is held at."""
-        content = np.zeros((self.rates.size, n_points))
+        """Heat state of ice at its initial temperature, whatever the base is held at."""
+        heat_state = np.zeros((self.rates.size, n_points))
         if self.rates[0] > 0.0:  # its base is held
             of_each = (self._storage / self.surface)[:, None]
-            content += of_each * (self.temperature - self._steady)
-        return content
+            heat_state += of_each * (self.temperature - self._steady)
+        return heat_state
 
     def decay(self, dt: Array | float) -> Array:
         """What an implicit stage of `dt` leaves of each mode, (n_modes, 1 or n_points)."""
@@ -196,13 +196,13 @@ class Column:
         return self._of_stage(dt).resistance
 
     def heated(self, start: Array, dt: Array | float, heat: Array) -> Array:
-        """Content at the end of the stage in which the surface took `heat` (J/m2, per point)."""
-        content = start + heat
-        content *= self._of_stage(dt).decay
-        return content
+        """Heat state at the end of the stage in which the surface took `heat` (J/m2, per point)."""
+        heat_state = start + heat
+        heat_state *= self._of_stage(dt).decay
+        return heat_state
 
     def cooled(self, start: Array, time: ArrayLike) -> Array:
-        """Content after a `time` (s), one for each point, without flux: exactly."""
+        """Heat state after a `time` (s), one for each point, without flux: exactly."""
         return np.asarray(start * np.exp(np.multiply.outer(-self.rates, time)))
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
@@ -217,44 +217,44 @@ class Column:
             self._stage = _OfStage(dt, decay, self._per_heat(decay) * dt)
         return self._stage
 
-    def _per_heat(self, content: Array) -> Array:
-        """What `content` adds to the temperature of the surface (K), shape (n_points,)."""
+    def _per_heat(self, heat_state: Array) -> Array:
+        """What `heat_state` adds to the temperature of the surface (K), shape (n_points,)."""
         if not self._gain.ndim:
-            return np.asarray((self._gain * self.surface**2) @ content)
-        return np.asarray(self._gain * (self.surface**2 @ content))
+            return np.asarray((self._gain * self.surface**2) @ heat_state)
+        return np.asarray(self._gain * (self.surface**2 @ heat_state))
 
-    def surface_temperature(self, content: Array) -> Array:
+    def surface_temperature(self, heat_state: Array) -> Array:
         """Temperature of the surface (K), shape (n_points,)."""
-        return self._steady + self._per_heat(content)
+        return self._steady + self._per_heat(heat_state)
 
-    def at_depths(self, content: Array) -> Array:
+    def at_depths(self, heat_state: Array) -> Array:
         """Temperature (K) at the `depths`, (n_depths, n_points), of the first point's solid."""
-        return self._steady + self._above(content)
+        return self._steady + self._above(heat_state)
 
-    def rise(self, content: Array) -> Array:
+    def rise(self, heat_state: Array) -> Array:
         """The same above the initial temperature."""
-        return self._above(content) + (self._steady - self.temperature)
+        return self._above(heat_state) + (self._steady - self.temperature)
 
-    def _above(self, content: Array) -> Array:
-        """Temperature (K) at the `depths` above the one without any content."""
-        return np.asarray(self._gain * ((self._modes * self.surface) @ content))
+    def _above(self, heat_state: Array) -> Array:
+        """Temperature (K) at the `depths` above the one without any heat state."""
+        return np.asarray(self._gain * ((self._modes * self.surface) @ heat_state))
 
-    def saved(self, content: Array) -> dict[str, Array]:
-        """What checkpoints keep of a content: temperatures (..., n_points), which know no modes."""
-        return {"rise": self.rise(content)}
+    def saved(self, heat_state: Array) -> dict[str, Array]:
+        """What checkpoints keep of a heat state: temperatures (..., n_points), without modes."""
+        return {"rise": self.rise(heat_state)}
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
-        """Content of what was `saved`, also by a column that ends higher: below is cold ice."""
+        """Heat state of what was `saved`, also by a column that ends higher: below is cold ice."""
         rise = np.zeros((self.depths.size, saved["rise"].shape[-1]))
         rise[: len(saved["rise"])] = saved["rise"]
         rise -= self._steady - self.temperature
         amplitudes = self._modes.T @ (self._capacity @ rise)
         return np.asarray(amplitudes / self.surface[:, None] / self._gain)
 
-    def heat(self, content: Array) -> Array:
+    def heat(self, heat_state: Array) -> Array:
         """Heat above the initial temperature (J/m2), shape (n_points,)."""
         steady = self._capacity.sum() * (self._steady - self.temperature)
-        return np.asarray((self._storage * self.surface) @ content + steady)
+        return np.asarray((self._storage * self.surface) @ heat_state + steady)
 
 
 def _warming(rates: Array, surface: Array, times: Array) -> Array:

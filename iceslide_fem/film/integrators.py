@@ -32,7 +32,7 @@ class Integrator(NamedTuple):
 
     `estimate` holds b - b_hat, the weights that give the local error; empty if the method has
     none and runs at fixed steps. `order` is that of the solution kept, `estimate_order` the
-    power of the step with which the estimate falls; `share` the local error allowed per step
+    power of the step with which the estimate falls; `allowed` the local error allowed per step
     relative to the error wanted of mu(t), as measured. `stage` is the film law's stage.
     """
 
@@ -41,7 +41,7 @@ class Integrator(NamedTuple):
     estimate: tuple[float, ...]
     order: int
     estimate_order: int
-    share: float = 1.0
+    allowed: float = 1.0
     stage: Callable[..., FilmStage] = implicit_stage
 
     @property
@@ -58,7 +58,7 @@ class Integrator(NamedTuple):
 def _sdirk2() -> Integrator:
     """Two stages, order 2, L-stable (Alexander 1977); estimate against implicit Euler."""
     g = 1.0 - 1.0 / np.sqrt(2.0)
-    return Integrator(g, ((), (1.0 - g,)), (-g, g), order=2, estimate_order=2, share=0.5)
+    return Integrator(g, ((), (1.0 - g,)), (-g, g), order=2, estimate_order=2, allowed=0.5)
 
 
 def _sdirk3() -> Integrator:
@@ -71,7 +71,7 @@ def _sdirk3() -> Integrator:
     b2_hat = (0.5 - g) / (c2 - g)
     estimate = (b1 - (1.0 - b2_hat), b2 - b2_hat, g)
     rows = ((), ((1.0 - g) / 2.0,), (b1, b2))
-    return Integrator(g, rows, estimate, order=3, estimate_order=3, share=0.1)
+    return Integrator(g, rows, estimate, order=3, estimate_order=3, allowed=0.1)
 
 
 INTEGRATORS = {
@@ -83,7 +83,7 @@ INTEGRATORS = {
 
 
 class InterfaceState(NamedTuple):
-    """History of the interface: ln h and H_s (m) per film, contents of heat of ice and rubber.
+    """History of the interface: ln h and H_s (m) per film, heat states of ice and rubber.
 
     memory: (m, n), see `film.law.Remembered`; of the film law only where the viscosity follows its
     temperature.
@@ -93,7 +93,7 @@ class InterfaceState(NamedTuple):
     squeezed_height: Array
     ice: Array
     rubber: Array = np.zeros((0, 1))
-    memory: Array = np.zeros((0, 1))
+    internal: Array = np.zeros((0, 1))
 
     def take(self, index: Index) -> InterfaceState:
         """The state at the points of `index`."""
@@ -245,7 +245,7 @@ def advance(
             stage.squeezed_height,
             new_ice,
             rubber.heated(begin.rubber, stage_dt, stage.rubber_flux),
-            acting.remembered(begin.memory, stage),
+            acting.remembered(begin.internal, stage),
         )
         stages.append(stage)
         changes.append(InterfaceState(*(b - a for a, b in zip(begin, new, strict=True))))

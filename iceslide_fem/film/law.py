@@ -46,7 +46,7 @@ class Remembered(Protocol):
         """H_s, m."""
 
     @property
-    def memory(self) -> Array:
+    def internal(self) -> Array:
         """(m, n)."""
 
 
@@ -75,7 +75,7 @@ def log_shearing(state: Remembered) -> Array:
 
     Linear in the state, and so it is of changes of states, too.
     """
-    return state.memory[0] - state.log_height if len(state.memory) else -state.log_height
+    return state.internal[0] - state.log_height if len(state.internal) else -state.log_height
 
 
 class Surface(NamedTuple):
@@ -121,7 +121,7 @@ class FilmStage(NamedTuple):
     overfill: Array
     ice_slope: Array
     rubber_flux: Array
-    memory: Array = np.zeros((0, 1))
+    internal: Array = np.zeros((0, 1))
     shearing: Array = np.zeros(1)
 
 

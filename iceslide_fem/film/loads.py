@@ -18,7 +18,7 @@ from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import InterfaceState, Step, error_norms
 from iceslide_fem.film.law import FilmStage, Remembered, Surface, log_shearing
 from iceslide_fem.film.rubber_heat import RubberHeat
-from iceslide_fem.film.viscosity import Thinning, settled
+from iceslide_fem.film.viscosity import VariableViscosity, consistent_viscosity
 from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.scene.materials import WATER_VISCOSITY
 
@@ -28,22 +28,22 @@ T = TypeVar("T", float, Array)
 class FilmLoads(NamedTuple):
     """What acts on the film at each point; arrays of one shape.
 
-    viscous: c = k eta v (Pa m), so that tau = c / h; speed: v (m/s); squeeze_rate: K3
-    (1/(m2 s)); free_height: H_V (m). With `thinning` eta follows the film's temperature, and
-    these are of its reference eta_0.
+    viscous: c = k eta v (Pa m), so that tau = c / h; speed: v (m/s); squeeze_rate: K3 (1/(m2 s));
+    free_height: H_V (m). With `variable_viscosity` eta follows the film's temperature, and these
+    are of its reference eta_0.
     """
 
     viscous: Array
     speed: Array
     squeeze_rate: Array
     free_height: Array
-    thinning: Thinning | None = None
+    variable_viscosity: VariableViscosity | None = None
 
     def take(self, index: Index) -> FilmLoads:
         """The loads at `index`."""
-        thinning = self.thinning and self.thinning.take(index)
+        variable_viscosity = self.variable_viscosity and self.variable_viscosity.take(index)
         viscous, speed, squeeze, free = (part.take(index, mode="clip") for part in self[:4])
-        return FilmLoads(viscous, speed, squeeze, free, thinning)
+        return FilmLoads(viscous, speed, squeeze, free, variable_viscosity)
 
     def at(self, end: FilmLoads, fraction: float) -> FilmLoads:
         """Loads at `fraction` of a step that ends with `end`, on straight lines."""
@@ -62,12 +62,12 @@ class FilmLoads(NamedTuple):
         """
         free = np.maximum(self.free_height, before.squeezed_height)
         loads = self._replace(free_height=free)
-        history = start.log_height, start.squeezed_height, dt, loads, start.memory
+        history = start.log_height, start.squeezed_height, dt, loads, start.internal
         return FilmOnIce(stage, *history)
 
     def remembered(self, before: Array, stage: FilmStage) -> Array:
         """Memory after the `stage`, of which it was `before` at its start."""
-        return stage.memory if len(before) else before
+        return stage.internal if len(before) else before
 
     def shear(self, state: InterfaceState, ice: IceHeat) -> Array:
         """tau (Pa), (n,), of films in `state`, whatever the ice."""
@@ -99,15 +99,15 @@ def film_loads(
     D: Array,
     H_V: Array,
     viscosity: Array | float = WATER_VISCOSITY,
-    thinning: Thinning | None = None,
+    variable_viscosity: VariableViscosity | None = None,
 ) -> FilmLoads:
     """Loads at `pressure` (Pa) and `speed` (m/s) for contact parameters k, D (m), H_V (m).
 
-    c = k eta v of (5.29), eta the `viscosity` (Pa s), with `thinning` its reference; no squeeze-out
-    where p <= 0.
+    c = k eta v of (5.29), eta the `viscosity` (Pa s), with `variable_viscosity` its reference; no
+    squeeze-out where p <= 0.
     """
     K3 = squeeze_rate(np.maximum(pressure, 0.0), D, viscosity)
-    return FilmLoads(k * viscosity * speed, speed, K3, H_V, thinning)
+    return FilmLoads(k * viscosity * speed, speed, K3, H_V, variable_viscosity)
 
 
 def interpolate(start: FilmLoads, end: FilmLoads, fraction: float) -> FilmLoads:
@@ -116,7 +116,7 @@ def interpolate(start: FilmLoads, end: FilmLoads, fraction: float) -> FilmLoads:
         return start
     ends = zip(start[:4], end[:4], strict=True)
     viscous, speed, squeeze, free = (a + fraction * (b - a) for a, b in ends)
-    return FilmLoads(viscous, speed, squeeze, free, end.thinning)
+    return FilmLoads(viscous, speed, squeeze, free, end.variable_viscosity)
 
 
 class FilmOnIce(NamedTuple):
@@ -130,7 +130,7 @@ class FilmOnIce(NamedTuple):
     squeezed_height: Array
     dt: Array | float
     loads: FilmLoads
-    memory: Array = np.zeros((0, 1))
+    internal: Array = np.zeros((0, 1))
 
     @property
     def power(self) -> Array:
@@ -139,8 +139,8 @@ class FilmOnIce(NamedTuple):
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
         """The law's stage above `ice`, with the viscosity of its end; it needs no first guess."""
-        loads, thinning = self.loads, self.loads.thinning
-        if thinning is None:
+        loads, variable_viscosity = self.loads, self.loads.variable_viscosity
+        if variable_viscosity is None:
             return self.law(self.log_height, self.squeezed_height, self.dt, loads, ice)
 
         def stage(log_viscosity: Array) -> tuple[Array, FilmStage]:
@@ -153,11 +153,13 @@ class FilmOnIce(NamedTuple):
             warm = ice.offset + ice.resistance * found.friction_power
             return np.minimum(warm, ice.solid.melting_temperature), found
 
-        log_viscosity, temperature, found = settled(stage, thinning, self.memory[0])
+        log_viscosity, temperature, found = consistent_viscosity(
+            stage, variable_viscosity, self.internal[0]
+        )
         # What is not molten makes less heat where the ice is warmer.
-        less = ice.resistance * found.friction_power * thinning.fall(temperature)
+        less = ice.resistance * found.friction_power * variable_viscosity.fall(temperature)
         return found._replace(
             ice_slope=np.where(found.melting, found.ice_slope, less / (1.0 + less)),
-            memory=log_viscosity[None],
+            internal=log_viscosity[None],
             shearing=np.exp(log_viscosity) * found.shearing,
         )

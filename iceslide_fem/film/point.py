@@ -121,14 +121,14 @@ def simulate(
     close = close_enough(tolerance) if alone else CLOSE
     control = StepControl(method, tolerance if fixed_step is None else None, close, dry)
 
-    def warm_now(state: InterfaceState, acting: FilmLoads) -> Array:
+    def melting_now(state: InterfaceState, acting: FilmLoads) -> Array:
         on_ice = heat.surface_temperature(state.ice)
         heating = acting.viscous * acting.speed
         return warmth(rubber.film_temperature(on_ice, state.rubber, heating, state))
 
     # The conditions that still run, when, how warm they are, how far the next event is (s), and
     # d ln h / dt.
-    active, time, warm = np.arange(n), np.zeros(n), warm_now(state, loads)
+    active, time, warm = np.arange(n), np.zeros(n), melting_now(state, loads)
     ahead, rate = np.full(n, np.inf), np.zeros(n)
     if fixed_step is None:
         power = loads.viscous * loads.speed / conditions.initial_height
@@ -177,7 +177,7 @@ def simulate(
         mu = tally.add(record, state, loads.viscous / pressure, here, loading)
         if observe is not None and good.any():
             observe(record)
-        warm_after, reached = warm_now(step.state, last), time + dt_try
+        warm_after, reached = melting_now(step.state, last), time + dt_try
         if fixed_step is None:
             expected = until(step, warm, warm_after, state.squeezed_height, last, slack)
         else:
@@ -188,8 +188,8 @@ def simulate(
         again = cuts[across] + 1
         cuts[:] = 0
         cuts[across] = again
-        share = np.where(again > LINES, np.minimum(event.fraction, 0.5), event.fraction)
-        expected[across] = share * dt_try[across]
+        fraction = np.where(again > LINES, np.minimum(event.fraction, 0.5), event.fraction)
+        expected[across] = fraction * dt_try[across]
         ahead, warm, time, rate = expected, warm_after, reached, growth
         state = taken(state, step.state, bad)
         if loading is not None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iceslide_fem.film.loads import FilmLoads, film_loads
-from iceslide_fem.film.viscosity import Thinning
+from iceslide_fem.film.viscosity import VariableViscosity
 from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.scene.course import Course
 from iceslide_fem.scene.materials import (
@@ -84,9 +84,9 @@ class Conditions(NamedTuple):
 
     def loads(self, water: ViscosityTable | None = None) -> FilmLoads:
         """The film's loads, constant in time; with `water` the viscosity is that table's at T_0."""
-        thinning = None if water is None else Thinning(water, self.viscosity)
+        variable_viscosity = None if water is None else VariableViscosity(water, self.viscosity)
         contact = self.k, self.D, self.H_V
-        return film_loads(self.pressure, self.speed, *contact, self.viscosity, thinning)
+        return film_loads(self.pressure, self.speed, *contact, self.viscosity, variable_viscosity)
 
     @property
     def solid(self) -> Solid:

@@ -1,7 +1,7 @@
 """Onset of melting and saturation of the free volume at a point: where in a step, and when next.
 
-Both set in where a progress gets to 1: H_s / H_V, and w |w| with the film's share of the way to the
-melting point w = (T_f - T_0) / (T_m - T_0). Under a constant flux w^2 is a straight line over
+Both set in where a progress gets to 1: H_s / H_V, and w |w| with the film's fraction of the way to
+the melting point w = (T_f - T_0) / (T_m - T_0). Under a constant flux w^2 is a straight line over
 time; the sign is that of films below T_0, under rubber that is colder than the ice.
 """
 
@@ -35,10 +35,10 @@ class Warmth(NamedTuple):
 
     def __call__(self, temperature: Array) -> Array:
         """Of films of that temperature (K)."""
-        share = temperature - self.cold
-        share /= self.span
-        share *= np.abs(share)
-        return share
+        band = temperature - self.cold
+        band /= self.span
+        band *= np.abs(band)
+        return band
 
     def take(self, index: Index) -> Warmth:
         """Of the films at `index`."""
@@ -46,24 +46,24 @@ class Warmth(NamedTuple):
 
 
 def events(
-    step: Step, start: Array, filled: Array, loads: FilmLoads, warmth: Warmth, share: float
+    step: Step, start: Array, filled: Array, loads: FilmLoads, warmth: Warmth, band: float
 ) -> Events:
     """What sets in during `step`, on straight lines of the progress.
 
     `start` is w |w| and `filled` H_s / H_V at its start, `loads` are those at its end: what is full
     and stays so under a pressure that falls, while H_V rises, does not become so anew. A step that
-    ends within `share` of an event (relative to T_m - T_0 and to H_V) ends on it, one that goes
+    ends within `band` of an event (relative to T_m - T_0 and to H_V) ends on it, one that goes
     past it is to end half as far behind it.
     """
     warm = warmth(step.last.dry_temperature)
     overfilled = step.last.overfill / loads.free_height
     overfilled += 1.0
-    past_onset, melting = _switches(start, warm, 2.0 * share)
-    past_full, full = _switches(filled, overfilled, share)
+    past_onset, melting = _switches(start, warm, 2.0 * band)
+    past_full, full = _switches(filled, overfilled, band)
     across = np.flatnonzero(past_onset | past_full)
     fraction = np.minimum(
-        _crossing(start[across], warm[across], 2.0 * share),
-        _crossing(filled[across], overfilled[across], share),
+        _crossing(start[across], warm[across], 2.0 * band),
+        _crossing(filled[across], overfilled[across], band),
     )
     return Events(across, np.maximum(fraction, 0.01), melting, full)
 
@@ -78,7 +78,7 @@ def onset_below(flux: Array, undercooling: Array, solid: Solid) -> Array:
 
 
 def until(
-    step: Step, start: Array, end: Array, squeezed: Array, loads: FilmLoads, share: float
+    step: Step, start: Array, end: Array, squeezed: Array, loads: FilmLoads, band: float
 ) -> Array:
     """How long after `step` the next event is to be expected, infinite where none is (s).
 
@@ -87,14 +87,14 @@ def until(
     """
     now, free = step.state.squeezed_height, loads.free_height
     with np.errstate(divide="ignore", invalid="ignore"):
-        melts = (1.0 + share - end) * step.dt
+        melts = (1.0 + band - end) * step.dt
         melts /= end - start
         rate = step.change.squeezed_height / step.stage_dt
         bend = squeezed - now
         bend /= step.dt
         bend += rate
         bend /= step.dt
-        room = (1.0 + 0.5 * share) * free
+        room = (1.0 + 0.5 * band) * free
         room -= now
         fills = 2.0 * room
         bend *= fills
@@ -104,27 +104,27 @@ def until(
         fills /= rate
     # What lies behind, or is not ahead at all, is not expected.
     none = melts <= 0.0
-    none |= end >= 1.0 - 2.0 * share
+    none |= end >= 1.0 - 2.0 * band
     melts[none] = np.inf
     np.less_equal(fills, 0.0, out=none)
-    none |= room <= 1.5 * share * free
+    none |= room <= 1.5 * band * free
     fills[none] = np.inf
     return np.fmin(np.fmin(melts, fills, out=fills), np.inf, out=fills)
 
 
-def _switches(start: Array, end: Array, share: float) -> tuple[Mask, Mask]:
+def _switches(start: Array, end: Array, band: float) -> tuple[Mask, Mask]:
     """Which steps go past an event, and which end on it."""
-    begins = end >= 1.0 - share
-    begins &= start < 1.0 - share
-    past = end > 1.0 + share
+    begins = end >= 1.0 - band
+    begins &= start < 1.0 - band
+    past = end > 1.0 + band
     past &= begins
     begins ^= past
     return past, begins
 
 
-def _crossing(start: Array, end: Array, share: float) -> Array:
-    """Fraction of steps that ends half a `share` behind an event, 1 where none is gone past."""
-    past = _switches(start, end, share)[0]
+def _crossing(start: Array, end: Array, band: float) -> Array:
+    """Fraction of steps that ends half a `band` behind an event, 1 where none is gone past."""
+    past = _switches(start, end, band)[0]
     fraction = np.ones_like(end)
-    np.divide(1.0 + 0.5 * share - start, end - start, out=fraction, where=past)
+    np.divide(1.0 + 0.5 * band - start, end - start, out=fraction, where=past)
     return fraction

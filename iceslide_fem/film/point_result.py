@@ -63,7 +63,7 @@ class Record(NamedTuple):
     active: which conditions those are; good: where the step is accepted; time: at its start (s);
     dt: its length (s); loads: the film's at its end; step: the step; melting, full: where melting
     has begun and the free volume is full by the end of the step; pressure: nominal at its end (Pa);
-    ice: the model whose content the step has.
+    ice: the model whose heat state the step has.
     """
 
     active: Index

@@ -35,22 +35,22 @@ MAX_PASSES = 20
 
 
 class RubberHeat(Protocol):
-    """Conduction in the rubber as the time integrator sees it; content as for `IceHeat`."""
+    """Conduction in the rubber as the time integrator sees it; heat state as for `IceHeat`."""
 
     def initial(self, n_points: int) -> Array:
-        """Content of rubber at its initial temperature, under `n_points` contact points."""
+        """Heat state of rubber at its initial temperature, under `n_points` contact points."""
 
     def over(self, film: Film, start: Array) -> Film:
-        """The film of one implicit stage below this rubber, whose content is `start`."""
+        """The film of one implicit stage below this rubber, whose heat state is `start`."""
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
-        """Content at the end of an implicit stage with `flux` (W/m2) where the films live."""
+        """Heat state at the end of an implicit stage with `flux` (W/m2) where the films live."""
 
-    def surface_temperature(self, content: Array) -> Array:
+    def surface_temperature(self, heat_state: Array) -> Array:
         """Temperature of the rubber's surface where the films live (K)."""
 
     def film_temperature(
-        self, ice: Array, content: Array, heating: Array, films: Remembered
+        self, ice: Array, heat_state: Array, heating: Array, films: Remembered
     ) -> Array:
         """T_f (K) between ice whose surface has `ice` (K) and this rubber.
 
@@ -62,10 +62,10 @@ class RubberHeat(Protocol):
 
 
 class Insulated:
-    """Rubber that takes no heat: the default. Content: nothing, shape (0, n_points)."""
+    """Rubber that takes no heat: the default. Heat state: nothing, shape (0, n_points)."""
 
     def initial(self, n_points: int) -> Array:
-        """No content."""
+        """No heat state."""
         return np.zeros((0, n_points))
 
     def over(self, film: Film, start: Array) -> Film:
@@ -73,15 +73,15 @@ class Insulated:
         return film
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
-        """No content."""
+        """No heat state."""
         return start
 
-    def surface_temperature(self, content: Array) -> Array:
+    def surface_temperature(self, heat_state: Array) -> Array:
         """One for all points, of no consequence."""
         return np.zeros(1)
 
     def film_temperature(
-        self, ice: Array, content: Array, heating: Array, films: Remembered
+        self, ice: Array, heat_state: Array, heating: Array, films: Remembered
     ) -> Array:
         """That of the ice."""
         return ice
@@ -90,12 +90,12 @@ class Insulated:
         """The same."""
         return self
 
-    def saved(self, content: Array) -> dict[str, Array]:
+    def saved(self, heat_state: Array) -> dict[str, Array]:
         """Nothing, of so many points."""
-        return {"rise": content}
+        return {"rise": heat_state}
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
-        """No content."""
+        """No heat state."""
         return saved["rise"]
 
     def covered(self, cover: Array) -> Insulated:
@@ -129,7 +129,7 @@ WATER_FILM = HalfFilm()
 class RubberSurface(NamedTuple):
     """The rubber's answer within one implicit stage: T_r = offset + resistance * q; arrays.
 
-    offset (K) and resistance (K m2/W) where there is contact; cover: share of the film's area
+    offset (K) and resistance (K m2/W) where there is contact; cover: fraction of the film's area
     that is in contact, 0 to 1; half_film: what conducts between it and the ice.
     """
 
@@ -142,8 +142,8 @@ class RubberSurface(NamedTuple):
 class RubberColumns:
     """Columns of rubber above the points that carry the films.
 
-    All are in contact, but for what `covered` says. Content: amplitudes (n_modes, n_points) as for
-    `Column`.
+    All are in contact, but for what `covered` says. Heat state: amplitudes (n_modes, n_points) as
+    for `Column`.
     """
 
     def __init__(
@@ -176,20 +176,20 @@ class RubberColumns:
         return RubberSurface(answer.offset, answer.resistance, self._cover, self.half_film)
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
-        """Content after a stage with `flux` (W/m2) at the points."""
+        """Heat state after a stage with `flux` (W/m2) at the points."""
         return self.column.heated(start, dt, dt * flux)
 
-    def surface_temperature(self, content: Array) -> Array:
+    def surface_temperature(self, heat_state: Array) -> Array:
         """Temperature at the points (K)."""
-        return self.column.surface_temperature(content)
+        return self.column.surface_temperature(heat_state)
 
     def film_temperature(
-        self, ice: Array, content: Array, heating: Array, films: Remembered
+        self, ice: Array, heat_state: Array, heating: Array, films: Remembered
     ) -> Array:
         """T_f = min(T_m, (T_i + T_r + q_f / G) / 2) at the points (K)."""
         power = heating * np.exp(log_shearing(films))
         rise = power * self.half_film.resistance(films.log_height)
-        free = 0.5 * (ice + self.surface_temperature(content) + rise)
+        free = 0.5 * (ice + self.surface_temperature(heat_state) + rise)
         return np.minimum(self.melting_temperature, free)
 
     def take(self, index: Index) -> RubberColumns:
@@ -198,12 +198,12 @@ class RubberColumns:
         part.column = self.column.take(index)
         return part
 
-    def saved(self, content: Array) -> dict[str, Array]:
-        """What checkpoints keep of a content: that of `Column`."""
-        return self.column.saved(content)
+    def saved(self, heat_state: Array) -> dict[str, Array]:
+        """What checkpoints keep of a heat state: that of `Column`."""
+        return self.column.saved(heat_state)
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
-        """Content of what was `saved`, also by rubber for shorter runs."""
+        """Heat state of what was `saved`, also by rubber for shorter runs."""
         return self.column.restored(saved)
 
     def covered(self, cover: Array) -> RubberColumns:

@@ -77,7 +77,7 @@ class StepControl(NamedTuple):
             return Trial(step, np.isfinite(step.state.log_height), dt)
         free = end.free_height / SQUEEZED
         error = error_norms(step, ice, free, temperature_scale, rubber, self.dry)
-        error /= method.share * self.tolerance
+        error /= method.allowed * self.tolerance
         factor = step_factor(error, method.estimate_order, GROW_ALONE)
         return Trial(step, error <= 1.0, dt * factor)
 

@@ -25,7 +25,7 @@ MOST_PASSES = 100
 WARMER = 1e-3  # K, over which the fall of the viscosity is taken
 
 
-class Thinning(NamedTuple):
+class VariableViscosity(NamedTuple):
     """ln(eta(T) / eta_0) of a `table`; eta_0 is the `reference`, Pa s, for all points or each."""
 
     table: ViscosityTable
@@ -39,10 +39,10 @@ class Thinning(NamedTuple):
         """- d ln eta / dT (1/K) from there upwards, (n,)."""
         return (self(temperature) - self(temperature + WARMER)) / WARMER
 
-    def take(self, index: Index) -> Thinning:
+    def take(self, index: Index) -> VariableViscosity:
         """The same at the points of `index`."""
         reference = self.reference
-        return Thinning(
+        return VariableViscosity(
             self.table, reference[index] if isinstance(reference, np.ndarray) else reference
         )
 
@@ -59,21 +59,25 @@ def temperature_scale(undercooling: Scale, table: ViscosityTable | None) -> Scal
     return np.minimum(undercooling, 1.0 / steepest) if steepest > 0.0 else undercooling
 
 
-def settled(
-    stage: Callable[[Array], tuple[Array, Stage]], thinning: Thinning, start: Array
+def consistent_viscosity(
+    stage: Callable[[Array], tuple[Array, Stage]],
+    variable_viscosity: VariableViscosity,
+    start: Array,
 ) -> tuple[Array, Array, Stage]:
     """ln(eta / eta_0), (n,), that its own stage's temperature (K) gives; temperature and stage.
 
     `stage` says temperature and stage of a ln(eta / eta_0), `start` where to begin. Secants, kept
     inside the bracket that the residual's signs give; what is left after all passes is NaN.
     """
-    ends = np.log([max(thinning.table.viscosity), min(thinning.table.viscosity)])
-    highest, lowest = (end - np.log(thinning.reference) for end in ends)
+    ends = np.log(
+        [max(variable_viscosity.table.viscosity), min(variable_viscosity.table.viscosity)]
+    )
+    highest, lowest = (end - np.log(variable_viscosity.reference) for end in ends)
     high, low = np.broadcast_to(highest, start.shape), np.broadcast_to(lowest, start.shape)
     here, before, residual_before = start, start, np.full_like(start, np.nan)
     for _ in range(MOST_PASSES):
         temperature, found = stage(here)
-        aim = thinning(temperature)
+        aim = variable_viscosity(temperature)
         residual = here - aim
         if not (np.abs(residual) > SETTLED).any():
             return here, temperature, found

@@ -12,8 +12,8 @@ what they give, solves one linear system, and goes as far along its solution as 
 falls (M. Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2003) 865: it is the primal-dual
 active set method where the films only switch between two lines).
 
-Points are joined to the surface through a thin `link` (K m2/W), so that the flux of one that melts
-is a function of its temperature, and unique.
+Points are joined to the surface through a thin `interface_resistance` (K m2/W), so that the flux of
+one that melts is a function of its temperature, and unique.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ MOST_ITERATIONS = 40
 MOST_PLACES = 16
 FALLEN = 0.5  # of the slope along a change: then it goes far enough
 # Of the agreement: how nearly the surface is balanced, so that any number of ranks finds the same,
-# and how closely a linear system is solved, as films answer by 1 / link times as much.
+# and how closely a linear system is solved, as films answer by 1 / interface_resistance times as
+# much.
 SETTLED, CLOSE = 1e-2, 1e-5
 SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
 UNSETTLED = "the melting part of the ice's surface does not settle"
@@ -50,11 +51,11 @@ class Asked(NamedTuple):
 
 
 class Begin(NamedTuple):
-    """What is the same in all of a stage: content and rise (K) at its start, capacity over its
+    """What is the same in all of a stage: heat state and rise (K) at its start, capacity over its
     length (W/K), conduction and its diagonal (W/K), the power (W) of sources and of a held base.
     """
 
-    content: Array
+    heat_state: Array
     rise: Array
     capacity: Array
     conduction: PETSc.Mat
@@ -115,12 +116,12 @@ class Balance:
         inside._heating = power
         return inside
 
-    def temperature(self, content: Array) -> Array:
+    def temperature(self, heat_state: Array) -> Array:
         """At all that is read, K. Collective."""
-        return self._T_0 + self._meeting.reads.of(self._bodies.rise(content))
+        return self._T_0 + self._meeting.reads.of(self._bodies.rise(heat_state))
 
     def stage(self, start: Array, dt: float, film: Film) -> tuple[Array, FilmStage]:
-        """Content at the end of a stage of `dt` (s) from `start`, and the film's. Collective.
+        """Heat state at the end of a stage of `dt` (s) from `start`, and the film's. Collective.
 
         Raises NotConverged.
         """
@@ -154,25 +155,25 @@ class Balance:
         between which it passes 0 are drawn together, by secants and by halves in turn.
         """
         low, first = 0.0, self._dot(change, before.imbalance)
-        share, high, above, below = 1.0, np.inf, first, 0.0
+        step_length, high, above, below = 1.0, np.inf, first, 0.0
         for attempt in range(MOST_PLACES):
-            there = rise + share * change
+            there = rise + step_length * change
             asked = self._asked(begin, film, there, before.answer.stage.log_height)
             slope = self._dot(change, asked.imbalance)
-            if slope >= -FALLEN * first and (share == 1.0 or slope <= FALLEN * first):
+            if slope >= -FALLEN * first and (step_length == 1.0 or slope <= FALLEN * first):
                 break
             if slope < 0.0:
-                high, below = share, slope
+                high, below = step_length, slope
             else:
-                low, above = share, slope
+                low, above = step_length, slope
             part = above / (above - below) if attempt % 2 == 0 else 0.5
-            share = low + (high - low) * part
+            step_length = low + (high - low) * part
         return there, asked
 
     def _asked(self, begin: Begin, film: Film, rise: Array, near: Array) -> Asked:
         answer = self._contact.ask(film, self._T_0 + self._meeting.reads.of(rise), near)
         given = self._meeting.reads.given(answer.given) + begin.power
-        kept = begin.capacity * (self._bodies.content(rise) - begin.content)
+        kept = begin.capacity * (self._bodies.heat_state(rise) - begin.heat_state)
         return Asked(answer, given - kept - self._conducted(begin.conduction, rise))
 
     def _settled(self, begin: Begin, asked: Asked) -> bool:
@@ -184,12 +185,12 @@ class Balance:
         return bool(most <= SETTLED * self._agreement)
 
     def _kept(self, rise: Array, imbalance: Array, dt: float) -> Array:
-        """The content with all heat in it: what the solver has left warms all of a body alike."""
+        """The heat state with all heat: what the solver has left warms a body evenly."""
         warmer = [
             one.warmed(left, dt)
             for one, left in zip(self._bodies.equations, self._bodies.parts(imbalance), strict=True)
         ]
-        return self._bodies.content(rise) + np.concatenate(warmer)
+        return self._bodies.heat_state(rise) + np.concatenate(warmer)
 
     def _tangent(self, begin: Begin, rise: Array, slopes: Array) -> PETSc.Mat:
         """Capacity and conduction at a rise, and the falls of what the films give."""

@@ -36,19 +36,19 @@ class Bodies:
         self._own_ranges = [one.conduction.getOwnershipRanges() for one in equations]
 
     def initial(self) -> Array:
-        """Content at t = 0, K, (n_own,)."""
+        """Heat state at t = 0, K, (n_own,)."""
         return np.concatenate([one.initial() for one in self.equations])
 
-    def rise(self, content: Array) -> Array:
-        """Rise (K) of a content."""
-        return self._each("rise", content)
+    def rise(self, heat_state: Array) -> Array:
+        """Rise (K) of a heat state."""
+        return self._each("rise", heat_state)
 
-    def content(self, rise: Array) -> Array:
-        """Content of a rise (K)."""
-        return self._each("content", rise)
+    def heat_state(self, rise: Array) -> Array:
+        """Heat state of a rise (K)."""
+        return self._each("heat_state", rise)
 
     def steepness(self, rise: Array) -> Array:
-        """Derivative of the content with the rise."""
+        """Derivative of the heat state with the rise."""
         return self._each("steepness", rise)
 
     def conducting(self, rise: Array) -> Conducting:

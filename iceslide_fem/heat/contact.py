@@ -1,7 +1,7 @@
 """What films give to the bodies around them, at the temperatures that are read at their points.
 
-Points are joined to the surfaces through a thin `link` (K m2/W), so that the flux of one that melts
-is a function of its temperature, and unique.
+Points are joined to the surfaces through a thin `interface_resistance` (K m2/W), so that the flux
+of one that melts is a function of its temperature, and unique.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ class AboveIce(NamedTuple):
 
     area: Array
     solid: Solid
-    link: float
+    interface_resistance: float
 
     def ask(self, film: Film, temperature: Array, near: Array) -> Answer:
         """What they give to the ice."""
-        links = np.full_like(temperature, self.link)
-        stage = film.solve(Surface.of(temperature, links, self.solid), near)
-        slopes = (self.area * stage.ice_slope / self.link)[None]
+        resistances = np.full_like(temperature, self.interface_resistance)
+        stage = film.solve(Surface.of(temperature, resistances, self.solid), near)
+        slopes = (self.area * stage.ice_slope / self.interface_resistance)[None]
         return Answer(stage, self.area * stage.ice_flux, slopes)
 
 
@@ -58,7 +58,7 @@ class BetweenIceAndRubber(NamedTuple):
 
     area: Array
     solid: Solid
-    link: float
+    interface_resistance: float
     half_film: HalfFilm
 
     def ask(self, film: Film, temperature: Array, near: Array) -> Answer:
@@ -69,9 +69,9 @@ class BetweenIceAndRubber(NamedTuple):
         G_i G_r / (G_i + G_r) of both.
         """
         below, above = np.split(temperature, 2)
-        links, cover = np.full_like(below, self.link), np.ones_like(below)
-        ice = Surface.of(below, links, self.solid)
-        rubber = RubberSurface(above, links, cover, self.half_film)
+        resistances, cover = np.full_like(below, self.interface_resistance), np.ones_like(below)
+        ice = Surface.of(below, resistances, self.solid)
+        rubber = RubberSurface(above, resistances, cover, self.half_film)
         stage = FilmBetween(film, rubber).solve(ice, near)
         to_ice, to_rubber, _ = parallel(ice, rubber, stage.log_height)
         through = to_ice * to_rubber / (to_ice + to_rubber)

@@ -105,28 +105,28 @@ class HeatEquation:
         return int(self.conduction.getSize()[0])
 
     def initial(self) -> Array:
-        """Content at t = 0, K: none but of the held base."""
-        return self.content(np.where(self.held, self.base_rise, 0.0))
+        """Heat state at t = 0, K: none but of the held base."""
+        return self.heat_state(np.where(self.held, self.base_rise, 0.0))
 
-    def heat(self, content: Array) -> float:
+    def heat(self, heat_state: Array) -> float:
         """Heat above the initial temperature, J (J/m in a slice), but the base's. Collective."""
-        own = float(self.capacity @ np.where(self.held, 0.0, content))
+        own = float(self.capacity @ np.where(self.held, 0.0, heat_state))
         return float(self.comm.allreduce(own, op=MPI.SUM))
 
-    def rise(self, content: Array) -> Array:
-        """Rise (K), (n_own,), of a content: the same where the capacity is constant."""
-        return content
+    def rise(self, heat_state: Array) -> Array:
+        """Rise (K), (n_own,), of a heat state: the same where the capacity is constant."""
+        return heat_state
 
-    def content(self, rise: Array) -> Array:
-        """Content (K): the rise that its heat would make at the initial capacity."""
+    def heat_state(self, rise: Array) -> Array:
+        """Heat state (K): the rise that its heat would make at the initial capacity."""
         return rise
 
-    def nodal(self, content: Array) -> Array:
+    def nodal(self, heat_state: Array) -> Array:
         """Rise (K) at all local dofs of the space, ghosts included. Collective."""
-        return np.asarray(np.real(self.elements.values(self.rise(content)).x.array))
+        return np.asarray(np.real(self.elements.values(self.rise(heat_state)).x.array))
 
     def steepness(self, rise: Array) -> Array:
-        """Derivative of the content with the rise."""
+        """Derivative of the heat state with the rise."""
         return np.ones_like(rise)
 
     def conducting(self, rise: Array) -> Conducting:

@@ -2,13 +2,13 @@
 
     rho c(T) dT/dt = div(lambda(T) grad T)
 
-The content is the rise that the heat of an unknown would make at the initial capacity c_0,
+The heat state is the rise that the heat of an unknown would make at the initial capacity c_0,
 
     w = int c(T) / c_0 dT  from the initial temperature,
 
 so that heat is C_0 w and conserved, as the capacity is diagonal. Unknowns on the face of a layer
-below have the ice's share of their capacity so, and the other as it is. The conductivity in a stage
-is that at its start.
+below have the ice's fraction of their capacity so, and the other as it is. The conductivity in a
+stage is that at its start.
 """
 
 from __future__ import annotations
@@ -89,22 +89,22 @@ class TabulatedHeat(HeatEquation):
         self._first = float(self._heat_capacity.at(np.array(temperature)))
         self._now: PETSc.Mat | None = None
 
-    def content(self, rise: Array) -> Array:
-        """Content (K): the rise that its heat would make at the initial capacity."""
+    def heat_state(self, rise: Array) -> Array:
+        """Heat state (K): the rise that its heat would make at the initial capacity."""
         kelvin, first = self._T_0 + rise, np.array(self._T_0)
         heat = self._heat_capacity.integral(kelvin) - self._heat_capacity.integral(first)
         return np.asarray(self._share * heat / self._first + (1.0 - self._share) * rise)
 
     def steepness(self, rise: Array) -> Array:
-        """Derivative of the content with the rise."""
+        """Derivative of the heat state with the rise."""
         relative = self._heat_capacity.at(self._T_0 + rise) / self._first
         return np.asarray(self._share * relative + 1.0 - self._share)
 
-    def rise(self, content: Array) -> Array:
-        """Rise (K) of a content, by Newton's method: capacities change slowly."""
-        rise = content.copy()
+    def rise(self, heat_state: Array) -> Array:
+        """Rise (K) of a heat state, by Newton's method: capacities change slowly."""
+        rise = heat_state.copy()
         for _ in range(PASSES):
-            change = (content - self.content(rise)) / self.steepness(rise)
+            change = (heat_state - self.heat_state(rise)) / self.steepness(rise)
             rise = rise + change
             if not np.abs(change).max(initial=0.0) > CLOSE:
                 break

@@ -20,10 +20,10 @@ from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
 from iceslide_fem.interface.on_ice import OnIce
 from iceslide_fem.interface.on_rubber import Attached, AttachedBetween, OnRubber, Rubbing
 from iceslide_fem.interface.passing_mesh import PassingMeshedIce, PassingMeshedIceAndRubber
-from iceslide_fem.interface.remembering_ice import RememberingIce
 from iceslide_fem.interface.rubber_columns import RubberOverGrid
 from iceslide_fem.interface.rubber_mesh import MeshedIceAndRubber, MeshedRubber
 from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid, own_points
+from iceslide_fem.interface.user_law_on_ice import UserLawOnIce
 from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.laws.user_law import UserLaw
 from iceslide_fem.mesh import gmsh_model
@@ -39,14 +39,14 @@ from iceslide_fem.scene.thermal_layers import HEATED_LAYERS
 # Of continuum ice, relative to the tolerance: the error of fewer modes than its mesh has; what is
 # between its points and it, of the resistance of the layers that the shortest heating reaches. 25
 # times that moves mu(t) by eight times the tolerance where points saturate (docs/accuracy.md).
-CONDENSED, LINK = 0.005, 3e-4
+CONDENSED, INTERFACE_RESISTANCE = 0.005, 3e-4
 # How far (K) its points and it may disagree, relative to the tolerance. Much less closely found,
-# what single points give would be arbitrary: temperatures differ by as little over the link. The
-# stiffer that is, the more of them is rounding, by so much (K) over the tolerance.
+# what single points give would be arbitrary: temperatures differ by as little over the resistance.
+# The stiffer that is, the more of them is rounding, by so much (K) over the tolerance.
 AGREEMENT, ROUNDING = 1e-2, 1e-11
 
 
-def carrier_of(block: Block, layers_for: float | None = None) -> Attached | OnRubber | OnIce:
+def film_frame_of(block: Block, layers_for: float | None = None) -> Attached | OnRubber | OnIce:
     """Carrier of the films below the block at its present displacements. Collective.
 
     layers_for (s): what conducts heat has the layers of a run of that duration, and more below them
@@ -97,7 +97,7 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     _, footprint = _footprint(block)
     lines = window_lines(scene, footprint)
     law = block.law
-    carrier = law.frame(scene.film.carrier)
+    frame = law.frame(scene.film.carrier)
     heated = heating_times(scene, float(np.ptp(lines[0])), duration)
     ice: Continuum | GridColumns | PassingMeshedIce
     if scene.ice.heat == "mesh":
@@ -110,16 +110,16 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
     elif scene.ice.heat == "continuum":
         ice = _continuum(block, lines, heated)
     else:
-        nodal = carrier == "ice" and isinstance(law, FilmLaw)
+        nodal = frame == "ice" and isinstance(law, FilmLaw)
         columns = GridColumns if nodal else GridColumnsUnderPoints
         grid = SurfaceGrid.shared(lines, comm)
         ice = columns(grid, temperature, heated, solid, scene.ice.ground)
-    if carrier == "ice" and isinstance(law, FilmLaw):
+    if frame == "ice" and isinstance(law, FilmLaw):
         rubber = _rubber_over_grid(scene, ice.grid, duration)
         return OnIce(law, ice, scene.initial_height, rubber, scene.film.water_speed)
     columns_above = rubber_columns(scene, duration)
-    if carrier == "ice" and isinstance(law, UserLaw):
-        return RememberingIce(law, ice, columns_above)
+    if frame == "ice" and isinstance(law, UserLaw):
+        return UserLawOnIce(law, ice, columns_above)
     return OnRubber(law, ice, columns_above)
 
 
@@ -161,9 +161,11 @@ def _settings(block: Block, heated: Array) -> Settings:
     scene, solid = block.scene, block.scene.ice.solid
     tolerance, longest = scene.numerics.tolerance, float(np.max(heated))
     deep = HEATED_LAYERS * math.sqrt(solid.diffusivity * longest)
-    share = _shortest(scene, heated) / longest
-    link = LINK * tolerance * share**0.5 * deep / solid.conductivity
-    return Settings(solid, scene.ice.temperature, link, agreement(tolerance))
+    fraction = _shortest(scene, heated) / longest
+    interface_resistance = (
+        INTERFACE_RESISTANCE * tolerance * fraction**0.5 * deep / solid.conductivity
+    )
+    return Settings(solid, scene.ice.temperature, interface_resistance, agreement(tolerance))
 
 
 def _shortest(scene: Scene, heated: Array) -> float:
@@ -180,10 +182,10 @@ def _continuum(block: Block, surface: list[Lines], heated: Array) -> Continuum:
     """Ice that is `heated` (s) below those lines of its surface."""
     scene, comm = block.scene, block.surface.comm
     column = Column(scene.ice.temperature, heated, solid=scene.ice.solid)
-    share, tolerance = _shortest(scene, heated) / float(np.max(heated)), scene.numerics.tolerance
-    column = column.condensed(CONDENSED * tolerance, share)
-    link = LINK * tolerance * share**0.5
-    return Continuum(surface, comm, column, link, agreement(tolerance))
+    fraction, tolerance = _shortest(scene, heated) / float(np.max(heated)), scene.numerics.tolerance
+    column = column.condensed(CONDENSED * tolerance, fraction)
+    interface_resistance = INTERFACE_RESISTANCE * tolerance * fraction**0.5
+    return Continuum(surface, comm, column, interface_resistance, agreement(tolerance))
 
 
 def agreement(tolerance: float) -> float:

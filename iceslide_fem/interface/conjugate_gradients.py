@@ -18,7 +18,7 @@ Function = Callable[[Array], Array]
 def conjugate_gradients(
     system: Function, inverse: Function, load: Array, tolerance: float, iterations: int
 ) -> tuple[Array, bool]:
-    """The x (n,) with system(x) = load but for this share of the load, and whether it is found.
+    """The x (n,) with system(x) = load but for this fraction of the load, and whether it is found.
 
     `inverse`: what preconditions.
     """

@@ -21,7 +21,7 @@ from iceslide_fem.runtime.errors import NotConverged
 # Of the agreement of ice and film: how closely what the film gives is balanced in between.
 BALANCED, MAX_ITERATIONS = 0.1, 60
 LINEAR_TOLERANCE, LINEAR_ITERATIONS = 1e-3, 500
-# A line search: the share of the first slope that may be left of it, uphill; trials.
+# A line search: the fraction of the first slope that may be left of it, uphill; trials.
 ENOUGH, SEARCH_TRIALS = 0.1, 12
 UNSETTLED = "the melting part of the ice's surface does not settle"
 
@@ -38,7 +38,7 @@ class Balance(NamedTuple):
     changes: int
 
     @property
-    def settled(self) -> bool:
+    def converged(self) -> bool:
         """Whether the points give what they were asked for."""
         return self.changes == 0
 
@@ -67,7 +67,7 @@ def balance(
     ice: SurfaceConduction, points: SharedPoints, lines: Lines, asked: Array, agreement: float
 ) -> Balance:
     """The balance with these `lines` of all points, `asked` at temperatures (K) of the nodes:
-    those, where all agree by so much (K), else one within a share of it. Raises NotConverged.
+    those, where all agree by so much (K), else one within a fraction of it. Raises NotConverged.
     """
     temperature, depends, target = asked.ravel().copy(), False, agreement
     takes = ice.taken(temperature - ice.offset)
@@ -90,10 +90,10 @@ def balance(
             change = -residual
         moved, more = points.reads @ change, ice.taken(change)
         slopes = float(change @ imbalance), float(change @ takes), float(change @ more)
-        share = _search(lines, rise, moved, *slopes)
-        temperature += share * change
-        takes = takes + share * more
-        rise = rise + share * moved
+        step_length = _search(lines, rise, moved, *slopes)
+        temperature += step_length * change
+        takes = takes + step_length * more
+        rise = rise + step_length * moved
         heat, fall = lines.at(rise)
     raise NotConverged(UNSETTLED)
 
@@ -132,23 +132,27 @@ def _correction(ice: SurfaceConduction, bands: Array, load: Array) -> Array:
 def _search(
     lines: Lines, rise: Array, moved: Array, first: float, alone: float, curvature: float
 ) -> float:
-    """The share of a change with which the minimum along it is near enough: where a full one has
-    gone well past it (points that melted do so no longer, and the next would undo it), the share at
-    which the slope is about zero, by false position (Illinois).
+    """The fraction of a change with which the minimum along it is near enough: where a full one has
+    gone well past it (points that melted do so no longer, and the next would undo it), the fraction
+    at which the slope is about zero, by false position (Illinois).
 
     `first`: the slope at its start, < 0; without the points it is `alone` there and grows by
     `curvature`. moved: change (K) of the points whose rise is `rise`.
     """
-    share, low, below, high, above = 1.0, 0.0, first, 1.0, 0.0
+    step_length, low, below, high, above = 1.0, 0.0, first, 1.0, 0.0
     for trial in range(SEARCH_TRIALS):
-        slope = alone + share * curvature - float(moved @ lines.heat_at(rise + share * moved))
+        slope = (
+            alone
+            + step_length * curvature
+            - float(moved @ lines.heat_at(rise + step_length * moved))
+        )
         if (slope if trial == 0 else abs(slope)) <= -ENOUGH * first:
             break
         if trial == 0:
             above = slope
         elif slope > 0.0:
-            high, above, below = share, slope, 0.5 * below
+            high, above, below = step_length, slope, 0.5 * below
         else:
-            low, below, above = share, slope, 0.5 * above
-        share = low - below * (high - low) / (above - below)
-    return share
+            low, below, above = step_length, slope, 0.5 * above
+        step_length = low - below * (high - low) / (above - below)
+    return step_length

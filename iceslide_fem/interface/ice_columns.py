@@ -14,7 +14,7 @@ import numpy as np
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column, IceHeat
 from iceslide_fem.film.law import Film, FilmStage
-from iceslide_fem.interface.carriers import Unmeshed
+from iceslide_fem.interface.film_frame import Unmeshed
 from iceslide_fem.interface.ice_conduction import StageSurface
 from iceslide_fem.interface.ice_surface import IceSurface
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile, SurfaceGrid
@@ -22,16 +22,16 @@ from iceslide_fem.interface.window import shifted
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import BOTTOMLESS, ICE, Ground, Solid
 
-# Where points of the rubber carry the film, each is joined to the columns through this share of
+# Where points of the rubber carry the film, each is joined to the columns through this fraction of
 # a column's resistance: its flux is then a function of its temperature, and unique.
-RESISTANCE_SHARE = 1e-3
+INTERFACE_RESISTANCE = 1e-3
 AGREEMENT = 1e-7  # K, of points and columns
 
 
 class OwnColumns(Unmeshed):
-    """Every point of the rubber has ice of its own: `model` below each; content: the model's."""
+    """Every point of the rubber has ice of its own: `model` below each; heat state: the model's."""
 
-    nodes: OwnNodes | None = None  # the points hold the content
+    nodes: OwnNodes | None = None  # the points hold the heat state
 
     def __init__(self, model: Column | HalfSpace) -> None:
         self._model = model
@@ -44,26 +44,26 @@ class OwnColumns(Unmeshed):
         """The ice below the points, wherever they lie."""
         return self._model
 
-    def saved(self, content: Array) -> dict[str, Array]:
+    def saved(self, heat_state: Array) -> dict[str, Array]:
         """The model's, at the points."""
-        return self._model.saved(content)
+        return self._model.saved(heat_state)
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
         """The model's."""
         return self._model.restored(saved)
 
-    def profile(self, content: Array) -> Profile | None:
+    def profile(self, heat_state: Array) -> Profile | None:
         """Temperature and heat below the points; of the closed form none is known."""
         if not isinstance(self._model, Column):
             return None
         column = self._model
-        return Profile(column.depths, column.at_depths(content), column.heat(content), None)
+        return Profile(column.depths, column.at_depths(heat_state), column.heat(heat_state), None)
 
 
 class GridColumns(Unmeshed, Column):
     """Columns below this rank's nodes of `grid`, heated by films on the nodes themselves.
 
-    Content: amplitudes (n_modes, own nodes).
+    Heat state: amplitudes (n_modes, own nodes).
     """
 
     def __init__(
@@ -83,10 +83,10 @@ class GridColumns(Unmeshed, Column):
         """The same: the films lie on the nodes."""
         return self
 
-    def profile(self, content: Array) -> Profile:
+    def profile(self, heat_state: Array) -> Profile:
         """Temperature and heat below the nodes of the grid. Collective."""
         kelvin, heat = (
-            self.grid.allgather(own) for own in (self.at_depths(content), self.heat(content))
+            self.grid.allgather(own) for own in (self.at_depths(heat_state), self.heat(heat_state))
         )
         return Profile(self.depths, kelvin, heat, self.grid)
 
@@ -94,9 +94,9 @@ class GridColumns(Unmeshed, Column):
         """Cold ice below this rank's nodes, whatever the number of points."""
         return super().initial(self.grid.own.size)
 
-    def shifted(self, content: Array, cells: int) -> Array:
-        """Content after the window has moved `cells` cells in +x: fresh ice enters. Collective."""
-        return shifted(self.grid, content, cells)
+    def shifted(self, heat_state: Array, cells: int) -> Array:
+        """Heat state after the window moves `cells` cells in +x: fresh ice enters. Collective."""
+        return shifted(self.grid, heat_state, cells)
 
 
 class GridColumnsUnderPoints(GridColumns):
@@ -123,19 +123,21 @@ class GridColumnsUnderPoints(GridColumns):
         below._surface = self._surface.under(contacts)
         return below
 
-    def surface_temperature(self, content: Array) -> Array:
+    def surface_temperature(self, heat_state: Array) -> Array:
         """Temperature at the points (K), shape (n,). Collective."""
-        return self.grid.interpolate(self._of_nodes(content), self._surface.at)
+        return self.grid.interpolate(self._of_nodes(heat_state), self._surface.at)
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """One implicit stage of all columns together. Collective. Raises NotConverged."""
         grid, resistance = self.grid, float(self.resistance(dt)[0])  # one for all
         offset = grid.allgather(self.response(start, dt).offset)
         stage = StageSurface(offset, np.full(grid.n_nodes, resistance))
-        link = RESISTANCE_SHARE * resistance
-        given, result = self._surface.settled(stage, self._of_nodes(start), film, link, AGREEMENT)
+        interface_resistance = INTERFACE_RESISTANCE * resistance
+        given, result = self._surface.solve(
+            stage, self._of_nodes(start), film, interface_resistance, AGREEMENT
+        )
         return self.heated(start, dt, dt * (given / grid.cell_area)[grid.own]), result
 
-    def _of_nodes(self, content: Array) -> Array:
+    def _of_nodes(self, heat_state: Array) -> Array:
         """Temperature (K) of all nodes. Collective."""
-        return self.grid.allgather(super().surface_temperature(content))
+        return self.grid.allgather(super().surface_temperature(heat_state))

@@ -5,7 +5,7 @@ read their temperature from it by (bi)linear interpolation and give their heat t
 with the same weights, so that the heat that leaves the interface is the heat that enters the ice.
 
 The ice is a `Column` below every node of that grid, with conduction along the surface between
-them: its modes are products of the column's and of those of lines (`ice_modes`). The content is
+them: its modes are products of the column's and of those of lines (`ice_modes`). The heat state is
 the modes' amplitudes, which all ranks have: between two steps nothing but their decay has to be
 found. Within an implicit stage the surface's temperatures are an offset and a known, symmetric
 response to the heat that they are given; what has to be iterated is the film on the surface alone.
@@ -21,7 +21,7 @@ import numpy as np
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.law import Film, FilmStage
-from iceslide_fem.interface.carriers import Unmeshed
+from iceslide_fem.interface.film_frame import Unmeshed
 from iceslide_fem.interface.ice_conduction import StageSurface
 from iceslide_fem.interface.ice_modes import SurfaceModes
 from iceslide_fem.interface.ice_surface import IceSurface
@@ -33,9 +33,9 @@ from iceslide_fem.runtime.arrays import Array
 class Continuum(Unmeshed):
     """Heat equation in the ice below a grid on its surface.
 
-    grid: that of the surface, whose `nodes` the ranks share evenly. Content: lateral amplitudes of
-    what the column's modes hold (J/m2, as `Column` has them), (n_modes, *shape of the grid), on all
-    ranks. No heat passes the sides.
+    grid: that of the surface, whose `nodes` the ranks share evenly. Heat state: lateral amplitudes
+    of what the column's modes hold (J/m2, as `Column` has them), (n_modes, *shape of the grid), on
+    all ranks. No heat passes the sides.
     """
 
     def __init__(
@@ -43,20 +43,23 @@ class Continuum(Unmeshed):
         surface: Sequence[Lines],
         comm: MPI.Comm,
         column: Column,
-        link: float,
+        interface_resistance: float,
         agreement: float,
     ) -> None:
         """Ice of which a `column` is below each node of the lines of x (and y) on its `surface`, m;
         without points yet.
 
-        link: points are joined to it through this share of the column's resistance, so that the
-        flux of a point that melts is a function of its temperature, and unique. It is the same in
-        all stages: what is held at T_m in one has its temperature in the next. agreement: how far
-        (K) the nodes may be from what ice has that takes what the points give; no heat is lost.
+        interface_resistance: points are joined to it through this fraction of the column's
+        resistance, so that the flux of a point that melts is a function of its temperature, and
+        unique. It is the same in all stages: what is held at T_m in one has its temperature in the
+        next. agreement: how far (K) the nodes may be from what ice has that takes what the points
+        give; no heat is lost.
         """
         self._column, self._solid = column, column.solid
         self._weights = column.surface**2
-        self._link = link * float(column.depths[-1]) / self._solid.conductivity
+        self._interface_resistance = (
+            interface_resistance * float(column.depths[-1]) / self._solid.conductivity
+        )
         self._agreement = agreement
         self._modes = SurfaceModes(surface)
         self._rates = np.add.outer(column.rates, self._solid.diffusivity * self._modes.rates)
@@ -70,7 +73,7 @@ class Continuum(Unmeshed):
         return self.grid.n_nodes * self._column.depths.size
 
     def initial(self, n_points: int) -> Array:
-        """Content of ice at its initial temperature (whatever the number of points)."""
+        """Heat state of ice at its initial temperature (whatever the number of points)."""
         return np.zeros(self._rates.shape)
 
     def under(self, contacts: Contacts) -> Continuum:
@@ -79,13 +82,13 @@ class Continuum(Unmeshed):
         below._surface = self._surface.under(contacts)
         return below
 
-    def surface_temperature(self, content: Array) -> Array:
+    def surface_temperature(self, heat_state: Array) -> Array:
         """Temperature at the points (K), shape (n,)."""
-        return self.grid.interpolate(self._at_surface(content).ravel(), self._surface.at)
+        return self.grid.interpolate(self._at_surface(heat_state).ravel(), self._surface.at)
 
-    def shifted(self, content: Array, cells: int) -> Array:
-        """Content after the window has moved `cells` cells in +x: fresh ice enters."""
-        columns = self._modes.values(content)
+    def shifted(self, heat_state: Array, cells: int) -> Array:
+        """Heat state after the window has moved `cells` cells in +x: fresh ice enters."""
+        columns = self._modes.values(heat_state)
         moved = np.zeros_like(columns)
         moved[:, : columns.shape[1] - cells] = columns[:, cells:]
         return self._modes.amplitudes(moved)
@@ -99,37 +102,39 @@ class Continuum(Unmeshed):
         cooled = start * decay
         stage = StageSurface(self._at_surface(cooled), dt * self._per_heat(decay))
         before = self._at_surface(start)
-        given, result = self._surface.settled(stage, before, film, self._link, self._agreement)
+        given, result = self._surface.solve(
+            stage, before, film, self._interface_resistance, self._agreement
+        )
         return cooled + dt * self._modes.load_amplitudes(given) * decay, result
 
-    def heat(self, content: Array) -> float:
+    def heat(self, heat_state: Array) -> float:
         """Heat above the initial temperature, J (J/m in a slice)."""
-        return float(self._column.heat(self._columns(content)) @ self.grid.cell_area)
+        return float(self._column.heat(self._columns(heat_state)) @ self.grid.cell_area)
 
-    def profile(self, content: Array) -> Profile:
+    def profile(self, heat_state: Array) -> Profile:
         """Temperature and heat below the nodes of the grid."""
-        column, columns = self._column, self._columns(content)
+        column, columns = self._column, self._columns(heat_state)
         kelvin, heat = column.at_depths(columns), column.heat(columns)
         return Profile(column.depths, kelvin, heat, self.grid)
 
-    def saved(self, content: Array) -> dict[str, Array]:
+    def saved(self, heat_state: Array) -> dict[str, Array]:
         """What checkpoints keep, the column's: T - T_0 below this rank's nodes of the surface."""
-        return self._column.saved(self._columns(content)[:, self.grid.own])
+        return self._column.saved(self._columns(heat_state)[:, self.grid.own])
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
-        """Content of what was `saved`, also by ice that ended higher: below is cold. Collective."""
+        """Heat state of what was `saved`, also by shallower ice: below is cold. Collective."""
         columns = self.grid.allgather(self._column.restored(saved))
         return self._modes.amplitudes(columns.reshape(self._rates.shape))
 
-    def _columns(self, content: Array) -> Array:
-        """Content of the column below each node of the surface, (n_modes, nodes)."""
-        return self._modes.values(content).reshape(len(content), -1)
+    def _columns(self, heat_state: Array) -> Array:
+        """Heat state of the column below each node of the surface, (n_modes, nodes)."""
+        return self._modes.values(heat_state).reshape(len(heat_state), -1)
 
-    def _per_heat(self, content: Array) -> Array:
-        """What `content` (n_modes, ...) adds to the temperature of the surface, K, (...)."""
-        shape = content.shape[1:]
-        return np.asarray(self._weights @ content.reshape(self._weights.size, -1)).reshape(shape)
+    def _per_heat(self, heat_state: Array) -> Array:
+        """What `heat_state` (n_modes, ...) adds to the temperature of the surface, K, (...)."""
+        shape = heat_state.shape[1:]
+        return np.asarray(self._weights @ heat_state.reshape(self._weights.size, -1)).reshape(shape)
 
-    def _at_surface(self, content: Array) -> Array:
+    def _at_surface(self, heat_state: Array) -> Array:
         """Temperature (K) at the surface's nodes, of its shape."""
-        return self._column.temperature + self._modes.values(self._per_heat(content))
+        return self._column.temperature + self._modes.values(self._per_heat(heat_state))

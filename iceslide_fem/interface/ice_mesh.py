@@ -20,7 +20,7 @@ from iceslide_fem.heat.contact import AboveIce
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.readings import Readings
 from iceslide_fem.heat.surface import HeatedSurface, Reading
-from iceslide_fem.interface.carriers import Rises
+from iceslide_fem.interface.film_frame import Rises
 from iceslide_fem.interface.recent import Recent
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement, Profile
 from iceslide_fem.runtime.arrays import Array
@@ -28,18 +28,18 @@ from iceslide_fem.scene.materials import Solid
 
 
 class Settings(NamedTuple):
-    """solid and temperature (K) of ice at first; link (K m2/W) between it and its points (see
-    `heat.contact`); agreement (K) of both (see `Balance`).
+    """solid and temperature (K) of ice at first; interface_resistance (K m2/W) between it and its
+    points (see `heat.contact`); agreement (K) of both (see `Balance`).
     """
 
     solid: Solid
     temperature: float
-    link: float
+    interface_resistance: float
     agreement: float
 
 
 class MeshedIce:
-    """Ice that stays below the rubber. Content: rises of this rank's unknowns, (n_own,), K."""
+    """Ice that stays below the rubber. Heat state: rises of this rank's unknowns, (n_own,), K."""
 
     nodes: OwnNodes | None = None  # no grid has the unknowns
 
@@ -74,14 +74,14 @@ class MeshedIce:
     def under(self, contacts: Contacts) -> MeshedIce:
         """The same ice as it answers below `contacts`. Collective."""
         below = copy(self)
-        contact = AboveIce(contacts.area, self._settings.solid, self._settings.link)
+        contact = AboveIce(contacts.area, self._settings.solid, self._settings.interface_resistance)
         meeting = self._recent.of(contacts.at).among(contacts.points)
         below._balance = self._balance.under(meeting, contact)
         return below
 
-    def surface_temperature(self, content: Array) -> Array:
+    def surface_temperature(self, heat_state: Array) -> Array:
         """Temperature at the points (K), shape (n,). Collective."""
-        return self._balance.temperature(content)
+        return self._balance.temperature(heat_state)
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """One implicit stage of ice and films together. Collective. Raises NotConverged."""
@@ -92,17 +92,17 @@ class MeshedIce:
         """Where this rank's unknowns are, (n_own, d), m."""
         return self.equation.x
 
-    def rises(self, content: Array) -> Rises:
+    def rises(self, heat_state: Array) -> Rises:
         """Rise at the nodes of the ice. Collective."""
-        return Rises(self.equation.nodal(content))
+        return Rises(self.equation.nodal(heat_state))
 
-    def heat(self, content: Array) -> float:
+    def heat(self, heat_state: Array) -> float:
         """Heat above the initial temperature, J (J/m in a slice). Collective."""
-        return self.equation.heat(content)
+        return self.equation.heat(heat_state)
 
     def unknowns(self, at: Placement) -> Reading:
         """How the points `at` their places read the ice: by its unknowns' numbers."""
-        return Reading(at.node.astype(np.int64), at.share)
+        return Reading(at.node.astype(np.int64), at.weight)
 
     def _meeting(self, at: Placement) -> Meeting:
         """How films meet the bodies at points `at` their places. Collective."""
@@ -115,14 +115,14 @@ class MeshedIce:
         """How films meet the ice that they read so. Collective."""
         return self._balance.meeting(Readings(self._bodies.reading(below)))
 
-    def profile(self, content: Array) -> Profile | None:
+    def profile(self, heat_state: Array) -> Profile | None:
         """None: there is a mesh instead."""
         return None
 
-    def saved(self, content: Array) -> dict[str, Array]:
+    def saved(self, heat_state: Array) -> dict[str, Array]:
         """What checkpoints keep, at this rank's unknowns."""
-        return {"rise": content}
+        return {"rise": heat_state}
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
-        """Content of what was `saved`."""
+        """Heat state of what was `saved`."""
         return saved["rise"]

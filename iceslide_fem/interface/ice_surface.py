@@ -19,7 +19,7 @@ from iceslide_fem.interface.ice_modes import SurfaceModes
 from iceslide_fem.interface.melting_guess import melting_guess
 from iceslide_fem.interface.recent import Recent
 from iceslide_fem.interface.shared_points import SharedPoints
-from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid
+from iceslide_fem.interface.surface_grid import Contacts, Placement, SurfaceGrid
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import NotConverged
 from iceslide_fem.scene.materials import Solid
@@ -28,15 +28,17 @@ from iceslide_fem.scene.materials import Solid
 FULL_CHANGES, MAX_REQUESTS = 12, 60
 
 
-def fluxes(film: FilmStage, asked: Array, area: Array, link: float, T_m: float) -> Array:
+def fluxes(
+    film: FilmStage, asked: Array, area: Array, interface_resistance: float, T_m: float
+) -> Array:
     """Heat (W) that points give to ice whose temperature is near that at which they were `asked`.
 
     Each gives the smaller of two lines, a heat there less its fall (W/K) times how much warmer (K)
     it is: heat, fall, other heat, other fall, (n, 4). A film of one viscosity below rubber that
     takes no heat keeps to them: it gives all its power, or what holds the ice at T_m through the
-    link (K m2/W).
+    interface_resistance (K m2/W).
     """
-    conductance, lines = area / link, np.empty((area.size, 4))
+    conductance, lines = area / interface_resistance, np.empty((area.size, 4))
     np.multiply(area, film.ice_flux, out=lines[:, 0])
     np.multiply(conductance, film.ice_slope, out=lines[:, 1])
     most = np.where(film.melting, film.dry_temperature, T_m)
@@ -55,7 +57,9 @@ class IceSurface:
         """
         self._grid, self._solid = grid, solid
         self._modes = modes
-        self._recent = Recent(lambda at: SharedPoints(at, grid.shape, grid.comm), grid.comm)
+        self._recent: Recent[Placement, SharedPoints] = Recent(
+            lambda at: SharedPoints(at, grid.shape, grid.comm), grid.comm
+        )
         self._place(Contacts(grid.own_nodes(), np.zeros(grid.own.size)))
 
     def under(self, contacts: Contacts) -> IceSurface:
@@ -68,8 +72,13 @@ class IceSurface:
         self.at, self._area = contacts.placed, contacts.area
         self._points = self._recent.of(contacts.at).among(contacts.points)
 
-    def settled(
-        self, stage: StageSurface, before: Array, film: Film, link: float, agreement: float
+    def solve(
+        self,
+        stage: StageSurface,
+        before: Array,
+        film: Film,
+        interface_resistance: float,
+        agreement: float,
     ) -> tuple[Array, FilmStage]:
         """What the points give to the nodes (W, shaped as the stage), and the film. Collective.
 
@@ -78,24 +87,24 @@ class IceSurface:
         found, until both agree within so much (K). The first time it is asked at those of a guess,
         from those `before` the stage and what friction makes there.
 
-        link: between points and ice, K m2/W. Raises NotConverged.
+        interface_resistance: between points and ice, K m2/W. Raises NotConverged.
         """
         grid, at, area, T_m = self._grid, self.at, self._area, self._solid.melting_temperature
         of_all, inside = self._points.of_all, self.inside(stage)
-        temperature, near, links = before, None, np.full(area.shape, link)
+        temperature, near, resistances = before, None, np.full(area.shape, interface_resistance)
         if isinstance(film, FilmOnIce):
             power = of_all(np.stack([area * film.power, area], axis=-1))
-            temperature = self.melting_guess(inside, before, power, link)
+            temperature = self.melting_guess(inside, before, power, interface_resistance)
         below = grid.interpolate(temperature.ravel(), at)
         for iteration in range(MAX_REQUESTS):
-            result = film.solve(Surface.of(below, links, self._solid), near)
+            result = film.solve(Surface.of(below, resistances, self._solid), near)
             near = result.log_height
-            lines = of_all(fluxes(result, below, area, link, T_m))
+            lines = of_all(fluxes(result, below, area, interface_resistance, T_m))
             balance = self.balanced(inside, lines, temperature, agreement)
-            if balance.settled:
+            if balance.converged:
                 return balance.given, result
-            share = 1.0 if iteration < FULL_CHANGES or not balance.depends else 0.5
-            temperature = temperature + share * (balance.temperature - temperature)
+            damping = 1.0 if iteration < FULL_CHANGES or not balance.depends else 0.5
+            temperature = temperature + damping * (balance.temperature - temperature)
             asked, below = below, grid.interpolate(temperature.ravel(), at)
             if not balance.depends:  # the film would say the same again, but for this
                 dry = result.dry_temperature + (below - asked)
@@ -103,11 +112,11 @@ class IceSurface:
         raise NotConverged(UNSETTLED)
 
     def melting_guess(
-        self, inside: SurfaceConduction, before: Array, power: Array, link: float
+        self, inside: SurfaceConduction, before: Array, power: Array, interface_resistance: float
     ) -> Array:
         """Temperature (K) of the nodes, shaped as that `before` the stage (`melting_guess`)."""
         T_m = self._solid.melting_temperature
-        return melting_guess(inside, self._points, power, before, link, T_m)
+        return melting_guess(inside, self._points, power, before, interface_resistance, T_m)
 
     def balanced(
         self, inside: SurfaceConduction, fluxes: Array, asked: Array, agreement: float

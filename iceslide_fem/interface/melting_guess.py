@@ -5,8 +5,8 @@ No node gets warmer than T_m, and none takes more heat g than friction makes aro
     T = T_offset + R g,   T <= T_m,   g <= P,   one of them equal at every node.
 
 Dozens of points lie around each node: from there, what they give is found in fewer changes of the
-melting set. Where nodes melt, the points' link says how far from T_m they are: by as much as it
-takes to pass their flux on.
+melting set. Where nodes melt, the interface resistance of the points says how far from T_m they
+are: by as much as it takes to pass their flux on.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from iceslide_fem.runtime.arrays import Array, Mask
 # How closely (K) a guess is found, and in how many iterations: it may be left as it is.
 CLOSE, GUESS_ITERATIONS = 1e-4, 12
 GUESS_TOLERANCE, GUESS_LINEAR_ITERATIONS = 1e-4, 30
-# How often points share out what a node takes, the share of weights between nodes that melt (1, but
-# for rounding), and of the area around a node that melts at least.
+# How often points share out what a node takes, the fraction of weights between nodes that melt (1,
+# but for rounding), and of the area around a node that melts at least.
 FILLINGS, BETWEEN, LEAST_MELTING = 3, 0.999, 0.1
 
 
@@ -31,12 +31,13 @@ def melting_guess(
     points: SharedPoints,
     power: Array,
     before: Array,
-    link: float,
+    interface_resistance: float,
     T_m: float,
 ) -> Array:
     """Temperature (K) of the nodes, shaped as that `before` the stage.
 
-    power: of the friction at all points, W, and the area of each, m2, (N, 2); link: K m2/W.
+    power: of the friction at all points, W, and the area of each, m2, (N, 2); interface_resistance:
+    K m2/W.
     """
     made, area = (points.gives @ power).T
     most, rise = T_m - ice.offset, before.ravel() - ice.offset
@@ -44,7 +45,7 @@ def melting_guess(
     temperature = ice.offset + rise
     if held.any():
         flux = _flux_of_melting(points, power, area, heat, held)
-        temperature = np.where(held, T_m - link * flux, temperature)
+        temperature = np.where(held, T_m - interface_resistance * flux, temperature)
     return temperature.reshape(before.shape)
 
 

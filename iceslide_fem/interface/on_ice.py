@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from iceslide_fem.film.integrators import Integrator, InterfaceState, advance
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.loads import FilmLoads
-from iceslide_fem.interface.carriers import ContactLoads, InterfaceStep, Shifted, fresh
+from iceslide_fem.interface.film_frame import ContactLoads, InterfaceStep, Shifted, fresh
+from iceslide_fem.interface.recent import Recent
 from iceslide_fem.interface.rubber_columns import InsulatedOverGrid, RubberOverGrid
-from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, SurfaceGrid
+from iceslide_fem.interface.surface_grid import Contacts, OwnNodes
 from iceslide_fem.interface.water import HALF, cells_passed, moved_by_a_cell
 from iceslide_fem.interface.window import (
     RECENT,
@@ -43,31 +42,32 @@ class OnIce:
     ) -> None:
         """`film_height` (m) is that of fresh ice; no `rubber` takes no heat.
 
-        `water_speed` is that of squeezed-out water, a share of the sliding speed (see `water`).
+        `water_speed` is that of squeezed-out water, a fraction of the sliding speed (see `water`).
         """
         self.ice, self.rubber = ice, rubber or InsulatedOverGrid()
         self._law = law
         self._fresh_height, self._drag = film_height, 1.0 - water_speed
+        self._on_nodes = Recent(self._found_on_nodes, ice.grid.comm, RECENT)
 
     @property
     def nodes(self) -> OwnNodes:
         """This rank's nodes of the window."""
         return self.ice.grid.nodes
 
-    remembering = nodes
+    internal_nodes = nodes
 
-    def memory_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
+    def internal_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
         """ln(eta / eta_0) of the nodes, read at the points. Collective."""
-        rows = [self.at_points(one, contact) for one in state.memory]
+        rows = [self.at_points(one, contact) for one in state.internal]
         return np.array(rows).reshape(len(rows), contact.area.size)
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
         """Films of the initial height (m) on cold ice; `n_points` of rubber, as cold."""
         n = self.ice.grid.own.size
-        contents = self.ice.initial(n), self.rubber.initial(n_points)
-        return fresh(self._law, film_height, n, *contents)
+        heat_states = self.ice.initial(n), self.rubber.initial(n_points)
+        return fresh(self._law, film_height, n, *heat_states)
 
-    def pass_over(
+    def advance(
         self,
         state: InterfaceState,
         start: ContactLoads,
@@ -77,8 +77,8 @@ class OnIce:
     ) -> InterfaceStep:
         """Advance the films of this rank's nodes. Collective."""
         grid = self.ice.grid
-        covered, first = on_nodes(self._law, grid, start)
-        covers, last = on_nodes(self._law, grid, end)
+        covered, first = self.on_nodes(start)
+        covers, last = self.on_nodes(end)
         first, last = _completed(covered, first, last), _completed(covers, last, first)
         area = np.where(covered | covers, grid.cell_area[grid.own], 0.0)
         ice = self.ice.under(Contacts(grid.own_nodes(), area))
@@ -111,9 +111,10 @@ class OnIce:
         return reaches(self.ice.grid, contact)
 
     def water_moved(
-        self, state: InterfaceState, start: ContactLoads, end: ContactLoads, way: float
+        self, state: InterfaceState, start: ContactLoads, end: ContactLoads, sliding_distance: float
     ) -> tuple[InterfaceState, float]:
-        """Water below the rubber goes with it, cell by cell, at its share of the speed. Collective.
+        """Water below the rubber goes with it, cell by cell, at its fraction of the speed.
+        Collective.
 
         What the leading edges scrape off, or push out where the voids are full, is lost.
         """
@@ -125,9 +126,12 @@ class OnIce:
         touched = (cover > 0.0) & (self._cover(start) == 0.0)
         lost = np.where(touched, self._drag * height, 0.0)
         height = (height - lost).reshape(grid.shape)
-        here, there = self._drag * way, self._drag * (way + end.offset - start.offset)
+        here, there = (
+            self._drag * sliding_distance,
+            self._drag * (sliding_distance + end.offset - start.offset),
+        )
         for _ in range(cells_passed(here, there, cell)):
-            _, loads = on_nodes(self._law, grid, end)
+            _, loads = self.on_nodes(end)
             free = grid.allgather(loads.free_height).reshape(grid.shape)
             height, pushed = moved_by_a_cell(height, (cover > HALF).reshape(grid.shape), free)
             lost += pushed.ravel()
@@ -140,12 +144,34 @@ class OnIce:
         cell, covered = grid.cell_area[grid.own], self._cover(contact)[grid.own] > HALF
         return np.where(covered, cell, 0.0), np.where(covered, 0.0, cell)
 
+    def on_nodes(self, contact: ContactLoads) -> tuple[Mask, FilmLoads]:
+        """Which of this rank's nodes are covered, and their loads per area of the node's cell.
+
+        A cell that is covered in part has that part of the loads, so that a film is as old as it
+        should be when the leading edge has passed its cell. Collective.
+        """
+        return self._on_nodes.of(contact)
+
+    def _found_on_nodes(self, contact: ContactLoads) -> tuple[Mask, FilmLoads]:
+        grid, loads = self.ice.grid, self._law.loads(contact.pressure, contact.speed)
+        touching = contact.touching
+        viscous = touching * loads.viscous
+        squeeze, free = touching * loads.squeeze_rate, touching * loads.free_height
+        amounts = np.stack([touching, viscous, viscous * loads.speed, squeeze, free])
+        given = grid.scatter(amounts, place(grid, contact))
+        area, viscous, power, squeeze, free = given[:, grid.own]
+        covered, cell = area > 0.0, grid.cell_area[grid.own]
+        speed = np.divide(power, viscous, out=np.zeros_like(power), where=viscous > 0.0)
+        free = np.divide(free, area, out=np.ones_like(free), where=covered)
+        of_nodes = FilmLoads(viscous / cell, speed, squeeze / cell, free, loads.variable_viscosity)
+        return covered, of_nodes
+
     def _cover(self, contact: ContactLoads) -> Array:
         """Share of the cells of all nodes that is in contact. Collective."""
         grid = self.ice.grid
         return np.asarray(grid.scatter(contact.touching, place(grid, contact)) / grid.cell_area)
 
-    def window_shifted(self, state: InterfaceState, offset: float) -> Shifted:
+    def shift_window(self, state: InterfaceState, offset: float) -> Shifted:
         """Shift ice and films together; water goes with what leaves. Collective."""
         grid = self.ice.grid
         cells, rest = whole_cells(grid, offset)
@@ -158,36 +184,9 @@ class OnIce:
             water,
             self.ice.shifted(state.ice, cells),
             state.rubber,
-            shifted(grid, state.memory, cells),
+            shifted(grid, state.internal, cells),
         )
         return Shifted(after, rest, left)
-
-
-@lru_cache(maxsize=RECENT)
-def on_nodes(law: FilmLaw, grid: SurfaceGrid, contact: ContactLoads) -> tuple[Mask, FilmLoads]:
-    """Which of this rank's nodes are covered, and their loads per area of the node's cell.
-
-    A cell that is covered in part has that part of the loads, so that a film is as old as it should
-    be when the leading edge has passed its cell. Those of recent contacts are known. Collective.
-    """
-    loads = law.loads(contact.pressure, contact.speed)
-    touching = contact.touching
-    viscous = touching * loads.viscous
-    amounts = np.stack(
-        [
-            touching,
-            viscous,
-            viscous * loads.speed,
-            touching * loads.squeeze_rate,
-            touching * loads.free_height,
-        ]
-    )
-    given = grid.scatter(amounts, place(grid, contact))
-    area, viscous, power, squeeze, free = given[:, grid.own]
-    covered, cell = area > 0.0, grid.cell_area[grid.own]
-    speed = np.divide(power, viscous, out=np.zeros_like(power), where=viscous > 0.0)
-    free = np.divide(free, area, out=np.ones_like(free), where=covered)
-    return covered, FilmLoads(viscous / cell, speed, squeeze / cell, free, loads.thinning)
 
 
 def _completed(covered: Mask, loads: FilmLoads, other: FilmLoads) -> FilmLoads:

@@ -8,7 +8,7 @@ import numpy as np
 
 from iceslide_fem.film.integrators import Integrator, InterfaceState, Loads, advance
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
-from iceslide_fem.interface.carriers import (
+from iceslide_fem.interface.film_frame import (
     ContactLoads,
     Ice,
     InterfaceStep,
@@ -51,10 +51,10 @@ class Attached:
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
         """Films of the initial height (m) on cold ice, under rubber as cold."""
-        contents = self.ice.initial(n_points), self.rubber.initial(n_points)
-        return fresh(self._law, film_height, n_points, *contents)
+        heat_states = self.ice.initial(n_points), self.rubber.initial(n_points)
+        return fresh(self._law, film_height, n_points, *heat_states)
 
-    def pass_over(
+    def advance(
         self,
         state: InterfaceState,
         start: ContactLoads,
@@ -95,7 +95,7 @@ class Attached:
         return True
 
     def water_moved(
-        self, state: InterfaceState, start: ContactLoads, end: ContactLoads, way: float
+        self, state: InterfaceState, start: ContactLoads, end: ContactLoads, sliding_distance: float
     ) -> tuple[InterfaceState, float]:
         """Water stays where its film is."""
         return state, 0.0
@@ -104,18 +104,18 @@ class Attached:
         """All water is below the points."""
         return contact.area, np.zeros_like(contact.area)
 
-    def window_shifted(self, state: InterfaceState, offset: float) -> Shifted:
+    def shift_window(self, state: InterfaceState, offset: float) -> Shifted:
         """Attached ice has no window to move."""
         return Shifted(state, 0.0)
 
     @property
-    def remembering(self) -> OwnNodes | None:
+    def internal_nodes(self) -> OwnNodes | None:
         """Nodes that hold what a law remembers; here the points do."""
         return None
 
-    def memory_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
+    def internal_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
         """The points' own."""
-        return state.memory
+        return state.internal
 
     def _acting(self, contact: ContactLoads, contacts: Contacts) -> Loads:
         """Loads at an end of a step."""
@@ -141,7 +141,7 @@ class Rubbing(Attached):
     The rubber takes no heat. Points that do not rub in a step stay as they are.
     """
 
-    def pass_over(
+    def advance(
         self,
         state: InterfaceState,
         start: ContactLoads,
@@ -184,7 +184,7 @@ class OnRubber(Attached):
         """Whether the window is below all points that touch."""
         return reaches(self.ice.grid, contact)
 
-    def window_shifted(self, state: InterfaceState, offset: float) -> Shifted:
+    def shift_window(self, state: InterfaceState, offset: float) -> Shifted:
         """Shift the ice; the films stay with the rubber. Collective."""
         cells, rest = whole_cells(self.ice.grid, offset)
         if cells == 0:

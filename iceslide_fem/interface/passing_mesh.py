@@ -39,19 +39,19 @@ class _Passing(MeshedIce):
 
     def unknowns(self, at: Placement) -> Reading:
         """How points `at` their places on the grid read the ice: nodes are unknowns."""
-        return Reading(self._numbers[at.node], at.share)
+        return Reading(self._numbers[at.node], at.weight)
 
-    def profile(self, content: Array) -> Profile:
+    def profile(self, heat_state: Array) -> Profile:
         """Temperature of the surface's nodes, and heat below them. Collective."""
         grid, ice = self.grid, self.equation
-        rise = grid.allgather(self._of_nodes.of(self._bodies.rise(content)))
-        heat = np.where(ice.held, 0.0, ice.capacity * self._bodies.parts(content)[0])
+        rise = grid.allgather(self._of_nodes.of(self._bodies.rise(heat_state)))
+        heat = np.where(ice.held, 0.0, ice.capacity * self._bodies.parts(heat_state)[0])
         below = grid.scatter(heat, grid.place(ice.x[:, :-1])) / grid.cell_area
         return Profile(np.zeros(1), self._settings.temperature + rise[None], below, grid)
 
-    def shifted(self, content: Array, cells: int) -> Array:
-        """Content after the window has moved `cells` cells in +x: fresh ice enters. Collective."""
-        ice, *others = self._bodies.parts(content)
+    def shifted(self, heat_state: Array, cells: int) -> Array:
+        """Heat state after the window moves `cells` cells in +x: fresh ice enters. Collective."""
+        ice, *others = self._bodies.parts(heat_state)
         fresh = self.equation.initial()
         for _ in range(cells):
             ice = fresh + product(self._shift, ice - fresh)
@@ -59,7 +59,7 @@ class _Passing(MeshedIce):
 
 
 class PassingMeshedIce(_Passing):
-    """Meshed ice that passes. Content: as that of `MeshedIce`."""
+    """Meshed ice that passes. Heat state: as that of `MeshedIce`."""
 
     def __init__(self, equation: HeatEquation, grid: SurfaceGrid, settings: Settings) -> None:
         """As `MeshedIce`, with the window's `grid`. Collective."""
@@ -68,7 +68,7 @@ class PassingMeshedIce(_Passing):
 
 
 class PassingMeshedIceAndRubber(_Passing, MeshedIceAndRubber):
-    """Meshed ice that passes, and meshed rubber. Content: as that of `MeshedIceAndRubber`."""
+    """Meshed ice that passes, and meshed rubber. Heat state: as that of `MeshedIceAndRubber`."""
 
     def __init__(
         self, ice: HeatEquation, rubber: MeshedRubber, grid: SurfaceGrid, settings: Settings

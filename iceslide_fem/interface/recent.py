@@ -1,4 +1,4 @@
-"""What all ranks know of recent contacts: found once for those that lie at the same places."""
+"""What all ranks know of recent contacts: found once for each."""
 
 from __future__ import annotations
 
@@ -9,23 +9,25 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.interface.surface_grid import Placement
 
 KNOWN = 4
+_Contact = TypeVar("_Contact")
 _Found = TypeVar("_Found")
 
 
-class Recent(Generic[_Found]):
-    """What is `found` for the placements of the last few contacts."""
+class Recent(Generic[_Contact, _Found]):
+    """What is `found` for the last few contacts, each of which is one object on every rank."""
 
-    def __init__(self, found: Callable[[Placement], _Found], comm: MPI.Comm) -> None:
-        """`found` may be collective."""
+    def __init__(
+        self, found: Callable[[_Contact], _Found], comm: MPI.Comm, known: int = KNOWN
+    ) -> None:
+        """`found` may be collective; so many are `known`."""
         self._find, self._comm = found, comm
-        self._known: deque[tuple[Placement, _Found]] = deque(maxlen=KNOWN)
+        self._known: deque[tuple[_Contact, _Found]] = deque(maxlen=known)
 
-    def of(self, at: Placement) -> _Found:
-        """What is found for points `at` their places, known where all ranks know it. Collective."""
-        places = [number for number, (one, _) in enumerate(self._known) if one is at]
+    def of(self, contact: _Contact) -> _Found:
+        """What is found for the `contact`, kept where all ranks have kept it. Collective."""
+        places = [number for number, (one, _) in enumerate(self._known) if one is contact]
         here = places[0] if places else -1
         if self._comm.size > 1:
             ends = np.array([here, -here])
@@ -33,6 +35,6 @@ class Recent(Generic[_Found]):
             here = here if ends[0] == -ends[1] else -1
         if here >= 0:
             return self._known[here][1]
-        found = self._find(at)
-        self._known.append((at, found))
+        found = self._find(contact)
+        self._known.append((contact, found))
         return found

@@ -13,7 +13,7 @@ from iceslide_fem.film.rubber_heat import (
     RubberColumns,
     RubberSurface,
 )
-from iceslide_fem.interface.carriers import ContactLoads
+from iceslide_fem.interface.film_frame import ContactLoads
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid
 from iceslide_fem.interface.window import passed_over
 from iceslide_fem.runtime.arrays import Array
@@ -66,15 +66,15 @@ class RubberOverGrid(RubberColumns):
         return RubberSurface(mean, resistance, self._node_cover(), self.half_film)
 
     def heated(self, start: Array, dt: Array | float, flux: Array) -> Array:
-        """Content after a stage with `flux` (W/m2) at this rank's nodes. Collective."""
+        """Heat state after a stage with `flux` (W/m2) at this rank's nodes. Collective."""
         cover, (at, area, _) = self._node_cover(), self._contacts
         at_contact = np.divide(flux, cover, out=np.zeros_like(flux), where=cover > 0.0)
         at_points = self.grid.interpolate(self.grid.allgather(at_contact), at)
         return super().heated(start, dt, np.where(area > 0.0, at_points, 0.0))
 
-    def surface_temperature(self, content: Array) -> Array:
+    def surface_temperature(self, heat_state: Array) -> Array:
         """Mean temperature over this rank's nodes (K). Collective."""
-        return self._mean(super().surface_temperature(content))
+        return self._mean(super().surface_temperature(heat_state))
 
     def _mean(self, values: Array) -> Array:
         """Mean over the points around each of this rank's nodes; T_0 where there are none."""

@@ -17,7 +17,7 @@ from iceslide_fem.heat.contact import BetweenIceAndRubber
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.readings import Readings
 from iceslide_fem.heat.surface import Reading
-from iceslide_fem.interface.carriers import Rises
+from iceslide_fem.interface.film_frame import Rises
 from iceslide_fem.interface.ice_mesh import MeshedIce, Settings
 from iceslide_fem.interface.surface_grid import Contacts
 from iceslide_fem.rubber.contact_surface import ContactSurface
@@ -37,8 +37,8 @@ class MeshedRubber(NamedTuple):
 
 
 class MeshedIceAndRubber(MeshedIce):
-    """Ice that stays below the rubber, and the rubber. Content: rises of this rank's unknowns, of
-    the ice and then of the rubber, (n_own,), K.
+    """Ice that stays below the rubber, and the rubber. Heat state: rises of this rank's unknowns,
+    of the ice and then of the rubber, (n_own,), K.
     """
 
     def __init__(self, ice: HeatEquation, rubber: MeshedRubber, settings: Settings) -> None:
@@ -59,13 +59,15 @@ class MeshedIceAndRubber(MeshedIce):
         """The same bodies as they answer below and above `contacts`, all points. Collective."""
         below = copy(self)
         area, settings = contacts.area, self._settings
-        contact = BetweenIceAndRubber(area, settings.solid, settings.link, self._half_film)
+        contact = BetweenIceAndRubber(
+            area, settings.solid, settings.interface_resistance, self._half_film
+        )
         below._balance = self._balance.under(self._recent.of(contacts.at), contact)
         return below
 
-    def surface_temperature(self, content: Array) -> Array:
+    def surface_temperature(self, heat_state: Array) -> Array:
         """Temperature of the ice at the points (K), shape (n,). Collective."""
-        return np.asarray(np.split(super().surface_temperature(content), 2)[0])
+        return np.asarray(np.split(super().surface_temperature(heat_state), 2)[0])
 
     @property
     def places(self) -> Array:
@@ -74,17 +76,17 @@ class MeshedIceAndRubber(MeshedIce):
         above[:, -1] += RAISED
         return np.concatenate([self.equation.x, above])
 
-    def heat(self, content: Array) -> float:
+    def heat(self, heat_state: Array) -> float:
         """Heat of the ice above the initial temperature, J (J/m in a slice). Collective."""
-        return self.equation.heat(self._bodies.parts(content)[0])
+        return self.equation.heat(self._bodies.parts(heat_state)[0])
 
-    def rubber_heat(self, content: Array) -> float:
+    def rubber_heat(self, heat_state: Array) -> float:
         """Heat of the rubber above the initial temperature, J (J/m in a slice). Collective."""
-        return self.rubber.heat(self._bodies.parts(content)[1])
+        return self.rubber.heat(self._bodies.parts(heat_state)[1])
 
-    def rises(self, content: Array) -> Rises:
+    def rises(self, heat_state: Array) -> Rises:
         """Rises at the nodes of both. Collective."""
-        ice, rubber = self._bodies.parts(content)
+        ice, rubber = self._bodies.parts(heat_state)
         return Rises(self.equation.nodal(ice), self.rubber.nodal(rubber))
 
     def _met(self, below: Reading) -> Meeting:

@@ -26,13 +26,13 @@ class SharedPoints:
         self._comm, self._n, own = comm, int(np.prod(shape)), len(at.node)
         self._counts, self._own = comm.allgather(own), own
         self._some: Index | slice = slice(None)
-        node, share = self._gathered(at.node), self._gathered(at.share)
+        node, weight = self._gathered(at.node), self._gathered(at.weight)
         starts = node.shape[1] * np.arange(len(node) + 1)
-        self.reads = csr_matrix((share.ravel(), node.ravel(), starts), shape=(len(node), self._n))
+        self.reads = csr_matrix((weight.ravel(), node.ravel(), starts), shape=(len(node), self._n))
         self.gives = self.reads.T.tocsr()
         # of the numbers of nodes of one cell, so far apart are they at most
         self._width = 1 if len(shape) == 1 else shape[1] + 1
-        self._couples = self._coupling(node, share)
+        self._couples = self._coupling(node, weight)
 
     def among(self, points: Index | None) -> SharedPoints:
         """The same of some of this rank's points alone, by their numbers: others give nothing."""
@@ -52,12 +52,12 @@ class SharedPoints:
         """P^T S P of slopes (N,) in the lower bands (width + 1, nodes) that LAPACK takes."""
         return np.asarray(self._couples @ slopes).reshape(self._width + 1, self._n)
 
-    def _coupling(self, node: NDArray[np.int32], share: Array) -> csr_matrix:
+    def _coupling(self, node: NDArray[np.int32], weight: Array) -> csr_matrix:
         """From slopes of the points to what they add to a band matrix of the nodes, by entries."""
         apart = node[:, :, None] - node[:, None, :]
         lower = np.nonzero(apart >= 0)
         entry = apart[lower] * self._n + node[lower[0], lower[2]]
-        product = share[lower[0], lower[1]] * share[lower[0], lower[2]]
+        product = weight[lower[0], lower[1]] * weight[lower[0], lower[2]]
         shape = (self._width + 1) * self._n, len(node)
         return csr_matrix((product, (entry, lower[0])), shape=shape)
 

@@ -27,14 +27,14 @@ class Placement:
     """
 
     node: NDArray[np.int32]
-    share: Array
+    weight: Array
 
 
 @lru_cache(maxsize=2)
 def part_of(at: Placement, index: bytes) -> Placement:
     """Placement of the points with the numbers (int64) in `index`. The last two are known."""
     some = np.frombuffer(index, dtype=np.int64)
-    return Placement(at.node[some], at.share[some])
+    return Placement(at.node[some], at.weight[some])
 
 
 def own_points(n: int) -> Placement:
@@ -113,7 +113,7 @@ class SurfaceGrid:
 
     def place(self, points: Array) -> Placement:
         """Placement of points (n, len(lines)), m; those outside the grid lie on its edge."""
-        node, share = np.zeros((len(points), 1), dtype=np.int32), np.ones((len(points), 1))
+        node, weight = np.zeros((len(points), 1), dtype=np.int32), np.ones((len(points), 1))
         for x, line, widths in zip(points.T, self.lines, self._widths, strict=True):
             x = np.minimum(np.maximum(x, line[0]), line[-1])
             cell = np.searchsorted(line[1:-1], x).astype(np.int32)
@@ -121,10 +121,10 @@ class SurfaceGrid:
             node = node * line.size + cell[:, None]
             corners = len(x), 2 * node.shape[1]
             node = np.stack([node, node + 1], axis=-1).reshape(corners)
-            first = share * (1.0 - fraction)[:, None]
-            last = share * fraction[:, None]
-            share = np.stack([first, last], axis=-1).reshape(corners)
-        return Placement(node, share)
+            first = weight * (1.0 - fraction)[:, None]
+            last = weight * fraction[:, None]
+            weight = np.stack([first, last], axis=-1).reshape(corners)
+        return Placement(node, weight)
 
     def own_nodes(self) -> Placement:
         """Placement of points that are this rank's nodes themselves."""
@@ -139,7 +139,7 @@ class SurfaceGrid:
 
     def interpolate(self, grid: Array, at: Placement) -> Array:
         """Values (n,) of a grid function (nodes,) at points."""
-        return np.asarray(np.einsum("nc,nc->n", at.share, grid[at.node]))
+        return np.asarray(np.einsum("nc,nc->n", at.weight, grid[at.node]))
 
     def scatter(self, amounts: Array, at: Placement) -> Array:
         """What the points of all ranks give to each node, (nodes,) or (kinds, nodes). Collective.
@@ -147,8 +147,8 @@ class SurfaceGrid:
         `amounts`, (n,) or (kinds, n), are extensive: heat, area, force.
         """
         node, kinds = at.node.ravel(), np.atleast_2d(amounts)
-        shares = ((at.share * kind[:, None]).ravel() for kind in kinds)
-        sums = [np.bincount(node, one, self.n_nodes) for one in shares]
+        parts = ((at.weight * kind[:, None]).ravel() for kind in kinds)
+        sums = [np.bincount(node, one, self.n_nodes) for one in parts]
         # NumPy's sum of no points at all is of integers, which MPI must not add to other ranks'.
         grid = np.array(sums, dtype=float).reshape(*amounts.shape[:-1], self.n_nodes)
         self.comm.Allreduce(MPI.IN_PLACE, grid, op=MPI.SUM)

@@ -1,6 +1,6 @@
 """Squeezed-out water that does not stay on the ice: how it moves over the nodes of the window.
 
-Below the rubber water moves at the share s of the sliding speed relative to it
+Below the rubber water moves at the fraction s of the sliding speed relative to it
 (`film.water_speed`), so at (1 - s) v over the ice, and where there is no contact it lies on the
 ice:
 
@@ -12,8 +12,8 @@ water lies within half a cell of its place (first order where a front passes).
 
 - At a trailing edge the rubber leaves a layer s H_s on the ice: the same flux, at v instead of s v.
 - At a leading edge the voids take in a layer as thick as lies on the ice, which then moves at s v;
-  the rest, the share 1 - s of what the ice brings, is scraped off and lost. So much a sipe drains:
-  nothing where water stays with the ice (s = 1); with s = 0 nothing gets to it.
+  the rest, the fraction 1 - s of what the ice brings, is scraped off and lost. So much a sipe
+  drains: nothing where water stays with the ice (s = 1); with s = 0 nothing gets to it.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ import numpy as np
 
 from iceslide_fem.runtime.arrays import Array, Mask
 
-HALF = 0.5  # share of a node's cell from which on it counts as covered
+HALF = 0.5  # fraction of a node's cell from which on it counts as covered
 
 
 def cells_passed(start: float, end: float, cell: float) -> int:
     """Cells by which water moves while its characteristics go from `start` to `end` (m)."""
-    first, last = (int(np.floor(way / cell + 0.5 + 1e-9)) for way in (start, end))
+    first, last = (int(np.floor(distance / cell + 0.5 + 1e-9)) for distance in (start, end))
     return last - first
 
 

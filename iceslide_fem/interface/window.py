@@ -1,7 +1,7 @@
 """The window of ice that follows a sliding block, and where the rubber's points lie on it.
 
 Between two shifts the block moves over the window's grid by the `offset`; when that reaches a
-cell, all content moves by one cell, exactly.
+cell, all that the nodes hold moves by one cell, exactly.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.interface.carriers import ContactLoads, Ice
+from iceslide_fem.interface.film_frame import ContactLoads, Ice
 from iceslide_fem.interface.surface_grid import Contacts, Placement, SurfaceGrid
 from iceslide_fem.runtime.arrays import Array
 
@@ -26,8 +26,8 @@ class PassingIce(Ice, Protocol):
 
     grid: SurfaceGrid
 
-    def shifted(self, content: Array, cells: int) -> Array:
-        """Content after the window has moved `cells` cells in +x: fresh ice enters. Collective."""
+    def shifted(self, heat_state: Array, cells: int) -> Array:
+        """Heat state after the window moves `cells` cells in +x: fresh ice enters. Collective."""
 
 
 def on_window(contact: ContactLoads) -> Array:

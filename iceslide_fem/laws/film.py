@@ -11,7 +11,7 @@ import numpy as np
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.loads import FilmLoads, film_loads
-from iceslide_fem.film.viscosity import FILM_VISCOSITY, Thinning
+from iceslide_fem.film.viscosity import FILM_VISCOSITY, VariableViscosity
 from iceslide_fem.laws.interface_law import Sheared
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene import Scene
@@ -68,8 +68,10 @@ class FilmLaw:
         k, D, H_V, _ = self.parameters(p)
         ramp, _ = self._ramp(pressure)
         p, k = np.where(pressure > 0.0, p, 0.0), ramp * k
-        thinning = None if self.table is None else Thinning(self.table, self.viscosity)
-        return film_loads(p, speed, k, D, H_V, self.viscosity, thinning)
+        variable_viscosity = (
+            None if self.table is None else VariableViscosity(self.table, self.viscosity)
+        )
+        return film_loads(p, speed, k, D, H_V, self.viscosity, variable_viscosity)
 
     def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
         """Films of the height (m), nothing squeezed out; with a table ln(eta / eta_0) = 0."""

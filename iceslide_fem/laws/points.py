@@ -45,27 +45,27 @@ def moments(
     temperature_scale: float,
     rubber: RubberHeat = INSULATED,
     max_step: float | None = None,
-    shares: Array = WHOLE,
+    fractions: Array = WHOLE,
     film_height: float = 1.0,
 ) -> Iterator[Moment]:
     """The start and every accepted step under a pressure (Pa) and a slip speed (m/s).
 
-    Steps end on their corners. `shares` (n,) of that pressure are those of the points. Films begin
-    with `film_height` (m), where a law has them.
+    Steps end on their corners. `fractions` (n,) of that pressure are those of the points. Films
+    begin with `film_height` (m), where a law has them.
 
     `tolerance` is the relative error of mu aimed at, `temperature_scale` (K) that of surface
     temperatures; without an estimate of the integrator all steps are `max_step` (s). Raises
     SimulationStopped where the law is at fault or no step is short enough.
     """
-    n = shares.size
-    log_height, squeezed, memory = law.initial(film_height, n)
-    state = InterfaceState(log_height, squeezed, ice.initial(n), rubber.initial(n), memory)
+    n = fractions.size
+    log_height, squeezed, internal = law.initial(film_height, n)
+    state = InterfaceState(log_height, squeezed, ice.initial(n), rubber.initial(n), internal)
     longest = max_step or LONGEST_STEP * duration
     adaptive, time = bool(integrator.estimate), 0.0
     dt = min(FIRST_STEP * duration, longest) if adaptive else longest
 
     def loads_at(time: float) -> Loads:
-        return law.loads(pressure.at(time) * shares, np.full(n, speed.at(time)))
+        return law.loads(pressure.at(time) * fractions, np.full(n, speed.at(time)))
 
     def moment(step: Step | None, length: float) -> Moment:
         shear = loads_at(time).shear(state, ice)
@@ -87,7 +87,7 @@ def moments(
             error = np.inf
         _stop_at_fault(law, time)
         if adaptive:
-            error /= integrator.share * tolerance
+            error /= integrator.allowed * tolerance
         elif np.isfinite(error):  # nobody could choose another step
             error = 0.0
         following = dt * float(step_factor(error, max(integrator.estimate_order, 1)))

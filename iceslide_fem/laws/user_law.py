@@ -63,7 +63,7 @@ class UserLaw:
 
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
         """Shear in `state` on ice of that temperature (K)."""
-        return self._over(state.memory, temperature())
+        return self._over(state.internal, temperature())
 
     def at_start(self, film_height: float, n: int) -> Sheared:
         """Shear of `n` points at the start."""

@@ -88,19 +88,19 @@ class UserLoads(NamedTuple):
         stage: Callable[..., FilmStage],
     ) -> Film:
         """The law in a stage of `dt` (s) from `start`; always implicit."""
-        internal = self._at_points(start.memory)
+        internal = self._at_points(start.internal)
         return UserStage(start.log_height, start.squeezed_height, internal, dt, self)
 
     def remembered(self, before: Array, stage: FilmStage) -> Array:
         """Internal variables of the places after the `stage`, which had those `before` it."""
         if self.places is None:
-            return stage.memory
-        return self.places.changed(before, stage.memory - self.places.at_points(before))
+            return stage.internal
+        return self.places.changed(before, stage.internal - self.places.at_points(before))
 
     def shear(self, state: InterfaceState, ice: IceHeat) -> Array:
         """tau (Pa), (n,), of `state` on this ice. Collective."""
         warm = ice.surface_temperature(state.ice)
-        return self.law.shear(self.pressure, self.speed, self._at_points(state.memory), warm)[0]
+        return self.law.shear(self.pressure, self.speed, self._at_points(state.internal), warm)[0]
 
     def force(self, step: Step) -> Array:
         """Size of tau (Pa) at the end of the `step`: its power over the speed, (n,)."""
@@ -123,7 +123,7 @@ class UserLoads(NamedTuple):
         anything is not finite.
         """
         shifted = step.state._replace(
-            memory=step.state.memory + step.error(lambda change: change.memory),
+            internal=step.state.internal + step.error(lambda change: change.internal),
             ice=step.state.ice + step.error(lambda change: change.ice),
         )
         error = np.maximum(

@@ -50,8 +50,8 @@ def _steepest_fall(scene: Scene, law: UserLaw) -> tuple[float, float]:
     pressure = np.full(SPEEDS, scene.load.pressures.largest)
     fall, where = 0.0, 0.0
     for temperature in (scene.ice.temperature, scene.ice.melting_temperature):
-        memory, warm = law.initial(1.0, SPEEDS)[2], np.full(SPEEDS, temperature)
-        shear = law.shear(pressure, speeds, memory, warm)[0]
+        internal, warm = law.initial(1.0, SPEEDS)[2], np.full(SPEEDS, temperature)
+        shear = law.shear(pressure, speeds, internal, warm)[0]
         falls = -np.diff(shear) / np.diff(speeds)
         if np.isfinite(falls).all() and falls.max() > max(fall, 1e-9 * pressure[0]):
             fall, where = float(falls.max()), float(speeds[1:][falls.argmax()])

@@ -9,7 +9,7 @@ import numpy as np
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import AcceptedStep
 from iceslide_fem.heat.elements import LayeredElements
-from iceslide_fem.interface.carriers import Rises
+from iceslide_fem.interface.film_frame import Rises
 from iceslide_fem.interface.surface_grid import Profile, SurfaceGrid
 from iceslide_fem.output.grids import (
     TEMPERATURE,
@@ -36,7 +36,7 @@ class BlockFields:
 
     def __init__(self, sliding: Sliding, names: Sequence[str]) -> None:
         self._sliding, self._stress = sliding, "stress" in names
-        block, ice = sliding.block, sliding.carrier.ice
+        block, ice = sliding.block, sliding.frame.ice
         self._facets = FacetGrid(block.rubber, block.surface)
         profile = ice.profile(sliding.current.interface.ice)
         present: dict[str, Callable[[AcceptedStep | None], Grid | None]] = {}
@@ -99,7 +99,7 @@ class BlockFields:
 
     def _meshed_ice(self, accepted: AcceptedStep | None) -> Grid | None:
         """This rank's part of the ice's mesh, where the ice is relative to the plate."""
-        equation, rise = self._sliding.carrier.ice.equation, self._rises().ice
+        equation, rise = self._sliding.frame.ice.equation, self._rises().ice
         assert equation is not None and isinstance(equation.elements, LayeredElements)
         assert rise is not None
         current = self._sliding.current
@@ -123,11 +123,11 @@ class BlockFields:
             "surface temperature (degC)": self._celsius(profile.kelvin[0]),
             "heat (J/m^2)": profile.heat,
         }
-        if self._sliding.carrier.nodes is not None:
+        if self._sliding.frame.nodes is not None:
             values["film height (m)"] = grid.allgather(np.exp(state.log_height))
             values["squeezed height (m)"] = grid.allgather(state.squeezed_height)
-        if self._sliding.carrier.remembering is not None:
-            for name, row in remembered_fields(self._sliding, state.memory).items():
+        if self._sliding.frame.internal_nodes is not None:
+            for name, row in remembered_fields(self._sliding, state.internal).items():
                 values[name] = grid.allgather(row)
         return tensor_grid(self._lines(grid), values) if _is_last(grid) else None
 
@@ -137,10 +137,10 @@ class BlockFields:
         return [along - self._sliding.current.loads.offset, *across]
 
     def _rises(self) -> Rises:
-        return self._sliding.carrier.ice.rises(self._sliding.current.interface.ice)
+        return self._sliding.frame.ice.rises(self._sliding.current.interface.ice)
 
     def _profile(self) -> Profile:
-        profile = self._sliding.carrier.ice.profile(self._sliding.current.interface.ice)
+        profile = self._sliding.frame.ice.profile(self._sliding.current.interface.ice)
         assert profile is not None
         return profile
 

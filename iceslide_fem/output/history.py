@@ -51,20 +51,20 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: AcceptedStep | None) -
     def mean(values: Any) -> float:
         return block.surface.total(values.reshape(area.shape), area) / touching
 
-    carrier, load = sliding.carrier, block.scene.load
+    frame, load = sliding.frame, block.scene.load
     melted, saturated = _switches(sliding, accepted)
     normal, friction = block.normal_force(contact), ledger.friction_force()
     below, beside = (
         block.total(current.interface.squeezed_height, area)
-        for area in carrier.water_areas(current.loads)
+        for area in frame.water_areas(current.loads)
     )
     values = HistoryRow(
         time_s=current.time,
         step_s=accepted.dt if accepted else 0.0,
         slip_m=load.speeds.integral(current.time),
         mu=friction / normal,
-        film_height_m=mean(carrier.film_height(current.interface, current.loads)),
-        squeezed_height_m=mean(carrier.at_points(current.interface.squeezed_height, current.loads)),
+        film_height_m=mean(frame.film_height(current.interface, current.loads)),
+        squeezed_height_m=mean(frame.at_points(current.interface.squeezed_height, current.loads)),
         surface_temperature_C=mean(_surface(sliding, current)) - ZERO_CELSIUS,
         contact_fraction=touching / block.area,
         nominal_pressure_Pa=load.pressures.at(current.time),
@@ -88,9 +88,9 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: AcceptedStep | None) -
         water_left_m3=beside + ledger.lost_water,
         newton_iterations=accepted.iterations if accepted else 0,
     )
-    remembered = _remembered(sliding, _memory_at_points(sliding))
-    memory = {name: mean(field) for name, field in remembered.items()}
-    return row_of(values._asdict(), memory)
+    remembered = _remembered(sliding, _internal_at_points(sliding))
+    internal = {name: mean(field) for name, field in remembered.items()}
+    return row_of(values._asdict(), internal)
 
 
 def interface_fields(sliding: Sliding, accepted: AcceptedStep | None) -> dict[str, Array]:
@@ -101,18 +101,18 @@ def interface_fields(sliding: Sliding, accepted: AcceptedStep | None) -> dict[st
     current = sliding.current
     shape = current.contact.pressure.shape
     melted, saturated = _switches(sliding, accepted)
-    squeezed = sliding.carrier.at_points(current.interface.squeezed_height, current.loads)
+    squeezed = sliding.frame.at_points(current.interface.squeezed_height, current.loads)
     always = ("contact pressure (Pa)", "friction stress (Pa)")
     fields = {
         "contact pressure (Pa)": current.contact.pressure,
         "friction stress (Pa)": sliding.shear(current.interface, current.loads),
-        "film height (m)": sliding.carrier.film_height(current.interface, current.loads),
+        "film height (m)": sliding.frame.film_height(current.interface, current.loads),
         "squeezed height (m)": squeezed,
         "surface temperature (degC)": _surface(sliding, current) - ZERO_CELSIUS,
         "melted (1)": melted,
         "saturated (1)": saturated,
     }
-    fields |= remembered_fields(sliding, _memory_at_points(sliding))
+    fields |= remembered_fields(sliding, _internal_at_points(sliding))
     touching = current.contact.pressure > 0.0
     return {
         name: np.where(touching | (name in always), np.reshape(values, shape), np.nan)
@@ -125,29 +125,29 @@ def memory_names(sliding: Sliding) -> tuple[str, ...]:
     return sliding.block.law.columns
 
 
-def remembered_fields(sliding: Sliding, memory: Array) -> dict[str, Array]:
-    """Rows of the law's `memory` (m, n), wherever they live, by what fields call them."""
-    values = _remembered(sliding, memory)
+def remembered_fields(sliding: Sliding, internal: Array) -> dict[str, Array]:
+    """Rows of the law's `internal` (m, n), wherever they live, by what fields call them."""
+    values = _remembered(sliding, internal)
     return {_FIELDS.get(name, name): field for name, field in values.items()}
 
 
-def _remembered(sliding: Sliding, memory: Array) -> dict[str, Array]:
-    """Rows of the law's `memory` (m, n) by their columns, in SI."""
-    return dict(sliding.block.law.reported(memory))
+def _remembered(sliding: Sliding, internal: Array) -> dict[str, Array]:
+    """Rows of the law's `internal` (m, n) by their columns, in SI."""
+    return dict(sliding.block.law.reported(internal))
 
 
-def _memory_at_points(sliding: Sliding) -> Array:
+def _internal_at_points(sliding: Sliding) -> Array:
     """The law's memory at the points, (m, n)."""
     current = sliding.current
     if not memory_names(sliding):
         return np.empty((0, current.contact.pressure.size))
-    return sliding.carrier.memory_at_points(current.interface, current.loads)
+    return sliding.frame.internal_at_points(current.interface, current.loads)
 
 
 def thinnest_film(sliding: Sliding) -> float:
     """Smallest film height where there is contact, m; infinite where there is none. Collective."""
     current = sliding.current
-    height = sliding.carrier.film_height(current.interface, current.loads)
+    height = sliding.frame.film_height(current.interface, current.loads)
     touching = height[current.loads.pressure > 0.0]
     own = float(np.fmin.reduce(touching, initial=np.inf))  # NaN where there are no films
     return sliding.block.surface.comm.allreduce(own, op=MPI.MIN)
@@ -167,7 +167,7 @@ def _contact_area(block: Block, contact: ContactState) -> float:
 
 def _surface(sliding: Sliding, current: CoupledState) -> Array:
     """Temperature of the ice at the points (K); no reading may be above T_m. Collective."""
-    temperature = sliding.carrier.ice_temperature(current.interface, current.loads)
+    temperature = sliding.frame.ice_temperature(current.interface, current.loads)
     return np.minimum(temperature, sliding.block.scene.ice.melting_temperature)
 
 
@@ -176,8 +176,8 @@ def _switches(sliding: Sliding, accepted: AcceptedStep | None) -> tuple[Array, A
     if accepted is None:
         nowhere = np.zeros(sliding.block.surface.n_points)
         return nowhere, nowhere
-    end, loads, carrier = accepted.subcycles.substeps[-1], accepted.loads, sliding.carrier
+    end, loads, frame = accepted.subcycles.substeps[-1], accepted.loads, sliding.frame
     melting, saturated = (
         end.of_all(one) for one in (end.step.last.melting, end.step.last.saturated)
     )
-    return carrier.at_points(melting, loads), carrier.at_points(saturated, loads)
+    return frame.at_points(melting, loads), frame.at_points(saturated, loads)

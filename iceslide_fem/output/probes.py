@@ -132,31 +132,31 @@ class Probes:
 
     def _in_ice(self, probe: Probe, sliding: Sliding) -> float:
         """Temperature of the ice, degC. Collective."""
-        current, ice = sliding.current, sliding.carrier.ice
+        current, ice = sliding.current, sliding.frame.ice
         if ice.equation is not None:
             return self._in_mesh(probe, ice.equation, sliding)
-        profile = sliding.carrier.ice.profile(current.interface.ice)
+        profile = sliding.frame.ice.profile(current.interface.ice)
         assert profile is not None  # the scene refuses probes in closed-form ice
         if profile.grid is None:  # attached ice follows the rubber's points
             if probe.contact is None:
                 return math.nan
-            nodes, shares = np.array([probe.contact]), np.ones(1)
+            nodes, weights = np.array([probe.contact]), np.ones(1)
         else:
             place = probe.place[None, :-1] + np.eye(1, probe.place.size - 1) * current.loads.offset
             lines = profile.grid.lines
             if not all(line[0] <= x <= line[-1] for line, x in zip(lines, place[0], strict=True)):
                 return math.nan
             at = profile.grid.place(place)
-            nodes, shares = at.node[0], at.share[0]
+            nodes, weights = at.node[0], at.weight[0]
         columns = profile.kelvin[:, nodes].T
         kelvin = [np.interp(-probe.place[-1], profile.depths, column) for column in columns]
         T_m = sliding.block.scene.ice.melting_temperature
-        return min(float(shares @ kelvin), T_m) - ZERO_CELSIUS
+        return min(float(weights @ kelvin), T_m) - ZERO_CELSIUS
 
     def _in_mesh(self, probe: Probe, equation: HeatEquation, sliding: Sliding) -> float:
         """The same where the ice has a mesh: what its elements have there. Collective."""
         scene, current = sliding.block.scene, sliding.current
-        rise = sliding.carrier.ice.rises(current.interface.ice).ice
+        rise = sliding.frame.ice.rises(current.interface.ice).ice
         place = probe.place + np.eye(1, probe.place.size)[0] * current.loads.offset
         found = cell_around(equation.elements.space, place)
         if found is None or rise is None:

@@ -34,14 +34,14 @@ def untouched(folder: Path, summary: Mapping[str, Any]) -> bool:
     return summary.get("checksum") == _checksum(folder, entries)
 
 
-def leave_word(out: Path, error: Exception) -> None:
+def notify_next_run(out: Path, error: Exception) -> None:
     """Write why the run in `out` stopped, for who looks there and not at a screen."""
     with contextlib.suppress(OutputError):  # that may be why
         replace_file(out / _STOPPED, f"{str(error) or type(error).__name__}\n")
 
 
 def word_of(out: Path) -> str:
-    """What `leave_word` left in `out`, or nothing."""
+    """What `notify_next_run` left in `out`, or nothing."""
     try:
         return (out / _STOPPED).read_text(encoding="utf-8", errors="replace").strip()
     except OSError:

@@ -55,19 +55,19 @@ class HistoryRow(NamedTuple):
     newton_iterations: int
 
 
-def row_of(values: Mapping[str, Any], memory: Mapping[str, float]) -> HistoryRow:
+def row_of(values: Mapping[str, Any], internal: Mapping[str, float]) -> HistoryRow:
     """A row of known `values`, 0 elsewhere, and behind them what the law remembers."""
     columns = {name: values.get(name, 0.0) for name in HistoryRow._fields}
-    kind = row_type(tuple(memory))
-    return kind(**columns, **cast("dict[str, Any]", memory))
+    kind = row_type(tuple(internal))
+    return kind(**columns, **cast("dict[str, Any]", internal))
 
 
 @cache
-def row_type(memory: tuple[str, ...]) -> type[HistoryRow]:
-    """`HistoryRow`, with columns behind its own for the `memory` of the law."""
-    if not memory:
+def row_type(internal: tuple[str, ...]) -> type[HistoryRow]:
+    """`HistoryRow`, with columns behind its own for the `internal` of the law."""
+    if not internal:
         return HistoryRow
-    return cast("type[HistoryRow]", namedtuple("HistoryRow", [*HistoryRow._fields, *memory]))  # noqa: PYI024
+    return cast("type[HistoryRow]", namedtuple("HistoryRow", [*HistoryRow._fields, *internal]))  # noqa: PYI024
 
 
 class PreloadRow(NamedTuple):

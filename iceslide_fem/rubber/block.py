@@ -30,19 +30,19 @@ from iceslide_fem.rubber.failure import Posture, Slenderness, limit_met, posture
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.loaded_block import TractionLaw
 from iceslide_fem.rubber.newton import Solution
-from iceslide_fem.rubber.wall_friction import Grip
+from iceslide_fem.rubber.self_contact_friction import StickPoints
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.runtime.ranks import from_root
 from iceslide_fem.scene import Scene
 
-# Newton stops at a residual of these shares of the plate's force and of the friction force, times
+# Newton stops at a residual of these fraction of the plate's force and of the friction force, times
 # the scene's tolerance: mu(t) moves by a hundredth of that. The second is the smaller one where mu
 # is below 0.1. Where rubber has inertia what is left accelerates it: then a fifth of both. Under a
 # law that is not viscous the block is solved however little friction has changed, and what is left
 # must not be as much as that: then a tenth.
 EQUILIBRIUM_SHARE, FRICTION_SHARE, INERTIA, NOT_VISCOUS = 5e-3, 5e-2, 0.2, 0.1
-# Static friction is fully mobilised after a slip of about this share of the height.
+# Static friction is fully mobilised after a slip of about this fraction of the height.
 STICK_SHARE = 1e-3
 # Penalty of walls that meet, of the contact's: lugs are soft, and walls as hard as that would snap
 # open and shut from one iterate to the next.
@@ -178,27 +178,31 @@ class Block:
         """Smallest distance of facing walls of sipes and grooves, m; below 0 by what they press
         into each other, infinite without walls. Collective.
         """
-        walls = self.rubber.walls
-        return np.inf if walls is None else walls.smallest_opening(self.rubber.displacements)
+        self_contact = self.rubber.self_contact
+        return (
+            np.inf
+            if self_contact is None
+            else self_contact.smallest_opening(self.rubber.displacements)
+        )
 
     @property
-    def grip(self) -> Grip | None:
+    def stick_points(self) -> StickPoints | None:
         """What friction of walls remembers of the last accepted equilibrium, None without it."""
-        return None if self.rubber.walls is None else self.rubber.walls.grip
+        return None if self.rubber.self_contact is None else self.rubber.self_contact.stick_points
 
-    def hold(self, grip: Grip | None) -> None:
-        """Let walls remember `grip` from now on: that of an equilibrium that is accepted."""
-        if self.rubber.walls is not None:
-            self.rubber.walls.grip = grip
+    def set_stick_points(self, stick_points: StickPoints | None) -> None:
+        """Set the friction history of the self-contact: that of an accepted equilibrium."""
+        if self.rubber.self_contact is not None:
+            self.rubber.self_contact.stick_points = stick_points
 
-    def grip_after(self) -> tuple[Grip | None, float]:
+    def stick_points_after(self) -> tuple[StickPoints | None, float]:
         """The grip if the present displacements are accepted, and the heat (J, of the whole block)
         of walls that have slipped on the way. Collective.
         """
-        if self.rubber.walls is None or self.rubber.walls.grip is None:
+        if self.rubber.self_contact is None or self.rubber.self_contact.stick_points is None:
             return None, 0.0
-        grip, heat = self.rubber.walls.followed(self.rubber.displacements)
-        return grip, self.scale * heat
+        stick_points, heat = self.rubber.self_contact.followed(self.rubber.displacements)
+        return stick_points, self.scale * heat
 
     def normal_force(self, contact: ContactState) -> float:
         """Contact force of the whole block, N. Collective."""
@@ -230,8 +234,8 @@ def build_block(scene: Scene, comm: MPI.Comm, energy: Energy = stored_energy) ->
     rubber = HyperelasticBody(mesh, material, energy=energy, density=density)
     numerics = scene.numerics
     penalty = numerics.penalty or default_penalty(material, height, numerics.tolerance)
-    rubber.let_walls_meet(WALLS * penalty, scene.rubber.wall_friction)
-    rubber.let_sides_meet_plate(height, penalty)
+    rubber.enable_self_contact(WALLS * penalty, scene.rubber.wall_friction)
+    rubber.enable_plate_contact(height, penalty)
     surface = contact_points(scene, rubber, height)
     ds = ufl.Measure("ds", domain=mesh.mesh, subdomain_data=mesh.facet_tags)
     plate = fem.Constant(mesh.mesh, PETSc.ScalarType(1.0)) * ds(mesh.tags["plate"])

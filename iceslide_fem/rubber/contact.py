@@ -15,7 +15,7 @@ from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import MooneyRivlin
 
-# Penetration over the block's mean deformation: a share of the scene's tolerance, within bounds.
+# Penetration over the block's mean deformation: a fraction of the scene's tolerance, within bounds.
 # Softer is hardly cheaper, stiffer hardly more accurate (docs/accuracy.md).
 PENETRATION_SHARE, PENETRATION = 0.1, (1e-3, 1e-2)
 
@@ -127,11 +127,11 @@ def _loaded(state: ContactState, traction: Traction) -> NDArray[np.intp]:
 
 
 def default_penalty(material: MooneyRivlin, height: float, tolerance: float) -> float:
-    """Penalty (Pa/m) under which a uniform pressure sinks in by a share of the deformation.
+    """Penalty (Pa/m) under which a uniform pressure sinks in by a fraction of the deformation.
 
-    A block of this height (m) yields by p H / E, the penalty by p / eps: eps = E / (share H). The
-    share is a tenth of `tolerance`, but between 1e-3 and 1e-2. Where pressure concentrates at the
-    edges, penetration is 1.5 to 4 times larger (scripts.studies.penalty_effect).
+    A block of this height (m) yields by p H / E, the penalty by p / eps: eps = E / (fraction H).
+    The fraction is a tenth of `tolerance`, but between 1e-3 and 1e-2. Where pressure concentrates
+    at the edges, penetration is 1.5 to 4 times larger (scripts.studies.penalty_effect).
     """
-    share = min(max(PENETRATION_SHARE * tolerance, PENETRATION[0]), PENETRATION[1])
-    return material.youngs_modulus / (share * height)
+    fraction = min(max(PENETRATION_SHARE * tolerance, PENETRATION[0]), PENETRATION[1])
+    return material.youngs_modulus / (fraction * height)

@@ -10,7 +10,7 @@ from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc
 from iceslide_fem.fenics.direct_solver import SparseColumns
 from iceslide_fem.rubber.contact_surface import ContactSurface
-from iceslide_fem.rubber.walls import Walls
+from iceslide_fem.rubber.self_contact import SelfContact
 from iceslide_fem.runtime.arrays import Array
 
 # Parts of a load that are answered at once; what one must have of the whole.
@@ -31,13 +31,13 @@ class ContactNodes:
     def __init__(
         self,
         surface: ContactSurface,
-        walls: Walls | None,
+        self_contact: SelfContact | None,
         vector: PETSc.Vec,
         fixed: NDArray[np.int32],
         lifted: Array,
     ) -> None:
-        """`walls` touch each other, too. `vector`: of nodal forces, overwritten; `fixed` and, of
-        the plate, `lifted`: own dofs.
+        """`self_contact` touch each other, too. `vector`: of nodal forces, overwritten; `fixed`
+        and, of the plate, `lifted`: own dofs.
 
         Loads on fixed dofs are none but the plate's. Collective.
         """
@@ -46,8 +46,8 @@ class ContactNodes:
         with vector.localForm() as local:
             local.set(0.0)
             local.array.reshape(-1, dim)[dofs] = 1.0
-            if walls is not None:
-                local.array.reshape(-1, dim)[walls.dofs] = 1.0
+            if self_contact is not None:
+                local.array.reshape(-1, dim)[self_contact.dofs] = 1.0
         compat.sum_ghosts(vector)
         self.own = np.flatnonzero(vector.array > 0.0)
         unknowns = comm.allgather(self.own + vector.getOwnershipRange()[0])
@@ -56,9 +56,11 @@ class ContactNodes:
         self._here = slice(first, first + self.own.size)
         vector.array[self.own] = np.arange(first, first + self.own.size)
         self._of_walls = np.zeros(0, dtype=np.int64)
-        if walls is not None:
-            at_walls, here = np.zeros(walls.unknowns.size), walls.own
-            at_walls[here] = vector.array[walls.unknowns[here] - walls.unknowns_before]
+        if self_contact is not None:
+            at_walls, here = np.zeros(self_contact.unknowns.size), self_contact.own
+            at_walls[here] = vector.array[
+                self_contact.unknowns[here] - self_contact.unknowns_before
+            ]
             comm.Allreduce(MPI.IN_PLACE, at_walls, op=MPI.SUM)
             self._of_walls = at_walls.round().astype(np.int64)
         compat.update_ghosts(vector)

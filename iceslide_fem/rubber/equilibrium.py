@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.rubber.beside_plate import lift_of
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.loaded_block import LoadedBlock, TractionLaw
 from iceslide_fem.rubber.newton import LAG, Newton, Solution
+from iceslide_fem.rubber.plate_contact import lift_of
 from iceslide_fem.rubber.tangent import Tangent
 
 ROUNDING = 1e-11  # of the plate's force, which rounding of the elastic forces may leave

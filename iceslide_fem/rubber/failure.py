@@ -11,7 +11,7 @@ from iceslide_fem.rubber.contact import contact_state
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.runtime.arrays import Array, Mask
 
-FOLDED = 0.02  # share of the load on the sides from which on an edge counts as folded
+FOLDED = 0.02  # fraction of the load on the sides from which on an edge counts as folded
 TIPPED = 0.8  # contact over nominal area below which an edge counts as lifted
 CRUSHED = 0.25  # compression of the height
 STEEP = 0.8  # sine of the slope from which on a facet is a side
@@ -27,7 +27,7 @@ class Slenderness(NamedTuple):
 
 
 class Posture(NamedTuple):
-    """How a block stands: shares of what is named.
+    """How a block stands: fraction of what is named.
 
     bottom: area of the bottom that touches, of the undeformed one; sides: the load that the sides
     carry; compression: of the height; sway: largest shift of the bottom along x below the plate,

@@ -10,9 +10,9 @@ from scipy.sparse import csr_matrix
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.mesh.rubber import RubberMesh
-from iceslide_fem.rubber.beside_plate import BesidePlate
 from iceslide_fem.rubber.element import DEGREE, Energy, kinds_of_cells, stored_energy
-from iceslide_fem.rubber.walls import Walls
+from iceslide_fem.rubber.plate_contact import PlateContact
+from iceslide_fem.rubber.self_contact import SelfContact
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import MooneyRivlin
 
@@ -71,8 +71,8 @@ class HyperelasticBody:
         self._energy = compat.form(functional)
         self._residual = compat.form(residual)
         self._tangent = compat.form(ufl.derivative(residual, self.u, trial))
-        self.walls: Walls | None = None
-        self.beside: BesidePlate | None = None
+        self.self_contact: SelfContact | None = None
+        self.beside: PlateContact | None = None
         self.plate_reaction = 0.0  # N, of the sides on the plate, where forces were last found
         self.plate = self._dofs("plate")
         self.symmetry = self._dofs("symmetry") if "symmetry" in block.tags else self.plate[:0]
@@ -94,16 +94,16 @@ class HyperelasticBody:
             return tags.indices[:0]
         return tags.indices[tags.values == self.block.tags[name]]
 
-    def let_walls_meet(self, penalty: float, friction: float = 0.0) -> None:
+    def enable_self_contact(self, penalty: float, friction: float = 0.0) -> None:
         """From now on facets tagged `walls` press on those that they face: penalty, Pa/m; and they
         slip on each other with a `friction` coefficient.
 
         What they do belongs to the internal forces, the tangent and the elastic energy. Collective.
         """
         if "walls" in self.block.tags:
-            self.walls = Walls(self.space, self.facets("walls"), penalty, friction)
+            self.self_contact = SelfContact(self.space, self.facets("walls"), penalty, friction)
 
-    def let_sides_meet_plate(self, height: float, penalty: float) -> None:
+    def enable_plate_contact(self, height: float, penalty: float) -> None:
         """From now on sides that rise above the plate's plane press on it: penalty, Pa/m.
 
         `height` of the block, m. What they do belongs to the internal forces (`plate_reaction` to
@@ -112,7 +112,7 @@ class HyperelasticBody:
         facets = np.concatenate([self.facets("sides"), self.facets("contact")])
         middles = compat.midpoints(self.mesh, facets)[:, self.mesh.geometry.dim - 1]
         facets = np.sort(facets[middles > NEAR_PLATE * height])
-        self.beside = BesidePlate(self.space, facets, self.plate, height, penalty)
+        self.beside = PlateContact(self.space, facets, self.plate, height, penalty)
 
     def create_vector(self) -> PETSc.Vec:
         """Vector of nodal forces, with ghosts."""
@@ -123,34 +123,36 @@ class HyperelasticBody:
         meet it gets further entries.
         """
         matrix = compat.create_matrix(self._tangent, kind)
-        matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, self.walls is None)
+        matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, self.self_contact is None)
         return matrix
 
     def internal_forces(self, vector: PETSc.Vec) -> None:
-        """Overwrite `vector` by this rank's shares of the internal forces (ghosts not summed)."""
+        """Overwrite `vector` by this rank's part of the internal forces (ghosts not summed)."""
         compat.assemble_shares(vector, self._residual)
         with vector.localForm() as local:
             forces = local.array.reshape(-1, self.mesh.geometry.dim)
-            if self.walls is not None:
-                self.walls.add_forces(self.displacements, forces)
+            if self.self_contact is not None:
+                self.self_contact.add_forces(self.displacements, forces)
             if self.beside is not None:
                 self.plate_reaction = self.beside.add_forces(self.displacements, forces)
 
-    def tangent(self, matrix: PETSc.Mat, walls: csr_matrix | None = None) -> None:
+    def tangent(self, matrix: PETSc.Mat, self_contact: csr_matrix | None = None) -> None:
         """Overwrite `matrix` with the derivative of the internal forces at `u`.
 
         walls: the stiffness of those that meet, N/m, `wall_stiffness` if it is not given.
         """
         compat.assemble_matrix(matrix, self._tangent)
-        stiffness = self.wall_stiffness() if walls is None else walls
-        if self.walls is not None and stiffness is not None:
-            self.walls.add_tangent(stiffness, matrix)
+        stiffness = self.wall_stiffness() if self_contact is None else self_contact
+        if self.self_contact is not None and stiffness is not None:
+            self.self_contact.add_tangent(stiffness, matrix)
         if self.beside is not None:
             self.beside.add_tangent(self.displacements, matrix)
 
     def wall_stiffness(self) -> csr_matrix | None:
         """What walls that meet have in the tangent at `u` (`Walls.stiffness`). Collective."""
-        return None if self.walls is None else self.walls.stiffness(self.displacements)
+        return (
+            None if self.self_contact is None else self.self_contact.stiffness(self.displacements)
+        )
 
     def lift_slope(self, vector: PETSc.Vec) -> float:
         """Overwrite `vector` (ghosts summed) with the derivative of the internal forces by a lift
@@ -196,14 +198,14 @@ class HyperelasticBody:
     def momentum(self, velocity: Array) -> float:
         """Momentum along x, N s (N s/m in a slice), of nodal velocities; only with a density.
 
-        Of displacements it is the mass times the way of its centre. Collective.
+        Of displacements it is the mass times the displacement of its centre. Collective.
         """
         self._velocity.x.array[:] = velocity
         return compat.assemble_scalar(self._momentum, self.mesh.comm)
 
     def elastic_energy(self) -> float:
         """Stored energy, J (J/m in a slice), on all ranks. Collective."""
-        pressing = (self.walls, self.beside)
+        pressing = (self.self_contact, self.beside)
         pressed = sum(one.energy(self.displacements) for one in pressing if one is not None)
         return compat.assemble_scalar(self._energy, self.mesh.comm) + pressed
 

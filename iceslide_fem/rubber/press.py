@@ -28,14 +28,14 @@ FIRST_STRAIN = 0.075
 FIRST_RAMP = 0.65
 SMALLEST_PATH_STEP = 1e-3
 EASY_ITERATIONS = 6
-# Steps of a plate that is lowered, of the height; and the share of the largest load found at which
-# it has fallen for good, or the depth, or the number of trials.
+# Steps of a plate that is lowered, of the height; and the fraction of the largest load found at
+# which it has fallen for good, or the depth, or the number of trials.
 FIRST_LOWERING, LARGEST_LOWERING, SMALLEST_LOWERING = 2e-3, 2e-2, 2e-5
 FALLEN, DEEPEST, LOWERINGS = 0.98, 0.5, 40
 
 
 class PathPoint(NamedTuple):
-    """An equilibrium on the way to sliding: phase, share of the load and of the speed."""
+    """An equilibrium on the way to sliding: phase, fraction of the load and of the speed."""
 
     phase: str
     load: float
@@ -107,16 +107,16 @@ def start_sliding(
 
     def solve(path: float) -> Solution:
         nonlocal carried
-        share = path**2 * (3.0 - 2.0 * path)
-        speed = np.full(block.surface.weights.shape, share * scene.load.speeds.first)
+        fraction = path**2 * (3.0 - 2.0 * path)
+        speed = np.full(block.surface.weights.shape, fraction * scene.load.speeds.first)
         film = block.sliding(sheared, lambda _: (speed, 0.0))
 
         def law(pressure: Array, displacement: Array) -> Traction:
             slipping = film(pressure, displacement)
-            return blend(block.static(pressure, displacement), slipping, share)
+            return blend(block.static(pressure, displacement), slipping, fraction)
 
         solution = block.balance(law, friction=block.friction_force(sheared))
-        observe(PathPoint("ramp", 1.0, share, law, solution))
+        observe(PathPoint("ramp", 1.0, fraction, law, solution))
         carried = law
         return solution
 
@@ -161,7 +161,7 @@ def _follow(
             if step < SMALLEST_PATH_STEP * first:
                 return lost(where(path), reason)
             continue
-        block.hold(block.grip_after()[0])
+        block.set_stick_points(block.stick_points_after()[0])
         # A first point is far from the start, which was a guess: no secant through it.
         last = (done, start) if done > 0.0 else None
         done = path
@@ -177,16 +177,16 @@ def _lower(
 ) -> tuple[float, float, bool]:
     """Lower the plate from the present equilibrium until it carries the whole load, or much less.
 
-    Returns the largest share of the load found, mu there, and whether it falls beyond. Where all of
-    it is carried, the block is in equilibrium under it.
+    Returns the largest fraction of the load found, mu there, and whether it falls beyond. Where all
+    of it is carried, the block is in equilibrium under it.
     """
     values, height = block.rubber.u.x.array, block.height
     step, depth = FIRST_LOWERING * height, block.equilibrium.plate_displacement()
     largest = block.normal_force(block.contact) / (block.scale * block.force)
-    mu, share = _friction_coefficient(block, law), largest
+    mu, fraction = _friction_coefficient(block, law), largest
     last: tuple[float, Array] | None = None
     for _ in range(LOWERINGS):
-        if share < FALLEN * largest or depth > DEEPEST * height:
+        if fraction < FALLEN * largest or depth > DEEPEST * height:
             break
         before()
         start = values.copy()
@@ -195,10 +195,10 @@ def _lower(
         else:
             block.equilibrium.lower_plate(step)
         try:
-            share = found(block.balance_under_held_plate(law)).force / block.force
-            if share >= 1.0:
+            fraction = found(block.balance_under_held_plate(law)).force / block.force
+            if fraction >= 1.0:
                 found(block.balance(law))
-                block.hold(block.grip_after()[0])
+                block.set_stick_points(block.stick_points_after()[0])
                 return 1.0, mu, False
         except NotConverged:
             values[:] = start
@@ -207,12 +207,12 @@ def _lower(
             if step < SMALLEST_LOWERING * height:
                 break
             continue
-        block.hold(block.grip_after()[0])
+        block.set_stick_points(block.stick_points_after()[0])
         last, depth = (step, start), depth + step
-        if share > largest:
-            largest, mu = share, _friction_coefficient(block, law)
+        if fraction > largest:
+            largest, mu = fraction, _friction_coefficient(block, law)
         step = min(1.5 * step, LARGEST_LOWERING * height)
-    return largest, mu, share < largest
+    return largest, mu, fraction < largest
 
 
 def _friction_coefficient(block: Block, law: TractionLaw) -> float:

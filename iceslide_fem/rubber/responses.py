@@ -26,9 +26,10 @@ from iceslide_fem.runtime.arrays import Array
 
 # So many solves for one change at most; and so many answers are kept before factors are made anew.
 MOST_SOLVES, MOST_KEPT = 20, 200
-# Images of kept loads that are, to this share of the largest, combinations of others are none.
+# Images of kept loads that are, to this fraction of the largest, combinations of others are none.
 DEPENDENT = 1e-6
-# What a solve leaves is the next load, unless it has left more than this share of what was there.
+# What a solve leaves is the next load, unless it has left more than this fraction of what was
+# there.
 ENOUGH = 0.8
 # What it costs to answer the parts of a load at once, in solves for one.
 PARTS_COST = 1.5
@@ -49,7 +50,7 @@ class Responses:
         """`cost` of new factors, in solves with them; whether they answer `many` loads at once."""
         self._nodes, self._cost, self._many = nodes, cost, many
         # Loads (k, n), N, the changes of this rank's dofs that answer them (k, dofs), m, and those
-        # at the facets (k, f, a d), m: there is room for more than the `_met`.
+        # at the facets (k, f, a d), m: there is room for more than the `_recycled`.
         self._loads: Array = np.zeros((0, nodes.n_loads))
         self._answers: Array = np.zeros((0, 0))
         self._moved: Array = np.zeros((0, 0, 0))
@@ -63,17 +64,17 @@ class Responses:
 
     def clear(self) -> None:
         """There are new factors."""
-        self._met = 0
+        self._recycled = 0
         self._spent, self._changes, self.stale = self._cost, 0, False
 
-    def differ(self, difference: Array, walls: csr_matrix | None = None) -> None:
+    def differ(self, difference: Array, self_contact: csr_matrix | None = None) -> None:
         """The contact of the factors less the present one, as a tangent (f, a d, a d), N/m, and the
-        stiffness of the `walls` now less that of the factors. Collective.
+        stiffness of the `self_contact` now less that of the factors. Collective.
         """
-        between = None if walls is None else self._nodes.between_walls(walls)
+        between = None if self_contact is None else self._nodes.between_walls(self_contact)
         self._differing = np.flatnonzero(difference.any(axis=(1, 2)))
         self._difference = difference[self._differing]
-        kept = self._loads[: self._met]
+        kept = self._loads[: self._recycled]
         self._acting = self._nodes.acting(self._differing, between, kept)
         self._between = None if between is None else between[self._acting[:-1]]
         self._sum = self._nodes.summing(self._differing, self._acting)
@@ -88,7 +89,7 @@ class Responses:
         left = self._weighed(self._differing_loads(answer[None], moved[None]))[:, 0]
         images = self._images(0)
         parts = _orthonormal(images)
-        left, shares = _less(left, images, parts)
+        left, coefficients = _less(left, images, parts)
         longest, solves = np.inf, 1.0
         for _ in range(MOST_SOLVES):
             length = self._nodes.norm(left)
@@ -99,13 +100,13 @@ class Responses:
             loads = self._nodes.everywhere(loads[:, : self._acting.size], self._acting)
             if self._many and not again:
                 loads = self._nodes.parts(loads[0])
-            longest, first = length, self._met
+            longest, first = length, self._recycled
             solves += 1.0 if len(loads) == 1 else PARTS_COST
             for load, found in zip(loads, answered(loads), strict=True):
                 self._keep(load, found)
             more = self._images(first)
             if not np.isfinite(more).all():
-                self._met = first
+                self._recycled = first
                 break
             rest, shared = _less(more, images, parts)
             of_rest = _orthonormal(rest)
@@ -115,34 +116,38 @@ class Responses:
             of_new = np.concatenate([-shared @ of_rest, of_rest])
             parts = np.column_stack([np.pad(parts, ((0, len(loads)), (0, 0))), of_new])
             left, more_shares = _less(left, images, parts)
-            shares = np.pad(shares, (0, len(loads))) + more_shares
+            coefficients = np.pad(coefficients, (0, len(loads))) + more_shares
         self._spent, self._changes = self._spent + solves, self._changes + 1
-        self.stale = solves * self._changes > self._spent or self._met > MOST_KEPT
-        return np.asarray(shares @ self._answers[: shares.size]) if shares.size else 0.0 * answer
+        self.stale = solves * self._changes > self._spent or self._recycled > MOST_KEPT
+        return (
+            np.asarray(coefficients @ self._answers[: coefficients.size])
+            if coefficients.size
+            else 0.0 * answer
+        )
 
     def _keep(self, load: Array, answer: Array) -> None:
         """Keep a load and the change that answers it."""
         moved = self._nodes.at_facets(answer)
-        if self._met == len(self._loads) or self._answers.shape[1:] != answer.shape:
+        if self._recycled == len(self._loads) or self._answers.shape[1:] != answer.shape:
             self._loads, self._answers, self._moved = (
-                _with_room(kept, one, self._met)
+                _with_room(kept, one, self._recycled)
                 for kept, one in (
                     (self._loads, load),
                     (self._answers, answer),
                     (self._moved, moved),
                 )
             )
-        self._loads[self._met], self._answers[self._met] = load, answer
-        self._moved[self._met] = moved
-        self._met += 1
+        self._loads[self._recycled], self._answers[self._recycled] = load, answer
+        self._moved[self._recycled] = moved
+        self._recycled += 1
 
     def _images(self, first: int) -> Array:
         """(1 + D M^-1) w of the kept loads w from the `first` on, weighed, (a + d, k), N.
 
         Collective.
         """
-        kept = slice(first, self._met)
-        if first == self._met:
+        kept = slice(first, self._recycled)
+        if first == self._recycled:
             return self._weighed(np.zeros((self._acting.size, 0)))
         images = self._differing_loads(self._answers[kept], self._moved[kept])
         images += self._loads[kept][:, self._acting].T
@@ -171,13 +176,14 @@ def _with_room(kept: Array, one: Array, count: int) -> Array:
 
 def _less(columns: Array, images: Array, parts: Array) -> tuple[Array, Array]:
     """`columns` (n, ...) less what of them `images` (n, k) can be, whose `parts` (k, r) make them
-    orthonormal, and the shares (k, ...) of the images in that. Done once more against rounding.
+    orthonormal, and the coefficients (k, ...) of the images in that. Done once more against
+    rounding.
     """
-    shares = np.zeros((images.shape[1], *columns.shape[1:]))
+    coefficients = np.zeros((images.shape[1], *columns.shape[1:]))
     for _ in range(2):
         found = parts @ (parts.T @ (images.T @ columns))
-        columns, shares = columns - images @ found, shares + found
-    return columns, shares
+        columns, coefficients = columns - images @ found, coefficients + found
+    return columns, coefficients
 
 
 def _orthonormal(columns: Array) -> Array:

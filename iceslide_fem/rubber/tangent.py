@@ -70,7 +70,9 @@ class Tangent:
         self._factored_walls = rubber.wall_stiffness()
         self._differs = self._held = False
         self._forcing = FORCING
-        self._nodes = ContactNodes(surface, rubber.walls, self._load, self._fixed, self.plate_z)
+        self._nodes = ContactNodes(
+            surface, rubber.self_contact, self._load, self._fixed, self.plate_z
+        )
         self.ksp = PETSc.KSP().create(self._comm)
         self.ksp.setType("preonly")
         self.ksp.setOptionsPrefix(prefix)
@@ -116,11 +118,13 @@ class Tangent:
         Raises NotConverged where the linear solver fails.
         """
         matrix, dim, dofs = self._matrix, self._dim, self._surface.dofs[self._surface.firsts]
-        walls = self._rubber.wall_stiffness()
-        self._factored, self._factored_walls, self._differs = contact, walls, False
+        self_contact = self._rubber.wall_stiffness()
+        self._factored, self._factored_walls, self._differs = contact, self_contact, False
         if self._symmetric:
             self._factored = _symmetric(contact)
-            self._factored_walls = None if walls is None else (0.5 * (walls + walls.T)).tocsr()
+            self._factored_walls = (
+                None if self_contact is None else (0.5 * (self_contact + self_contact.T)).tocsr()
+            )
         self._rubber.tangent(matrix, self._factored_walls)
         self._responses.clear()
         rows = dofs[:, :, None] * dim + np.arange(dim, dtype=np.int32)
@@ -141,7 +145,7 @@ class Tangent:
         self._solve(self._column, self._border)
         self._forcing = FRESH
         if self._symmetric:
-            self._differ(contact, walls)
+            self._differ(contact, self_contact)
 
     def update_contact(self, contact: Array) -> None:
         """Take the present `contact` (as in `factorise`) from now on, with the same factors."""
@@ -164,13 +168,13 @@ class Tangent:
             answer -= self._responses.correction(answer, limit, self._response)
         return answer
 
-    def _differ(self, contact: Array, walls: csr_matrix | None) -> None:
+    def _differ(self, contact: Array, self_contact: csr_matrix | None) -> None:
         """Take this contact and these walls, with factors of others."""
         nodes = contact.shape[1] * contact.shape[2]
-        if walls is not None:
-            walls = walls - self._factored_walls
+        if self_contact is not None:
+            self_contact = self_contact - self._factored_walls
         difference = (self._factored - contact).reshape(len(contact), nodes, nodes)
-        self._responses.differ(difference, walls)
+        self._responses.differ(difference, self_contact)
         self._differs = True
 
     @property

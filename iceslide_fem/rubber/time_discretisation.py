@@ -23,13 +23,13 @@ class Motion(NamedTuple):
     """Displacements (m), velocities (m/s) and accelerations (m/s2) of all dofs of this rank.
 
     time (s): when they were found; span (s): how long the block took from the solution before,
-    infinite if it has rested since; turned: whether the velocity had a corner or a jump there;
+    infinite if it has rested since; behind_kink: whether the velocity had a corner or a jump there;
     smooth: whether the acceleration before has told more of the velocity then than that alone.
     """
 
     time: float
     span: float
-    turned: bool
+    behind_kink: bool
     smooth: bool
     displacements: Array
     velocity: Array
@@ -46,7 +46,7 @@ class Rate(NamedTuple):
 class MotionLaw(Protocol):
     """What the coupled step needs to know of the block's motion."""
 
-    may_rest: bool
+    may_skip: bool
 
     def begin(self, start: Motion, time: float) -> tuple[Array, Rate]:
         """Displacements to start from at `time` (s), and the velocity's dependence on them."""
@@ -57,35 +57,37 @@ class MotionLaw(Protocol):
     def local_error(self, start: Motion, end: Motion) -> Array:
         """Estimated error of the displacements (dofs,) that the step made, m."""
 
-    def gained(self, start: Motion, time: float) -> Array:
+    def extrapolated_velocity(self, start: Motion, time: float) -> Array:
         """What the acceleration adds to the velocity (dofs,) that `begin` has at `time`, m/s."""
 
-    def unforeseen(self, start: Motion, end: Motion) -> Array:
+    def velocity_error(self, start: Motion, end: Motion) -> Array:
         """Velocity (dofs,) at the end less that expected at the start, m/s, if nothing else tells
         its error.
         """
 
-    def turned(self, start: Motion, end: Motion) -> Motion:
+    def behind_kink(self, start: Motion, end: Motion) -> Motion:
         """`end` behind a corner, before which nothing tells how the velocity goes on."""
 
     def kinetic_energy(self, motion: Motion) -> float:
         """Kinetic energy relative to the plate, J (J/m in a slice). Collective."""
 
     def mass_moment(self, motion: Motion) -> float:
-        """Mass times the way of its centre along x relative to the plate, kg m. Collective."""
+        """Mass times the displacement of its centre along x relative to the plate, kg m.
+        Collective.
+        """
 
 
-def at_rest(displacements: Array) -> Motion:
+def motion_at_rest(displacements: Array) -> Motion:
     """A block that does not move at t = 0."""
     still = np.zeros_like(displacements)
     return Motion(0.0, np.inf, False, False, displacements.copy(), still, still)
 
 
-def rested(motion: Motion) -> Motion:
+def quiescent_motion(motion: Motion) -> Motion:
     """The same displacements, held since."""
     still = np.zeros_like(motion.velocity)
     return motion._replace(
-        span=np.inf, turned=False, smooth=False, velocity=still, acceleration=still
+        span=np.inf, behind_kink=False, smooth=False, velocity=still, acceleration=still
     )
 
 
@@ -98,14 +100,14 @@ class QuasiStatic:
     acceleration is a = 2 (v - v0) / (dt + dt0).
     """
 
-    may_rest = True
+    may_skip = True
 
     def begin(self, start: Motion, time: float) -> tuple[Array, Rate]:
         """The line through the last two solutions; the parabola's slope."""
         dt = time - start.time
-        bend = 0.0 if start.turned else dt / (dt + start.span)
-        slope = (1.0 + bend) / dt
-        rate = Rate(slope, -slope * start.displacements - bend * start.velocity)
+        weight = 0.0 if start.behind_kink else dt / (dt + start.span)
+        slope = (1.0 + weight) / dt
+        rate = Rate(slope, -slope * start.displacements - weight * start.velocity)
         return start.displacements + dt * start.velocity, rate
 
     def end(self, start: Motion, time: float, displacements: Array) -> Motion:
@@ -119,26 +121,28 @@ class QuasiStatic:
         """None: there is nothing to integrate."""
         return np.zeros_like(end.displacements)
 
-    def gained(self, start: Motion, time: float) -> Array:
+    def extrapolated_velocity(self, start: Motion, time: float) -> Array:
         """a0 t, of the last parabola, with t the time since the middle of the step before."""
         if not np.isfinite(start.span):
             return np.zeros_like(start.velocity)
         return np.asarray((0.5 * start.span + time - start.time) * start.acceleration)
 
-    def unforeseen(self, start: Motion, end: Motion) -> Array:
+    def velocity_error(self, start: Motion, end: Motion) -> Array:
         """How far the last parabola's velocity is from this one's, at the end: v1 - (v0 + a0 t).
 
         Of second order in dt and 4.5 times the error of v1 where the motion is smooth (in equal
         steps); at a corner at least twice it.
         """
         found = end.velocity + 0.5 * end.span * end.acceleration
-        return np.asarray(found - start.velocity - self.gained(start, end.time))
+        return np.asarray(found - start.velocity - self.extrapolated_velocity(start, end.time))
 
-    def turned(self, start: Motion, end: Motion) -> Motion:
+    def behind_kink(self, start: Motion, end: Motion) -> Motion:
         """Without a parabola to go on with; but the first one behind a corner is good."""
-        if start.turned:
+        if start.behind_kink:
             return end
-        return end._replace(turned=True, smooth=False, acceleration=np.zeros_like(end.acceleration))
+        return end._replace(
+            behind_kink=True, smooth=False, acceleration=np.zeros_like(end.acceleration)
+        )
 
     def kinetic_energy(self, motion: Motion) -> float:
         """None: its mass is neglected."""
@@ -164,7 +168,7 @@ class Dynamic:
     the step's end is among the forces f.
     """
 
-    may_rest = False
+    may_skip = False
 
     def __init__(
         self,
@@ -211,15 +215,15 @@ class Dynamic:
         change = end.acceleration - start.acceleration
         return np.asarray((self._beta - 1.0 / 6.0) * dt**2 * change)
 
-    def gained(self, start: Motion, time: float) -> Array:
+    def extrapolated_velocity(self, start: Motion, time: float) -> Array:
         """None: `begin` predicts with it."""
         return np.zeros_like(start.velocity)
 
-    def unforeseen(self, start: Motion, end: Motion) -> Array:
+    def velocity_error(self, start: Motion, end: Motion) -> Array:
         """None: the local error tells."""
         return np.zeros_like(end.displacements)
 
-    def turned(self, start: Motion, end: Motion) -> Motion:
+    def behind_kink(self, start: Motion, end: Motion) -> Motion:
         """As it is: mass knows no corners."""
         return end
 

@@ -17,7 +17,7 @@ from iceslide_fem.heat.linear import check_options
 from iceslide_fem.output.history import memory_names, preload_row, slide_row
 from iceslide_fem.output.log import Log
 from iceslide_fem.output.probes import ProbeRow, Probes
-from iceslide_fem.output.summary import leave_word
+from iceslide_fem.output.summary import notify_next_run
 from iceslide_fem.output.table import PreloadRow, Table, row_type, size_of_rows
 from iceslide_fem.rubber.block import Block, build_block
 from iceslide_fem.rubber.press import PathPoint, press, start_sliding
@@ -73,7 +73,7 @@ def run_block(
 
     def note(error: Exception) -> None:
         if not isinstance(error, SceneError):  # else nothing has been begun
-            leave_word(out, error)
+            notify_next_run(out, error)
             with contextlib.suppress(OutputError):  # that may be why
                 log("stopped", reason=str(error) or type(error).__name__)
 
@@ -84,7 +84,7 @@ def run_block(
             Progress(comm.rank, scene.load.duration) as progress,
         ):
             watch = Watch(out, schedule, results, progress, interruption, log, limit)
-            limit.heed("when its mesh is made")
+            limit.handle_signals("when its mesh is made")
             begun = "restart" if state else "begin"
             log(begun, name=scene.name, model=scene.model, ranks=comm.size)
             if before is None:
@@ -121,13 +121,13 @@ def _bring_to_speed(block: Block, watch: Watch) -> None:
             mu = row.friction_force_N / row.normal_force_N
             watch.progress.update(0.0, mu, 0.0, row.newton_iterations, row.phase)
 
-        def heed(where: str) -> None:
+        def handle_signals(where: str) -> None:
             if watch.interruption.requested():
                 raise watch.interruption.error("before sliding", watch.out)
-            watch.limit.heed(f"when {where}")
+            watch.limit.handle_signals(f"when {where}")
 
-        press(block, observe, before=heed)
-        start_sliding(block, observe, before=heed)
+        press(block, observe, before=handle_signals)
+        start_sliding(block, observe, before=handle_signals)
 
 
 def _before(

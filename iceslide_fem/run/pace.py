@@ -34,7 +34,7 @@ class TimeLimit:
         over = self._comm.bcast(self._clock() - self._start > self._limit)
         return f"numerics.time_limit = {self._limit:g} s is over" if over else ""
 
-    def heed(self, where: str) -> None:
+    def handle_signals(self, where: str) -> None:
         """Raise SimulationStopped if time is over before sliding, and say `where`. Collective."""
         why = self.over()
         if why:

@@ -52,7 +52,7 @@ def _of_film(scene: Scene, law: FilmLaw) -> tuple[list[HistoryRow], dict[str, An
     conditions = scene_conditions(scene)
     duration = float(conditions.duration[0])
     log_height, squeezed, internal = law.initial(scene.initial_height, 1)
-    start = InterfaceState(log_height, squeezed, np.zeros((0, 1)), memory=internal)
+    start = InterfaceState(log_height, squeezed, np.zeros((0, 1)), internal=internal)
     history = PointRows(scene, law)
     shear = float(conditions.loads().viscous[0]) / scene.initial_height
     history.add(0.0, start, shear, scene.ice.temperature)

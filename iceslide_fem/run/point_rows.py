@@ -65,6 +65,6 @@ class PointRows:
             "water_squeezed_m3": squeezed * area,
             "water_below_m3": squeezed * area,
         }
-        internal = self._law.reported(state.memory)
+        internal = self._law.reported(state.internal)
         of_law = {name: float(values[0]) for name, values in internal.items()}
         self.rows.append(row_of(known, of_law))

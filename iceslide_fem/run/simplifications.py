@@ -28,7 +28,7 @@ TIMES = 200  # at which mu(t) is compared
 PLACES = 12  # Gauss points along the block
 ACCURACY, OWN_ACCURACY = 1e-3, 1e-2  # of the point rung that is evaluated, under other laws
 NO_FRICTION = 1e-6  # a coefficient of friction that counts as none
-LIFTED = 1e-3  # share of the nominal pressure left where an edge has lifted off
+LIFTED = 1e-3  # fraction of the nominal pressure left where an edge has lifted off
 
 
 class Simplification(NamedTuple):
@@ -99,7 +99,7 @@ def simplifications(scene: Scene) -> Simplifications:
     bending_effect = _largest(bending @ weights, alone)
     uneven = strain + confinement_effect + bending_effect
     # Heat that leaves the edges of a warm patch sideways, over that which goes down.
-    share = sqrt(pi * scene.ice.solid.diffusivity * heated) * (1.0 / L + 1.0 / W)
+    fraction = sqrt(pi * scene.ice.solid.diffusivity * heated) * (1.0 / L + 1.0 / W)
     exchanged = 1.0
     if not sliding and scene.ice.margin == 0.0:  # insulated sides: heat only evens out
         exchanged = float(np.max(np.std(bending / alone[:, None], axis=1))) + strain
@@ -113,25 +113,25 @@ def simplifications(scene: Scene) -> Simplifications:
         Simplification("bending", tilt, "3 μ H / L", bending_effect),
         Simplification("plane strain", H / W, "H / W", min(1.0, H / W) * uneven),
         Simplification(
-            "columns of ice", share, "√(π α t) (1/L + 1/W)", share * min(1.0, exchanged)
+            "columns of ice", fraction, "√(π α t) (1/L + 1/W)", fraction * min(1.0, exchanged)
         ),
         Simplification("quasi-static rubber", inertia, "2 H √(ρ/G) max|d ln μ/dt| / π", inertia),
     )
 
 
 def _friction(
-    scene: Scene, shares: Array, duration: float, times: Array, ice: str | Ground | None = None
+    scene: Scene, fractions: Array, duration: float, times: Array, ice: str | Ground | None = None
 ) -> Array:
-    """Friction stress (Pa) at `times` (s) below `shares` of the nominal pressure: (times, n).
+    """Friction stress (Pa) at `times` (s) below `fractions` of the nominal pressure: (times, n).
 
     `ice` as of `simulate`, by default columns on the scene's ground.
     """
     ice = scene.ice.ground if ice is None else ice
     nominal = scene.load.pressures.mean
-    pressure = shares * nominal
+    pressure = fractions * nominal
     if isinstance(law := law_of(scene), UserLaw):
         return _user_friction(scene, law, pressure, duration, times, ice)
-    acting = pressure if scene.film.pressure == "local" else np.full_like(shares, nominal)
+    acting = pressure if scene.film.pressure == "local" else np.full_like(fractions, nominal)
     acting = np.clip(acting, *RANGES["pressure"][:2])  # where an edge has all but lifted off
     k, D, H_V, _ = scene.contact_parameters(acting)
     conditions = Conditions.of(
@@ -164,7 +164,7 @@ def _user_friction(
     walk = moments(
         law,
         pressure=Course((), (1.0,), duration),
-        shares=pressure,
+        fractions=pressure,
         speed=Course((), (scene.load.speeds.mean,), duration),
         duration=duration,
         ice=ice_below(ice, cold, duration, scene.ice.solid),

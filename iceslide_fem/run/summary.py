@@ -15,7 +15,7 @@ from iceslide_fem.run.observation import Observation
 
 # From here on what a run gives is doubtful, and its summary says so.
 LARGEST_IMBALANCE = 0.01  # of the energies, over the friction work
-LARGEST_OUTSIDE = 0.1  # share of the contact area outside the table of k, D and H_V
+LARGEST_OUTSIDE = 0.1  # fraction of the contact area outside the table of k, D and H_V
 
 
 class Results:

@@ -11,7 +11,6 @@ from rich.console import Console
 from rich.table import Table
 
 from iceslide_fem.preprocess.footprint import empirical
-from iceslide_fem.preprocess.footprint.balance import STATES, SlidingLine, classify, heat_balance
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.colours import FAR
 from iceslide_fem.preprocess.footprint.film_map import film_map
@@ -22,7 +21,13 @@ from iceslide_fem.preprocess.footprint.jaeger import (
     jaeger_rise,
 )
 from iceslide_fem.preprocess.footprint.line import gaussian_profile, macroscopic_line
-from iceslide_fem.preprocess.footprint.macroscopic import HeatModel, Macroscopic
+from iceslide_fem.preprocess.footprint.macroscopic import (
+    STATES,
+    HeatModel,
+    Macroscopic,
+    classify,
+    heat_balance,
+)
 from iceslide_fem.preprocess.footprint.passing import Ride
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint, read_footprint
@@ -117,7 +122,7 @@ def friction_by_balance() -> None:
     case_values = {"image": "none", **SIZE}
     footprint = Tread().footprint(SHAPE)
     result = survey(FootprintCase.of(case_values), ReadFootprint(footprint))
-    film = result.film.mean_friction(footprint)
+    film = result.mu_mean
     rows = []
     for name, model in (("(3.3), S 1e-5, 1 s", result.thesis), ("moving, S 1", result.moving)):
         rows.append([name, *_heat_row(footprint, model, film)])
@@ -125,7 +130,7 @@ def friction_by_balance() -> None:
     head += ["d for the film's mu: map", "balance"]
     show(f"Balance, d = 0.1 mm, -4 degC; film law: {film:.4f}", head, rows)
     rise, contact = result.moving.rise, footprint.contact
-    literal = result.thesis.mu[contact].mean()
+    literal = result.thesis.mu_mean
     literal *= (V * S * footprint.contact_area) ** 2
     print(f"(4.7) to (4.9) with V, S and A_tot as factors: mean mu {literal:.1g}")
     rows = []
@@ -133,15 +138,17 @@ def friction_by_balance() -> None:
         row = [f"{1e3 * depth:g} mm"]
         for model in (result.thesis, result.moving):
             scale = DEPTH / depth
-            row += [f"{scale * model.mu[contact].mean():.3g}", f"{scale * model.balance.mu:.3g}"]
+            row += [f"{scale * model.mu_mean:.3g}", f"{scale * model.balance.mu:.3g}"]
         rows.append(row)
     head = ["d", "(3.3): mean", "balance", "moving: mean", "balance"]
     show("mu over d", head, rows)
     rows = []
     for slip in (0.1, 0.2, 0.5, 1.0):
         state = classify(T_0 + slip * rise, contact)
-        sliding = SlidingLine(footprint.mean_pressure, V, slip)
-        balance = heat_balance(state, slip * rise, DEPTH, footprint.pixel_area, sliding)
+        parameters = Macroscopic(speed=V, slip=slip, depth=DEPTH)
+        balance = heat_balance(
+            state, slip * rise, footprint.pixel_area, footprint.mean_pressure, parameters
+        )
         shares = [f"{np.mean(state[contact] == each):.0%}" for each in STATES]
         rows.append([f"{slip:g}", f"{slip * rise.max():.2f}", *shares, f"{balance.mu:.4f}"])
     show("Moving source over slip", ["S", "peak (K)", "dry", "mixed", "wet", "mu (3.8)"], rows)
@@ -149,7 +156,7 @@ def friction_by_balance() -> None:
 
 def _heat_row(footprint: PressureMap, model: HeatModel, film: float) -> list[str]:
     contact = footprint.contact
-    mean = float(model.mu[contact].mean())
+    mean = model.mu_mean
     return [
         f"{model.rise.max():.2f}",
         f"{model.rise[contact].mean():.2f}",
@@ -186,7 +193,7 @@ def single_blocks() -> None:
 def formulas() -> None:
     """Base lines at 2.2 bar, 3 m/s, -4 degC, 0.135 m."""
     p, length = 2.2e5, 0.135
-    print(f"Navin (1.2) at -4 degC: {float(empirical.navin(T_0)):.4f}")
+    print(f"Navin (1.2) at -4 degC: {float(empirical.navin(273.15 + T_0)):.4f}")
     print(f"Hayhoe-Shapley: {float(empirical.hayhoe_shapley(p, V, 273.15 + T_0, length)):.4f}")
     h, dry = 1e-7, 0.1
     for share in (0.0, 0.5, 1.0):

@@ -43,8 +43,8 @@ def made(name: str, folder: Path, *changes: str) -> Run:
 
 def period(change: Array, times: Array) -> float:
     """Mean period (s) of a swing around its mean, from where it rises through that; NaN if once."""
-    swing = change - change.mean()
-    rises = times[1:][(swing[1:] > 0.0) & (swing[:-1] <= 0.0)]
+    velocity_error = change - change.mean()
+    rises = times[1:][(velocity_error[1:] > 0.0) & (velocity_error[:-1] <= 0.0)]
     return float(np.diff(rises).mean()) if rises.size > 1 else np.nan
 
 

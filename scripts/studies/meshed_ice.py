@@ -77,7 +77,7 @@ def compared(title: str, scenes: Mapping[str, Scene]) -> None:
         times = np.linspace(0.0, scene.load.duration, MOMENTS)
         here, there = (np.interp(times, one.time, one.mu) for one in (found, first[0]))
         largest = float(np.abs(here / there - 1.0).max())
-        unknowns = str(found.last.carrier.ice.n_dofs)
+        unknowns = str(found.last.frame.ice.n_dofs)
         mean = found.mean / first[0].mean - 1.0
         return (
             name, str(found.steps), unknowns, f"{found.mean:.5f}", f"{largest:.2e}", f"{mean:+.1e}",

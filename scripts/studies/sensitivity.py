@@ -76,11 +76,11 @@ class ColumnBelowFilm(Column):
         return Surface.of(below.offset, below.resistance + self.film_resistance, self.solid)
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
-        content, result = super().stage(start[:-1], dt, film)
-        return np.vstack([content, result.ice_flux]), result
+        heat_state, result = super().stage(start[:-1], dt, film)
+        return np.vstack([heat_state, result.ice_flux]), result
 
-    def surface_temperature(self, content: Array) -> Array:
-        return super().surface_temperature(content[:-1]) + self.film_resistance * content[-1]
+    def surface_temperature(self, heat_state: Array) -> Array:
+        return super().surface_temperature(heat_state[:-1]) + self.film_resistance * heat_state[-1]
 
 
 def friction(factors: Array, bar: float) -> dict[str, Array]:

@@ -89,10 +89,10 @@ def slide(scene: Scene) -> Slid:
 
 def walls_that_press(block: Block) -> tuple[Array, Array]:
     """Points (n, 2), m, of walls that press, and the pressures there, Pa."""
-    walls = block.rubber.walls
-    if walls is None:
+    self_contact = block.rubber.self_contact
+    if self_contact is None:
         return np.zeros((0, 2)), np.zeros(0)
-    at, pressure = walls.pressure(block.rubber.displacements)
+    at, pressure = self_contact.pressure(block.rubber.displacements)
     return at[:, [0, -1]], pressure
 
 
@@ -169,13 +169,13 @@ def row(sipes: int, celsius: float, made: Slid | str, scene: Scene) -> list[str]
     step = np.diff(made.time)
     mean = float(np.sum(step * made.mu[1:]) / made.time[-1])
     area = made.length.sum() / scene.rubber.length
-    walls = [f"{1e6 * made.opening.min():.3g}", f"{1e6 * made.opening[-1]:.3g}",
+    self_contact = [f"{1e6 * made.opening.min():.3g}", f"{1e6 * made.opening[-1]:.3g}",
              f"{sipes_that_touch(made)}", f"{made.wall_pressure.max() / BAR:.2f}"]  # fmt: skip
     return [
         scene.model, f"{celsius:g}", str(sipes),
         f"{made.mu.max():.4f}", f"{MM * made.time[made.mu.argmax()]:.2f}", f"{mean:.4f}",
         f"{made.mu[-1]:.4f}", f"{area:.2f}", f"{made.pressure.max() / BAR:.1f}",
-        *(walls if sipes else 4 * ["-"]), f"{made.cost[0]:.0f} s",
+        *(self_contact if sipes else 4 * ["-"]), f"{made.cost[0]:.0f} s",
     ]  # fmt: skip
 
 

@@ -53,7 +53,7 @@ def compare(scene: Scene) -> tuple[float, float, float, float]:
     factor = film.k * WATER_VISCOSITY * scene.load.speed / scene.load.pressure
     height = np.interp(age, times, factor / point.samples[:, 0])
     inside = (age > 0.02 * TRANSIT) & (age < 0.98 * TRANSIT) & (loads.pressure > 0.0)
-    found = sliding.carrier.film_height(sliding.current.interface, loads)
+    found = sliding.frame.film_height(sliding.current.interface, loads)
     difference = np.abs(found / height - 1.0)[inside]
     return float(run.mu[-1]), float(point.mu_mean[0]), difference.max(), difference.mean()
 

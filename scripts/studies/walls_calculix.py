@@ -75,8 +75,8 @@ def held(x: Array) -> tuple[Mask, Array]:
 def pushed_here(block: Block) -> Pushed:
     """By this program: Newton's method in each of the steps, whose end walls remember."""
     rubber = block.rubber
-    walls, u = rubber.walls, rubber.displacements
-    assert walls is not None
+    self_contact, u = rubber.self_contact, rubber.displacements
+    assert self_contact is not None
     x = rubber.space.tabulate_dof_coordinates()[:, :2]
     fixed, way = held(x)
     unknowns = (2 * np.flatnonzero(fixed)[:, None] + [0, 1]).ravel().astype(PETSc.IntType)
@@ -103,9 +103,9 @@ def pushed_here(block: Block) -> Pushed:
             u[fixed] = (step / STEPS * way)[fixed]
         else:
             raise NotConverged("the lugs find no equilibrium")
-        block.hold(block.grip_after()[0])
+        block.set_stick_points(block.stick_points_after()[0])
     forces = np.zeros_like(u)
-    walls.add_forces(u, forces)
+    self_contact.add_forces(u, forces)
     pressing, rubbing = np.abs(forces[x[:, 0] > 0.0].sum(axis=0))
     return Pushed(x, u.copy(), float(pressing), float(rubbing))
 
@@ -250,18 +250,18 @@ def main() -> None:
     refinement = QUICK if asked.quick else asked.refinement
     for friction in FRICTIONS[: 1 if asked.quick else None]:
         block = lugs(friction, refinement)
-        walls, scene = block.rubber.walls, block.scene
-        assert walls is not None
+        self_contact, scene = block.rubber.self_contact, block.scene
+        assert self_contact is not None
         ours, theirs = pushed_here(block), None
         lines.append([friction, "iceslide_fem", *forces_of(ours), "", ""])
         if ccx is not None:
             mesh, material = tagged_rubber(scene), scene.mooney_rivlin
-            theirs = pushed_by_calculix(ccx, mesh, material, walls.penalty, friction)
+            theirs = pushed_by_calculix(ccx, mesh, material, self_contact.penalty, friction)
             difference = apart(ours, theirs)
             share = difference / np.abs(ours.moved).max()
             lines.append([friction, "CalculiX", *forces_of(theirs), f"{1e6 * difference:.3g} um",
                           f"{share:.2%}"])  # fmt: skip
-        at, pressure = walls.pressure(block.rubber.displacements)
+        at, pressure = self_contact.pressure(block.rubber.displacements)
         found[friction] = ours, theirs, np.column_stack([at[:, -1], pressure])
     table(HEAD, lines)
     corners = compat.cell_dofs(block.rubber.space)[:, [0, 1, 3, 2]].astype(np.int64)

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 import tomllib
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import tomlkit
 from scipy.ndimage import find_objects, label
 
-from iceslide_fem.preprocess.footprint.outlines import patch_outline
-from iceslide_fem.preprocess.footprint.passing import Ride
+from iceslide_fem.preprocess.footprint.case import FootprintCase
+from iceslide_fem.preprocess.footprint.outlines import outline_text, patch_outline
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
@@ -26,7 +25,7 @@ from iceslide_fem.scene.materials import (
     ViscosityTable,
 )
 
-# Smaller patches are noise, not blocks: share of the mean area of all patches.
+# Smaller patches are noise, not blocks: fraction of the mean area of all patches.
 SMALL = 0.05
 TRANSITS = 1.5  # how many times its own length a block of a scene slides: then it is steady
 
@@ -48,12 +47,21 @@ class TreadBlock(NamedTuple):
     outline: tuple[Array, ...] = ()
 
 
-class TreadRubber(NamedTuple):
-    """What all blocks share: compound, file of contact parameters (or None), height (m)."""
+def scene_files(case: FootprintCase, footprint: PressureMap) -> dict[str, str]:
+    """File names and texts of the scene of every representative block, and of its outline.
 
-    compound: str
-    contact: Path | None
-    height: float
+    Raises SceneError if there are fewer blocks than scenes, or a scene is not valid.
+    """
+    texts: dict[str, str] = {}
+    if not case.scenes:
+        return texts
+    chosen = representative(tread_blocks(footprint), case.scenes)
+    for number, (block, fraction) in enumerate(chosen, start=1):
+        name = f"block_{number:02d}"
+        texts[f"{name}.toml"] = scene_text(name, block, fraction, case)
+        if block.outline:
+            texts[f"{name}.csv"] = outline_text(block.outline, max(footprint.dx, footprint.dy))
+    return texts
 
 
 def tread_blocks(footprint: PressureMap) -> list[TreadBlock]:
@@ -82,7 +90,7 @@ def tread_blocks(footprint: PressureMap) -> list[TreadBlock]:
 
 
 def representative(blocks: list[TreadBlock], count: int) -> list[tuple[TreadBlock, float]]:
-    """`count` blocks, each with the share of the load that it stands for.
+    """`count` blocks, each with the fraction of the load that it stands for.
 
     The blocks, in the order of their pressure, are cut into groups of about equal load; of every
     group the block is taken whose pressure and length are closest to the group's means weighted
@@ -105,58 +113,56 @@ def representative(blocks: list[TreadBlock], count: int) -> list[tuple[TreadBloc
     return chosen
 
 
-def scene_text(name: str, block: TreadBlock, share: float, ride: Ride, tread: TreadRubber) -> str:
+def scene_text(name: str, block: TreadBlock, fraction: float, case: FootprintCase) -> str:
     """The scene file of a block that meets fresh ice, checked: SceneError if it is not valid.
 
-    Length, width (m), pressure and place are the block's; it is as tall as the `tread` and
-    slides over 1.5 times its length on passing ice, so that its film is steady. If the block has
-    an outline, the scene names `name`.csv beside it.
+    Length, width (m), pressure and place are the block's; it is as tall as the tread and slides
+    over 1.5 times its length on passing ice, so that its film is steady. `fraction`: of the load
+    that it stands for. If the block has an outline, the scene names `name`.csv beside it.
     """
-    contact = (
-        ""
-        if tread.contact is None
-        else f"contact = {tomlkit.item(str(tread.contact.resolve())).as_string()}\n"
-    )
-    given = [
-        f"{name} = {value!r}\n"
-        for name, value, usual in zip(Solid._fields, ride.solid, ICE, strict=True)
+    ride, eta = case.ride, case.ride.viscosity
+    ice = "".join(
+        f"{key} = {value!r}\n"
+        for key, value, usual in zip(Solid._fields, ride.solid, ICE, strict=True)
         if value != usual
-    ]
-    water, eta = "", ride.viscosity
+    )
+    water = film = ""
     if isinstance(eta, ViscosityTable):
-        rows = zip(eta.temperature, eta.viscosity, strict=True)
-        water = f"[water]\nviscosity = {json.dumps([list(row) for row in rows])}\n"
+        rows = [list(row) for row in zip(eta.temperature, eta.viscosity, strict=True)]
+        water = f"[water]\nviscosity = {json.dumps(rows)}\n"
     elif eta != WATER_VISCOSITY:
         water = f"[water]\nviscosity = {eta!r}\n"
-    lag = "" if ride.water_speed == 1.0 else f"water_speed = {ride.water_speed!r}\n"
-    duration = TRANSITS * block.length / ride.sliding_speed
+    if ride.water_speed != 1.0:
+        film += f"water_speed = {ride.water_speed!r}\n"
+    if case.contact is not None:
+        film += f"contact = {tomlkit.item(str(case.contact.resolve())).as_string()}\n"
     text = f"""\
 # A tread block of a footprint, on fresh ice. Its load of {block.load:.1f} N is centred
 # {1e3 * block.x:.1f} mm from the left and {1e3 * block.y:.1f} mm from the lower edge of the map.
-# It stands for {share:.1%} of the whole load. model = "block" computes it in 3-D.
+# It stands for {fraction:.1%} of the whole load. model = "block" computes it in 3-D.
 name = {json.dumps(name)}
 model = "slice"
 
 [rubber]
-compound = {json.dumps(tread.compound)}
+compound = {json.dumps(case.compound)}
 length = "{1e3 * block.length:.4g} mm"
 width = "{1e3 * block.width:.4g} mm"
-height = "{1e3 * tread.height:.4g} mm"
+height = "{1e3 * case.tread_height:.4g} mm"
 
 [load]
 pressure = "{block.pressure / BAR:.5g} bar"
 speed = "{ride.sliding_speed:.6g} m/s"
-duration = "{1e3 * duration:.5g} ms"
+duration = "{1e3 * TRANSITS * block.length / ride.sliding_speed:.5g} ms"
 
 [ice]
 temperature = "{ride.temperature - ZERO_CELSIUS:.6g} degC"
 motion = "sliding"
 heat = "column"
-{"".join(given)}{water}
+{ice}{water}
 [film]
 carrier = "ice"
 initial_height = "{1e9 * ride.initial_height:.6g} nm"
-{lag}{contact}
+{film}
 [numerics]
 tolerance = 1e-2
 """

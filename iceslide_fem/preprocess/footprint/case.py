@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import (
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    field_validator,
-    model_validator,
-)
+from pydantic import BeforeValidator, ConfigDict, Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from iceslide_fem.preprocess.footprint.image import Box
@@ -47,42 +41,33 @@ THRESHOLD = 0.05  # of the range of pressures
 # Of pressures that are numbers, Pa: what a Gaussian has far out, which no tyre presses with.
 LOWEST_CONTACT = 1.0
 _named = option_names("image")
-# What each source needs, and what is of another.
-OF_A_PICTURE = (
-    "max_pressure",
-    "min_pressure",
-    "colormap",
-    "legend",
-    "background",
-    "rotation",
-    "crop",
-    "dark_is",
-)
-OF_A_MAP = ("length", "width", "row", "temperature_map", "state_map")
-NEEDED = {
-    "image": ("length", "width", "max_pressure"),
-    "pressure_map": (),  # length and width, unless its file says them
-    "line": (),
-    "gaussian": (),
-}
-OF_AN_AREA = (*OF_A_PICTURE, *OF_A_MAP, "load", "frame")
-UNFIT = {
-    "image": ("pressure_unit", "frame"),
-    "pressure_map": OF_A_PICTURE,
-    "line": OF_AN_AREA,
-    "gaussian": (*OF_AN_AREA, "pressure_unit"),
+OF_A_PICTURE = "max_pressure min_pressure colormap legend background rotation crop dark_is".split()
+OF_AN_AREA = [*OF_A_PICTURE, *"length width row temperature_map state_map load frame".split()]
+# What each source needs, and what does not fit it.
+SOURCES: dict[str, tuple[Sequence[str], Sequence[str]]] = {
+    "image": (("length", "width", "max_pressure"), ("pressure_unit", "frame")),
+    "pressure_map": ((), OF_A_PICTURE),  # length and width, unless its file says them
+    "line": ((), OF_AN_AREA),
+    "gaussian": ((), (*OF_AN_AREA, "pressure_unit")),
 }
 LOWEST_SCALE = 0.1 * BAR  # for its high end: a tyre's mean pressure is some bar
+SOLID_RANGES = (
+    ("conductivity", 0.01, 500.0),
+    ("density", 10.0, 2e4),
+    ("heat capacity", 100.0, 1e5),
+)
 
 
 def _box(value: Any) -> Any:
     """LEFT,TOP,RIGHT,BOTTOM as four integers."""
     if not isinstance(value, str):
         return value
-    parts = value.split(",")
-    if len(parts) != 4 or not all(re.fullmatch(r"\s*-?[0-9]+\s*", p) for p in parts):
-        raise PydanticCustomError("form", "is not LEFT,TOP,RIGHT,BOTTOM in whole pixels")
-    return Box(*(int(part) for part in parts))
+    try:
+        left, top, right, bottom = map(int, value.split(","))
+    except ValueError:
+        form = "is not LEFT,TOP,RIGHT,BOTTOM in whole pixels"
+        raise PydanticCustomError("form", form) from None
+    return Box(left, top, right, bottom)
 
 
 def _solid(value: Any) -> Any:
@@ -90,7 +75,7 @@ def _solid(value: Any) -> Any:
     if not isinstance(value, str):
         return value
     try:
-        conductivity, density, heat_capacity = (float(part) for part in value.split(","))
+        conductivity, density, heat_capacity = map(float, value.split(","))
     except ValueError:
         form = "is not CONDUCTIVITY,DENSITY,HEAT_CAPACITY in SI units"
         raise PydanticCustomError("form", form) from None
@@ -107,21 +92,19 @@ def _gaussian(value: Any) -> Any:
     """LENGTH,PEAK,SIGMA of a profile, the last one a sixth of the length if it is not given."""
     if not isinstance(value, str):
         return value
-    parts = value.split(",")
+    parts = [as_number(part.strip()) for part in value.split(",")]
     if len(parts) not in (2, 3):
         raise PydanticCustomError("form", "is not LENGTH,PEAK,SIGMA, say 180mm,4bar,30mm")
-    kinds = (Quantity("m", "1 mm", "5 m"), Quantity("Pa", "0.1 bar", "100 bar"))
-    given = [
-        kind.validate(as_number(part.strip()))
-        for kind, part in zip((*kinds, kinds[0]), parts, strict=False)
-    ]
-    length, sigma = given[0], given[2] if len(given) == 3 else given[0] / 6.0
+    metres = Quantity("m", "1 mm", "5 m")
+    length = metres.validate(parts[0])
+    peak = Quantity("Pa", "0.1 bar", "100 bar").validate(parts[1])
+    sigma = metres.validate(parts[2]) if len(parts) == 3 else length / 6.0
     if sigma < length / LINE_PIXELS:
         raise ValueError(
             f'SIGMA of --gaussian "{value}" is less than a pixel, LENGTH / {LINE_PIXELS} = '
             f"{1e3 * length / LINE_PIXELS:.3g} mm"
         )
-    return (*given[:2], sigma)
+    return length, peak, sigma
 
 
 def _viscosity(value: Any) -> Any:
@@ -132,18 +115,6 @@ def _viscosity(value: Any) -> Any:
     return Path(value)
 
 
-SOLID_RANGES = (
-    ("conductivity", 0.01, 500.0),
-    ("density", 10.0, 2e4),
-    ("heat capacity", 100.0, 1e5),
-)
-SolidText = Annotated[tuple[float, float, float], BeforeValidator(_solid)]
-Length = Annotated[float, Quantity("m", "1 mm", "5 m"), Number]
-Pressure = Annotated[float, Quantity("Pa", "0 bar", "100 bar"), Number]
-PixelBox = Annotated[Box, BeforeValidator(_box)]
-GaussianText = Annotated[tuple[float, float, float], BeforeValidator(_gaussian)]
-
-
 def _pressure_unit(value: Any) -> Any:
     """A unit of pressure."""
     if (unit := si_unit(value, "Pa") if isinstance(value, str) else None) is None:
@@ -151,6 +122,14 @@ def _pressure_unit(value: Any) -> Any:
             f'--pressure-unit "{value}" is not a unit of pressure; allowed: {", ".join(UNITS)}'
         )
     return unit
+
+
+SolidText = Annotated[tuple[float, float, float], BeforeValidator(_solid)]
+Length = Annotated[float, Quantity("m", "1 mm", "5 m"), Number]
+Pressure = Annotated[float, Quantity("Pa", "0 bar", "100 bar"), Number]
+IceTemperature = Annotated[float, Quantity("K", "-80 degC", "-0.001 degC"), Number]
+PixelBox = Annotated[Box, BeforeValidator(_box)]
+GaussianText = Annotated[tuple[float, float, float], BeforeValidator(_gaussian)]
 
 
 class FootprintCase(CommandOptions):
@@ -199,7 +178,7 @@ class FootprintCase(CommandOptions):
     speed: Annotated[float, Quantity("m/s", "0.001 m/s", "100 m/s"), Number] = 3.0
     slip: Annotated[float, Quantity("", "1e-6", "1"), Number] = 1.0
     water_speed: Annotated[float, Quantity("", "0", "1"), Number] = 1.0
-    temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC"), Number] = 269.15
+    temperature: IceTemperature = 269.15
     compound: str = "B"
     contact: InputFile | None = None
     static_friction: Annotated[float, Quantity("", "0.001", "2"), Number] = 0.1
@@ -243,34 +222,49 @@ class FootprintCase(CommandOptions):
         return contact
 
     @model_validator(mode="after")
-    def _is_frozen(self) -> Self:
+    def _no_contradiction(self) -> Self:
         if self.temperature > self.melting_temperature - 1e-3 + 1e-9:
             raise ValueError(
                 f"--temperature {self.temperature - ZERO_CELSIUS:.6g} degC is not below "
                 f"--melting-temperature {self.melting_temperature - ZERO_CELSIUS:.6g} degC"
             )
+        self._check_source()
+        if self.max_pressure is not None:
+            self._check_scale(self.min_pressure, self.max_pressure)
         return self
 
-    @model_validator(mode="after")
-    def _no_contradiction(self) -> Self:
-        self._one_source()
-        low, high = self.min_pressure, self.max_pressure
-        if high is None:
-            return self
+    def _check_source(self) -> None:
+        """Raise ValueError unless one source is given, with what it needs and nothing else."""
+        given = [name for name in SOURCES if getattr(self, name) is not None]
+        if len(given) != 1:
+            what = "; ".join(map(_named, given)) if given else "none of them"
+            raise ValueError(
+                f"give one of IMAGE, --pressure-map, --line and --gaussian; given: {what}"
+            )
+        needed, unfit = SOURCES[given[0]]
+        if absent := [_named(name) for name in needed if getattr(self, name) is None]:
+            raise ValueError(missing(absent))
+        for name in unfit:
+            if name in self.model_fields_set:
+                raise ValueError(f"{_named(name)} does not fit {_named(given[0])}")
+        if self.one_line and self.scenes:
+            raise ValueError(
+                "--scenes takes the blocks of a whole footprint: it does not fit one line"
+            )
+
+    def _check_scale(self, low: float, high: float) -> None:
+        """Raise ValueError unless pressures (Pa) and colours of a picture fit together."""
         if high < LOWEST_SCALE:
             raise ValueError(
                 f"--max-pressure {high:g} Pa is no pressure of a tyre; a number without a unit is "
                 f'in Pa, say "{high:g}bar" for bar; allowed: {LOWEST_SCALE / BAR:g} to 100 bar'
             )
+        ends = f"--min-pressure ({low / BAR:g} bar)", f"--max-pressure ({high / BAR:g} bar)"
         if high <= low:
-            raise ValueError(
-                f"--max-pressure ({high / BAR:g} bar) is not above --min-pressure "
-                f"({low / BAR:g} bar)"
-            )
+            raise ValueError(f"{ends[1]} is not above {ends[0]}")
         if self.threshold is not None and not low <= self.threshold < high:
             raise ValueError(
-                f"--threshold ({self.threshold / BAR:g} bar) is not between --min-pressure "
-                f"({low / BAR:g} bar) and --max-pressure ({high / BAR:g} bar)"
+                f"--threshold ({self.threshold / BAR:g} bar) is not between {' and '.join(ends)}"
             )
         if self.dark_is is not None and (self.colormap or self.legend):
             raise ValueError(
@@ -278,26 +272,6 @@ class FootprintCase(CommandOptions):
             )
         if self.colormap is not None and self.legend is not None:
             raise ValueError("--colormap and --legend contradict each other; give one of them")
-        return self
-
-    def _one_source(self) -> None:
-        """Raise ValueError unless one source is given, with what it needs and nothing else."""
-        sources = ("image", "pressure_map", "line", "gaussian")
-        given = [name for name in sources if getattr(self, name) is not None]
-        if len(given) != 1:
-            what = "; ".join(map(_named, given)) if given else "none of them"
-            raise ValueError(
-                f"give one of IMAGE, --pressure-map, --line and --gaussian; given: {what}"
-            )
-        if absent := [name for name in NEEDED[given[0]] if getattr(self, name) is None]:
-            raise ValueError(missing([_named(name) for name in absent]))
-        for name in UNFIT[given[0]]:
-            if name in self.model_fields_set:
-                raise ValueError(f"{_named(name)} does not fit {_named(given[0])}")
-        if self.one_line and self.scenes:
-            raise ValueError(
-                "--scenes takes the blocks of a whole footprint: it does not fit one line"
-            )
 
     @property
     def in_grey(self) -> bool:
@@ -350,9 +324,9 @@ class FootprintCase(CommandOptions):
             slip=self.slip,
             static_friction=self.static_friction,
             ice_temperature=self.temperature,
+            air_temperature=self.air_temperature,
             source="moving",
             depth=self.depth,
-            air_temperature=self.air_temperature,
             ice=ice or TABLE_1_ICE,
             tread=Solid(*self.tread_material) if self.tread_material else TABLE_1_RUBBER,
             water_conductivity=self.water_conductivity,

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import matplotlib
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, distance_transform_edt
 from scipy.spatial import cKDTree
 
@@ -18,8 +17,8 @@ from iceslide_fem.runtime.errors import SceneError
 # Distances between colours are relative to the full range of one channel.
 FAR = 0.15  # from the bar: such a pixel mixes colours, or the bar is not the picture's
 NEAR = 0.015  # a colour of the bar up to the rounding to bytes
-MAX_FAR_SHARE = 0.3  # of the pixels in contact; JPEG at the edges of thin ribs makes up to 0.15
-MAX_COLOURED_SHARE = 0.01  # of pixels that are not grey in a picture taken as a grey scale
+MOST_FAR = 0.3  # of the pixels in contact; JPEG at the edges of thin ribs makes up to 0.15
+MOST_COLOURED = 0.01  # of pixels that are not grey in a picture taken as a grey scale
 BAR_COLOURS = 2048
 SQUARE = np.ones((3, 3))  # a pixel and its neighbours
 MAX_REACH = 4.0  # pixels over which an unclear pixel takes the value of a clear one
@@ -46,7 +45,7 @@ def read_grey(picture: Picture) -> Reading:
     channels = picture.astype(float) / 255.0
     distance = np.ptp(channels, axis=2)
     share = float((distance > FAR).mean())
-    if share > MAX_COLOURED_SHARE:
+    if share > MOST_COLOURED:
         raise SceneError(
             f"the picture is coloured ({share:.0%} of its pixels are not grey); give the colour "
             "map it was made with, or the box of its legend"
@@ -95,10 +94,16 @@ def read_colours(picture: Picture, bar: Array, background: tuple[int, int, int] 
     that colour makes up at least half of its own. Raises SceneError if the colours are not those
     of the bar.
     """
-    codes, index = np.unique(_codes(picture), return_inverse=True)
+    # Every colour, one number of its three bytes, is searched for once.
+    red, green, blue = np.moveaxis(picture.astype(np.int64), 2, 0)
+    codes, index = np.unique(red << 16 | green << 8 | blue, return_inverse=True)
     index = index.reshape(picture.shape[:2])
     colours = np.column_stack([codes >> 16, codes >> 8 & 255, codes & 255]) / 255.0
-    distance, value = (part[index] for part in _on_bar(colours, bar))
+    place = np.linspace(0.0, 1.0, BAR_COLOURS)
+    knots = np.linspace(0.0, 1.0, len(bar))
+    fine = np.column_stack([np.interp(place, knots, channel) for channel in bar.T])
+    to_bar, nearest = cKDTree(fine).query(colours)
+    distance, value = to_bar[index], place[nearest][index]
     contact = np.ones(value.shape, dtype=bool)
     edge = np.zeros(value.shape, dtype=bool)
     if background is not None:
@@ -109,7 +114,12 @@ def read_colours(picture: Picture, bar: Array, background: tuple[int, int, int] 
         edge = binary_dilation(contact, SQUARE) & binary_dilation(~contact, SQUARE)
         edge &= distance > NEAR
     far = contact & (distance > FAR)
-    _check(far, contact)
+    if far.sum() > MOST_FAR * contact.sum():
+        raise SceneError(
+            f"the colours of the picture are not those of the bar: {far.sum() / contact.sum():.0%} "
+            f"of its pixels are farther than {FAR:g} from it (relative to the range of a channel); "
+            "check the colour map, the legend box, the crop box and the background"
+        )
     clear = contact & ~edge & ~far
     if not clear.any():
         return Reading(np.where(contact, value, 0.0), distance, np.zeros_like(contact))
@@ -120,28 +130,3 @@ def read_colours(picture: Picture, bar: Array, background: tuple[int, int, int] 
     own, full = colours[index[mixed]], colours[index[row[mixed], column[mixed]]]
     contact[mixed] = (own * full).sum(axis=1) >= 0.5 * (full * full).sum(axis=1)
     return Reading(np.where(contact, value, 0.0), distance, unclear & contact)
-
-
-def _on_bar(colours: Array, bar: Array) -> tuple[Array, Array]:
-    """Distance (n,) of colours (n, 3) to the bar, and their place on it, 0 to 1."""
-    place = np.linspace(0.0, 1.0, BAR_COLOURS)
-    knots = np.linspace(0.0, 1.0, len(bar))
-    fine = np.column_stack([np.interp(place, knots, channel) for channel in bar.T])
-    distance, nearest = cKDTree(fine).query(colours)
-    return distance, place[nearest]
-
-
-def _check(far: Mask, contact: Mask) -> None:
-    """Raise SceneError where too many of the pixels in contact are far from the bar."""
-    if far.sum() > MAX_FAR_SHARE * contact.sum():
-        raise SceneError(
-            f"the colours of the picture are not those of the bar: {far.sum() / contact.sum():.0%} "
-            f"of its pixels are farther than {FAR:g} from it (relative to the range of a channel); "
-            "check the colour map, the legend box, the crop box and the background"
-        )
-
-
-def _codes(picture: Picture) -> NDArray[np.int64]:
-    """One number for each colour, so that every colour is searched for once."""
-    red, green, blue = np.moveaxis(picture.astype(np.int64), 2, 0)
-    return red << 16 | green << 8 | blue

@@ -1,4 +1,4 @@
-"""What `iceslide footprint` does: read, compute, write; and its figures on the screen."""
+"""What `iceslide footprint` does: read, compute, write."""
 
 from __future__ import annotations
 
@@ -12,89 +12,63 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.preprocess.footprint.blocks import (
-    TreadRubber,
-    representative,
-    scene_text,
-    tread_blocks,
-)
+from iceslide_fem.preprocess.footprint.blocks import scene_files
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.figures import draw_comparison, draw_maps
-from iceslide_fem.preprocess.footprint.line_output import draw_line, line_columns, line_text
-from iceslide_fem.preprocess.footprint.map_file import Maps, write_maps
-from iceslide_fem.preprocess.footprint.outlines import outline_text
-from iceslide_fem.preprocess.footprint.reading import ReadFootprint, read_footprint
-from iceslide_fem.preprocess.footprint.survey import MODELS, Survey, check_friction, summary, survey
+from iceslide_fem.preprocess.footprint.figures import draw_comparison, draw_line, draw_maps
+from iceslide_fem.preprocess.footprint.map_file import write_maps
+from iceslide_fem.preprocess.footprint.reading import read_footprint
+from iceslide_fem.preprocess.footprint.summary import summary
+from iceslide_fem.preprocess.footprint.survey import Survey, survey
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.files import replace_file, writing
 from iceslide_fem.runtime.folders import claimed, clear_results, other_case
 from iceslide_fem.runtime.progress import LongTask
 from iceslide_fem.scene.fingerprint import versions
-from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+from iceslide_fem.scene.materials import ZERO_CELSIUS
 
 
 def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, Any]:
     """Survey the footprint that `values` describe (see `FootprintCase`) and write it to `out`.
 
     Writes summary.json, footprint.vti, pressure.png, temperature.png, wet_dry.png, mu.png,
-    thesis.png, comparison.png and scenes/block_*, of a line summary.json, line.csv and
-    line.png; returns the summary. The same footprint's
-    earlier results go, with `force` any other results, too. Raises SceneError, before anything is
-    written, if the input is wrong or `out` is not to be written to, and OutputError if something
-    cannot be written.
+    thesis.png, comparison.png and scenes/block_*, of a line summary.json, line.csv and line.png;
+    returns the summary. The same footprint's earlier results go, with `force` any other results,
+    too. Raises SceneError, before anything is written, if the input is wrong or `out` is not to be
+    written to, and OutputError if something cannot be written.
     """
     begun = time.perf_counter()
     case = FootprintCase.of(values)
     here = case.model_dump(mode="json")
     with claimed(out, partial(other_case, "summary.json", here), force, case.files):
-        return _run(case, out, begun)
+        read = read_footprint(case)
+        scenes = scene_files(case, read.pressure_map)
+        with LongTask(1.0) as shown:
+            result = survey(
+                case, read, lambda part: shown.show(part, f"film below {part:.0%} of the pixels")
+            )
+        with writing(out):
+            clear_results(out)
+            if case.one_line:
+                draw_line(result, line_columns(result), out)
+            else:
+                pixel = read.pressure_map.dx, read.pressure_map.dy
+                write_maps(out / "footprint.vti", all_maps(result), pixel)
+                draw_maps(result, out)
+                draw_comparison(result, out)
+            if scenes:
+                (out / "scenes").mkdir(exist_ok=True)
+        if case.one_line:
+            replace_file(out / "line.csv", _csv(line_columns(result)))
+        for name, text in scenes.items():
+            replace_file(out / "scenes" / name, text)
+        figures = summary(result)
+        figures |= {"wall_s": time.perf_counter() - begun, "versions": versions()}
+        replace_file(out / "summary.json", json.dumps(figures, indent=2) + "\n")
+        return figures
 
 
-def _run(case: FootprintCase, out: Path, begun: float) -> dict[str, Any]:
-    read = read_footprint(case)
-    scenes = _scenes(case, read)
-    with LongTask(1.0) as shown:
-        result = survey(
-            case, read, lambda share: shown.show(share, f"film below {share:.0%} of the pixels")
-        )
-    check_friction(result)
-    if case.one_line:
-        _write_line(result, out)
-    else:
-        _write_maps(result, out, bool(scenes))
-    for name, text in scenes.items():
-        replace_file(out / "scenes" / name, text)
-    figures = summary(result)
-    figures |= {"wall_s": time.perf_counter() - begun, "versions": versions()}
-    replace_file(out / "summary.json", json.dumps(figures, indent=2) + "\n")
-    return figures
-
-
-def _write_maps(result: Survey, out: Path, scenes: bool) -> None:
-    with writing(out):
-        clear_results(out)
-        write_maps(out / "footprint.vti", all_maps(result))
-        draw_maps(result, out)
-        draw_comparison(result, out)
-        if scenes:
-            (out / "scenes").mkdir(exist_ok=True)
-
-
-def _write_line(result: Survey, out: Path) -> None:
-    columns, case = line_columns(result), result.case
-    celsius = case.temperature - ZERO_CELSIUS
-    row = "" if case.row is None else f", row {case.row}"
-    title = (
-        f"{case.source.name}{row}: {case.speed:g} m/s, slip {case.slip:g} "
-        f"((3.3): {case.thesis_slip:g}), ice at {celsius:.3g} °C"
-    )
-    with writing(out):
-        clear_results(out)
-        draw_line(columns, title, out / "line.png")
-    replace_file(out / "line.csv", line_text(columns))
-
-
-def all_maps(result: Survey) -> Maps:
-    """All maps of a survey."""
+def all_maps(result: Survey) -> dict[str, NDArray[Any]]:
+    """All maps of a survey by their names, (ny, nx)."""
     footprint, film = result.read.pressure_map, result.film
     maps: dict[str, NDArray[Any]] = {
         "pressure (Pa)": footprint.pressure,
@@ -117,70 +91,31 @@ def all_maps(result: Survey) -> Maps:
     if result.given is not None:
         maps["rise as given (K)"] = result.given.rise
         maps["mu by (4.7) to (4.9), as given"] = result.given.mu
-    return Maps(maps, (footprint.dx, footprint.dy))
+    return maps
 
 
-def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """The main figures as names and readable values."""
-    footprint, film = figures["footprint"], figures["film"]
-    rows = [
-        ("pixels", " x ".join(str(count) for count in footprint["pixels"])),
-        (
-            "pixel size",
-            " x ".join(f"{1e3 * size:.3g}" for size in footprint["pixel_size_m"]) + " mm",
-        ),
-        ("contact area", f"{1e4 * footprint['contact_area_m2']:.4g} cm2"),
-        ("net / gross", f"{footprint['net_to_gross']:.3f}"),
-        ("mean pressure", f"{footprint['mean_pressure_Pa'] / BAR:.4g} bar"),
-        ("largest pressure", f"{footprint['max_pressure_Pa'] / BAR:.4g} bar"),
-        ("load", f"{footprint['load_N']:.5g} N (pressures times {footprint['load_factor']:.4g})"),
-        *(
-            [("high pressure is read where", f"it is {figures['colours']['high_where']}")]
-            if "high_where" in figures.get("colours", {})
-            else []
-        ),
-        *(
-            [("distance to the colour bar", f"median {colours['median_distance']:.3f}")]
-            if (colours := figures.get("colours"))
-            else []
-        ),
-        ("mean mu, film law", f"{film['mu_mean']:.4f}"),
-        ("leading, trailing edge, film law", _edges(film)),
-        ("melting, saturated", f"{film['melting_share']:.1%}, {film['saturated_share']:.1%}"),
-        (
-            "outside the table of k, D, H_V",
-            f"{film['outside_table_share']:.1%} of the contact area",
-        ),
-    ]
-    for key, name in MODELS.items():
-        if key not in figures:
-            continue
-        model = figures[key]
-        rows.append((f"peak rise, {name}", f"{model['peak_rise_K']:.4g} K"))
-        rows.append((f"leading, trailing edge, {name}", _edges(model)))
-        rows.append(
-            (f"mu, {name}", f"{model['mu_map_mean']:.4g}, balance {model['mu_balance']:.4g}")
-        )
-    return [*rows, ("seconds", f"{figures['wall_s']:.1f}")]
+def line_columns(result: Survey) -> dict[str, Array]:
+    """Columns of line.csv, names with units -> (nx,): all three modules, and the film law."""
+    footprint, film = result.read.pressure_map, result.film
+    columns = {"x_m": result.read.left + footprint.x, "pressure_Pa": footprint.pressure[0]}
+    for key, model in result.models.items():
+        name = key.removesuffix("_source")
+        columns |= {
+            f"flux_{name}_W_m2": model.flux[0],
+            f"rise_{name}_K": model.rise[0],
+            f"temperature_{name}_C": model.temperature[0] - ZERO_CELSIUS,
+            f"state_{name}": model.state[0].astype(float),
+            f"mu_{name}": model.mu[0],
+        }
+    return columns | {
+        "temperature_film_C": film.temperature[0] - ZERO_CELSIUS,
+        "film_height_m": film.height[0],
+        "state_film": result.state[0].astype(float),
+        "mu_film": film.friction(footprint)[0],
+    }
 
 
-def _edges(figures: Mapping[str, Any]) -> str:
-    """Temperatures where the ice comes in and leaves, 3.2.2."""
-    leading, trailing = (figures[f"{edge}_edge_temperature_C"] for edge in ("leading", "trailing"))
-    return f"{leading:.2f}, {trailing:.2f} degC"
-
-
-def _scenes(case: FootprintCase, read: ReadFootprint) -> dict[str, str]:
-    """File names and texts of the scene of every representative block, and of its outline."""
-    if not case.scenes:
-        return {}
-    chosen = representative(tread_blocks(read.pressure_map), case.scenes)
-    rubber = TreadRubber(case.compound, case.contact, case.tread_height)
-    pixel, ride = max(read.pressure_map.dx, read.pressure_map.dy), case.ride
-    texts = {}
-    for number, (block, share) in enumerate(chosen, start=1):
-        name = f"block_{number:02d}"
-        texts[f"{name}.toml"] = scene_text(name, block, share, ride, rubber)
-        if block.outline:
-            texts[f"{name}.csv"] = outline_text(block.outline, pixel)
-    return texts
+def _csv(columns: Mapping[str, Array]) -> str:
+    rows = zip(*columns.values(), strict=True)
+    texts = (",".join(f"{value:.9g}" for value in row) for row in rows)
+    return "\n".join([",".join(columns), *texts]) + "\n"

@@ -1,5 +1,6 @@
-"""Friction on ice by the formulas of chapter 2 of the thesis, as base lines; SI units but where
-the formula itself has others. All broadcast over their arguments.
+"""Friction on ice by the formulas of chapter 2 of the thesis, as base lines.
+
+SI units; all broadcast over their arguments.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from iceslide_fem.scene.materials import (
     MELTING_ENTHALPY,
     MELTING_TEMPERATURE,
     WATER_VISCOSITY,
+    ZERO_CELSIUS,
 )
 
 
@@ -20,19 +22,19 @@ def _arrays(*values: ArrayLike) -> list[Array]:
     return [np.asarray(value, dtype=float) for value in values]
 
 
-def stopping_distance(V: ArrayLike, mu: ArrayLike) -> Array:
-    """d (m) of (1.1) at speed V (km/h) and friction mu."""
-    V, mu = _arrays(V, mu)
-    return V**2 / (254.0 * mu)
+def stopping_distance(speed: ArrayLike, mu: ArrayLike) -> Array:
+    """d = V^2 / (254 mu), (1.1), in m; V is the speed (m/s) in km/h."""
+    speed, mu = _arrays(speed, mu)
+    return (3.6 * speed) ** 2 / (254.0 * mu)
 
 
-def navin(T: ArrayLike, A: ArrayLike = 0.0) -> Array:
-    """f_x = 0.11 - 0.0052 T + 0.0002 A, (1.2): T in degC (<= 0), aggregate A < 1000 g/m2.
+def navin(temperature: ArrayLike, aggregate: ArrayLike = 0.0) -> Array:
+    """f_x = 0.11 - 0.0052 T + 0.0002 A, (1.2): T is the `temperature` (K) in degC (<= 0).
 
-    The thesis prints 0:0052 and 0:0002.
+    aggregate A < 1000 g/m2. The thesis prints 0:0052 and 0:0002.
     """
-    T, A = _arrays(T, A)
-    return 0.11 - 0.0052 * T + 0.0002 * A
+    temperature, aggregate = _arrays(temperature, aggregate)
+    return 0.11 - 0.0052 * (temperature - ZERO_CELSIUS) + 0.0002 * aggregate
 
 
 def hayhoe_shapley_coefficients(v: ArrayLike, T_0: ArrayLike) -> tuple[Array, Array]:
@@ -61,20 +63,28 @@ def hayhoe_shapley_film(A: ArrayLike, B: ArrayLike, x: ArrayLike) -> Array:
     return (-B + np.sqrt(B**2 + 2.0 * A)) * np.sqrt(x)
 
 
-def hayhoe_shapley(p: ArrayLike, v: ArrayLike, T_0: ArrayLike, length: ArrayLike) -> Array:
-    """Mean viscous friction eta v / (h p) over a smooth contact of `length` (m), p (Pa).
+def hayhoe_shapley(
+    pressure: ArrayLike, speed: ArrayLike, temperature: ArrayLike, length: ArrayLike
+) -> Array:
+    """Mean viscous friction eta v / (h p), sliding at v (m/s) on a smooth contact of `length` (m).
 
-    The mean of 1 / (c sqrt(x)) is 2 / (c sqrt(length)). Full contact, no squeeze-out.
+    pressure p: mean, Pa; temperature: of the ice, K. The mean of 1 / (c sqrt(x)) is
+    2 / (c sqrt(length)). Full contact, no squeeze-out.
     """
-    p, v, length = _arrays(p, v, length)
-    mean_inverse = 2.0 / hayhoe_shapley_film(*hayhoe_shapley_coefficients(v, T_0), length)
+    p, v, length = _arrays(pressure, speed, length)
+    mean_inverse = 2.0 / hayhoe_shapley_film(*hayhoe_shapley_coefficients(v, temperature), length)
     return WATER_VISCOSITY * v * mean_inverse / p
 
 
 def peng_ellipse(
-    U_s: ArrayLike, h: ArrayLike, p_0: ArrayLike, x_m: ArrayLike, y_m: ArrayLike, length: ArrayLike,
-    f_d: ArrayLike,
-) -> Array:  # fmt: skip
+    speed: ArrayLike,
+    film: ArrayLike,
+    pressure: ArrayLike,
+    x_m: ArrayLike,
+    y_m: ArrayLike,
+    length: ArrayLike,
+    dry: ArrayLike,
+) -> Array:
     """Mean friction of an elliptical contact, (1.6) as printed.
 
     f_m = eta U_s / (h p_0) 2 x_m y_m / (pi l) + f_d (l - x_m)(pi - 2 y_m) / (pi l): sliding speed
@@ -83,32 +93,43 @@ def peng_ellipse(
     x_m the length of the dry area, but the formula makes it that of the wet one: x_m = y_m = 0
     gives f_d. The two weights do not add up to 1 between the ends.
     """
-    U_s, h, p_0, x_m, y_m, length, f_d = _arrays(U_s, h, p_0, x_m, y_m, length, f_d)
+    U_s, h, p_0, x_m, y_m, length, f_d = _arrays(speed, film, pressure, x_m, y_m, length, dry)
     viscous = WATER_VISCOSITY * U_s / (h * p_0)
-    dry = f_d * (length - x_m) * (np.pi - 2.0 * y_m) / (np.pi * length)
-    return viscous * 2.0 * x_m * y_m / (np.pi * length) + dry
-
-
-def peng_rectangle_as_printed(
-    U_s: ArrayLike, h: ArrayLike, p_0: ArrayLike, x_m: ArrayLike, length: ArrayLike, f_d: ArrayLike
-) -> Array:
-    """(1.7) as printed: f_m = eta U_s / (h p_0) x_m^2 / (pi l) + f_d (1 - x_m / (pi l)).
-
-    Arguments as for `peng_ellipse`. The first weight is a length, and a contact that is wet all
-    over keeps 1 - 1/pi of its dry friction: see `peng_rectangle`.
-    """
-    U_s, h, p_0, x_m, length, f_d = _arrays(U_s, h, p_0, x_m, length, f_d)
-    viscous = WATER_VISCOSITY * U_s / (h * p_0)
-    return viscous * x_m**2 / (np.pi * length) + f_d * (1.0 - x_m / (np.pi * length))
+    of_dry = f_d * (length - x_m) * (np.pi - 2.0 * y_m) / (np.pi * length)
+    return viscous * 2.0 * x_m * y_m / (np.pi * length) + of_dry
 
 
 def peng_rectangle(
-    U_s: ArrayLike, h: ArrayLike, p_0: ArrayLike, x_m: ArrayLike, length: ArrayLike, f_d: ArrayLike
+    speed: ArrayLike,
+    film: ArrayLike,
+    pressure: ArrayLike,
+    x_m: ArrayLike,
+    length: ArrayLike,
+    dry: ArrayLike,
 ) -> Array:
-    """Mean friction of a rectangular contact: (1.7) with weights that are shares of the length.
+    """Mean friction of a rectangular contact: (1.7) with weights that are fractions of the length.
 
-    f_m = eta U_s / (h p_0) x_m / l + f_d (1 - x_m / l), x_m (m) the length of the wet area.
+    f_m = eta U_s / (h p_0) x_m / l + f_d (1 - x_m / l), x_m (m) the length of the wet area; other
+    arguments as for `peng_ellipse`.
     """
-    U_s, h, p_0, x_m, length, f_d = _arrays(U_s, h, p_0, x_m, length, f_d)
+    U_s, h, p_0, x_m, length, f_d = _arrays(speed, film, pressure, x_m, length, dry)
     viscous = WATER_VISCOSITY * U_s / (h * p_0)
     return viscous * x_m / length + f_d * (1.0 - x_m / length)
+
+
+def peng_rectangle_as_printed(
+    speed: ArrayLike,
+    film: ArrayLike,
+    pressure: ArrayLike,
+    x_m: ArrayLike,
+    length: ArrayLike,
+    dry: ArrayLike,
+) -> Array:
+    """(1.7) as printed: f_m = eta U_s / (h p_0) x_m^2 / (pi l) + f_d (1 - x_m / (pi l)).
+
+    Arguments as for `peng_rectangle`. The first weight is a length, and a contact that is wet all
+    over keeps 1 - 1/pi of its dry friction.
+    """
+    U_s, h, p_0, x_m, length, f_d = _arrays(speed, film, pressure, x_m, length, dry)
+    viscous = WATER_VISCOSITY * U_s / (h * p_0)
+    return viscous * x_m**2 / (np.pi * length) + f_d * (1.0 - x_m / (np.pi * length))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -12,127 +13,67 @@ from iceslide_fem.preprocess.footprint import empirical
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.command_options import as_number
-from iceslide_fem.scene.materials import ZERO_CELSIUS
 from iceslide_fem.scene.units import Quantity
 
 MOST = 100_000  # values of one call
 
 
 class Parameter(NamedTuple):
-    """SI unit; its range as one would type it; what it is, and the default as typed (or none)."""
+    """SI unit; its range as one would type it; what it is, and the default as typed."""
 
     unit: str
     low: str
     high: str
     meaning: str
-    default: str = ""
+    default: str
+
+    def value(self, text: str) -> float:
+        """The value of `text` in SI. Raises ValueError if it is none, or is out of range."""
+        return Quantity(self.unit, self.low, self.high).in_range(as_number(text.strip()))
+
+
+PARAMETERS = {
+    "speed": Parameter("m/s", "1 mm/s", "100 m/s", "sliding speed", "3m/s"),
+    "pressure": Parameter("Pa", "0.001 bar", "1000 bar", "mean pressure", "2bar"),
+    "temperature": Parameter("K", "-80 degC", "0 degC", "temperature of the ice", "-4degC"),
+    "length": Parameter("m", "0.1 mm", "5 m", "length of the contact", "150mm"),
+    "film": Parameter("m", "0.1 nm", "1 mm", "height of the water film", "100nm"),
+    "dry": Parameter("", "0", "2", "friction of the dry area", "0.1"),
+    "x_m": Parameter("m", "0 m", "5 m", "x_m, length of the wet area", "75mm"),
+    "y_m": Parameter("", "0", "1.5708", "y_m, an angle (rad)", "0.7854"),
+    "mu": Parameter("", "1e-4", "2", "friction coefficient", "0.1"),
+    "aggregate": Parameter("g/m^2", "0 g/m^2", "1000 g/m^2", "aggregate spread on the ice", "0"),
+}
+_VEHICLE = Parameter("m/s", "0.01 m/s", "150 m/s", "speed of the vehicle", "36km/h")
 
 
 class Formula(NamedTuple):
-    """Its equation in the thesis, what it gives, parameters, and the function of them in SI."""
+    """Its equation in the thesis, what it gives, the function in SI, and its parameters."""
 
     equation: str
     gives: str
-    parameters: dict[str, Parameter]
     function: Callable[..., Array]
+    parameters: dict[str, Parameter]
 
 
-_SPEED = Parameter("m/s", "1 mm/s", "100 m/s", "sliding speed", "3m/s")
-_PRESSURE = Parameter("Pa", "0.001 bar", "1000 bar", "mean pressure", "2bar")
-_ICE = Parameter("K", "-80 degC", "0 degC", "temperature of the ice", "-4degC")
-_LENGTH = Parameter("m", "0.1 mm", "5 m", "length of the contact", "150mm")
-_FILM = Parameter("m", "0.1 nm", "1 mm", "height of the water film", "100nm")
-_DRY = Parameter("", "0", "2", "friction of the dry area", "0.1")
-_WET = Parameter("m", "0 m", "5 m", "x_m, length of the wet area", "75mm")
-
-_RECTANGLE = {
-    "speed": _SPEED,
-    "film": _FILM,
-    "pressure": _PRESSURE,
-    "x_m": _WET,
-    "length": _LENGTH,
-    "dry": _DRY,
-}
-
-
-def _peng(function: Callable[..., Array]) -> Callable[..., Array]:
-    """One of Peng's formulas, which take a wet area within the contact only."""
-
-    def checked(**values: Array) -> Array:
-        if (values["x_m"] > values["length"]).any():
-            raise SceneError("x_m is longer than length: the wet area is a part of the contact")
-        return function(**values)
-
-    return checked
+def _formula(
+    equation: str, function: Callable[..., Array], gives: str = "mu", **other: Parameter
+) -> Formula:
+    """The formula of a function whose arguments are called as in `PARAMETERS` and `other`."""
+    known = PARAMETERS | other
+    names = inspect.signature(function).parameters
+    return Formula(equation, gives, function, {name: known[name] for name in names})
 
 
 FORMULAS = {
-    "stopping-distance": Formula(
-        "(1.1)",
-        "distance (m)",
-        {
-            "speed": Parameter("m/s", "0.01 m/s", "150 m/s", "speed of the vehicle", "36km/h"),
-            "mu": Parameter("", "1e-4", "2", "friction coefficient", "0.1"),
-        },
-        lambda speed, mu: empirical.stopping_distance(3.6 * speed, mu),
+    "stopping-distance": _formula(
+        "(1.1)", empirical.stopping_distance, "distance (m)", speed=_VEHICLE
     ),
-    "navin": Formula(
-        "(1.2)",
-        "mu",
-        {
-            "temperature": _ICE,
-            "aggregate": Parameter(
-                "g/m^2", "0 g/m^2", "1000 g/m^2", "aggregate spread on the ice", "0"
-            ),
-        },
-        lambda temperature, aggregate: empirical.navin(temperature - ZERO_CELSIUS, aggregate),
-    ),
-    "hayhoe-shapley": Formula(
-        "(1.3) to (1.5)",
-        "mu",
-        {"pressure": _PRESSURE, "speed": _SPEED, "temperature": _ICE, "length": _LENGTH},
-        lambda pressure, speed, temperature, length: empirical.hayhoe_shapley(
-            pressure, speed, temperature, length
-        ),
-    ),
-    "peng-ellipse": Formula(
-        "(1.6)",
-        "mu",
-        {
-            "speed": _SPEED,
-            "film": _FILM,
-            "pressure": _PRESSURE,
-            "x_m": _WET,
-            "y_m": Parameter("", "0", "1.5708", "y_m, an angle (rad)", "0.7854"),
-            "length": _LENGTH,
-            "dry": _DRY,
-        },
-        _peng(
-            lambda speed, film, pressure, x_m, y_m, length, dry: empirical.peng_ellipse(
-                speed, film, pressure, x_m, y_m, length, dry
-            )
-        ),
-    ),
-    "peng-rectangle": Formula(
-        "(1.7), weights put right",
-        "mu",
-        _RECTANGLE,
-        _peng(
-            lambda speed, film, pressure, x_m, length, dry: empirical.peng_rectangle(
-                speed, film, pressure, x_m, length, dry
-            )
-        ),
-    ),
-    "peng-rectangle-printed": Formula(
-        "(1.7) as printed",
-        "mu",
-        _RECTANGLE,
-        _peng(
-            lambda speed, film, pressure, x_m, length, dry: empirical.peng_rectangle_as_printed(
-                speed, film, pressure, x_m, length, dry
-            )
-        ),
-    ),
+    "navin": _formula("(1.2)", empirical.navin),
+    "hayhoe-shapley": _formula("(1.3) to (1.5)", empirical.hayhoe_shapley),
+    "peng-ellipse": _formula("(1.6)", empirical.peng_ellipse),
+    "peng-rectangle": _formula("(1.7), weights put right", empirical.peng_rectangle),
+    "peng-rectangle-printed": _formula("(1.7) as printed", empirical.peng_rectangle_as_printed),
 }
 
 
@@ -152,33 +93,33 @@ def evaluate(name: str, given: Sequence[str]) -> Evaluated:
     if name not in FORMULAS:
         raise SceneError(f'there is no formula "{name}"; there are: {", ".join(FORMULAS)}')
     formula = FORMULAS[name]
-    texts = {key: each.default for key, each in formula.parameters.items()}
-    seen: set[str] = set()
+    texts: dict[str, str] = {}
     for word in given:
         key, equals, text = word.partition("=")
-        if key not in texts or not equals:
+        if key not in formula.parameters or not equals:
             raise SceneError(
-                f'{name} takes KEY=VALUE with {", ".join(texts)}; given: "{word[:60]}"'
+                f'{name} takes KEY=VALUE with {", ".join(formula.parameters)}; given: "{word[:60]}"'
             )
-        if key in seen:
+        if key in texts:
             raise SceneError(f"{key} is given twice; several values follow each other with commas")
-        seen.add(key)
         texts[key] = text
-    lists = [_values(name, key, formula.parameters[key], text) for key, text in texts.items()]
+    lists = []
+    for key, parameter in formula.parameters.items():
+        parts = texts.get(key, parameter.default).split(",")
+        lists.append([_value(f"{name}: {key}", parameter, part) for part in parts])
     if math.prod(map(len, lists)) > MOST:
         raise SceneError(f"{math.prod(map(len, lists))} combinations are more than {MOST}")
-    every = np.meshgrid(*lists, indexing="ij")
-    values = {key: each.ravel() for key, each in zip(texts, every, strict=True)}
-    return Evaluated(formula, values, np.asarray(formula.function(**values)))
+    every = [each.ravel() for each in np.meshgrid(*lists, indexing="ij")]
+    values = dict(zip(formula.parameters, every, strict=True))
+    if "x_m" in values and (values["x_m"] > values["length"]).any():
+        raise SceneError("x_m is longer than length: the wet area is a part of the contact")
+    return Evaluated(formula, values, formula.function(**values))
 
 
-def _values(name: str, key: str, parameter: Parameter, text: str) -> list[float]:
-    return [_value(name, key, parameter, part.strip()) for part in text.split(",")]
-
-
-def _value(name: str, key: str, parameter: Parameter, text: str) -> float:
-    unit, low, high = parameter[:3]
+def _value(said: str, parameter: Parameter, text: str) -> float:
     try:
-        return Quantity(unit, low, high).in_range(as_number(text))
+        return parameter.value(text)
     except ValueError as error:
-        raise SceneError(f'{name}: {key} "{text}" {error}; allowed: {low} to {high}') from None
+        raise SceneError(
+            f'{said} "{text.strip()}" {error}; allowed: {parameter.low} to {parameter.high}'
+        ) from None

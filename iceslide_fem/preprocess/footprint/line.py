@@ -10,11 +10,16 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from iceslide_fem.preprocess.footprint.balance import HeatBalance, State
 from iceslide_fem.preprocess.footprint.film_map import FilmMap, film_map
-from iceslide_fem.preprocess.footprint.macroscopic import Edges, Macroscopic, heat_model
+from iceslide_fem.preprocess.footprint.macroscopic import (
+    Edges,
+    HeatBalance,
+    Macroscopic,
+    States,
+    heat_model,
+)
 from iceslide_fem.preprocess.footprint.passing import Ride
 from iceslide_fem.preprocess.footprint.pressure_map import GaussianLine, PressureMap
 from iceslide_fem.runtime.arrays import Array
@@ -27,10 +32,8 @@ LINE_PIXELS = 540  # of a profile that is made
 class Line(NamedTuple):
     """What the model gives along the line; arrays (nx,), SI units.
 
-    x: middles of the pixels (m); pressure (Pa); flux Q of (3.2), W/m2; rise (K) and temperature
-    (K) of the ice's surface; state: `State`, dry, mixed or wet; mu by (4.7) to (4.9), 0 where
-    there is no contact. mu_mean: of the pixels in contact; balance: (3.4) to (3.8), per metre of
-    width; edges: temperatures where the ice comes in and leaves (K).
+    x: middles of the pixels (m); pressure (Pa); all else as in `HeatModel`, the heat of the balance
+    per metre of width; mu_mean: of the pixels in contact; doubts: sentences on it.
     """
 
     x: Array
@@ -38,11 +41,12 @@ class Line(NamedTuple):
     flux: Array
     rise: Array
     temperature: Array
-    state: NDArray[np.uint8]
+    state: States
     mu: Array
     mu_mean: float
     balance: HeatBalance
     edges: Edges
+    doubts: list[str]
 
 
 def gaussian_profile(
@@ -83,9 +87,10 @@ def macroscopic_line(
         model.temperature[0],
         model.state[0],
         model.mu[0],
-        float(model.mu[footprint.contact].mean()),
+        model.mu_mean,
         model.balance,
         model.edges,
+        model.doubts,
     )
 
 
@@ -94,18 +99,11 @@ def film_line(
     dx: float,
     parameters: Macroscopic,
     contact_of: ContactTable | ConstantContact,
-    initial_height: float = 70e-9,
-    tolerance: float = 1e-2,
 ) -> FilmMap:
     """The film law along the same line, arrays (nx,): ice passes with V and is slid over at V S."""
-    ride = Ride(
-        parameters.speed,
-        parameters.slip * parameters.speed,
-        parameters.ice_temperature,
-        initial_height,
-    )
-    film = film_map(as_map(pressure, dx), ride, contact_of, tolerance)
-    return FilmMap(*(values[0] for values in film))
+    p = parameters
+    ride = Ride(p.speed, p.slip * p.speed, p.ice_temperature)
+    return FilmMap(*(values[0] for values in film_map(as_map(pressure, dx), ride, contact_of)))
 
 
 def as_map(pressure: ArrayLike, dx: float) -> PressureMap:
@@ -114,8 +112,3 @@ def as_map(pressure: ArrayLike, dx: float) -> PressureMap:
     if not (row > 0.0).any():
         raise SceneError("the line touches nowhere: no pressure is above 0")
     return PressureMap(row, dx, 1.0)
-
-
-def state_names(state: NDArray[np.uint8]) -> list[str]:
-    """ "no contact", "dry", "mixed" or "wet" of every pixel."""
-    return [State(each).name.lower().replace("_", " ") for each in state]

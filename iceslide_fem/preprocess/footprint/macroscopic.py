@@ -1,26 +1,21 @@
-"""The thesis's modules 2 and 3 as one chain, on a line or on a map: heat, dry or wet, friction.
+"""The thesis's modules 2 and 3: heat, dry or wet, friction (4.7) to (4.9), balance (3.4) to (3.8).
 
-Every module can be entered with data of one's own, as the thesis's flow chart (fig. 2) has it: the
-pressure is an argument, a temperature rise and a map of states replace what is computed.
+A line is a map of one row. A temperature and a map of states of one's own replace what is computed,
+as in the thesis's flow chart (fig. 2). Numbers are as the thesis has them: A in (4.7) to (4.9) is
+the area of the pixel's own class, d the depth of heat penetration, which the source of the model
+tuned to its measurements.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.preprocess.footprint.balance import (
-    Conductivities,
-    HeatBalance,
-    SlidingLine,
-    State,
-    classify,
-    friction_map,
-    heat_balance,
-)
+from iceslide_fem.film.doubts import IN_DOUBT, LARGEST_FRICTION
 from iceslide_fem.preprocess.footprint.jaeger import (
     TABLE_1_ICE,
     TABLE_1_RUBBER,
@@ -38,7 +33,21 @@ from iceslide_fem.scene.materials import (
     Solid,
 )
 
+MIXED_FROM, WET_FROM = -2.0, 0.0  # degC
 Source = Literal["next pixel", "moving"]
+States = NDArray[np.uint8]
+
+
+class State(IntEnum):
+    """State of a pixel: dry below -2 degC, wet from 0 degC on, mixed between."""
+
+    NO_CONTACT = 0
+    DRY = 1
+    MIXED = 2
+    WET = 3
+
+
+STATES = (State.DRY, State.MIXED, State.WET)
 
 
 @dataclass(frozen=True)
@@ -51,7 +60,7 @@ class Macroscopic:
     after the time t (s), or that of all it has passed (`moving_source_rise`, which t does not
     enter). depth d (m): of heat penetration, (3.5) to (3.7). ice, tread: thermal properties; ice
     enters (3.3) and (3.5). effusivity (W s^0.5/(m2 K)): of the ice below the moving source.
-    water_conductivity: W/(m K).
+    water_conductivity: W/(m K); the thesis prints none, the default is the project's.
     """
 
     speed: float = 3.0
@@ -68,38 +77,22 @@ class Macroscopic:
     effusivity: float = ICE_EFFUSIVITY
 
     @property
-    def conductivities(self) -> Conductivities:
-        """k of ice, tread and water, W/(m K)."""
-        return Conductivities(
-            self.ice.conductivity, self.tread.conductivity, self.water_conductivity
-        )
-
-    @property
     def warmer_ice(self) -> float:
         """T_0 less the temperature of the tread (K): what adds to dT in (3.6)."""
         return 0.0 if self.air_temperature is None else self.ice_temperature - self.air_temperature
 
+    def power(self, mean_pressure: float) -> float:
+        """p_av V S (W/m2): friction power over mu; p_av in Pa."""
+        return mean_pressure * self.speed * self.slip
 
-class HeatModel(NamedTuple):
-    """Modules 2 and 3; arrays of the pressure's shape.
 
-    flux: Q of (3.2), W/m2; rise: of the temperature (K); temperature: of the ice's surface (K);
-    state: dry, mixed, wet; mu: (4.7) to (4.9); sliding: V and S of the model; balance: (3.4) to
-    (3.8).
-    """
+class HeatBalance(NamedTuple):
+    """Heat flows of the whole contact in W, and the mean friction they balance, (3.4) to (3.8)."""
 
-    flux: Array
-    rise: Array
-    temperature: Array
-    state: NDArray[np.uint8]
-    mu: Array
-    sliding: SlidingLine
-    balance: HeatBalance
-
-    @property
-    def edges(self) -> Edges:
-        """Temperatures of the ice at the edges of the contact, 3.2.2."""
-        return edge_temperatures(self.temperature, self.state != State.NO_CONTACT)
+    ice: float
+    tread: float
+    water: float
+    mu: float
 
 
 class Edges(NamedTuple):
@@ -109,46 +102,123 @@ class Edges(NamedTuple):
     trailing: float
 
 
+class HeatModel(NamedTuple):
+    """Modules 2 and 3; arrays of the pressure's shape.
+
+    flux: Q of (3.2), W/m2; rise: of the temperature (K); temperature: of the ice's surface (K);
+    state: dry, mixed, wet; mu: (4.7) to (4.9), 0 where there is no contact; power: p_av V S, W/m2;
+    balance: (3.4) to (3.8).
+    """
+
+    flux: Array
+    rise: Array
+    temperature: Array
+    state: States
+    mu: Array
+    power: float
+    balance: HeatBalance
+
+    @property
+    def mu_mean(self) -> float:
+        """Mean mu of the pixels in contact."""
+        return float(self.mu[self.state != State.NO_CONTACT].mean())
+
+    @property
+    def edges(self) -> Edges:
+        """Temperatures of the ice at the edges of the contact, 3.2.2."""
+        return edge_temperatures(self.temperature, self.state != State.NO_CONTACT)
+
+    @property
+    def doubts(self) -> list[str]:
+        """A sentence, without its full stop, if the mean friction of (4.7) to (4.9) is none."""
+        if self.mu_mean <= LARGEST_FRICTION:
+            return []
+        return [
+            f"mu by (4.7) to (4.9) is {self.mu_mean:.4g}: {IN_DOUBT}. The heat through the depth d "
+            f"is divided by p V S = {self.power:.3g} W/m2, and a slip that small makes next to none"
+        ]
+
+
 def heat_model(
     footprint: PressureMap,
     parameters: Macroscopic,
     temperature: Array | None = None,
-    state: NDArray[np.uint8] | None = None,
+    state: States | None = None,
 ) -> HeatModel:
-    """Modules 2 and 3 below `footprint` (ny, nx); a line is a map with one row.
+    """Modules 2 and 3 below `footprint` (ny, nx).
 
     temperature: of the ice's surface (K), instead of module 2's; state: `State` of every pixel,
     instead of the classification of module 3. Both are (ny, nx) and count in the contact only.
     """
     contact, p = footprint.contact, parameters
     flux = friction_flux(p.static_friction, footprint.pressure, p.speed, p.slip)
-    if temperature is None:
-        rise = (
-            moving_source_rise(flux, footprint.dx, p.speed, p.effusivity)
-            if p.source == "moving"
-            else next_pixel_rise(flux, footprint.dx, p.time, p.ice)
-        )
-        temperature = p.ice_temperature + rise
-    else:
+    if temperature is not None:
         temperature = np.where(contact, temperature, p.ice_temperature)
         rise = temperature - p.ice_temperature
+    else:
+        if p.source == "moving":
+            rise = moving_source_rise(flux, footprint.dx, p.speed, p.effusivity)
+        else:
+            rise = next_pixel_rise(flux, footprint.dx, p.time, p.ice)
+        temperature = p.ice_temperature + rise
     if state is None:
         state = classify(temperature - ZERO_CELSIUS, contact)
     else:
         state = np.where(contact, state, State.NO_CONTACT).astype(np.uint8)
-    sliding = SlidingLine(footprint.mean_pressure, p.speed, p.slip)
-    of_tread = rise + p.warmer_ice
-    return HeatModel(
-        flux,
-        rise,
-        temperature,
-        state,
-        friction_map(state, rise, p.depth, sliding, p.conductivities, of_tread),
-        sliding,
-        heat_balance(
-            state, rise, p.depth, footprint.pixel_area, sliding, p.conductivities, of_tread
-        ),
-    )
+    p_av = footprint.mean_pressure
+    mu = friction_map(state, rise, p_av, p)
+    balance = heat_balance(state, rise, footprint.pixel_area, p_av, p)
+    return HeatModel(flux, rise, temperature, state, mu, p.power(p_av), balance)
+
+
+def classify(temperature: Array, contact: Mask) -> States:
+    """`State` of every pixel by its temperature (degC).
+
+    (4.8) prints the lower bound of the mixed range as 2 degC; it is -2 degC. 0 degC itself, left
+    out by (4.8) and (4.9), is wet.
+    """
+    state = State.DRY + np.digitize(temperature, [MIXED_FROM, WET_FROM])
+    return np.where(contact, state, State.NO_CONTACT).astype(np.uint8)
+
+
+def friction_map(
+    state: States, rise: Array, mean_pressure: float, parameters: Macroscopic
+) -> Array:
+    """mu = K / d A dT / (p_av V S A_tot) per pixel, (4.7) to (4.9); 0 outside of the contact.
+
+    `rise` dT (K), `mean_pressure` p_av (Pa); K is the conductivity of the tread and of what is
+    below it (ice; ice and water; water), A the area of all pixels in that state and A_tot that of
+    the contact. The right sides are printed without brackets around their last four factors.
+    """
+    p, mu = parameters, np.zeros_like(rise)
+    ice, water = p.ice.conductivity, p.water_conductivity
+    for each, conductivity in zip(STATES, (ice, ice + water, water), strict=True):
+        here = state == each
+        fraction = np.count_nonzero(here) / np.count_nonzero(state)
+        heat = conductivity * rise[here] + p.tread.conductivity * (rise[here] + p.warmer_ice)
+        mu[here] = fraction / p.depth * heat / p.power(mean_pressure)
+    return mu
+
+
+def heat_balance(
+    state: States, rise: Array, pixel_area: float, mean_pressure: float, parameters: Macroscopic
+) -> HeatBalance:
+    """Solve (3.8), q_generated = q_ice + q_tread + q_water, for the mean friction mu_av of (3.4).
+
+    q = k / d A dT for ice (3.5) on dry and mixed areas, tread (3.6) on all, water (3.7) on mixed
+    and wet ones, with A dT summed over the pixels; `rise` (K), `pixel_area` (m2), `mean_pressure`
+    (Pa). (3.8) itself is lost in print; this is how the text describes it and what (4.7) to (4.9)
+    use.
+    """
+    p = parameters
+    dry, mixed, wet = (float(rise[state == each].sum()) * pixel_area / p.depth for each in STATES)
+    ice = p.ice.conductivity * (dry + mixed)
+    of_tread = float((rise + p.warmer_ice)[state > 0].sum())
+    tread = p.tread.conductivity * of_tread * pixel_area / p.depth
+    water = p.water_conductivity * (mixed + wet)
+    area = pixel_area * np.count_nonzero(state)
+    mu = (ice + tread + water) / (p.power(mean_pressure) * area)
+    return HeatBalance(ice, tread, water, mu)
 
 
 def edge_temperatures(temperature: Array, contact: Mask) -> Edges:

@@ -24,7 +24,7 @@ from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.point import taken
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.step_control import StepControl, close_enough
-from iceslide_fem.film.viscosity import Thinning, temperature_scale
+from iceslide_fem.film.viscosity import VariableViscosity, temperature_scale
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene.materials import (
@@ -133,7 +133,7 @@ def films_along(
     at = np.flatnonzero(np.diff(path.line, prepend=-1))
     last = np.append(at[1:], path.line.size) - 1
     lines, share, passing = at.size, ride.water_share, path.passing
-    viscosity, thinning = _water(ride, lines)
+    viscosity, variable_viscosity = _water(ride, lines)
     k, D, H_V, _ = contact_of(path.pressure)
     voids = np.maximum(share * H_V, ride.thinnest_layer)
     sliding = np.full_like(k, ride.sliding_speed)
@@ -147,14 +147,17 @@ def films_along(
         np.zeros(lines),
         ice.initial(lines),
         INSULATED.initial(lines),
-        np.zeros((0 if thinning is None else 1, lines)),
+        np.zeros((0 if variable_viscosity is None else 1, lines)),
     )
     # What goes round over a film's height in turn with its viscosity wants it exactly.
-    close = CLOSE if thinning else close_enough(tolerance)
-    control, table = StepControl(METHOD, tolerance, close), thinning and thinning.table
+    close = CLOSE if variable_viscosity else close_enough(tolerance)
+    control, table = (
+        StepControl(METHOD, tolerance, close),
+        variable_viscosity and variable_viscosity.table,
+    )
     undercooling = ride.solid.melting_temperature - ice.temperature
     scale = np.broadcast_to(temperature_scale(undercooling, table), (lines,))
-    load = loads.take(at)._replace(thinning=thinning)
+    load = loads.take(at)._replace(variable_viscosity=variable_viscosity)
     arrives, left, dt = np.arange(lines), np.full(lines, passing), np.full(lines, passing)
     works, rate = list(np.zeros((3, lines))), np.zeros(lines)  # of a pixel, and d ln h / dt
     while at.size:
@@ -216,10 +219,10 @@ def films_along(
     return films._replace(shear=films.shear * loads.viscous / passing)
 
 
-def _water(ride: Ride, lines: int) -> tuple[Array, Thinning | None]:
+def _water(ride: Ride, lines: int) -> tuple[Array, VariableViscosity | None]:
     """Viscosity of every line (Pa s), and how it follows the temperature."""
     given = ride.viscosity
     if not isinstance(given, ViscosityTable):
         return np.full(lines, given), None
     viscosity = np.broadcast_to(given(ride.temperature), (lines,))
-    return viscosity, Thinning(given, viscosity)
+    return viscosity, VariableViscosity(given, viscosity)

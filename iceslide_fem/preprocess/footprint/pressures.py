@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-import numpy as np
-
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import si_unit, to_si
@@ -43,50 +41,40 @@ def pressure_unit(named: list[str], option: str | None, said: str) -> str:
 
     Raises SceneError where they contradict each other.
     """
-    factors = {to_si(f"1 {unit}", "Pa") for unit in named}
+    factors = {_pascals(unit) for unit in named}
     if len(factors) > 1 and option is None:
         raise SceneError(f"{said} names the units {', '.join(named)}; --pressure-unit says which")
-    if len(factors) == 1 and option is not None and to_si(f"1 {option}", "Pa") not in factors:
+    if len(factors) == 1 and option is not None and _pascals(option) not in factors:
         raise SceneError(f"--pressure-unit {option} contradicts {said}, which is in {named[0]}")
     return option or (named[0] if named else "Pa")
 
 
 def check_pressures(values: Array, said: str, unit: str) -> None:
-    """Raise SceneError if pressures (Pa) are negative, nowhere above 0, or above 100 bar."""
-    low, high = float(values.min()), float(values.max())
-    factor = to_si(f"1 {unit}", "Pa")
-    if low < 0.0 or high > HIGHEST:
-        raise SceneError(
-            f"{said} has pressures from {low / factor:.4g} to {high / factor:.4g} {unit}; allowed: "
-            f"0 to {HIGHEST / factor:.4g} {unit}{_other_units(values, unit)}"
-        )
-    if not high > 0.0:
-        raise SceneError(f"{said}: no pressure is above 0, nothing is in contact")
-
-
-def check_plausible(pressure: Array, said: str, unit: str) -> None:
-    """Raise SceneError unless the mean of pressures (Pa) above 0 is one of a tyre or a block.
+    """Raise SceneError unless pressures (Pa) are from 0 to 100 bar, and their mean above 0 is one
+    of a tyre or a block.
 
     `unit`: that in which they were given; the message has the units that would make them usual.
     """
-    mean = _mean(pressure)
+    low, high, factor = float(values.min()), float(values.max()), _pascals(unit)
+    if high == 0.0 <= low:
+        raise SceneError(f"{said}: no pressure is above 0, nothing is in contact")
+    mean = float(values[values > 0.0].mean()) if high > 0.0 else float("nan")
+    usual = [each for each in UNITS if USUAL[0] <= mean / factor * _pascals(each) <= USUAL[1]]
+    hint = ""
+    if usual:
+        units = " or ".join(usual)
+        hint = f" (are they in {units}? a heading or --pressure-unit {usual[0]} says so)"
+    if low < 0.0 or high > HIGHEST:
+        raise SceneError(
+            f"{said} has pressures from {low / factor:.4g} to {high / factor:.4g} {unit}; allowed: "
+            f"0 to {HIGHEST / factor:.4g} {unit}{hint}"
+        )
     if not PLAUSIBLE[0] <= mean <= PLAUSIBLE[1]:
-        factor = to_si(f"1 {unit}", "Pa")
         raise SceneError(
             f"{said} has a mean pressure of {mean / factor:.4g} {unit} where it touches, which is "
-            f"none of a tyre; allowed: {PLAUSIBLE[0] / BAR:g} to {PLAUSIBLE[1] / BAR:g} bar"
-            f"{_other_units(pressure, unit)}"
+            f"none of a tyre; allowed: {PLAUSIBLE[0] / BAR:g} to {PLAUSIBLE[1] / BAR:g} bar{hint}"
         )
 
 
-def _mean(pressure: Array) -> float:
-    touching = pressure[pressure > 0.0]
-    return float(touching.mean()) if touching.size else float(np.nan)
-
-
-def _other_units(pressure: Array, unit: str) -> str:
-    given = _mean(pressure) / to_si(f"1 {unit}", "Pa")
-    usual = [each for each in UNITS if USUAL[0] <= given * to_si(f"1 {each}", "Pa") <= USUAL[1]]
-    if not usual:
-        return ""
-    return f" (are they in {' or '.join(usual)}? a heading or --pressure-unit {usual[0]} says so)"
+def _pascals(unit: str) -> float:
+    return to_si(f"1 {unit}", "Pa")

@@ -7,12 +7,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from iceslide_fem.preprocess.footprint.balance import State
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.colours import (
-    Reading,
     legend_bar,
     lowest_colour,
     named_bar,
@@ -21,8 +18,9 @@ from iceslide_fem.preprocess.footprint.colours import (
 )
 from iceslide_fem.preprocess.footprint.image import colour, cut, read_picture, rotate
 from iceslide_fem.preprocess.footprint.line import as_map, gaussian_profile
+from iceslide_fem.preprocess.footprint.macroscopic import State, States
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap, pressure_from_values
-from iceslide_fem.preprocess.footprint.pressures import HIGHEST, check_plausible
+from iceslide_fem.preprocess.footprint.pressures import HIGHEST, check_pressures
 from iceslide_fem.preprocess.footprint.tables import (
     read_pressures,
     read_profile,
@@ -53,7 +51,7 @@ class ReadFootprint(NamedTuple):
     unclear: Mask | None = None
     load_factor: float = 1.0
     temperature: Array | None = None
-    state: NDArray[np.uint8] | None = None
+    state: States | None = None
     left: float = 0.0
     notes: tuple[str, ...] = ()
 
@@ -70,18 +68,23 @@ def read_footprint(case: FootprintCase) -> ReadFootprint:
         read = _read_picture(case) if case.image is not None else _read_map(case)
         read = _with_own_maps(read, case)
     if case.load is not None:
-        footprint, factor = read.pressure_map.carrying(case.load)
-        if (high := float(footprint.pressure.max())) > HIGHEST:
-            raise SceneError(
-                f"--load {case.load:g} N takes pressures up to {high / BAR:.4g} bar on the "
-                f"{1e4 * footprint.contact_area:.4g} cm2 in contact; allowed: {HIGHEST / BAR:g} bar"
-            )
-        check_plausible(footprint.pressure, f"--load {case.load:g} N", "Pa")
-        notes = read.notes
-        if not FACTORS[0] <= factor <= FACTORS[1]:
-            notes += (f"--load multiplies the pressures that were read by {factor:.3g}",)
-        read = read._replace(pressure_map=footprint, load_factor=factor, notes=notes)
+        read = _loaded(read, case.load)
     return read if case.row is None else _one_row(read, case.row)
+
+
+def _loaded(read: ReadFootprint, load: float) -> ReadFootprint:
+    """With pressures that carry `load` (N)."""
+    footprint, factor = read.pressure_map.carrying(load)
+    if (high := float(footprint.pressure.max())) > HIGHEST:
+        raise SceneError(
+            f"--load {load:g} N takes pressures up to {high / BAR:.4g} bar on the "
+            f"{1e4 * footprint.contact_area:.4g} cm2 in contact; allowed: {HIGHEST / BAR:g} bar"
+        )
+    check_pressures(footprint.pressure, f"--load {load:g} N", "Pa")
+    notes = read.notes
+    if not FACTORS[0] <= factor <= FACTORS[1]:
+        notes += (f"--load multiplies the pressures that were read by {factor:.3g}",)
+    return read._replace(pressure_map=footprint, load_factor=factor, notes=notes)
 
 
 def _read_picture(case: FootprintCase) -> ReadFootprint:
@@ -101,62 +104,41 @@ def _read_picture(case: FootprintCase) -> ReadFootprint:
     picture = rotate(picture, case.rotation, around)
     if case.crop is not None:
         picture = cut(picture, case.crop, "crop")
-    reading: Reading = read_grey(picture) if bar is None else read_colours(picture, bar, background)
-    if case.in_grey:
-        reading = _dark_or_bright(reading, case)
-    footprint = pressure_from_values(
-        reading.value,
-        case.min_pressure,
-        case.max_pressure,
-        case.lowest_pressure,
-        (case.length, case.width),
-    )
-    return ReadFootprint(footprint, reading.distance[::-1], reading.unclear[::-1])
-
-
-def _dark_or_bright(reading: Reading, case: FootprintCase) -> Reading:
-    """A grey reading whose high values are where --dark-is has them, else where it is bright.
-
-    Raises SceneError where that is not given and the picture's sides are mostly bright, as paper.
-    """
+    reading = read_grey(picture) if bar is None else read_colours(picture, bar, background)
     value = reading.value
     if case.dark_is == "high":
-        return reading._replace(value=1.0 - value)
-    sides = np.concatenate([value[0], value[-1], value[:, 0], value[:, -1]])
-    if case.dark_is is None and float(np.median(sides)) > BRIGHT:
-        raise SceneError(
-            f"{case.image} is bright along its sides, where bright would be high pressure; "
-            "give --dark-is high for a print in ink, --dark-is low if bright is high indeed"
-        )
-    return reading
+        value = 1.0 - value
+    elif case.in_grey and case.dark_is is None:
+        sides = np.concatenate([value[0], value[-1], value[:, 0], value[:, -1]])
+        if np.median(sides) > BRIGHT:
+            raise SceneError(
+                f"{case.image} is bright along its sides, where bright would be high pressure; "
+                "give --dark-is high for a print in ink, --dark-is low if bright is high indeed"
+            )
+    ends = case.min_pressure, case.max_pressure
+    size = case.length, case.width
+    footprint = pressure_from_values(value, *ends, case.lowest_pressure, size)
+    return ReadFootprint(footprint, reading.distance[::-1], reading.unclear[::-1])
 
 
 def _read_map(case: FootprintCase) -> ReadFootprint:
     assert case.pressure_map is not None
     given = read_pressures(case.pressure_map, case.pressure_unit, case.frame)
-    length, width = case.length, case.width
-    if given.size is not None:
-        length, width = (
-            _one_size(*pair)
-            for pair in zip(("length", "width"), (length, width), given.size, strict=True)
-        )
+    size = {"length": case.length, "width": case.width}
+    for (name, option), said in zip(size.items(), given.size or (), strict=False):
+        if option is not None and abs(option - said) > 1e-3 * said:
+            raise SceneError(
+                f"--{name} {1e3 * option:.4g} mm contradicts the file of --pressure-map, whose "
+                f"sensors cover {1e3 * said:.4g} mm; leave it out"
+            )
+        size[name] = said
+    length, width = size.values()
     if length is None or width is None:
-        absent = [name for name in ("length", "width") if getattr(case, name) is None]
-        raise SceneError(missing([f"--{name}" for name in absent]))
+        raise SceneError(missing([f"--{name}" for name in size if size[name] is None]))
     pressure = _touching(given.values[::-1], case)
     rows, columns = pressure.shape
     footprint = PressureMap(pressure, length / columns, width / rows)
     return ReadFootprint(footprint, notes=given.notes)
-
-
-def _one_size(name: str, option: float | None, said: float) -> float:
-    """The size (m) that the file says. Raises SceneError if the option contradicts it."""
-    if option is not None and abs(option - said) > 1e-3 * said:
-        raise SceneError(
-            f"--{name} {1e3 * option:.4g} mm contradicts the file of --pressure-map, whose sensors "
-            f"cover {1e3 * said:.4g} mm; leave it out"
-        )
-    return said
 
 
 def _touching(pressure: Array, case: FootprintCase) -> Array:
@@ -181,7 +163,7 @@ def _read_line(path: Path, case: FootprintCase) -> ReadFootprint:
     return ReadFootprint(line, temperature=temperature, state=state, left=left)
 
 
-def _check_states(state: NDArray[np.uint8] | None, contact: Mask, said: str) -> None:
+def _check_states(state: States | None, contact: Mask, said: str) -> None:
     """Raise SceneError where states that were given contradict the pressure."""
     if state is not None and (state[contact] == State.NO_CONTACT).any():
         raise SceneError(f"{said} has no contact (0) where the pressure is above 0")
@@ -189,28 +171,26 @@ def _check_states(state: NDArray[np.uint8] | None, contact: Mask, said: str) -> 
 
 def _with_own_maps(read: ReadFootprint, case: FootprintCase) -> ReadFootprint:
     """With the temperatures and states that were given, which must have the same pixels."""
-    shape, contact = read.pressure_map.pressure.shape, read.pressure_map.contact
-    notes, temperature, state = read.notes, None, None
-    if case.temperature_map is not None:
-        given = read_temperatures(case.temperature_map)
-        temperature, notes = given.values, notes + given.notes
-    if case.state_map is not None:
-        given = read_states(case.state_map)
-        state, notes = given.values.astype(np.uint8), notes + given.notes
-    for option, values in (("--temperature-map", temperature), ("--state-map", state)):
-        if values is not None and values.shape != shape:
+    contact, notes, maps = read.pressure_map.contact, read.notes, {}
+    for option, path, reader in (
+        ("--temperature-map", case.temperature_map, read_temperatures),
+        ("--state-map", case.state_map, read_states),
+    ):
+        if path is None:
+            continue
+        given = reader(path)
+        if given.values.shape != contact.shape:
             raise SceneError(
-                f"{option} has {values.shape[1]} x {values.shape[0]} pixels, the pressure "
-                f"{shape[1]} x {shape[0]}: they must be the same"
+                f"{option} has {given.values.shape[1]} x {given.values.shape[0]} pixels, the "
+                f"pressure {contact.shape[1]} x {contact.shape[0]}: they must be the same"
             )
-    if temperature is not None:
-        temperature = temperature[::-1]
-        if np.isnan(temperature[contact]).any():
-            raise SceneError("--temperature-map has no number where the pressure is above 0")
-    if state is not None:
-        state = state[::-1]
-        _check_states(state, contact, "--state-map")
-    return read._replace(temperature=temperature, state=state, notes=notes)
+        maps[option], notes = given.values[::-1], notes + given.notes
+    temperature, state = maps.get("--temperature-map"), maps.get("--state-map")
+    if temperature is not None and np.isnan(temperature[contact]).any():
+        raise SceneError("--temperature-map has no number where the pressure is above 0")
+    states = None if state is None else state.astype(np.uint8)
+    _check_states(states, contact, "--state-map")
+    return read._replace(temperature=temperature, state=states, notes=notes)
 
 
 def _one_row(read: ReadFootprint, row: int) -> ReadFootprint:
@@ -226,12 +206,10 @@ def _one_row(read: ReadFootprint, row: int) -> ReadFootprint:
             f"{touching[np.abs(touching - row).argmin()]}"
         )
     here = slice(rows - 1 - row, rows - row)
-    return ReadFootprint(
-        replace(footprint, pressure=footprint.pressure[here]),
-        None if read.distance is None else read.distance[here],
-        None if read.unclear is None else read.unclear[here],
-        read.load_factor,
-        None if read.temperature is None else read.temperature[here],
-        None if read.state is None else read.state[here],
-        notes=read.notes,
-    )
+    maps = {
+        name: values[here]
+        for name, values in read._asdict().items()
+        if name in ("distance", "unclear", "temperature", "state") and values is not None
+    }
+    line = replace(footprint, pressure=footprint.pressure[here])
+    return read._replace(pressure_map=line, **maps)

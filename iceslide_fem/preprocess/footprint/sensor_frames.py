@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,23 +16,17 @@ _EMPTY = re.compile(r"^[,; \t]+$", re.MULTILINE)  # lines that a spreadsheet has
 _BLANK = re.compile(r"(?<![^,;\t\n ])[Bb](?![^,;\t\n ])")  # a place without a sensor
 
 
-class SensorFrame(NamedTuple):
-    """One frame. pressure: (rows, columns), Pa, its first row on top, NaN where there is no sensor;
-    size: (length, width), m; note: which frame it is, a sentence.
-    """
-
-    pressure: Array
-    size: tuple[float, float]
-    note: str
-
-
 def is_sensor_text(text: str) -> bool:
     """Whether a text is an export of frames: its head begins with DATA_TYPE."""
     return text.lstrip('\ufeff \t\r\n"').startswith("DATA_TYPE")
 
 
-def read_frame(text: str, said: str, number: int | None) -> SensorFrame:
-    """The frame of this `number`, or that of the largest force. Raises SceneError."""
+def read_frame(text: str, said: str, number: int | None) -> tuple[Array, tuple[float, float], str]:
+    """Pressures of the frame of this `number`, or of that of the largest force.
+
+    Pressures (rows, columns), Pa, the first row on top, NaN where there is no sensor; length and
+    width, m; which frame it is, a sentence. Raises SceneError.
+    """
     text = text.replace("\r\n", "\n")
     marks = list(_FRAME.finditer(text))
     if not marks:
@@ -45,26 +38,27 @@ def read_frame(text: str, said: str, number: int | None) -> SensorFrame:
     frames: dict[int, Array] = {}
     for mark, end in zip(marks, [*(m.start() for m in marks[1:]), len(text)], strict=True):
         body = _EMPTY.sub("", text[mark.end() : end].replace("@@", ""))
-        body = _BLANK.sub("NaN", body)
-        values = parse(body, f"{said}, frame {mark[1]}").numbers()
+        values = parse(_BLANK.sub("NaN", body), f"{said}, frame {mark[1]}").numbers()
         if values.shape != (rows, columns):
             raise SceneError(
                 f"{said}: frame {mark[1]} has {values.shape[0]} rows of {values.shape[1]}; its "
                 f"head says {rows} of {columns}"
             )
         frames[int(mark[1])] = values * factor
-    if number is not None and number not in frames:
+    largest = ""
+    if number is None:
+        number = max(frames, key=lambda n: float(np.nansum(frames[n])))
+        largest = ", that of the largest force" if len(frames) > 1 else ""
+    if number not in frames:
         raise SceneError(
             f"--frame {number} is not in {said}, which has the frames {min(frames)} to "
             f"{max(frames)}"
         )
-    chosen = max(frames, key=lambda n: float(np.nansum(frames[n]))) if number is None else number
-    largest = ", that of the largest force" if number is None and len(frames) > 1 else ""
     note = (
-        f"frame {chosen} of {len(frames)} is read{largest}, in {unit}, with sensors "
+        f"frame {number} of {len(frames)} is read{largest}, in {unit}, with sensors "
         f"{1e3 * dx:.4g} x {1e3 * dy:.4g} mm apart; its columns run along the direction of travel"
     )
-    return SensorFrame(frames[chosen], (columns * dx, rows * dy), note)
+    return frames[number], (columns * dx, rows * dy), note
 
 
 def _head(text: str) -> dict[str, str]:
@@ -80,7 +74,7 @@ def _whole(head: dict[str, str], key: str, said: str) -> int:
 
 
 def _length(head: dict[str, str], key: str, said: str) -> float:
-    given = re.sub(r"\b(milli|centi)?meters?\b", _short, head.get(key, "").replace(",", "."))
+    given = head.get(key, "").replace(",", ".")
     try:
         length = to_si(given, "m")
     except ValueError:
@@ -88,10 +82,6 @@ def _length(head: dict[str, str], key: str, said: str) -> float:
     if not 1e-5 <= length <= 0.1:
         raise SceneError(f"{said} has {key} {given} in its head; allowed: 0.01 to 100 mm")
     return length
-
-
-def _short(match: re.Match[str]) -> str:
-    return {"milli": "mm", "centi": "cm", None: "m"}[match[1]]
 
 
 def _factor(head: dict[str, str], area: float, said: str) -> tuple[float, str]:

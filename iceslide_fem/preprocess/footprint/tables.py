@@ -8,15 +8,9 @@ from typing import NamedTuple
 from zipfile import BadZipFile
 
 import numpy as np
-from numpy.typing import NDArray
 
-from iceslide_fem.preprocess.footprint.balance import State
-from iceslide_fem.preprocess.footprint.pressures import (
-    check_plausible,
-    check_pressures,
-    pressure_unit,
-    units_named,
-)
+from iceslide_fem.preprocess.footprint.macroscopic import State, States
+from iceslide_fem.preprocess.footprint.pressures import check_pressures, pressure_unit, units_named
 from iceslide_fem.preprocess.footprint.sensor_frames import is_sensor_text, read_frame
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
@@ -37,8 +31,12 @@ from iceslide_fem.scene.materials import ZERO_CELSIUS
 LARGEST = 4e7  # values of a map
 EVEN = 1e-3  # of dx, by which the x of a profile may miss an even grid
 COLDEST, WARMEST = -100.0, 100.0  # degC
-X, PRESSURE = Wanted("x", "m"), Wanted("pressure", "Pa")
-TEMPERATURE, STATE = Wanted("temperature", "K"), Wanted("state", "")
+COLUMNS = (
+    Wanted("x", "m"),
+    Wanted("pressure", "Pa"),
+    Wanted("temperature", "K"),
+    Wanted("state", ""),
+)  # of a profile
 
 
 class Profile(NamedTuple):
@@ -51,7 +49,7 @@ class Profile(NamedTuple):
     first: float
     pressure: Array
     temperature: Array | None
-    state: NDArray[np.uint8] | None
+    state: States | None
 
 
 class GivenMap(NamedTuple):
@@ -70,24 +68,22 @@ def read_pressures(path: Path, unit: str | None = None, frame: int | None = None
 
     unit: of values in files that do not say, else Pa; frame: of a file of several.
     """
-    said = f"--pressure-map {path}"
     given = _read_map(path, "--pressure-map", "Pa", unit, frame)
     values = np.nan_to_num(given.values, nan=0.0)
-    check_pressures(values, said, given.unit)
-    check_plausible(values, said, given.unit)
+    check_pressures(values, f"--pressure-map {path}", given.unit)
     return given._replace(values=values)
 
 
 def read_temperatures(path: Path) -> GivenMap:
     """Temperatures (K) of a map in degC, or in the unit that its file names."""
-    given = _read_map(path, "--temperature-map", "K", None, None)
+    given = _read_map(path, "--temperature-map", "K")
     _check_temperatures(given.values - ZERO_CELSIUS, f"--temperature-map {path}")
     return given
 
 
 def read_states(path: Path) -> GivenMap:
     """`State` of a map: 1 dry, 2 mixed, 3 wet, 0 no contact."""
-    given = _read_map(path, "--state-map", "", None, None)
+    given = _read_map(path, "--state-map", "")
     values = np.nan_to_num(given.values, nan=0.0)
     _check_states(values, f"--state-map {path}")
     return given._replace(values=values)
@@ -99,28 +95,24 @@ def read_profile(path: Path, unit: str | None = None) -> Profile:
     Headings may name other units; `unit` is that of a pressure whose heading names none. x is the
     middle of each pixel, evenly spaced, in the direction of travel. Raises SceneError.
     """
-    table = read_table(path, "--line").filled()
-    wanted = (X, PRESSURE, TEMPERATURE, STATE)
-    table, given = _with_pressure_unit(table, unit)
-    found = find_columns(table, wanted, ("x", "pressure"))
+    table, given = _with_pressure_unit(read_table(path, "--line").filled(), unit)
+    found = find_columns(table, COLUMNS, ("x", "pressure"))
     if len(table.heading) > len(found) + has_index(table):
-        known = ", ".join(column.heading for column in wanted)
-        name = _unknown(table)
-        raise SceneError(f'{table.said} has a column "{name[:40]}"; allowed: {known}')
+        known = ", ".join(column.heading for column in COLUMNS)
+        table.refuse(f'has a column "{_unknown(table)[:40]}"; allowed: {known}')
     x, pressure = found["x"], found["pressure"]
     if len(x) < 2:
-        raise SceneError(f"{table.said} has {len(x)} row of numbers; allowed: two or more")
+        table.refuse(f"has {len(x)} row of numbers; allowed: two or more")
     for name, values in found.items():
         if not np.isfinite(values).all():
             row = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise SceneError(f"{table.said}: {name} has no finite number in row {row + 1}")
+            table.refuse(f"{name} has no finite number in row {row + 1}")
     dx = float(x[-1] - x[0]) / (x.size - 1)
     if dx <= 0.0 or np.abs(np.diff(x) - dx).max() > EVEN * dx:
-        raise SceneError(f"{table.said}: x must rise in even steps, the direction of travel")
+        table.refuse("x must rise in even steps, the direction of travel")
     if not 1e-6 <= dx <= 0.1:
-        raise SceneError(f"{table.said}: x rises by {dx:.3g} m; allowed: 1e-6 to 0.1 m")
+        table.refuse(f"x rises by {dx:.3g} m; allowed: 1e-6 to 0.1 m")
     check_pressures(pressure, table.said, given)
-    check_plausible(pressure, table.said, given)
     temperature, state = found.get("temperature"), None
     if temperature is not None:
         _check_temperatures(temperature - ZERO_CELSIUS, table.said)
@@ -132,38 +124,40 @@ def read_profile(path: Path, unit: str | None = None) -> Profile:
 
 def _with_pressure_unit(table: TextTable, unit: str | None) -> tuple[TextTable, str]:
     """The table with the unit of its pressure in the heading, and that unit."""
-    heading = [name.strip() for name in table.heading]
-    plain = [i for i, name in enumerate(heading) if name.casefold() == PRESSURE.name]
-    units = [column_unit(table, i, "Pa") for i in range(len(heading))]
+    units = [column_unit(table, i, "Pa") for i in range(len(table.heading))]
     named = [each for each in units if each is not None]
-    given = pressure_unit(named, unit, table.said)
-    if len(plain) == 1 and not named and unit is not None:
-        heading[plain[0]] = f"pressure ({unit})"
-        table = replace(table, heading=tuple(heading))
-    return table, given
+    if unit and not named:
+        plain = (name.strip().casefold() == "pressure" for name in table.heading)
+        names = zip(table.heading, plain, strict=True)
+        heading = tuple(f"pressure ({unit})" if bare else name for name, bare in names)
+        table = replace(table, heading=heading)
+    return table, pressure_unit(named, unit, table.said)
 
 
 def _unknown(table: TextTable) -> str:
     """The first heading that is none of a profile."""
     for i, name in enumerate(table.heading):
         one = replace(table, heading=tuple("" if j != i else name for j in range(table.width)))
-        if i >= has_index(table) and not find_columns(one, (X, PRESSURE, TEMPERATURE, STATE), ()):
+        if i >= has_index(table) and not find_columns(one, COLUMNS, ()):
             return name
     return ""
 
 
-def _read_map(path: Path, option: str, si: str, unit: str | None, frame: int | None) -> GivenMap:
+def _read_map(
+    path: Path, option: str, si: str, unit: str | None = None, frame: int | None = None
+) -> GivenMap:
     """A table of numbers (ny, nx) in the unit `si`: .npy, text, or a sensor's frames."""
     said = f"{option} {path}"
     check_regular(path, f"the map of {option}")
     notes: tuple[str, ...] = ()
+    named: list[str] = []
     if path.suffix.lower() == ".npy":
-        values, named = _numpy(path, said), []
+        values = _numpy(path, said)
     else:
         text = read_text(path, f"the map of {option}", LARGEST_MAP)
         if is_sensor_text(text) and si == "Pa":
-            read = read_frame(text, said, frame)
-            return GivenMap(read.pressure, "Pa", read.size, (read.note,))
+            values, size, note = read_frame(text, said, frame)
+            return GivenMap(values, "Pa", size, (note,))
         table = parse(text, said)
         if is_list_of_points(table):
             raise SceneError(
@@ -172,7 +166,8 @@ def _read_map(path: Path, option: str, si: str, unit: str | None, frame: int | N
             )
         values, left_out = grid(table)
         notes = tuple(f"{option}: {note}" for note in left_out)
-        named = units_named([*table.above, *table.heading], si) if si else []
+        if si:
+            named = units_named([*table.above, *table.heading], si)
     if frame is not None:
         raise SceneError(f"--frame {frame}: {said} has no frames")
     if min(values.shape) < 1 or values.shape[1] < 2 or values.size > LARGEST:
@@ -182,11 +177,13 @@ def _read_map(path: Path, option: str, si: str, unit: str | None, frame: int | N
         )
     if np.isinf(values).any():
         raise SceneError(f"{said} has a value that is infinite")
+    if not si:
+        return GivenMap(values, "", None, notes)
     if si == "Pa":
         given = pressure_unit(named, unit, said)
     else:
-        given = named[0] if named else {"K": "degC"}.get(si, si)
-    return GivenMap(to_si_units(values, given, si) if si else values, given, None, notes)
+        given = named[0] if named else "degC"
+    return GivenMap(to_si_units(values, given, si), given, None, notes)
 
 
 def _numpy(path: Path, said: str) -> Array:
@@ -211,8 +208,7 @@ def _check_temperatures(celsius: Array, said: str) -> None:
 
 
 def _check_states(values: Array, said: str) -> None:
-    allowed = [int(state) for state in State]
-    if not np.isin(values, allowed).all():
+    if not np.isin(values, list(State)).all():
         raise SceneError(
             f"{said} has other states than 0 (no contact), 1 (dry), 2 (mixed) and 3 (wet)"
         )

@@ -16,12 +16,12 @@ from iceslide_fem.workflow.sweep.processes import forms_of
 def compile_forms(scene: Scene) -> None:
     """Build block and interface of `scene` once and forget them."""
     from iceslide_fem.fenics.compat import MPI
-    from iceslide_fem.interface.build import carrier_of
+    from iceslide_fem.interface.build import film_frame_of
     from iceslide_fem.rubber.block import build_block
 
     block = build_block(scene, MPI.COMM_WORLD)
     block.rubber.displacements[:, -1] -= 1e-6 * block.height  # the ice is meshed below a contact
-    carrier_of(block)
+    film_frame_of(block)
 
 
 if __name__ == "__main__":

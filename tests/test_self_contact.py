@@ -19,7 +19,7 @@ from iceslide_fem.mesh.rubber import RubberMesh, tagged_rubber  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.rubber.contact import Traction  # noqa: E402
 from iceslide_fem.rubber.press import press  # noqa: E402
-from iceslide_fem.rubber.wall_friction import slip  # noqa: E402
+from iceslide_fem.rubber.self_contact_friction import slip  # noqa: E402
 from iceslide_fem.runtime.errors import NotConverged  # noqa: E402
 from iceslide_fem.runtime.ranks import from_root  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
@@ -61,8 +61,8 @@ def rub(block, way):
     """Let closed walls touch down as they are, then shift the lugs along each other by `way` (m)
     at the mouth; returns the nodes that move.
     """
-    walls, u = block.rubber.walls, block.rubber.displacements
-    walls.grip, _ = walls.followed(u)
+    self_contact, u = block.rubber.self_contact, block.rubber.displacements
+    self_contact.stick_points, _ = self_contact.followed(u)
     x = block.rubber.space.tabulate_dof_coordinates()[:, : u.shape[1]]
     right = x[:, 0] > MIDDLE + np.tan(np.radians(5.0)) * x[:, -1]
     u[right, 1:] += (way * (1.0 - x[:, -1] / 4e-3))[right, None]
@@ -80,25 +80,29 @@ def close(block):
 @pytest.mark.parametrize("way", [None, 3e-5], ids=["smooth", "rubbing"])
 def test_forces_and_tangent_are_the_derivatives_of_the_energy(model, way):
     block = siped(model, ALONE, *([RUBBING] if way else []))
-    x, u, walls = close(block), block.rubber.displacements, block.rubber.walls
+    x, u, self_contact = close(block), block.rubber.displacements, block.rubber.self_contact
     if way:  # where some of the points stick and others slip
         rub(block, way)
-        tied = walls._gripped(walls._pressing(walls._positions(u)), walls._positions(u))
-        slips = slip(tied.springs.along, tied.bound, walls.penalty) > 0.0
+        tied = self_contact._sticking(
+            self_contact._pressing(self_contact._positions(u)), self_contact._positions(u)
+        )
+        slips = slip(tied.springs.along, tied.bound, self_contact.penalty) > 0.0
         assert 0.2 < slips.mean() < 0.8
     way, step = np.sin(3e4 * x[:, ::-1] + 1.0), 1e-9
     forces = np.zeros_like(u)
-    walls.add_forces(u, forces)
+    self_contact.add_forces(u, forces)
     np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-9 * np.abs(forces).max())
-    if walls.grip is None:
-        change = (walls.energy(u + step * way) - walls.energy(u - step * way)) / (2 * step)
+    if self_contact.stick_points is None:
+        change = (self_contact.energy(u + step * way) - self_contact.energy(u - step * way)) / (
+            2 * step
+        )
         assert np.sum(forces * way) == pytest.approx(change, rel=1e-6)
     matrix = block.rubber.create_matrix()
     matrix.assemble()
-    walls.add_tangent(walls.stiffness(u), matrix)
+    self_contact.add_tangent(self_contact.stiffness(u), matrix)
     ends = [np.zeros_like(u), np.zeros_like(u)]
     for end, sign in zip(ends, (1.0, -1.0), strict=True):
-        walls.add_forces(u + sign * step * way, end)
+        self_contact.add_forces(u + sign * step * way, end)
     slope = (ends[0] - ends[1]) / (2 * step)
     assert np.linalg.norm(along(matrix, way) - slope) < 1e-6 * np.linalg.norm(slope)
 
@@ -114,12 +118,14 @@ def test_any_number_of_ranks_finds_the_same_forces(model, friction):
         rub(block, 2e-5)
         u, dofs = block.rubber.displacements, block.rubber.space.dofmap.index_map
         forces = np.zeros_like(u)
-        block.rubber.walls.add_forces(u, forces)
+        block.rubber.self_contact.add_forces(u, forces)
         owned = forces[: dofs.size_local]
-        moments = [owned.sum(), (owned**2).sum(), block.rubber.walls.energy(u) / comm.size]
+        moments = [owned.sum(), (owned**2).sum(), block.rubber.self_contact.energy(u) / comm.size]
         sums.append([comm.allreduce(float(moment), op=MPI.SUM) for moment in moments])
         sums[-1].append(block.smallest_opening())
-        sums[-1].append(1e-3 * block.grip_after()[1])  # of numbers that are compared, none is large
+        sums[-1].append(
+            1e-3 * block.stick_points_after()[1]
+        )  # of numbers that are compared, none is large
     assert sums[0] == pytest.approx(sums[1], rel=1e-9, abs=1e-9 * sums[1][1] ** 0.5)
 
 
@@ -128,22 +134,26 @@ def test_open_sipes_do_nothing():
     u = block.rubber.displacements
     assert block.smallest_opening() == pytest.approx(WIDTH * np.cos(np.radians(5.0)), rel=1e-3)
     forces = np.zeros_like(u)
-    block.rubber.walls.add_forces(u, forces)
-    assert not forces.any() and block.rubber.walls.energy(u) == 0.0
+    block.rubber.self_contact.add_forces(u, forces)
+    assert not forces.any() and block.rubber.self_contact.energy(u) == 0.0
     matrix = block.rubber.create_matrix()
     matrix.assemble()
-    block.rubber.walls.add_tangent(block.rubber.walls.stiffness(u), matrix)
+    block.rubber.self_contact.add_tangent(block.rubber.self_contact.stiffness(u), matrix)
     assert matrix.norm() == 0.0
 
 
 class Mirror:
     """What a rigid, frictionless plane x = 0 does to the walls of a sipe in the middle."""
 
-    grip = None
+    stick_points = None
 
-    def __init__(self, walls, penalty):
-        self._own, self._penalty, self._weights = walls._own, penalty, walls._half_area
-        self._none = walls.stiffness(np.zeros((1 + walls.dofs.max(), 2)))
+    def __init__(self, self_contact, penalty):
+        self._own, self._penalty, self._weights = (
+            self_contact._own,
+            penalty,
+            self_contact._half_area,
+        )
+        self._none = self_contact.stiffness(np.zeros((1 + self_contact.dofs.max(), 2)))
 
     def _pull(self, u):
         x = self._own.positions(u)[..., 0]
@@ -178,9 +188,9 @@ def pinched(mirrored):
     sipe = "{position='0 mm', width='0.1 mm', depth='3 mm'}"
     changes = "model=slice rubber.length=6mm rubber.height=4mm numerics.refinement=0.5".split()
     block = build_block(load_scene(CASE, [*changes, f"rubber.sipes=[{sipe}]"]), ALONE)
-    walls = block.rubber.walls
+    self_contact = block.rubber.self_contact
     if mirrored:
-        block.rubber.walls = Mirror(walls, 2.0 * walls.penalty)
+        block.rubber.self_contact = Mirror(self_contact, 2.0 * self_contact.penalty)
     x = block.surface.positions(np.zeros_like(block.rubber.displacements))[..., 0]
 
     def inwards(pressure, displacement):
@@ -190,7 +200,7 @@ def pinched(mirrored):
 
     press(block, lambda _: None, inwards)
     u = block.rubber.displacements
-    return block, -walls.smallest_opening(u), walls.pressure(u)[1]
+    return block, -self_contact.smallest_opening(u), self_contact.pressure(u)[1]
 
 
 def test_two_walls_press_like_one_on_its_mirror_plane():
@@ -199,7 +209,7 @@ def test_two_walls_press_like_one_on_its_mirror_plane():
     u, plane = both.rubber.displacements, one.rubber.displacements
     assert pressure.max() > 2e4
     # They sink in by the penalty's share alone.
-    assert depth == pytest.approx(pressure.max() / both.rubber.walls.penalty)
+    assert depth == pytest.approx(pressure.max() / both.rubber.self_contact.penalty)
     assert np.abs(u - plane).max() < 5e-3 * np.abs(plane).max()
     energies = [block.rubber.elastic_energy() for block in (both, one)]
     assert energies[0] == pytest.approx(energies[1], rel=5e-3)
@@ -211,17 +221,17 @@ def test_an_even_pressure_passes_from_wall_to_wall(model, raised):
     changes = f"model={model} rubber.length=6mm rubber.width=3mm rubber.height=4mm".split()
     scene = load_scene(CASE, [*changes, "numerics.refinement=0.5", f"rubber.sipes=[{sipe}]"])
     block = build_block(scene, ALONE)
-    walls, u = block.rubber.walls, block.rubber.displacements
+    self_contact, u = block.rubber.self_contact, block.rubber.displacements
     x = block.rubber.space.tabulate_dof_coordinates()[:, : u.shape[1]]
     overlap = 10e-6
     u[:, 0] = -np.sign(x[:, 0]) * (0.1e-3 + overlap / 2)
     u[x[:, 0] > 0.0, -1] = raised
     forces, even = np.zeros_like(u), np.zeros_like(u)
-    walls.add_forces(u, forces)
-    own = walls._own
-    area = 2.0 * walls._half_area
+    self_contact.add_forces(u, forces)
+    own = self_contact._own
+    area = 2.0 * self_contact._half_area
     consistent = np.zeros(own.nodes.shape)
-    pressure = walls.penalty * overlap
+    pressure = self_contact.penalty * overlap
     consistent[..., 0] = np.einsum("fqa,fq->fa", own.shape, area * pressure)
     consistent[..., 0] *= -np.sign(own.nodes.mean(axis=1)[:, :1])
     np.add.at(even, own.dofs, consistent)
@@ -261,31 +271,37 @@ def test_walls_that_rub_keep_account(model):
         CASE, [*changes, RUBBING, "numerics.refinement=0.5", f"rubber.sipes=[{sipe}]"]
     )
     block = build_block(scene, ALONE)
-    walls, u = block.rubber.walls, block.rubber.displacements
+    self_contact, u = block.rubber.self_contact, block.rubber.displacements
     x = block.rubber.space.tabulate_dof_coordinates()[:, : u.shape[1]]
     right, overlap = x[:, 0] > 0.0, 10e-6
     u[:, 0] = -np.sign(x[:, 0]) * (0.1e-3 + overlap / 2)
-    walls.grip, heat = walls.followed(u)
-    assert heat == 0.0 and (walls.grip.facet >= 0).all() and (walls.grip.bound > 0.0).all()
-    area = walls._half_area.sum()  # of one of the two walls
+    self_contact.stick_points, heat = self_contact.followed(u)
+    assert (
+        heat == 0.0
+        and (self_contact.stick_points.facet >= 0).all()
+        and (self_contact.stick_points.bound > 0.0).all()
+    )
+    area = self_contact._half_area.sum()  # of one of the two walls
     limit = 0.3 * overlap  # of the springs' length
-    slid, work, before, warm = 0.0, 0.0, walls.energy(u), 0.0
+    slid, work, before, warm = 0.0, 0.0, self_contact.energy(u), 0.0
     last = np.zeros_like(u)
-    walls.add_forces(u, last)
+    self_contact.add_forces(u, last)
     for step in 1e-6 * np.repeat([1.0, -1.0, 1.0], [9, 9, 5]):
         moved = np.where(right, step, 0.0)
         u[:, -1] += moved
         forces = np.zeros_like(u)
-        walls.add_forces(u, forces)
+        self_contact.add_forces(u, forces)
         slid = np.clip(slid + step, -limit, limit)
-        pull = forces[right, -1].sum() / (walls.penalty * area)
+        pull = forces[right, -1].sum() / (self_contact.penalty * area)
         assert pull == pytest.approx(slid, abs=1e-2 * limit)  # some points leave the wall's end
         work += float(moved @ (forces[:, -1] + last[:, -1])) / 2.0
-        grip, heat = walls.followed(u)
-        walls.grip, last = grip, forces
+        stick_points, heat = self_contact.followed(u)
+        self_contact.stick_points, last = stick_points, forces
         warm += heat
-    assert warm > 0.0 and work == pytest.approx(walls.energy(u) - before + warm, rel=1e-2)
-    assert walls.energy(u + [*(u.shape[1] - 1) * [0.0], 1.0]) == pytest.approx(walls.energy(u))
+    assert warm > 0.0 and work == pytest.approx(self_contact.energy(u) - before + warm, rel=1e-2)
+    assert self_contact.energy(u + [*(u.shape[1] - 1) * [0.0], 1.0]) == pytest.approx(
+        self_contact.energy(u)
+    )
 
 
 @pytest.mark.mpi
@@ -296,13 +312,15 @@ def test_a_grip_is_given_back_on_any_number_of_ranks(model):
         block = siped(model, comm, RUBBING)
         close(block)
         rub(block, 2e-5)
-        walls, u = block.rubber.walls, block.rubber.displacements
-        layout = PointLayout(walls.points, len(walls.points), comm)
-        kept, trial = walls.grip, walls.followed(u)[0]
-        assert walls.grip is kept  # a trial leaves no trace
-        found.append([comm.allgather(layout.kept(walls.saved(trial))), layout, walls, trial])
-    (kept, *_), (_, layout, walls, trial) = found
-    again = walls.restored(layout.own(kept))  # by one rank what all have saved
+        self_contact, u = block.rubber.self_contact, block.rubber.displacements
+        layout = PointLayout(self_contact.points, len(self_contact.points), comm)
+        kept, trial = self_contact.stick_points, self_contact.followed(u)[0]
+        assert self_contact.stick_points is kept  # a trial leaves no trace
+        found.append(
+            [comm.allgather(layout.kept(self_contact.saved(trial))), layout, self_contact, trial]
+        )
+    (kept, *_), (_, layout, self_contact, trial) = found
+    again = self_contact.restored(layout.own(kept))  # by one rank what all have saved
     np.testing.assert_array_equal(again.facet, trial.facet)
     np.testing.assert_allclose(again.place, trial.place, atol=1e-9)
     np.testing.assert_allclose(again.bound, trial.bound, rtol=1e-9)
@@ -317,17 +335,21 @@ def test_changes_by_kept_factors_take_walls_as_they_touch_now(model, monkeypatch
     monkeypatch.setattr("iceslide_fem.rubber.tangent.FRESH", 1e-4)
     monkeypatch.setattr("iceslide_fem.rubber.responses.MOST_SOLVES", 300)
     block = siped(model, WORLD)
-    walls, equilibrium, u = block.rubber.walls, block.equilibrium, block.rubber.displacements
+    self_contact, equilibrium, u = (
+        block.rubber.self_contact,
+        block.equilibrium,
+        block.rubber.displacements,
+    )
     x = block.rubber.space.tabulate_dof_coordinates()[:, : u.shape[1]]
     side = np.sign(x[:, 0] - MIDDLE - np.tan(np.radians(5.0)) * x[:, -1])
     u[:, 0] = -side * 0.3e-3 * np.maximum(1.0 - x[:, -1] / 3e-3, 0.0)
     u[:, -1] = -1e-6
     assert block.smallest_opening() < -1e-5
-    penalty, walls.penalty = walls.penalty, 0.0
+    penalty, self_contact.penalty = self_contact.penalty, 0.0
     equations = equilibrium.under(block.force, block.static)
     equations.residual()
     equations.linearise()
-    walls.penalty = penalty
+    self_contact.penalty = penalty
     equations.residual()
     kept = equations.change()
     equations.linearise()

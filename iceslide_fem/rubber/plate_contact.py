@@ -30,7 +30,7 @@ class Lying(NamedTuple):
     gap: Array
 
 
-class BesidePlate:
+class PlateContact:
     """Sides that may come to lie on the plate."""
 
     def __init__(self, space: Any, facets: Any, plate: Any, height: float, penalty: float) -> None:
@@ -53,7 +53,7 @@ class BesidePlate:
 
     def add_forces(self, u: Array, vector: Array) -> float:
         """Add the derivative of the energy by the nodes to `vector` (blocked dofs, d), this rank's
-        shares; returns the force (N) that presses on the plate from below. Collective.
+        parts; returns the force (N) that presses on the plate from below. Collective.
         """
         lying, force = self._lying(u), 0.0
         if lying is not None:
@@ -76,7 +76,7 @@ class BesidePlate:
 
     def add_lift(self, u: Array, vector: Array) -> float:
         """Add the derivative of the nodes' forces by the plate's displacement upwards to `vector`
-        (blocked dofs, d), this rank's shares; returns that of the plate's own force, N/m.
+        (blocked dofs, d), this rank's part; returns that of the plate's own force, N/m.
         """
         lying, covered = self._lying(u), 0.0
         if lying is not None:

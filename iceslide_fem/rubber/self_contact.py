@@ -30,10 +30,10 @@ from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import PETSc
 from iceslide_fem.rubber.contact_surface import FACET_OF, contact_surface, space_degree
 from iceslide_fem.rubber.facing import Facets, FacingWalls, Pressing, restricted
-from iceslide_fem.rubber.wall_friction import (
-    Grip,
+from iceslide_fem.rubber.self_contact_friction import (
+    StickPoints,
     Stretch,
-    no_grip,
+    no_stick_points,
     slip,
     slopes_of_along,
     slopes_of_tractions,
@@ -45,7 +45,7 @@ from iceslide_fem.runtime.arrays import Array, Index
 DEGREE = 5  # of the points on a facet
 
 
-class Gripped(NamedTuple):
+class Sticking(NamedTuple):
     """Points that press and have an anchor: how they press, the facets of their anchors (P,), the
     springs, and the bounds mu p (P,), Pa.
     """
@@ -56,7 +56,7 @@ class Gripped(NamedTuple):
     bound: Array
 
 
-class Walls:
+class SelfContact:
     """All walls of a body that may meet, known to every rank.
 
     dofs: of the nodes of this rank's own facets (blocked, local); unknowns: global numbers of all
@@ -105,9 +105,9 @@ class Walls:
         self._half_area = 0.5 * self._gather(np.abs(self._own.weights) * area)
         self.penalty, self._friction = penalty, friction
         self._found = self._facets.nodes, self._inside(self._facets.nodes)
-        self.grip: Grip | None = None
+        self.stick_points: StickPoints | None = None
         if friction > 0.0:
-            self.grip = no_grip(self._half_area.shape, self._dim - 1)
+            self.stick_points = no_stick_points(self._half_area.shape, self._dim - 1)
 
     @property
     def count(self) -> int:
@@ -122,9 +122,9 @@ class Walls:
         found = self._pressing(positions)
         area = self._half_area[found.point]
         energy = 0.5 * self.penalty * np.sum(area * (found.apart**2).sum(axis=1))
-        if (gripped := self._gripped(found, positions)) is not None:
-            traction = tractions(gripped.springs.along, gripped.bound, self.penalty)
-            area = self._half_area[gripped.pressing.point]
+        if (sticking := self._sticking(found, positions)) is not None:
+            traction = tractions(sticking.springs.along, sticking.bound, self.penalty)
+            area = self._half_area[sticking.pressing.point]
             energy += 0.5 / self.penalty * np.sum(area * (traction**2).sum(axis=1))
         return float(energy)
 
@@ -135,10 +135,10 @@ class Walls:
         positions = self._positions(u)
         found = self._pressing(positions)
         self._add(vector, found, self.penalty * found.apart, found.facet, found.shape)
-        if (gripped := self._gripped(found, positions)) is not None:
-            springs = gripped.springs
-            traction = tractions(springs.along, gripped.bound, self.penalty)
-            self._add(vector, gripped.pressing, traction, gripped.facet, springs.shape)
+        if (sticking := self._sticking(found, positions)) is not None:
+            springs = sticking.springs
+            traction = tractions(springs.along, sticking.bound, self.penalty)
+            self._add(vector, sticking.pressing, traction, sticking.facet, springs.shape)
 
     def add_tangent(self, stiffness: csr_matrix, matrix: PETSc.Mat) -> None:
         """Add a `stiffness`, as `Walls.stiffness`, to this rank's rows of `matrix`. Collective."""
@@ -161,34 +161,34 @@ class Walls:
         found = self._pressing(positions)
         facets = [found.point[0], found.facet]
         parts = [self._entries(facets, self._of_pressing(found, positions[found.facet]))]
-        if (gripped := self._gripped(found, positions)) is not None:
-            pressing = gripped.pressing
-            facets = [pressing.point[0], pressing.facet, gripped.facet]
-            parts.append(self._entries(facets, self._of_friction(gripped)))
+        if (sticking := self._sticking(found, positions)) is not None:
+            pressing = sticking.pressing
+            facets = [pressing.point[0], pressing.facet, sticking.facet]
+            parts.append(self._entries(facets, self._of_friction(sticking)))
         values, rows, columns = (np.concatenate(part) for part in zip(*parts, strict=True))
         size = len(self.unknowns)
         return coo_matrix((values, (rows, columns)), shape=(size, size)).tocsr()
 
-    def followed(self, u: Array) -> tuple[Grip | None, float]:
-        """What friction remembers if `u` is accepted, and the heat (J; J/m) of the slip on the way:
-        the mean of mu p at both ends times the way that anchors follow.
+    def followed(self, u: Array) -> tuple[StickPoints | None, float]:
+        """The stick points if `u` is accepted, and the heat (J; J/m) of the slip:
+        the mean of mu p at both ends times the distance that stick points move.
 
         Nothing and none without friction. Collective.
         """
-        if self.grip is None:
+        if self.stick_points is None:
             return None, 0.0
         positions = self._positions(u)
         found = self._pressing(positions)
         targets = self._points(positions)
-        grip = no_grip(self._half_area.shape, self._dim - 1)
-        grip.bound[found.point] = self._friction * self._pressure(found)
-        sticks = np.zeros(grip.facet.shape, dtype=bool)
+        stick_points = no_stick_points(self._half_area.shape, self._dim - 1)
+        stick_points.bound[found.point] = self._friction * self._pressure(found)
+        sticks = np.zeros(stick_points.facet.shape, dtype=bool)
         heat = 0.0
-        if (gripped := self._gripped(found, positions)) is not None:
-            springs, point = gripped.springs, gripped.pressing.point
-            traction = tractions(springs.along, gripped.bound, self.penalty)
-            slipped = slip(springs.along, gripped.bound, self.penalty)
-            mean = 0.5 * (gripped.bound + self.grip.bound[point])
+        if (sticking := self._sticking(found, positions)) is not None:
+            springs, point = sticking.springs, sticking.pressing.point
+            traction = tractions(springs.along, sticking.bound, self.penalty)
+            slipped = slip(springs.along, sticking.bound, self.penalty)
+            mean = 0.5 * (sticking.bound + self.stick_points.bound[point])
             heat = float(np.sum(self._half_area[point] * mean * slipped))
             targets[point] -= traction / self.penalty
             sticks[point] = slipped == 0.0
@@ -196,9 +196,15 @@ class Walls:
         pressing[found.point] = True
         anchors = self._facing.nearest(positions, targets, everywhere=False)
         anchors = anchors.chosen((pressing & ~sticks)[anchors.point])
-        grip.facet[anchors.point], grip.place[anchors.point] = anchors.facet, anchors.place
-        grip.facet[sticks], grip.place[sticks] = self.grip.facet[sticks], self.grip.place[sticks]
-        return grip, heat
+        stick_points.facet[anchors.point], stick_points.place[anchors.point] = (
+            anchors.facet,
+            anchors.place,
+        )
+        stick_points.facet[sticks], stick_points.place[sticks] = (
+            self.stick_points.facet[sticks],
+            self.stick_points.place[sticks],
+        )
+        return stick_points, heat
 
     def smallest_opening(self, u: Array) -> float:
         """Smallest distance of a point of a wall from a facing one, m; below 0 where they press.
@@ -223,31 +229,33 @@ class Walls:
         """Undeformed positions (n, d) of the points of this rank's own facets, m."""
         return (self._own.shape @ self._own.nodes).reshape(-1, self._dim)
 
-    def saved(self, grip: Grip) -> dict[str, Array]:
+    def saved(self, stick_points: StickPoints) -> dict[str, Array]:
         """Of this rank's own `points`, without numbers of facets: the undeformed positions (d, n)
         of their anchors, m; which there are (n,), 1 or 0; and bounds (n,), Pa.
         """
-        shape, _, _ = self._facets.tabulate(grip.place.reshape(-1, self._dim - 1))
-        nodes = self._facets.nodes[grip.facet.ravel()]
-        anchors = np.einsum("pa,pad->pd", shape, nodes).reshape(*grip.facet.shape, self._dim)
+        shape, _, _ = self._facets.tabulate(stick_points.place.reshape(-1, self._dim - 1))
+        nodes = self._facets.nodes[stick_points.facet.ravel()]
+        anchors = np.einsum("pa,pad->pd", shape, nodes).reshape(
+            *stick_points.facet.shape, self._dim
+        )
         own = self._mine
         return {
             "anchor": anchors[own].reshape(-1, self._dim).T,
-            "gripped": (grip.facet[own] >= 0).ravel().astype(np.float64),
-            "bound": grip.bound[own].ravel(),
+            "gripped": (stick_points.facet[own] >= 0).ravel().astype(np.float64),
+            "bound": stick_points.bound[own].ravel(),
         }
 
-    def restored(self, saved: Mapping[str, Array]) -> Grip:
+    def restored(self, saved: Mapping[str, Array]) -> StickPoints:
         """The grip of which `saved` gave this rank's part. Collective."""
         own = self._own.shape.shape[:2]
         anchors = self._gather(saved["anchor"].T.reshape(*own, self._dim))
-        gripped = self._gather(saved["gripped"].reshape(own)) > 0.0
+        sticking = self._gather(saved["gripped"].reshape(own)) > 0.0
         found = self._facing.nearest(self._facets.nodes, anchors, everywhere=True)
-        found = found.chosen(gripped[found.point])
-        grip = no_grip(gripped.shape, self._dim - 1)
-        grip.facet[found.point], grip.place[found.point] = found.facet, found.place
-        grip.bound[:] = self._gather(saved["bound"].reshape(own))
-        return grip
+        found = found.chosen(sticking[found.point])
+        stick_points = no_stick_points(sticking.shape, self._dim - 1)
+        stick_points.facet[found.point], stick_points.place[found.point] = found.facet, found.place
+        stick_points.bound[:] = self._gather(saved["bound"].reshape(own))
+        return stick_points
 
     def _gather(self, values: Array) -> Any:
         """Arrays (F, ...) of all ranks' facets. Collective."""
@@ -276,16 +284,16 @@ class Walls:
         """Of points that press (P,), Pa."""
         return np.asarray(self.penalty * np.linalg.norm(found.apart, axis=1))
 
-    def _gripped(self, found: Pressing, positions: Array) -> Gripped | None:
+    def _sticking(self, found: Pressing, positions: Array) -> Sticking | None:
         """Those of the points that press that have an anchor; None without friction."""
-        if self.grip is None:
+        if self.stick_points is None:
             return None
-        found = found.chosen(self.grip.facet[found.point] >= 0)
-        facet = self.grip.facet[found.point]
-        shape, slopes, _ = self._facets.tabulate(self.grip.place[found.point])
+        found = found.chosen(self.stick_points.facet[found.point] >= 0)
+        facet = self.stick_points.facet[found.point]
+        shape, slopes, _ = self._facets.tabulate(self.stick_points.place[found.point])
         x = found.apart + np.einsum("pa,pad->pd", found.shape, positions[found.facet])
         springs = stretch(x, positions[facet], shape, slopes)
-        return Gripped(found, facet, springs, self._friction * self._pressure(found))
+        return Sticking(found, facet, springs, self._friction * self._pressure(found))
 
     def _add(
         self, vector: Array, found: Pressing, traction: Array, facet: Index, shape: Array
@@ -332,18 +340,18 @@ class Walls:
         blocks = moving.reshape(-1, size, size) - slip
         return np.asarray(self.penalty * self._half_area[found.point][:, None, None] * blocks)
 
-    def _of_friction(self, gripped: Gripped) -> Array:
+    def _of_friction(self, sticking: Sticking) -> Array:
         """Derivatives of each point's friction forces by the nodes of its own, the facing and the
         anchor's facet, (P, 3 a d, 3 a d), N/m.
         """
-        found, springs = gripped.pressing, gripped.springs
+        found, springs = sticking.pressing, sticking.springs
         own = self._facets.shape[found.point]
         none = np.zeros_like(own)
         held = np.concatenate([own, none, -springs.shape], axis=1)  # whom the traction acts on
         by_point, by_anchor = slopes_of_along(springs)
         by_own = np.einsum("pij,pa->piaj", by_point, own)
         along = np.concatenate([by_own, np.zeros_like(by_own), by_anchor], axis=2)
-        by_along, by_bound = slopes_of_tractions(springs, gripped.bound, self.penalty)
+        by_along, by_bound = slopes_of_tractions(springs, sticking.bound, self.penalty)
         slopes = np.einsum("pij,pjmk->pimk", by_along, along)
         pressing = np.concatenate([own, -found.shape, none], axis=1)
         normal = found.apart / np.linalg.norm(found.apart, axis=1, keepdims=True)

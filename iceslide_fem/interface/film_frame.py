@@ -113,13 +113,13 @@ class Unmeshed:
         """No unknowns of a mesh."""
         return 0
 
-    def rises(self, content: Array) -> Rises:
+    def rises(self, heat_state: Array) -> Rises:
         """None."""
         return Rises()
 
 
 class Ice(Protocol):
-    """The ice of a run. `initial` and the content are those of `IceHeat`.
+    """The ice of a run. `initial` and the heat state are those of `IceHeat`.
 
     nodes: of the surface, None where it has the rubber's points; n_dofs: temperature unknowns of a
     mesh on all ranks, 0 without one.
@@ -135,42 +135,42 @@ class Ice(Protocol):
 
     @property
     def equation(self) -> HeatEquation | None:
-        """That of ice on a finite element mesh, whose unknowns its content has; None of others."""
+        """That of ice on a finite element mesh, whose unknowns are its heat state; else None."""
 
     @property
     def places(self) -> Array | None:
         """Where the unknowns of a finite element mesh are, (n_own, d), m; None without one."""
 
-    def rises(self, content: Array) -> Rises:
+    def rises(self, heat_state: Array) -> Rises:
         """Rises at the nodes of finite element meshes. Collective."""
 
     def initial(self, n_points: int) -> Array:
-        """Content of ice at its initial temperature."""
+        """Heat state of ice at its initial temperature."""
 
     def under(self, contacts: Contacts) -> IceHeat:
         """The ice as it answers below `contacts`."""
 
-    def profile(self, content: Array) -> Profile | None:
+    def profile(self, heat_state: Array) -> Profile | None:
         """Temperature and heat below the surface; None of a closed form. Collective."""
 
-    def saved(self, content: Array) -> dict[str, Array]:
-        """What checkpoints keep of a content, (..., n) at the nodes. Collective."""
+    def saved(self, heat_state: Array) -> dict[str, Array]:
+        """What checkpoints keep of a heat state, (..., n) at the nodes. Collective."""
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
-        """Content of what was `saved`, also by ice that ended higher. Collective."""
+        """Heat state of what was `saved`, also by ice that ended higher. Collective."""
 
 
 class Kept(Protocol):
-    """Rubber whose content is kept in checkpoints, (..., n) at the points: that of `Column`."""
+    """Rubber whose heat state is kept in checkpoints, (..., n) at the points: that of `Column`."""
 
-    def saved(self, content: Array) -> dict[str, Array]:
-        """What checkpoints keep of a content."""
+    def saved(self, heat_state: Array) -> dict[str, Array]:
+        """What checkpoints keep of a heat state."""
 
     def restored(self, saved: Mapping[str, Array]) -> Array:
-        """Content of what was `saved`, also by rubber for shorter runs."""
+        """Heat state of what was `saved`, also by rubber for shorter runs."""
 
 
-class Carrier(Protocol):
+class FilmFrame(Protocol):
     """What the coupled step needs to know of the interface."""
 
     @property
@@ -188,7 +188,7 @@ class Carrier(Protocol):
     def start(self, film_height: float, n_points: int) -> InterfaceState:
         """Films of the initial height (m) on cold ice below `n_points` of the rubber."""
 
-    def pass_over(
+    def advance(
         self,
         state: InterfaceState,
         start: ContactLoads,
@@ -208,10 +208,10 @@ class Carrier(Protocol):
         """Values that live where the films do, at the rubber's points, (n,)."""
 
     @property
-    def remembering(self) -> OwnNodes | None:
+    def internal_nodes(self) -> OwnNodes | None:
         """Nodes that hold what a law remembers; None if the rubber's points do."""
 
-    def memory_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
+    def internal_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
         """What the law remembers, at the rubber's points, (m, n). Collective."""
 
     def ice_temperature(self, state: InterfaceState, contact: ContactLoads) -> Array:
@@ -221,17 +221,18 @@ class Carrier(Protocol):
         """Whether there is ice below all points that touch, on this rank."""
 
     def water_moved(
-        self, state: InterfaceState, start: ContactLoads, end: ContactLoads, way: float
+        self, state: InterfaceState, start: ContactLoads, end: ContactLoads, sliding_distance: float
     ) -> tuple[InterfaceState, float]:
         """State after squeezed-out water has gone its way from `start` to `end`, and what got lost.
 
-        `way`: the block's over the ice before, m; lost: m3 (m2 in a slice), of all ranks.
+        `sliding_distance`: the block's over the ice before, m; lost: m3 (m2 in a slice), of all
+        ranks.
         """
 
     def water_areas(self, contact: ContactLoads) -> tuple[Array, Array]:
         """What each film's squeezed-out height covers below the rubber, and beside it, m2."""
 
-    def window_shifted(self, state: InterfaceState, offset: float) -> Shifted:
+    def shift_window(self, state: InterfaceState, offset: float) -> Shifted:
         """State and offset after the window has caught up with the block by whole cells."""
 
 
@@ -239,5 +240,5 @@ def fresh(
     law: InterfaceLaw, film_height: float, n: int, ice: Array, rubber: Array
 ) -> InterfaceState:
     """`n` films of `film_height` (m), nothing squeezed out, on the contents of ice and rubber."""
-    log_height, squeezed, memory = law.initial(film_height, n)
-    return InterfaceState(log_height, squeezed, ice, rubber, memory)
+    log_height, squeezed, internal = law.initial(film_height, n)
+    return InterfaceState(log_height, squeezed, ice, rubber, internal)

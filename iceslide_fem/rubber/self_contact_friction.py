@@ -24,7 +24,7 @@ from iceslide_fem.rubber.contact_surface import area_vectors
 from iceslide_fem.runtime.arrays import Array, Index
 
 
-class Grip(NamedTuple):
+class StickPoints(NamedTuple):
     """What the points (F, q) of all walls remember, the same on all ranks.
 
     facet: on which their anchors lie, -1 without one; place (F, q, s): where on it; bound: mu p
@@ -53,10 +53,10 @@ class Stretch(NamedTuple):
     along: Array
 
 
-def no_grip(points: tuple[int, ...], sides: int) -> Grip:
+def no_stick_points(points: tuple[int, ...], sides: int) -> StickPoints:
     """Of walls that have not touched, with so many facets and `points` on each."""
     none = np.full(points, -1, dtype=np.intp)
-    return Grip(none, np.zeros((*points, sides)), np.zeros(points))
+    return StickPoints(none, np.zeros((*points, sides)), np.zeros(points))
 
 
 def stretch(x: Array, nodes: Array, shape: Array, slopes: Array) -> Stretch:
@@ -75,8 +75,8 @@ def stretch(x: Array, nodes: Array, shape: Array, slopes: Array) -> Stretch:
 def tractions(along: Array, bound: Array, penalty: float) -> Array:
     """tau (P, d), Pa, of springs drawn `along` (P, d), m, under bounds mu p (P,), Pa."""
     drawn = penalty * np.linalg.norm(along, axis=1)
-    share = np.divide(bound, drawn, out=np.ones_like(drawn), where=drawn > bound)
-    return np.asarray((share * penalty)[:, None] * along)
+    fraction = np.divide(bound, drawn, out=np.ones_like(drawn), where=drawn > bound)
+    return np.asarray((fraction * penalty)[:, None] * along)
 
 
 def slip(along: Array, bound: Array, penalty: float) -> Array:

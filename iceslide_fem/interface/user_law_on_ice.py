@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.interface.carriers import ContactLoads, Shifted
+from iceslide_fem.interface.film_frame import ContactLoads, Shifted
 from iceslide_fem.interface.on_rubber import OnRubber
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, SurfaceGrid
 from iceslide_fem.interface.window import place, shifted, whole_cells
@@ -27,51 +27,53 @@ class Nodes:
     def __init__(self, grid: SurfaceGrid, contacts: Contacts) -> None:
         self._grid, self._contacts = grid, contacts
 
-    def at_points(self, memory: Array) -> Array:
+    def at_points(self, internal: Array) -> Array:
         """Memory (m, own nodes) read at the points, (m, n). Collective."""
-        rows = self._grid.allgather(memory)
+        rows = self._grid.allgather(internal)
         return np.array([self._grid.interpolate(row, self._contacts.at) for row in rows])
 
-    def changed(self, memory: Array, by: Array) -> Array:
+    def changed(self, internal: Array, by: Array) -> Array:
         """Memory of this rank's nodes after changes (m, n) at the points. Collective."""
         grid, (at, area, _) = self._grid, self._contacts
         given = grid.scatter(area * by, at) / grid.cell_area
-        return np.asarray(memory + given[:, grid.own])
+        return np.asarray(internal + given[:, grid.own])
 
 
-class RememberingIce(OnRubber):
+class UserLawOnIce(OnRubber):
     """Points of the rubber rub by a law whose memory lies on the nodes of the ice."""
 
     _law: UserLaw
 
     @property
-    def remembering(self) -> OwnNodes:
+    def internal_nodes(self) -> OwnNodes:
         """This rank's nodes of the window."""
         return self.ice.grid.nodes
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
         """The law's memory at the start on all nodes; cold ice, rubber as cold."""
         state = super().start(film_height, n_points)
-        return state._replace(memory=self._law.initial(film_height, self.ice.grid.own.size)[2])
+        return state._replace(internal=self._law.initial(film_height, self.ice.grid.own.size)[2])
 
     def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
         """Shear by the memory around each point. Collective."""
-        here = state._replace(memory=self.memory_at_points(state, contact))
+        here = state._replace(internal=self.internal_at_points(state, contact))
         return self._law.sheared(here, lambda: self.ice_temperature(state, contact))
 
-    def memory_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
+    def internal_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
         """Memory of the nodes, read at the points. Collective."""
         contacts = Contacts(place(self.ice.grid, contact), contact.touching)
-        return Nodes(self.ice.grid, contacts).at_points(state.memory)
+        return Nodes(self.ice.grid, contacts).at_points(state.internal)
 
-    def window_shifted(self, state: InterfaceState, offset: float) -> Shifted:
+    def shift_window(self, state: InterfaceState, offset: float) -> Shifted:
         """Shift the ice with its memory. Collective."""
         grid = self.ice.grid
         cells, rest = whole_cells(grid, offset)
         if cells == 0:
             return Shifted(state, offset)
-        memory = shifted(grid, state.memory, cells, list(self._law.internal_at_start))
-        return Shifted(state._replace(ice=self.ice.shifted(state.ice, cells), memory=memory), rest)
+        internal = shifted(grid, state.internal, cells, list(self._law.internal_at_start))
+        return Shifted(
+            state._replace(ice=self.ice.shifted(state.ice, cells), internal=internal), rest
+        )
 
     def _acting(self, contact: ContactLoads, contacts: Contacts) -> UserLoads:
         loads = self._law.loads(contact.pressure, contact.speed)

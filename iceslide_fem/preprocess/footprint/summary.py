@@ -1,0 +1,155 @@
+"""The figures of a footprint, for summary.json and for the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from iceslide_fem.film.doubts import doubts, partly_dry
+from iceslide_fem.preprocess.footprint.case import FootprintCase
+from iceslide_fem.preprocess.footprint.colours import FAR
+from iceslide_fem.preprocess.footprint.macroscopic import (
+    STATES,
+    Edges,
+    HeatModel,
+    States,
+    edge_temperatures,
+)
+from iceslide_fem.preprocess.footprint.pressure_map import gaussian_centre_line
+from iceslide_fem.preprocess.footprint.reading import ReadFootprint
+from iceslide_fem.preprocess.footprint.survey import Survey
+from iceslide_fem.runtime.arrays import Mask
+from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+
+MODELS = {
+    "thesis": "(3.3) as printed",
+    "moving_source": "moving source",
+    "given": "temperatures as given",
+}
+
+
+def summary(result: Survey) -> dict[str, Any]:
+    """All figures of a survey, for summary.json; SI units as in the names."""
+    case, read, film = result.case, result.read, result.film
+    footprint, contact = read.pressure_map, read.pressure_map.contact
+    line = gaussian_centre_line(footprint)
+    melting = float(film.melting[contact].mean())
+    mu = film.friction(footprint)[contact]
+    outside = case.contact_table.outside(footprint.pressure[contact])
+    warnings = [
+        *read.notes,
+        *doubts(float(film.height[contact].min()), float(mu.max()), melting > 0.0),
+        *partly_dry(melting),
+    ]
+    for name, model in result.models.items():
+        warnings += [f"{MODELS[name]}: {sentence}" for sentence in model.doubts]
+    return {
+        "footprint": footprint.summary()
+        | {
+            "load_factor": read.load_factor,
+            "gaussian_line": {"peak_Pa": line.peak, "centre_m": line.centre, "sigma_m": line.sigma},
+        },
+        **_colours(read, case),
+        "film": {
+            "mu_mean": result.mu_mean,
+            "mean_film_height_m": float(film.height[contact].mean()),
+            "mean_surface_temperature_C": float(film.temperature[contact].mean() - ZERO_CELSIUS),
+            "melting_share": melting,
+            "saturated_share": float(film.saturated[contact].mean()),
+            "outside_table_share": float(outside.mean()),
+            **_edges(edge_temperatures(film.temperature, contact)),
+            **_fractions(result.state),
+        },
+        **{name: _heat(model, contact) for name, model in result.models.items()},
+        **({"line": {"pixels": int(contact.size), "row": case.row}} if case.one_line else {}),
+        "source": str(case.source),
+        "warnings": warnings,
+        "case": case.model_dump(mode="json"),
+    }
+
+
+def _colours(read: ReadFootprint, case: FootprintCase) -> dict[str, Any]:
+    """How well a picture was read; nothing where none was."""
+    if read.distance is None or read.unclear is None:
+        return {}
+    contact = read.pressure_map.contact
+    distance = read.distance[contact]
+    figures: dict[str, Any] = {
+        "median_distance": float(np.median(distance)),
+        "p95_distance": float(np.percentile(distance, 95.0)),
+        "far_share": float((distance > FAR).mean()),
+        "unclear_share": float(read.unclear[contact].mean()),
+    }
+    if case.in_grey:
+        figures["high_where"] = "dark" if case.dark_is == "high" else "bright"
+    return {"colours": figures}
+
+
+def _heat(model: HeatModel, contact: Mask) -> dict[str, Any]:
+    return {
+        "peak_rise_K": float(model.rise[contact].max()),
+        "mean_rise_K": float(model.rise[contact].mean()),
+        "mu_map_mean": model.mu_mean,
+        "mu_balance": model.balance.mu,
+        "heat_into_ice_W": model.balance.ice,
+        "heat_into_tread_W": model.balance.tread,
+        "heat_into_water_W": model.balance.water,
+        **_edges(model.edges),
+        **_fractions(model.state),
+    }
+
+
+def _edges(edges: Edges) -> dict[str, float]:
+    return {
+        f"{name}_edge_temperature_C": value - ZERO_CELSIUS
+        for name, value in edges._asdict().items()
+    }
+
+
+def _fractions(state: States) -> dict[str, float]:
+    contact = np.count_nonzero(state)
+    counts = {each: np.count_nonzero(state == each) for each in STATES}
+    return {f"{each.name.lower()}_share": count / contact for each, count in counts.items()}
+
+
+def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """The main figures of a summary as names and readable values."""
+    footprint, film, colours = figures["footprint"], figures["film"], figures.get("colours", {})
+    pixel = " x ".join(f"{1e3 * size:.3g}" for size in footprint["pixel_size_m"])
+    rows = [
+        ("pixels", " x ".join(str(count) for count in footprint["pixels"])),
+        ("pixel size", f"{pixel} mm"),
+        ("contact area", f"{1e4 * footprint['contact_area_m2']:.4g} cm2"),
+        ("net / gross", f"{footprint['net_to_gross']:.3f}"),
+        ("mean pressure", f"{footprint['mean_pressure_Pa'] / BAR:.4g} bar"),
+        ("largest pressure", f"{footprint['max_pressure_Pa'] / BAR:.4g} bar"),
+        ("load", f"{footprint['load_N']:.5g} N (pressures times {footprint['load_factor']:.4g})"),
+    ]
+    if "high_where" in colours:
+        rows.append(("high pressure is read where", f"it is {colours['high_where']}"))
+    if colours:
+        rows.append(("distance to the colour bar", f"median {colours['median_distance']:.3f}"))
+    outside = f"{film['outside_table_share']:.1%} of the contact area"
+    rows += [
+        ("mean mu, film law", f"{film['mu_mean']:.4f}"),
+        ("leading, trailing edge, film law", _both_edges(film)),
+        ("melting, saturated", f"{film['melting_share']:.1%}, {film['saturated_share']:.1%}"),
+        ("outside the table of k, D, H_V", outside),
+    ]
+    for key, name in MODELS.items():
+        if model := figures.get(key):
+            mu = f"{model['mu_map_mean']:.4g}, balance {model['mu_balance']:.4g}"
+            rows += [
+                (f"peak rise, {name}", f"{model['peak_rise_K']:.4g} K"),
+                (f"leading, trailing edge, {name}", _both_edges(model)),
+                (f"mu, {name}", mu),
+            ]
+    return [*rows, ("seconds", f"{figures['wall_s']:.1f}")]
+
+
+def _both_edges(figures: Mapping[str, Any]) -> str:
+    """Temperatures where the ice comes in and leaves, 3.2.2."""
+    leading, trailing = (figures[f"{edge}_edge_temperature_C"] for edge in Edges._fields)
+    return f"{leading:.2f}, {trailing:.2f} degC"
