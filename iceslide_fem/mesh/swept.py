@@ -34,8 +34,8 @@ def profile_patches(block: BlockShape, grid: Grid) -> list[Patch]:
     patches: list[Patch] = []
     for span in grid.columns:
         patches += upright(span.middle, rows_above(grid, span.depth))
-        for corner, way in span.corners:
-            patches += edge_patches(corner, way, grid, block.cut)
+        for corner, sign in span.corners:
+            patches += edge_patches(corner, sign, grid, block.cut)
     return patches
 
 
@@ -49,16 +49,16 @@ def rows_above(grid: Grid, depth: float) -> list[Lines]:
     return [row for row in grid.rows if row[-1] > depth * (1.0 + NEAR)]
 
 
-def edge_patches(corner: float, way: int, grid: Grid, cut: bool) -> list[Patch]:
+def edge_patches(corner: float, sign: int, grid: Grid, cut: bool) -> list[Patch]:
     """Patches within the zone of a cut edge, up to the plate."""
     assert grid.edge is not None
     rows = grid.rows[len(grid.zone) :]
-    columns = [corner + way * line for line in grid.zone]
-    above = [patch for line in columns for patch in upright(line[::way], rows)]
-    return [*_lowest_patches(corner, way, grid.edge, cut), *above]
+    columns = [corner + sign * line for line in grid.zone]
+    above = [patch for line in columns for patch in upright(line[::sign], rows)]
+    return [*_lowest_patches(corner, sign, grid.edge, cut), *above]
 
 
-def _lowest_patches(x: float, way: int, edge: EdgeCells, cut: bool) -> list[Patch]:
+def _lowest_patches(x: float, sign: int, edge: EdgeCells, cut: bool) -> list[Patch]:
     """The three patches at a cut edge, whose sharp corner would be at (x, 0).
 
     The cut is one side with the bottom beside it and the wall above it: half of them belong to
@@ -67,7 +67,7 @@ def _lowest_patches(x: float, way: int, edge: EdgeCells, cut: bool) -> list[Patc
     r, (layer, zone) = edge.radius, (lines[-1] for lines in edge.zone)
 
     def at(along: float, up: float) -> Point:
-        return float(x + way * along), float(up)
+        return float(x + sign * along), float(up)
 
     middle = MIDDLE[cut] * r
     meeting = middle + MEETING * r
@@ -111,9 +111,9 @@ def swept(block: BlockShape, grid: Grid) -> Part:
         points, cells = mesh_patches(profile, span.middle)
         points[:, 1] = _mitred(points[:, 1], span, _short_of_zone(grid, points[:, 0]))
         parts.append((points, cells))
-        for corner, way in span.corners:
-            bar = edge_patches(corner, way, grid, block.cut)
-            parts += [_bar(bar, lug, corner + way * zone) for lug in grid.columns if not lug.depth]
+        for corner, sign in span.corners:
+            bar = edge_patches(corner, sign, grid, block.cut)
+            parts += [_bar(bar, lug, corner + sign * zone) for lug in grid.columns if not lug.depth]
     return _joined(parts)
 
 
@@ -154,7 +154,7 @@ def _mitred(at: Array, span: Span, short: Array | float) -> Array:
     if zone == 0.0:
         return at
     run = min(RUN * zone, (last - first) / sum(span.edges))
-    low, high = (np.clip(1.0 - way / run, 0.0, 1.0) for way in (at - first, last - at))
+    low, high = (np.clip(1.0 - inside / run, 0.0, 1.0) for inside in (at - first, last - at))
     return np.asarray(at + short * (span.edges[1] * high - span.edges[0] * low))
 
 
