@@ -15,7 +15,7 @@ from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.fenics.start import start_petsc  # noqa: E402
 from iceslide_fem.mesh.gmsh_model import distribute  # noqa: E402
 from iceslide_fem.mesh.grid import with_sides  # noqa: E402
-from iceslide_fem.mesh.rubber import RubberMesh, tagged_rubber  # noqa: E402
+from iceslide_fem.mesh.rubber import tagged_rubber  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.rubber.contact import Traction  # noqa: E402
 from iceslide_fem.rubber.press import press  # noqa: E402
@@ -41,7 +41,7 @@ def model(request, monkeypatch):
 
     def in_pieces(scene, comm):
         tagged = from_root(lambda: in_tetrahedra(with_sides(tagged_rubber(scene))), comm)
-        return RubberMesh(*distribute(tagged, comm)[:3])
+        return distribute(tagged, comm)
 
     monkeypatch.setattr("iceslide_fem.rubber.block.rubber_mesh", in_pieces)
     return "block"
