@@ -16,7 +16,7 @@ from scripts.studies.command_runs import CASES, MOMENT, Found, found, moved
 from scripts.studies.common import options, table
 
 TOLERANCE = "1e-2"
-HEAD = ("case", "ranks", "unknowns", "steps", "iterations", "wall s", "least", "most",
+HEAD = ("case", "ranks", "unknowns", "steps", "iterations", "MB a rank", "wall s", "least", "most",
         "times as fast", "largest of mu(t)", "of mean mu")  # fmt: skip
 
 
@@ -43,7 +43,8 @@ def rows(
             summary, spent = made[0].summary, seconds[number]
             yield (
                 case, number, summary["dofs"], summary["steps"], summary["newton_iterations"],
-                f"{np.median(spent):.3g}", f"{spent.min():.3g}", f"{spent.max():.3g}",
+                f"{made[0].memory / 1e6:.0f}", f"{np.median(spent):.3g}",
+                f"{spent.min():.3g}", f"{spent.max():.3g}",
                 f"{np.median(seconds[ranks[0]]) / np.median(spent):.2f}",
                 *moved(made[0], first),
             )  # fmt: skip
