@@ -56,9 +56,12 @@ def main() -> None:
     parser.add_argument("--cases", nargs="+", choices=tuple(CASES), default=tuple(CASES))
     parser.add_argument("--ranks", nargs="+", type=int, default=[1, 2])
     parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--duration", help="of the slides, with its unit, for counts alone")
     parser.add_argument("--solver", default="", help="options of PETSc's")
     arguments = parser.parse_args()
     repeats, moment = (1, MOMENT) if arguments.quick else (arguments.repeats, ())
+    if arguments.duration:
+        moment = *moment, f"load.duration={arguments.duration}"
     solver = arguments.solver.split()
     table(HEAD, rows(arguments.cases, arguments.ranks, repeats, moment, solver))
 
