@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.preprocess.footprint.film_map import FilmMap, film_map
+from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.macroscopic import (
     Edges,
     HeatBalance,
@@ -20,7 +20,7 @@ from iceslide_fem.preprocess.footprint.macroscopic import (
     States,
     heat_model,
 )
-from iceslide_fem.preprocess.footprint.passing import Ride
+from iceslide_fem.preprocess.footprint.passing import FilmMap, Ride
 from iceslide_fem.preprocess.footprint.pressure_map import GaussianLine, PressureMap
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
