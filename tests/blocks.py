@@ -6,7 +6,7 @@ import numpy as np
 from dolfinx import mesh as dolfinx_mesh
 
 from iceslide_fem.fenics.compat import MPI, PETSc
-from iceslide_fem.mesh.rubber import RubberMesh
+from iceslide_fem.mesh.gmsh_model import DistributedMesh
 
 CELLS = ["triangle", "quadrilateral", "tetrahedron", "hexahedron"]
 SIZE = 1e-3  # m, of every edge
@@ -55,7 +55,7 @@ def a_block(cells, n=4, comm=MPI.COMM_WORLD):
     chosen = chosen[np.argsort(facets[chosen])]
     facet_tags = dolfinx_mesh.meshtags(mesh, dim - 1, facets[chosen], tags[chosen])
     mesh.geometry.x[:] *= SIZE
-    return RubberMesh(mesh, facet_tags, {name: tag for tag, name in enumerate(parts, 1)})
+    return DistributedMesh(mesh, facet_tags, {name: tag for tag, name in enumerate(parts, 1)})
 
 
 def ripple(rubber):

@@ -16,7 +16,7 @@ from iceslide_fem.heat.matrices import product  # noqa: E402
 from iceslide_fem.heat.tabulated import Rows, TabulatedHeat  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.ice import tagged_ice  # noqa: E402
-from iceslide_fem.mesh.upright import upright  # noqa: E402
+from iceslide_fem.mesh.ice_body import upright  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene.materials import ICE, Layer, rubber_solid  # noqa: E402
 

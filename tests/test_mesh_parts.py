@@ -72,11 +72,6 @@ def sides_in_y(m):
     return (abs(across(m)) > 1.99) & (m[:, -1] < 1) & (m[:, -1] > 0.01)
 
 
-def inside(m):
-    """Middles in the middle of a side, away from its ends."""
-    return (abs(m[:, -1] - 0.5) < 0.1) & (abs(across(m)) < 1)
-
-
 TAKEN = {
     "nameless walls of the sipe": {},
     "named walls, nameless end of the sipe": {"walls": walls},
@@ -118,14 +113,6 @@ LOST = {  # what is lost, and a place in x and z (mm) near which it is
     "begins at the ice and has no name, ": (
         {"contact": lambda m: contact(m) & ((m[:, 0] < 1.99) | (m[:, -1] > 0.2))},
         (2.0, 1 / 6),
-    ),
-    'is enclosed by facets tagged "contact" or "walls"': (
-        {"contact": lambda m: (contact(m) & ~(inside(m) & (m[:, 0] > 1.99))) | sides_in_y(m)},
-        (2.0, 0.5),
-    ),
-    'enclosed by facets tagged "contact" or "walls": a hole': (
-        {"walls": lambda m: walls(m) & ~(inside(m) & (m[:, 0] > 0))},
-        (0.2, 0.5),
     ),
 }
 

@@ -25,7 +25,7 @@ from iceslide_fem.interface.passing_mesh import PassingMeshedIce  # noqa: E402
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid  # noqa: E402
 from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.ice import tagged_ice  # noqa: E402
-from iceslide_fem.mesh.upright import upright  # noqa: E402
+from iceslide_fem.mesh.ice_body import upright  # noqa: E402
 from iceslide_fem.postprocess.results import field_files  # noqa: E402
 from iceslide_fem.reference import (  # noqa: E402
     constant_flux_rise,

@@ -20,8 +20,8 @@ from written_fields import write_fields  # noqa: E402
 from iceslide_fem.cli import main  # noqa: E402
 from iceslide_fem.output.summary import write_summary  # noqa: E402
 from iceslide_fem.postprocess.report.curves import charts_of  # noqa: E402
-from iceslide_fem.postprocess.report.of_runs import _verdict  # noqa: E402
-from iceslide_fem.postprocess.report.page import Chart, Curve, _listed, _plotly, plain, thinned  # noqa: E402
+from iceslide_fem.postprocess.report.of_runs import verdict  # noqa: E402
+from iceslide_fem.postprocess.report.page import Chart, Curve, _listed, plain, thinned  # noqa: E402
 from iceslide_fem.postprocess.results import read_run  # noqa: E402
 from iceslide_fem.preprocess.footprint.case import FootprintCase  # noqa: E402
 from iceslide_fem.preprocess.footprint.line import gaussian_profile  # noqa: E402
@@ -282,7 +282,7 @@ def test_runs_are_compared_as_long_as_both_slid(pages, tmp_path):
     end = 1e3 * part["time_s"][-1]
     assert re.search(rf"<td>0.00%</td><td>0.00%</td><td>{end:.4g} ms</td>", text)
     stopped = run._replace(summary=run.summary | {"stopped": "tipped"})
-    assert _verdict(stopped, run, 0.0) == "stopped before its end"
+    assert verdict(stopped, run, 0.0) == "stopped before its end"
 
 
 def test_many_curves_are_said_in_short_and_loads_are_drawn_where_they_change(tmp_path):
@@ -302,22 +302,6 @@ def test_many_curves_are_said_in_short_and_loads_are_drawn_where_they_change(tmp
     assert [curve.name for curve in charts[-1].curves] == ["b"]
     many = charts_of({name: run for name in "abcdefg"})
     assert many[0].says.startswith("7 curves; at their ends between 0.25 (a) and 0.25")
-
-
-def test_plotly_is_packed_once_and_what_is_kept_of_it_is_checked(tmp_path, monkeypatch):
-    monkeypatch.setenv("ICESLIDE_CACHE", str(tmp_path / "kept"))
-    packed = _plotly.__wrapped__()
-    (kept,) = (tmp_path / "kept").iterdir()
-    assert kept.read_text() == packed
-
-    def again(_):
-        raise AssertionError("packed again")
-
-    with monkeypatch.context() as patch:
-        patch.setattr("iceslide_fem.postprocess.report.page._packed", again)
-        assert _plotly.__wrapped__() == packed
-    kept.write_text(packed[: len(packed) // 2])  # a full disk
-    assert _plotly.__wrapped__() == packed and kept.read_text() == packed
 
 
 def test_loads_that_go_in_time_are_said_as_ranges(tmp_path):

@@ -102,7 +102,7 @@ class QuadraticElements:
 
 class LayeredElements:
     """Quadratic downwards and linear along the surface, in quadrilaterals or hexahedra that stand
-    upright (`mesh.upright`).
+    upright (`mesh.ice_body`).
 
     halves: corners of the lower and the upper half of each cell of this rank, as VTK orders them,
     by local dofs of the space, (2 cells, 2^dim).

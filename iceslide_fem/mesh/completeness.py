@@ -1,9 +1,8 @@
 """Whether the named parts of a mesh are whole: a facet that lost its name changes a run in silence.
 
-The plate is all of the top, the symmetry plane all of y = 0. Contact has no hole. It holds all
-facets that lie on the ice. Where it goes up a flat end of the block, it goes up all of that end and
-of the opposite one. What has no name and is enclosed by contact rises above it or meets it at an
-edge, as ends of sipes and bores do.
+The plate is all of the top, the symmetry plane all of y = 0. Contact holds all facets that lie on
+the ice. Where it goes up a flat end of the block, it begins at the ice all along that end and the
+opposite one.
 """
 
 from __future__ import annotations
@@ -11,13 +10,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from iceslide_fem.mesh.soundness import Fault, connected, planes
+from iceslide_fem.mesh.soundness import Fault, planes
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh, among
 from iceslide_fem.runtime.arrays import Array, Mask
 
 STEEP = 0.5  # horizontal part of the unit normal from which a facet is a side, not the lower face
 FLAT = 0.999  # of the horizontal direction of a normal along an axis: the flat end of a block
-SMOOTH = 0.8  # cosine between neighbours that are one surface, not two that meet at an edge
 
 
 def gap(tagged: TaggedMesh, outer: IntArray, near: float) -> Fault | None:
@@ -42,11 +40,6 @@ def gap(tagged: TaggedMesh, outer: IntArray, near: float) -> Fault | None:
             _lost_sides(corners, names, near),
             'begins at the ice and has no name, but another side is tagged "contact": tag the '
             "lower part of all of this side and of the opposite one",
-            corners,
-        )
-        or _fault(
-            _enclosed(outer, corners, names, near),
-            'has no name and is enclosed by facets tagged "contact" or "walls": a hole in them',
             corners,
         )
     )
@@ -117,38 +110,3 @@ def _lost_sides(corners: Array, names: NDArray[np.str_], near: float) -> Mask:
         if (named > free).any():
             lost[nameless] = True
     return lost
-
-
-def _enclosed(outer: IntArray, corners: Array, names: NDArray[np.str_], near: float) -> Mask:
-    """Nameless facets in areas that contact (or walls) encloses, with which they are one surface,
-    and above which they do not rise.
-
-    Facets are neighbours by their nodes in a slice, by their edges in a block. What reaches the
-    plate is not enclosed; bores and ends of sipes meet the contact at edges.
-    """
-    if outer.shape[1] == 2:
-        ridges = outer.reshape(-1, 1)
-    else:
-        ridges = np.stack([outer, np.roll(outer, 1, axis=1)], axis=2).reshape(-1, 2)
-    _, ridge = np.unique(np.sort(ridges, axis=1), axis=0, return_inverse=True)
-    ridge, facet = ridge.ravel(), np.repeat(np.arange(len(outer)), outer.shape[1])
-    order = np.argsort(ridge, kind="stable")
-    pairs = facet[order].reshape(-1, 2)  # a sound mesh has two outer facets at every ridge
-    free = names == ""
-    inner = pairs[free[pairs].all(axis=1)]
-    count, area = connected(inner, len(outer))
-    rims = pairs[free[pairs].sum(axis=1) == 1]
-    rims = np.where(free[rims[:, :1]], rims, rims[:, ::-1])  # the nameless one first
-    inside, beside = rims.T
-    held = np.isin(names[beside], ["contact", "walls"])
-    normals = planes(corners)[1]
-    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    smooth = abs(np.einsum("ri,ri->r", normals[inside], normals[beside])) > SMOOTH
-    middles = corners[:, :, -1].mean(axis=1)
-    rim, top = np.full((2, count), -np.inf)
-    np.maximum.at(rim, area[inside[held]], middles[beside[held]])
-    np.maximum.at(top, area, middles)
-    hole = top <= rim + near
-    hole &= np.bincount(area[inside[held & smooth]], minlength=count) > 0
-    hole[area[inside[names[beside] == "plate"]]] = False
-    return free & hole[area]

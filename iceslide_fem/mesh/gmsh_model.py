@@ -12,7 +12,7 @@ import signal
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -43,8 +43,8 @@ class DistributedMesh(NamedTuple):
     mesh: Any
     facet_tags: Any
     tags: dict[str, int]
-    cell_tags: Any
-    regions: dict[str, int]
+    cell_tags: Any = None
+    regions: Mapping[str, int] = {}  # noqa: RUF012 - nobody writes to it
 
 
 def distribute(tagged: TaggedMesh, comm: MPI.Comm) -> DistributedMesh:

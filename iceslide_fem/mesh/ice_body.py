@@ -1,4 +1,7 @@
-"""The mesh of the ice and what it lies on, for heat on a mesh: made here or the user's own."""
+"""The mesh of the ice and what it lies on, for heat on a mesh: made here or the user's own.
+
+Its cells stand upright: the last axis of each is the one that leads down most steeply.
+"""
 
 from __future__ import annotations
 
@@ -6,19 +9,26 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+from matplotlib import path, transforms
 from numpy.typing import ArrayLike
 
-from iceslide_fem.mesh.coverage import covered
 from iceslide_fem.mesh.grid import Lines
 from iceslide_fem.mesh.ice import ice_cells, ice_shape, surface_lines, tagged_ice
 from iceslide_fem.mesh.rubber import block_shape
-from iceslide_fem.mesh.tagged import TaggedMesh
-from iceslide_fem.mesh.upright import upright, upright_edges
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 from iceslide_fem.mesh.user_ice import load_user_ice
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene
+from iceslide_fem.scene.outline_file import area
 
 MISSING = 1e-6  # share of the footprint that may be without ice, for rounding
+# Corners of a cell as gmsh numbers them, in the order of its axes: the last index counts fastest.
+_CORNERS = {
+    "quadrilateral": np.array([0, 3, 1, 2]).reshape(2, 2),
+    "hexahedron": np.array([0, 4, 3, 7, 1, 5, 2, 6]).reshape(2, 2, 2),
+}
 
 
 def ice_body(
@@ -45,6 +55,45 @@ def ice_nodes(scene: Scene) -> int:
         tagged = ice_body(scene)
         return len(tagged.points) + len(upright_edges(tagged))
     return math.prod(ice_shape(scene))
+
+
+def upright(tagged: TaggedMesh) -> TaggedMesh:
+    """The same mesh of quadrilaterals or hexahedra, whose cells are turned until they stand."""
+    order = _CORNERS[tagged.cell_type]
+    corners = tagged.points[tagged.cells[:, order]]  # (cells, 2, ..., 2, dim)
+    axes = range(order.ndim)
+    steep = []
+    for axis in axes:
+        along = np.diff(corners, axis=axis + 1).reshape(len(corners), -1, len(axes)).mean(axis=1)
+        steep.append(np.abs(along[:, -1]) / np.linalg.norm(along, axis=1))
+    vertical = np.argmax(steep, axis=0)
+    cells = tagged.cells.copy()
+    for axis in axes:
+        some = vertical == axis
+        turned = np.transpose(order, np.roll(axes, len(axes) - 1 - axis))
+        cells[np.ix_(some, order.ravel())] = tagged.cells[some][:, turned.ravel()]
+    return tagged._replace(cells=cells)
+
+
+def upright_edges(tagged: TaggedMesh) -> IntArray:
+    """Nodes (n, 2) of the edges that lead down, in a mesh whose cells stand `upright`."""
+    edges = tagged.cells[:, _CORNERS[tagged.cell_type]].reshape(-1, 2)
+    return np.unique(np.sort(edges, axis=1), axis=0)
+
+
+def covered(corners: Array, ranges: Sequence[tuple[float, float]]) -> float:
+    """Share of the rectangle (of the line in a slice) with these `ranges`, m, that convex facets
+    with `corners` (n, k, d-1), m, cover, which do not overlap.
+    """
+    low, high = np.array(ranges).T
+    found: float
+    if len(ranges) == 1:
+        found = float(np.ptp(np.clip(corners, low, high), axis=1).sum())
+    else:
+        rectangle = transforms.Bbox([low, high])
+        inside = (path.Path(facet).clip_to_bbox(rectangle).to_polygons() for facet in corners)
+        found = sum(abs(area(np.array(piece))) for pieces in inside for piece in pieces)
+    return found / float(np.prod(high - low))
 
 
 def _user_ice(scene: Scene, path: Path) -> TaggedMesh:

@@ -17,14 +17,21 @@ from iceslide_fem.mesh.cache import cached
 from iceslide_fem.mesh.gmsh_model import empty_model, nodes_of
 from iceslide_fem.mesh.grid import snapped, with_parts
 from iceslide_fem.mesh.profile import CONTACT_HEIGHT, part_choosers
-from iceslide_fem.mesh.sections import NEAR
 from iceslide_fem.mesh.shape import BlockShape
 from iceslide_fem.mesh.soundness import Soundness, place
+from iceslide_fem.mesh.swept import NEAR
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.outline_file import area, read_outline
 
+_OPTIONS = {
+    "Mesh.Algorithm": 8,  # triangles that pair to good quadrilaterals
+    "Mesh.RecombinationAlgorithm": 2,  # leaves quadrilaterals only
+    "Mesh.MeshSizeExtendFromBoundary": 0,
+    "Mesh.MeshSizeFromPoints": 0,
+    "Mesh.MeshSizeFromCurvature": 0,
+}
 MIRRORED = 1e-6  # of the size: corners nearer than that to mirrored ones are symmetric
 
 
@@ -42,11 +49,9 @@ def _build(path: Path, rings: tuple[Array, ...], height: float, refinement: floa
     (left, low), (right, high) = rings[0].min(axis=0), rings[0].max(axis=0)
     symmetric = _is_symmetric(rings)
     block = BlockShape([(left, right), (0.0 if symmetric else low, high)], height, symmetric)
-    (*_, cell), size = reference_cells(block, refinement)
     z = box_lines(block, refinement)[-1]
-    smallest, slope = EDGE_CELL * cell, EDGE_SLOPE * EDGE_CELL * cell / size
     try:
-        points, cells = _sweep(rings, symmetric, z, smallest, slope, LARGEST_CELL * cell)
+        points, cells = _sweep(rings, symmetric, z, *reference_cells(block, refinement))
     except SceneError:
         raise
     except Exception as error:  # gmsh raises nothing more specific
@@ -66,97 +71,65 @@ def _build(path: Path, rings: tuple[Array, ...], height: float, refinement: floa
     return tagged
 
 
+def _is_symmetric(rings: tuple[Array, ...]) -> bool:
+    """Whether every corner has its mirror image in y among the corners of the same polygon."""
+    near = MIRRORED * float(np.ptp(rings[0], axis=0).max())
+    mirrored = (cKDTree(ring).query(ring * [1.0, -1.0])[0] for ring in rings)
+    return all(distance.max() <= near for distance in mirrored)
+
+
 def _sweep(
-    rings: tuple[Array, ...],
-    symmetric: bool,
-    z: Array,
-    smallest: float,
-    slope: float,
-    largest: float,
+    rings: tuple[Array, ...], symmetric: bool, z: Array, cells: list[float], reach: float
 ) -> tuple[Array, IntArray]:
     """Nodes (n, 3), m, and hexahedra of the area within `rings` between the heights z.
 
-    Cells along the outline have the `smallest` size, and grow by `slope` to the `largest`.
+    Sizes, those of the reference `cells` (m) and the length that slopes refer to, are as in the
+    built-in block.
     """
     size = float(np.ptp(rings[0], axis=0).max())
+    smallest, largest = EDGE_CELL * cells[-1] / size, LARGEST_CELL * cells[-1] / size
+    slope = EDGE_SLOPE * EDGE_CELL * cells[-1] / reach
     with empty_model() as model:
         loops = []
         for ring in rings:
             # OpenCASCADE fills a hole, and leaves the rest, if it runs the other way round
             ring = ring if area(ring) > 0.0 else ring[::-1]
             corners = [model.occ.addPoint(*corner, 0.0) for corner in (ring / size).tolist()]
-            lines = [
-                model.occ.addLine(one, other)
-                for one, other in zip(corners, corners[1:] + corners[:1], strict=True)
-            ]
-            loops.append(model.occ.addCurveLoop(lines))
+            ends = zip(corners, corners[1:] + corners[:1], strict=True)
+            loops.append(model.occ.addCurveLoop([model.occ.addLine(*pair) for pair in ends]))
         face = [(2, model.occ.addPlaneSurface(loops))]
         if symmetric:
             left, right = rings[0][:, 0].min() / size, rings[0][:, 0].max() / size
             half = model.occ.addRectangle(left - 1.0, 0.0, 0.0, right - left + 2.0, 2.0)
             face, _ = model.occ.intersect(face, [(2, half)])
-        model.occ.extrude(
-            face,
-            0.0,
-            0.0,
-            float(z[-1]) / size,
-            [1] * (len(z) - 1),
-            (z[1:] / z[-1]).tolist(),
-            recombine=True,
-        )
+        layers = [1] * (len(z) - 1), (z[1:] / z[-1]).tolist()
+        model.occ.extrude(face, 0.0, 0.0, float(z[-1]) / size, *layers, recombine=True)
         model.occ.synchronize()
-        surfaces = [tag for _, tag in face]
-        border = model.getBoundary(face, oriented=False)
-        outer = [tag for _, tag in border if not (symmetric and _on_axis(model, tag, NEAR))]
+        border = [tag for _, tag in model.getBoundary(face, oriented=False)]
+        outer = [tag for tag in border if not (symmetric and _on_axis(model, tag))]
         for curve in outer:  # two cells at least, or gmsh can't fill the area with quadrilaterals
-            pairs = max(round(model.occ.getMass(1, curve) / (2.0 * smallest / size)), 1)
+            pairs = max(round(model.occ.getMass(1, curve) / (2.0 * smallest)), 1)
             model.mesh.setTransfiniteCurve(curve, 2 * pairs + 1)
         field = model.mesh.field
         distance, growth = field.add("Distance"), field.add("MathEval")
         field.setNumbers(distance, "CurvesList", outer)
         field.setNumber(distance, "Sampling", 200)
-        field.setString(
-            growth,
-            "F",
-            f"Min({smallest / size:.9g} + {slope:.9g} * F{distance}, {largest / size:.9g})",
-        )
+        sizes = f"Min({smallest:.9g} + {slope:.9g} * F{distance}, {largest:.9g})"
+        field.setString(growth, "F", sizes)
         field.setAsBackgroundMesh(growth)
         for name, value in _OPTIONS.items():
             gmsh.option.setNumber(name, value)
-        for surface in surfaces:
+        for _, surface in face:
             model.mesh.setRecombine(2, surface)
         model.mesh.generate(3)
         kinds, _, nodes = model.mesh.getElements(3)
         if list(kinds) != [5]:
             raise SceneError("rubber.outline can't be filled with hexahedra; smooth the outline")
-        points, cells = nodes_of(model, nodes[0])
-    return points * size, cells.reshape(-1, 8)
+        points, hexahedra = nodes_of(model, nodes[0])
+    return points * size, hexahedra.reshape(-1, 8)
 
 
-_OPTIONS = {
-    "Mesh.Algorithm": 8,  # triangles that pair to good quadrilaterals
-    "Mesh.RecombinationAlgorithm": 2,  # leaves quadrilaterals only
-    "Mesh.MeshSizeExtendFromBoundary": 0,
-    "Mesh.MeshSizeFromPoints": 0,
-    "Mesh.MeshSizeFromCurvature": 0,
-}
-
-
-def _on_axis(model: gmsh.model, curve: int, near: float) -> bool:
-    """Whether a curve lies on y = 0."""
+def _on_axis(model: gmsh.model, curve: int) -> bool:
+    """Whether a curve lies on y = 0, up to what gmsh adds to a bounding box."""
     _, low, _, _, high, _ = model.getBoundingBox(1, curve)
-    return max(abs(low), abs(high)) < 1e-6 + near
-
-
-def _is_symmetric(rings: tuple[Array, ...]) -> bool:
-    """Whether every corner has its mirror image in y among the corners of the same polygon."""
-    near = MIRRORED * float(np.ptp(rings[0], axis=0).max())
-    if any(
-        (np.abs(ring[:, 1]) > near).all() and len({*np.sign(ring[:, 1])}) == 1 for ring in rings
-    ):
-        return False  # a hole beside the middle, and its mirror image: two polygons
-    for ring in rings:
-        distance, _ = cKDTree(ring).query(ring * [1.0, -1.0])
-        if distance.max() > near:
-            return False
-    return True
+    return max(abs(low), abs(high)) < 1.1e-6

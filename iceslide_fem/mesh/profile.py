@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import itertools
+import math
 from collections import Counter
-from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.mesh.box import block_grid
+from iceslide_fem.mesh.box import Span, block_grid
 from iceslide_fem.mesh.grid import Chooser, snapped, with_parts
-from iceslide_fem.mesh.patches import Patch, Point, mesh_patches
-from iceslide_fem.mesh.sections import NEAR, edge_patches, profile_patches
-from iceslide_fem.mesh.shape import BlockShape, leaned
+from iceslide_fem.mesh.patches import Patch, mesh_patches
+from iceslide_fem.mesh.shape import BlockShape, leaned, straightened
 from iceslide_fem.mesh.soundness import Soundness, place
-from iceslide_fem.mesh.swept import swept
+from iceslide_fem.mesh.swept import NEAR, edge_patches, profile_patches, swept
 from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SceneError
 
 CONTACT_HEIGHT = 0.5  # the sides may touch the ice up to this fraction of the height
+ON_ARC = 1e-9  # of a radius: so near to an arc is on it
 
 
 def block_mesh(block: BlockShape, refinement: float) -> TaggedMesh:
@@ -81,19 +80,18 @@ def count(block: BlockShape, refinement: float) -> dict[str, float]:
     patches (m), of the block without its channels: nothing is meshed.
     """
     grid = block_grid(block, refinement)
-    profile = _counted(profile_patches(block, grid), block.height)
-    cells, nodes, lengths = profile.cells, profile.nodes, profile.lengths
+    cells, nodes, lengths = _counted(profile_patches(block, grid), block.height)
     if grid.across:
         lengths = np.concatenate([lengths, np.diff(grid.lines[1])])
         along = sum(len(span.middle) - 1 for span in grid.across)
         cells, nodes = cells * along, nodes * (2 * along + 1)
         lugs = [len(span.middle) - 1 for span in grid.columns if not span.depth]
-        for corner, way in (end for span in grid.across for end in span.corners):
-            bar = _counted(edge_patches(corner, way, grid, block.cut), block.height)
+        for corner, sign in (end for span in grid.across for end in span.corners):
+            more, points, _ = _counted(edge_patches(corner, sign, grid, block.cut), block.height)
             # less what it shares with the profile: its ends, and the side towards the middle
             side = 2 * len(grid.lines[-1]) - 1
-            cells += bar.cells * sum(lugs)
-            nodes += sum((bar.nodes - side) * (2 * lug - 1) for lug in lugs)
+            cells += more * sum(lugs)
+            nodes += sum((points - side) * (2 * lug - 1) for lug in lugs)
     return {
         "cells": cells,
         "quadratic_nodes": nodes,
@@ -102,25 +100,50 @@ def count(block: BlockShape, refinement: float) -> dict[str, float]:
     }
 
 
-class _Counted(NamedTuple):
+def _counted(patches: list[Patch], height: float) -> tuple[int, int, Array]:
     """Of patches: cells, nodes of the quadratic elements, and lengths of edges (m)."""
-
-    cells: int
-    nodes: int
-    lengths: Array
-
-
-def _counted(patches: list[Patch], height: float) -> _Counted:
-    cells, edges, sides = 0, [], Counter[frozenset[Point]]()
-    counts: dict[frozenset[Point], int] = {}
-    for patch in patches:
-        one, two = (sum(side.cells for side in part) for part in patch[:2])
-        cells += one * two
-        for side in itertools.chain(*patch):
-            key = frozenset(tuple(round(v / height, 9) for v in p) for p in side[:2])
-            sides[key] += 1  # type: ignore[index]
-            counts[key] = side.cells  # type: ignore[index]
-            edges.append(np.diff(side.at) * side.length)
-    border = sum(counts[key] for key, number in sides.items() if number == 1)
+    cells = sum(
+        math.prod(sum(side.cells for side in part) for part in patch[:2]) for patch in patches
+    )
+    sides = [side for patch in patches for part in patch for side in part]
+    counts = Counter(
+        (side.cells, frozenset((round(x / height, 9), round(z / height, 9)) for x, z in side[:2]))
+        for side in sides
+    )
+    border = sum(number for (number, _), patches_of in counts.items() if patches_of == 1)
     # Euler: V - E + F = 1 without holes, and every cell has four edges: 2 E = 4 F + border.
-    return _Counted(cells, 1 + 4 * cells + border, np.concatenate(edges))
+    lengths = np.concatenate([np.diff(side.at) * side.length for side in sides])
+    return cells, 1 + 4 * cells + border, lengths
+
+
+def on_arcs(block: BlockShape, points: Array) -> Array:
+    """Points (..., d), m, on the surface of the block's cells, those on chords of round edges moved
+    to the arcs, away from the arcs' axes.
+    """
+    radius = block.edge
+    if radius == 0.0 or block.cut:
+        return points
+    straight = straightened(block, points.reshape(-1, points.shape[-1]))
+    grid = block_grid(block, 1.0)
+    away = np.zeros_like(straight)
+    away[:, -1] = np.minimum(straight[:, -1] - radius, 0.0)
+    for axis, spans in enumerate([grid.columns, grid.across][: straight.shape[1] - 1]):
+        away[:, axis] = _from_axes(straight[:, axis], spans, radius)
+    # Where two arcs meet, in a mitre, a point is of the one that it is further out at, or of both.
+    out = np.abs(away[:, :-1])
+    furthest = out.max(axis=1)
+    away[:, :-1][out < (1.0 - ON_ARC) * furthest[:, None]] = 0.0
+    there = (furthest > ON_ARC * radius) & (away[:, -1] < -ON_ARC * radius)
+    distance = np.hypot(furthest, away[:, -1])[there, None]
+    moved = points.reshape(straight.shape).copy()
+    moved[there] = leaned(block, straight[there] + away[there] * (radius / distance - 1.0))
+    return moved.reshape(points.shape)
+
+
+def _from_axes(at: Array, spans: list[Span], radius: float) -> Array:
+    """Distances (n,) along x or y from the axes of arcs, m, signed; 0 where there is none."""
+    away = np.zeros_like(at)
+    for corner, sign in (end for span in spans for end in span.corners):
+        here = at - (corner + sign * radius)
+        away += np.where((here * sign < 0.0) & (np.abs(here) <= (1.0 + ON_ARC) * radius), here, 0.0)
+    return away

@@ -7,15 +7,14 @@ half with y >= 0 of one that is symmetric about y = 0. Cells are quadrilaterals 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
-from iceslide_fem.mesh import gmsh_model
-from iceslide_fem.mesh.arcs import on_arcs
 from iceslide_fem.mesh.box import box_lines
 from iceslide_fem.mesh.cache import cached
+from iceslide_fem.mesh.gmsh_model import DistributedMesh, distribute_made
 from iceslide_fem.mesh.grid import with_sides
 from iceslide_fem.mesh.outline import outline_mesh
-from iceslide_fem.mesh.profile import CONTACT_HEIGHT, block_mesh, count
+from iceslide_fem.mesh.profile import CONTACT_HEIGHT, block_mesh, count, on_arcs
 from iceslide_fem.mesh.shape import BlockShape, built_in_shape
 from iceslide_fem.mesh.tagged import TaggedMesh, mesh_size
 from iceslide_fem.mesh.user_mesh import load_user_mesh
@@ -26,23 +25,13 @@ if TYPE_CHECKING:  # lines and sizes are wanted where there is no MPI, too
     from iceslide_fem.fenics.compat import MPI
 
 
-class RubberMesh(NamedTuple):
-    """DOLFINx mesh and facet tags of the rubber; tags: contact, plate, symmetry, walls, and sides
-    (what is left) -> number.
-    """
-
-    mesh: Any
-    facet_tags: Any
-    tags: dict[str, int]
-
-
-def rubber_mesh(scene: Scene, comm: MPI.Comm) -> RubberMesh:
+def rubber_mesh(scene: Scene, comm: MPI.Comm) -> DistributedMesh:
     """Mesh of the scene's rubber block, or the user's own if `rubber.mesh` names one.
 
-    Collective. Raises SceneError if the user's mesh can't be used.
+    Its facets are tagged contact, plate, symmetry, walls, and sides (what is left). Collective.
+    Raises SceneError if the user's mesh can't be used.
     """
-    meshed = gmsh_model.distribute_made(lambda: with_sides(tagged_rubber(scene)), comm)
-    return RubberMesh(meshed.mesh, meshed.facet_tags, meshed.tags)
+    return distribute_made(lambda: with_sides(tagged_rubber(scene)), comm)
 
 
 def block_size(scene: Scene) -> tuple[float, ...]:

@@ -1,8 +1,8 @@
-"""The straight block in 3-D: its profile swept across it, and cut edges swept along its sides.
+"""The straight block: patches of its profile, and in 3-D what they and its cut edges sweep.
 
-Every lug has a cut edge around it. What is within its zone is a frame of four bars, which meet in
-mitres, upright planes at 45 degrees; so two arcs of one radius meet in an ellipse. Within the frame
-the lug is a box.
+Every lug of a block has a cut edge around it. What is within its zone is a frame of four bars,
+which meet in mitres, upright planes at 45 degrees; so two arcs of one radius meet in an ellipse.
+Within the frame the lug is a box.
 """
 
 from __future__ import annotations
@@ -12,16 +12,91 @@ from itertools import chain
 import numpy as np
 from scipy.spatial import cKDTree
 
-from iceslide_fem.mesh.box import Grid, Span
-from iceslide_fem.mesh.patches import ROUNDING, Patch, mesh_patches
-from iceslide_fem.mesh.sections import edge_patches, profile_patches, rows_above, upright
+from iceslide_fem.mesh.box import EdgeCells, Grid, Span
+from iceslide_fem.mesh.grid import Lines
+from iceslide_fem.mesh.patches import ROUNDING, Patch, Point, even, mesh_patches, rectangle
 from iceslide_fem.mesh.shape import BlockShape
 from iceslide_fem.mesh.tagged import IntArray
 from iceslide_fem.runtime.arrays import Array
 
+NEAR = 1e-9  # of the height
+# The patches at an arc meet at this distance from its middle, and so many radii from the corner
+# lies the middle of an arc, and of a cut at 45 degrees.
+MEETING = 0.5
+MIDDLE = {False: 1.0 - 0.5**0.5, True: 0.5}
 RUN = 3.0  # widths of a zone from a mitre in which cells are moved to meet it
 
 Part = tuple[Array, IntArray]  # points (n, 3), m, and hexahedra (m, 8)
+
+
+def profile_patches(block: BlockShape, grid: Grid) -> list[Patch]:
+    """Patches of the profile, which are those of the block across the sliding direction, too."""
+    patches: list[Patch] = []
+    for span in grid.columns:
+        patches += upright(span.middle, rows_above(grid, span.depth))
+        for corner, sign in span.corners:
+            patches += edge_patches(corner, sign, grid, block.cut)
+    return patches
+
+
+def upright(line: Lines, rows: list[Lines]) -> list[Patch]:
+    """Rectangles one above the other."""
+    return [rectangle(line, row) for row in rows]
+
+
+def rows_above(grid: Grid, depth: float) -> list[Lines]:
+    """The rows of z above the end of a cut of this depth, m."""
+    return [row for row in grid.rows if row[-1] > depth * (1.0 + NEAR)]
+
+
+def edge_patches(corner: float, sign: int, grid: Grid, cut: bool) -> list[Patch]:
+    """Patches within the zone of a cut edge, up to the plate."""
+    assert grid.edge is not None
+    rows = grid.rows[len(grid.zone) :]
+    columns = [corner + sign * line for line in grid.zone]
+    above = [patch for line in columns for patch in upright(line[::sign], rows)]
+    return [*_lowest_patches(corner, sign, grid.edge, cut), *above]
+
+
+def _lowest_patches(x: float, sign: int, edge: EdgeCells, cut: bool) -> list[Patch]:
+    """The three patches at a cut edge, whose sharp corner would be at (x, 0).
+
+    The cut is one side with the bottom beside it and the wall above it: half of them belong to
+    either patch along it; a third patch fills the zone's inner corner. All three meet at a point.
+    """
+    r, (layer, zone) = edge.radius, (lines[-1] for lines in edge.zone)
+
+    def at(along: float, up: float) -> Point:
+        return float(x + sign * along), float(up)
+
+    middle = MIDDLE[cut] * r
+    meeting = middle + MEETING * r
+    centre = None if cut else at(r, r)
+    far, bottom, half = at(zone, 0.0), at(r, 0.0), at(middle, middle)
+    wall, high, inner = at(0.0, r), at(0.0, zone), at(zone, zone)
+    lower, upper, heart = at(zone, layer), at(layer, zone), at(meeting, meeting)
+    outwards = even(half, heart, edge.layer)
+    down, over = even(heart, lower, edge.along), even(heart, upper, edge.along)
+    return [
+        (
+            [even(far, bottom, edge.arc), even(bottom, half, edge.arc, centre)],
+            [outwards],
+            [down],
+            [even(lower, far, edge.layer)],
+        ),
+        (
+            [even(inner, lower, edge.along)],
+            [down.reversed()],
+            [over],
+            [even(upper, inner, edge.along)],
+        ),
+        (
+            [even(half, wall, edge.arc, centre), even(wall, high, edge.arc)],
+            [even(high, upper, edge.layer)],
+            [over.reversed()],
+            [outwards.reversed()],
+        ),
+    ]
 
 
 def swept(block: BlockShape, grid: Grid) -> Part:
@@ -36,9 +111,9 @@ def swept(block: BlockShape, grid: Grid) -> Part:
         points, cells = mesh_patches(profile, span.middle)
         points[:, 1] = _mitred(points[:, 1], span, _short_of_zone(grid, points[:, 0]))
         parts.append((points, cells))
-        for corner, way in span.corners:
-            bar = edge_patches(corner, way, grid, block.cut)
-            parts += [_bar(bar, lug, corner + way * zone) for lug in grid.columns if not lug.depth]
+        for corner, sign in span.corners:
+            bar = edge_patches(corner, sign, grid, block.cut)
+            parts += [_bar(bar, lug, corner + sign * zone) for lug in grid.columns if not lug.depth]
     return _joined(parts)
 
 
@@ -79,7 +154,7 @@ def _mitred(at: Array, span: Span, short: Array | float) -> Array:
     if zone == 0.0:
         return at
     run = min(RUN * zone, (last - first) / sum(span.edges))
-    low, high = (np.clip(1.0 - way / run, 0.0, 1.0) for way in (at - first, last - at))
+    low, high = (np.clip(1.0 - inside / run, 0.0, 1.0) for inside in (at - first, last - at))
     return np.asarray(at + short * (span.edges[1] * high - span.edges[0] * low))
 
 

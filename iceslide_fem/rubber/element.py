@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, ufl
+from iceslide_fem.mesh.gmsh_model import DistributedMesh
 from iceslide_fem.mesh.profile import CONTACT_HEIGHT
-from iceslide_fem.mesh.rubber import RubberMesh
 from iceslide_fem.scene.materials import MooneyRivlin
 
 # The displacement is quadratic. Where the rubber may touch something, and in the lower half of the
@@ -68,7 +68,7 @@ def stored_energy(u: Any, material: MooneyRivlin, dx: Any) -> Any:
     return together + isochoric + volumetric_energy(F, material) * dx(SPLIT, metadata=volume)
 
 
-def kinds_of_cells(block: RubberMesh) -> NDArray[np.int32]:
+def kinds_of_cells(block: DistributedMesh) -> NDArray[np.int32]:
     """WHOLE or SPLIT of every cell that this rank owns, (n,). Collective.
 
     WHOLE are those with a facet that may meet the ice or another wall, those in the lower half of

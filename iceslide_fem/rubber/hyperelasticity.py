@@ -9,7 +9,7 @@ from scipy.sparse import csr_matrix
 
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
-from iceslide_fem.mesh.rubber import RubberMesh
+from iceslide_fem.mesh.gmsh_model import DistributedMesh
 from iceslide_fem.rubber.element import DEGREE, Energy, kinds_of_cells, stored_energy
 from iceslide_fem.rubber.plate_contact import PlateContact
 from iceslide_fem.rubber.self_contact import SelfContact
@@ -29,7 +29,7 @@ class HyperelasticBody:
 
     def __init__(
         self,
-        block: RubberMesh,
+        block: DistributedMesh,
         material: MooneyRivlin,
         degree: int = DEGREE,
         energy: Energy = stored_energy,

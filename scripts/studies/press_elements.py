@@ -26,7 +26,7 @@ from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.grid import tensor_grid
-from iceslide_fem.mesh.rubber import CONTACT_HEIGHT, RubberMesh
+from iceslide_fem.mesh.rubber import CONTACT_HEIGHT
 from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import default_penalty
@@ -136,7 +136,9 @@ class MixedRubber(HyperelasticBody):
     On one process. Cells whose energy the default takes whole may be as they are there.
     """
 
-    def __init__(self, block: RubberMesh, material: MooneyRivlin, everywhere: bool) -> None:
+    def __init__(
+        self, block: gmsh_model.DistributedMesh, material: MooneyRivlin, everywhere: bool
+    ) -> None:
         """`everywhere`: whether those cells are mixed, too."""
         pressures = compat.polynomial_space(block.mesh, 1)
         self._pressure = fem.Function(pressures)
@@ -196,13 +198,13 @@ class Element(NamedTuple):
     """An element: how its cubes are meshed and its forms made; cells along x that are tried."""
 
     in_tetrahedra: bool
-    forms: Callable[[RubberMesh, MooneyRivlin], HyperelasticBody]
+    forms: Callable[[gmsh_model.DistributedMesh, MooneyRivlin], HyperelasticBody]
     numbers: tuple[int, ...]
 
 
 def displacement_element(
     degree: int, energy: Energy
-) -> Callable[[RubberMesh, MooneyRivlin], HyperelasticBody]:
+) -> Callable[[gmsh_model.DistributedMesh, MooneyRivlin], HyperelasticBody]:
     """Forms of displacements of a degree with that energy."""
     return lambda mesh, material: HyperelasticBody(mesh, material, degree, energy)
 
@@ -255,7 +257,7 @@ def pressed(
         }
     )
     tagged = in_tetrahedra(grid) if element.in_tetrahedra else grid
-    rubber = element.forms(RubberMesh(*gmsh_model.distribute(tagged, MPI.COMM_SELF)[:3]), material)
+    rubber = element.forms(gmsh_model.distribute(tagged, MPI.COMM_SELF), material)
     start = process_time()
     surface = contact_points(scene, rubber, SIZE)
     equilibrium = Equilibrium(rubber, surface, default_penalty(material, SIZE, tolerance))

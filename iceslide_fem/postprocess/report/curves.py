@@ -10,7 +10,7 @@ import numpy as np
 from iceslide_fem.film.viscosity import FILM_VISCOSITY
 from iceslide_fem.postprocess.report.page import Band, Chart, Curve
 from iceslide_fem.postprocess.results import Run
-from iceslide_fem.postprocess.results.report import ENERGIES, energy_unit
+from iceslide_fem.postprocess.results.report import BALANCE, ENERGIES, SHARES, energy_unit
 from iceslide_fem.scene.materials import BAR
 
 MS = 1e3
@@ -29,7 +29,7 @@ class Quantity(NamedTuple):
 QUANTITIES = (
     Quantity("mu", "Friction coefficient", "mu (1)", 1.0),
     Quantity("film_height_m", "Height of the water film", "h (nm)", 1e9),
-    Quantity("surface_temperature_C", "Temperature of the ice's surface", "T (°C)", 1.0),
+    Quantity("surface_temperature_C", "Temperature of the ice surface", "T (°C)", 1.0),
     Quantity("squeezed_height_m", "Water squeezed into the roughness", "H_s (µm)", 1e6),
 )
 VISCOSITY = Quantity(FILM_VISCOSITY, "Viscosity of the film's water", "η (mPa s)", 1e3)
@@ -38,18 +38,6 @@ LOADS = (
     Quantity("speed_m_per_s", "Sliding speed", "v (m/s)", 1.0),
 )
 SAID = 4  # curves of a chart of which each is said in words
-SHARES = {
-    "contact_fraction": "in contact",
-    "melted_fraction": "melted",
-    "saturated_fraction": "saturated",
-}
-BALANCE = {
-    "friction_work_J": "work of friction",
-    "ice_heat_J": "warms the ice",
-    "latent_heat_J": "melts ice",
-    "rubber_heat_J": "warms the rubber",
-    "elastic_energy_J": "stored in the rubber",
-}
 
 
 def charts_of(runs: Mapping[str, Run]) -> list[Chart]:
@@ -109,12 +97,7 @@ def _said(curve: Curve) -> str:
 
 def phases(run: Run) -> list[Band]:
     """When the film warms, melts and is saturated (ms)."""
-    end = MS * float(run.history["time_s"][-1])
-    onset, full = (
-        end if run.summary.get(key) is None else MS * float(run.summary[key])
-        for key in ("melt_onset_s", "saturation_s")
-    )
-    return [Band("warming", 0.0, onset), Band("melting", onset, full), Band("saturated", full, end)]
+    return [Band(name, MS * start, MS * end) for name, (start, end) in run.phases.items()]
 
 
 def charts_of_one(run: Run) -> list[Chart]:
@@ -164,11 +147,8 @@ def _preload(run: Run) -> list[Chart]:
     """Friction force over normal force in the press and the speed ramp."""
     if not run.preload:
         return []
-    normal = run.preload["normal_force_N"]
-    loaded = normal > 1e-9 * normal.max()
-    progress = run.preload["load_fraction"] + run.preload["speed_fraction"]
-    mu = run.preload["friction_force_N"][loaded] / normal[loaded]
-    curve = Curve("mu", progress[loaded], mu)
+    progress, mu = run.preload_friction
+    curve = Curve("mu", progress, mu)
     says = f"On the way to t = 0 mu goes from {mu[0]:.3f} to {mu[-1]:.3f}"
     axis = "press (0 to 1), speed ramp (1 to 2)"
     return [Chart("preload", "Before: press and speed ramp", says, axis, "mu (1)", [curve])]

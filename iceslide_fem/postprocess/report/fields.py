@@ -14,16 +14,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iceslide_fem.postprocess.report.page import Fields, Text, colours, plain
-from iceslide_fem.postprocess.results import Run, field_files, field_parts
-from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.postprocess.results import Run, field_parts
+from iceslide_fem.postprocess.results.style import (
+    CONTACT,
+    FILM,
+    MISES,
+    PRESSURE,
+    ROBUST,
+    SURFACE,
+    TEMPERATURE,
+    FieldQuantity,
+)
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
 
 MOMENTS = 13  # at most
 CELLS = 6000  # of a drawing at most
 PLACES = 10  # of coordinates in m, to which points are the same
-ROBUST = 98.0  # percentile at which colours end: pressures are singular at an edge
-PRESSURE, MISES = "contact pressure (Pa)", "von Mises stress (Pa)"
 MM, MS, UM = 1e3, 1e3, 1e6
 CORNERS = {"triangle": 3, "quad": 4, "tetra": 4, "hexahedron": 8}
 FACES: dict[str, list[tuple[int, ...]]] = {
@@ -38,23 +46,9 @@ FACES: dict[str, list[tuple[int, ...]]] = {
     ],
 }
 NOTHING = "no contact"
+MIRRORED = " (half is computed, the other its mirror image)"
 
-
-class Contact(NamedTuple):
-    """A quantity of the interface: cell data, title, unit, factor, colours."""
-
-    name: str
-    title: str
-    unit: str
-    factor: float
-    colours: str
-
-
-CONTACTS = (
-    Contact(PRESSURE, "Contact pressure", "bar", 1.0 / BAR, "viridis"),
-    Contact("film height (m)", "Height of the water film", "nm", 1e9, "YlGnBu"),
-    Contact("surface temperature (degC)", "Temperature of the ice's surface", "°C", 1.0, "inferno"),
-)
+Drawing = dict[str, Any]
 
 
 class Grid(NamedTuple):
@@ -66,31 +60,38 @@ class Grid(NamedTuple):
     at_points: dict[str, Array]
     at_cells: dict[str, Array]
 
+    def in_contact(self, quantity: FieldQuantity) -> Array:
+        """The quantity on every facet of an interface, NaN where there is no contact."""
+        touching = self.at_cells[PRESSURE] > 0.0
+        return np.where(touching, quantity.factor * self.at_cells[quantity.name], np.nan)
+
 
 def fields_of(run: Run) -> list[Text | Fields]:
     """Rubber, interface and ice at some of the times at which the run wrote them, if it did."""
     try:
-        written = field_files(run.directory, "interface")
-        rubber = field_files(run.directory, "rubber")
-        if not written or not rubber:
+        files = {name: field_parts(run.directory, name) for name in ("rubber", "interface", "ice")}
+        if not files["interface"] or not files["rubber"]:
             return []
-        times = np.array([time for time, _ in written[: len(rubber)]])
+        times = np.array([time for time, _ in files["interface"][: len(files["rubber"])]])
         chosen = _moments(times, float(run.summary["mu_peak_time_s"]))
-        drawings = _drawings(run, chosen)
+        grids = {
+            name: [_read(parts[number][1]) for number in chosen if number < len(parts)]
+            for name, parts in files.items()
+        }
+        drawings = _drawings(run, grids["rubber"], grids["interface"], grids["ice"])
     except (SceneError, LookupError, OSError, TypeError, ValueError) as error:
         return [Text(f"The fields are there but could not be read ({error}).", "warning")]
+    if not drawings:
+        return [Text(f"More than {CELLS} cells are not drawn here: iceslide view does that.")]
     said = [
         f"t = {MS * times[number]:.3g} ms, mu = {run.at('mu', times[number]):.4g}"
         for number in chosen
     ]
-    left = times.size - len(chosen)
+    others = "; the others are in its folder" if times.size > len(chosen) else ""
     about = Text(
-        f"{len(chosen)} of the {times.size} moments that the run wrote"
-        f"{'; the others are in its folder' if left else ''}. Colours end where "
+        f"{len(chosen)} of the {times.size} moments that the run wrote{others}. Colours end where "
         f"{100.0 - ROBUST:g} % of the values of all moments lie beyond."
     )
-    if not drawings:
-        return [Text(f"More than {CELLS} cells are not drawn here: iceslide view does that.")]
     return [about, Fields([MS * times[number] for number in chosen], said, drawings)]
 
 
@@ -101,122 +102,110 @@ def _moments(times: Array, peak: float) -> list[int]:
     inner = some[1:-1]
     if nearest not in some and inner.size:
         some[1 + int(np.abs(inner - nearest).argmin())] = nearest
-    return sorted({int(number) for number in some})
+    return np.unique(some).tolist()
 
 
-def _drawings(run: Run, chosen: Sequence[int]) -> list[dict[str, Any]]:
-    def read(name: str) -> list[Grid]:
-        files = field_parts(run.directory, name)
-        return [_read_parts(files[number][1]) for number in chosen if number < len(files)]
-
-    rubber, interface, ice = read("rubber"), read("interface"), read("ice")
+def _drawings(
+    run: Run, rubber: list[Grid], interface: list[Grid], ice: list[Grid]
+) -> list[Drawing]:
     flat = run.scene["model"] == "slice"
     coldest = run.scene["ice"]["temperature"] - ZERO_CELSIUS
-    drawings: list[dict[str, Any]] = []
+    quantities = (CONTACT, FILM, SURFACE)
+    drawings: list[Drawing] = []
+    half = bool(rubber[0].points[:, 1].min() > -1e-9)
+    if len(rubber[0].cells) <= CELLS:
+        drawings.append(_slice(rubber) if flat else _block(rubber, interface, half))
     if flat:
-        if len(rubber[0].cells) <= CELLS:
-            drawings.append(_slice(rubber))
-        drawings += [_along(interface, quantity) for quantity in CONTACTS]
-    else:
-        half = bool(rubber[0].points[:, 1].min() > -1e-9)
-        if len(rubber[0].cells) <= CELLS:
-            drawings.append(_block(rubber, interface, half))
-        if max(len(grid.cells) for grid in interface) <= CELLS:
-            drawings += [_below(interface, quantity, half, coldest) for quantity in CONTACTS]
-    if len(ice) == len(chosen):
-        drawing = _ice(ice, flat, coldest)
-        if drawing:
-            drawings.append(drawing)
+        drawings += [_along(interface, quantity) for quantity in quantities]
+    elif max(len(grid.cells) for grid in interface) <= CELLS:
+        drawings += [_below(interface, quantity, half, coldest) for quantity in quantities]
+    if len(ice) == len(rubber):
+        drawings += _ice(ice, flat, coldest)
     return drawings
 
 
-def _read_parts(paths: Sequence[Path]) -> Grid:
-    """One grid of all parts, which are of one kind: points on the border of two are one."""
-    parts = [_read(path) for path in paths]
-    first, *_ = parts
-    if len(parts) == 1:
-        return first
-    points = np.concatenate([part.points for part in parts])
-    _, kept, number = np.unique(
-        points.round(PLACES), axis=0, return_index=True, return_inverse=True
-    )
-    before = np.cumsum([0, *(len(part.points) for part in parts)])[:-1]
-    cells = np.concatenate([part.cells + start for part, start in zip(parts, before, strict=True)])
-    at_points, at_cells = (
-        {name: np.concatenate([one[name] for one in values]) for name in values[0]}
-        for values in ([part.at_points for part in parts], [part.at_cells for part in parts])
-    )
-    once = {name: values[kept] for name, values in at_points.items()}
-    return Grid(points[kept], first.kind, number.reshape(-1)[cells], once, at_cells)
-
-
-def _read(path: Path) -> Grid:
+def _read(paths: Sequence[Path]) -> Grid:
+    """One grid of all parts, which are of one kind, by the corners of its cells: points on the
+    border of two parts are one.
+    """
     import meshio
 
-    mesh = meshio.read(path)
-    block = mesh.cells[0]
-    kind = next((name for name in CORNERS if block.type.startswith(name)), block.type)
-    corners = block.data[:, : CORNERS.get(kind, block.data.shape[1])].astype(np.int64)
-    at_cells = {name: np.asarray(values[0]) for name, values in mesh.cell_data.items()}
-    used = np.zeros(len(mesh.points), dtype=bool)
-    used[corners] = True
-    cells = (np.cumsum(used) - 1)[corners]
-    at_points = {name: np.asarray(values)[used] for name, values in mesh.point_data.items()}
-    return Grid(mesh.points[used], kind, cells, at_points, at_cells)
+    parts = [meshio.read(path) for path in paths]
+    type_ = parts[0].cells[0].type
+    kind = next((name for name in CORNERS if type_.startswith(name)), type_)
+    tables = [part.cells[0].data.astype(np.int64)[:, : CORNERS.get(kind)] for part in parts]
+    before = np.cumsum([0, *(len(part.points) for part in parts)])[:-1]
+    cells = np.concatenate([table + start for table, start in zip(tables, before, strict=True)])
+    points = np.concatenate([part.points for part in parts])
+    if len(parts) == 1:
+        kept, cells = np.unique(cells, return_inverse=True)
+    else:
+        _, kept, number = np.unique(
+            points.round(PLACES), axis=0, return_index=True, return_inverse=True
+        )
+        kept, cells = np.unique(kept[number.ravel()[cells]], return_inverse=True)
+    at_points = {
+        name: np.concatenate([part.point_data[name] for part in parts])[kept]
+        for name in parts[0].point_data
+    }
+    at_cells = {
+        name: np.concatenate([part.cell_data[name][0] for part in parts])
+        for name in parts[0].cell_data
+    }
+    return Grid(points[kept], kind, cells.reshape(-1, tables[0].shape[1]), at_points, at_cells)
 
 
-def _touching(grid: Grid) -> Mask:
-    return np.asarray(grid.at_cells[PRESSURE] > 0.0)
+def _coloured(
+    name: str, title: str, says: str, unit: str, colour_map: str, ends: list[float], **more: Any
+) -> Drawing:
+    """A drawing by colours, that of cells in the plane of x and z unless `more` says else."""
+    plane = {"kind": "cells", "x": "x (mm)", "y": "z (mm)", "equal": True, "edges": False}
+    about = {"name": name, "title": title, "says": says, "unit": unit, "nothing": ""}
+    return {**plane, **about, "colours": colours(colour_map), "range": ends, **more}
 
 
-def _slice(grids: list[Grid]) -> dict[str, Any]:
+def _slice(grids: list[Grid]) -> Drawing:
     """The deformed cells of a slice, by their von Mises stress where it was written."""
     stressed = MISES in grids[0].at_points
     frames, stresses = [], []
     for grid in grids:
         points = MM * (grid.points + grid.at_points["displacement"])[:, :2]
-        stress = (
-            grid.at_points[MISES][grid.cells].mean(axis=1) / BAR
-            if stressed
-            else np.full(len(grid.cells), np.nan)
-        )
+        stress = np.full(len(grid.cells), np.nan)
+        if stressed:
+            stress = grid.at_points[MISES][grid.cells].mean(axis=1) / BAR
         stresses.append(stress)
         frames.append({"points": plain(points), "values": plain(stress)})
-    low, high = grids[0].points[:, :2].min(axis=0), grids[0].points[:, :2].max(axis=0)
-    (x0, y0), (x1, y1) = MM * low, MM * high
+    x0, y0 = MM * grids[0].points[:, :2].min(axis=0)
+    x1, y1 = MM * grids[0].points[:, :2].max(axis=0)
     what = "by its von Mises stress" if stressed else "; its stress was not written"
-    return {
-        "kind": "cells",
-        "name": "block",
-        "title": "The block, deformed to scale",
-        "says": f"The mesh of {len(grids[0].cells)} cells, {what}; dotted: undeformed. It "
-        "slides to the right.",
-        "x": "x (mm)",
-        "y": "z (mm)",
-        "unit": "bar",
-        "nothing": "",
-        "colours": colours("viridis"),
-        "range": _range(stresses) if stressed else [0.0, 1.0],
-        "equal": True,
-        "edges": True,
-        "cells": grids[0].cells.tolist(),
-        "outlines": [{"x": plain([x0, x1, x1, x0, x0]), "y": plain([y0, y0, y1, y1, y0])}],
-        "frames": frames,
-    }
+    return _coloured(
+        "block",
+        "The block, deformed to scale",
+        f"The mesh of {len(grids[0].cells)} cells, {what}; dotted: undeformed. It slides to the "
+        "right.",
+        "bar",
+        "viridis",
+        _range(stresses),
+        edges=True,
+        cells=grids[0].cells.tolist(),
+        outlines=[{"x": plain([x0, x1, x1, x0, x0]), "y": plain([y0, y0, y1, y1, y0])}],
+        frames=frames,
+    )
 
 
-def _along(grids: list[Grid], quantity: Contact) -> dict[str, Any]:
+def _along(grids: list[Grid], quantity: FieldQuantity) -> Drawing:
     """A quantity along the contact line of a slice."""
     frames, xs, ys = [], [], []
     for grid in grids:
         x = MM * grid.points[grid.cells][..., 0].mean(axis=1)
-        touching = _touching(grid)
-        y = np.where(touching, quantity.factor * grid.at_cells[quantity.name], np.nan)
+        y = grid.in_contact(quantity)
         order = np.argsort(x)
         curve = {"name": quantity.title, "x": plain(x[order]), "y": plain(y[order]), "look": 0}
         frames.append([curve | {"marks": False}])
-        xs.append(x[touching])
-        ys.append(y[touching])
+        xs.append(x[grid.at_cells[PRESSURE] > 0.0])
+        ys.append(y)
+    touching = np.concatenate(xs)
+    ends = [touching.min(), touching.max()] if touching.size else [0.0, 1.0]
     return {
         "kind": "lines",
         "name": f"along-{quantity.title.split()[0].lower()}",
@@ -224,44 +213,33 @@ def _along(grids: list[Grid], quantity: Contact) -> dict[str, Any]:
         "says": "Along the contact, facet by facet; nothing where there is none.",
         "x": "x (mm)",
         "y": quantity.unit,
-        "xrange": _wider(_ends(xs)),
-        "yrange": _wider(_range(ys, quantity.name == PRESSURE)),
+        "xrange": _wider(ends),
+        "yrange": _wider(_range(ys, quantity is CONTACT)),
         "equal": False,
         "frames": frames,
     }
 
 
-def _below(grids: list[Grid], quantity: Contact, half: bool, coldest: float) -> dict[str, Any]:
+def _below(grids: list[Grid], quantity: FieldQuantity, half: bool, coldest: float) -> Drawing:
     """A quantity on the contact facets of a block, seen from above."""
     frames, seen = [], []
     for grid in grids:
-        points = MM * grid.points[:, :2]
-        values = np.where(_touching(grid), quantity.factor * grid.at_cells[quantity.name], np.nan)
-        seen.append(values[np.isfinite(values)])
-        cells: Any = grid.cells
+        points, cells, values = MM * grid.points[:, :2], grid.cells, grid.in_contact(quantity)
+        seen.append(values)
         if half:
             points, cells, values = _mirrored(points, cells, values)
         frames.append({"points": plain(points), "cells": cells.tolist(), "values": plain(values)})
-    of_ice = quantity.unit == "°C"
-    return {
-        "kind": "cells",
-        "name": f"map-{quantity.title.split()[0].lower()}",
-        "title": quantity.title,
-        "says": f"On the contact surface, from above{_both(half)}; grey: no contact.",
-        "x": "x (mm)",
-        "y": "y (mm)",
-        "unit": quantity.unit,
-        "nothing": NOTHING,
-        "colours": colours(quantity.colours),
-        "range": [coldest, 0.0] if of_ice else _range(seen, quantity.name == PRESSURE),
-        "equal": True,
-        "edges": False,
-        "frames": frames,
-    }
-
-
-def _both(half: bool) -> str:
-    return " (half is computed, the other its mirror image)" if half else ""
+    return _coloured(
+        f"map-{quantity.title.split()[0].lower()}",
+        quantity.title,
+        f"On the contact surface, from above{MIRRORED if half else ''}; grey: no contact.",
+        quantity.unit,
+        quantity.colours,
+        [coldest, 0.0] if quantity is SURFACE else _range(seen, quantity is CONTACT),
+        y="y (mm)",
+        nothing=NOTHING,
+        frames=frames,
+    )
 
 
 def _mirrored(points: Array, cells: Any, values: Array) -> tuple[Array, Any, Array]:
@@ -272,7 +250,7 @@ def _mirrored(points: Array, cells: Any, values: Array) -> tuple[Array, Any, Arr
     return both, np.concatenate([cells, cells + len(points)]), np.tile(values, 2)
 
 
-def _block(rubber: list[Grid], interface: list[Grid], half: bool) -> dict[str, Any]:
+def _block(rubber: list[Grid], interface: list[Grid], half: bool) -> Drawing:
     """The surface of a block, its facets in contact by their pressure."""
     from scipy.spatial import cKDTree
 
@@ -280,34 +258,32 @@ def _block(rubber: list[Grid], interface: list[Grid], half: bool) -> dict[str, A
     used, faces = np.unique(faces, return_inverse=True)
     faces = faces.reshape(-1, len(FACES[rubber[0].kind][0]))
     fans = [faces[:, [0, corner, corner + 1]] for corner in range(1, faces.shape[1] - 1)]
-    all_triangles = np.concatenate(fans)
     frames, seen = [], []
     for grid, facets in zip(rubber, interface, strict=True):
         points = (grid.points + grid.at_points["displacement"])[used]
         centres = facets.points[facets.cells].mean(axis=1)
         distance, nearest = cKDTree(centres).query(points[faces].mean(axis=1))
-        pressure = np.where(_touching(facets), facets.at_cells[PRESSURE] / BAR, np.nan)
-        seen.append(pressure[np.isfinite(pressure)])
+        pressure = facets.in_contact(CONTACT)
+        seen.append(pressure)
         near = distance < 1e-4 * np.ptp(points, axis=0).max()
         values = np.tile(np.where(near, pressure[nearest], np.nan), len(fans))
-        points, triangles = MM * points, all_triangles
+        points, triangles = MM * points, np.concatenate(fans)
         if half:
             points, triangles, values = _mirrored(points, triangles, values)
         frames.append({"points": plain(points), "values": plain(values)})
-    return {
-        "kind": "solid",
-        "name": "block",
-        "title": "The block from below, deformed to scale",
-        "says": f"The mesh of {len(rubber[0].cells)} cells{_both(half)}; its contact by pressure, "
-        "grey: no contact. Drag to turn it.",
-        "unit": "bar",
-        "nothing": NOTHING,
-        "colours": colours("viridis"),
-        "range": _range(seen, True),
-        "equal": True,
-        "faces": triangles.T.tolist(),
-        "frames": frames,
-    }
+    return _coloured(
+        "block",
+        "The block from below, deformed to scale",
+        f"The mesh of {len(rubber[0].cells)} cells{MIRRORED if half else ''}; its contact by "
+        "pressure, grey: no contact. Drag to turn it.",
+        "bar",
+        "viridis",
+        _range(seen, True),
+        kind="solid",
+        nothing=NOTHING,
+        faces=triangles.T.tolist(),
+        frames=frames,
+    )
 
 
 def _surface(grid: Grid, half: bool) -> NDArray[np.int64]:
@@ -323,52 +299,36 @@ def _surface(grid: Grid, half: bool) -> NDArray[np.int64]:
     return outer
 
 
-def _ice(grids: list[Grid], flat: bool, coldest: float) -> dict[str, Any] | None:
-    """The temperature below the block, in the plane of its middle."""
-    about = {
-        "name": "ice",
-        "title": "Temperature of the ice below",
-        "x": "x (mm)",
-        "y": "z (µm)",
-        "unit": "°C",
-        "nothing": "",
-        "colours": colours("inferno"),
-        "range": [coldest, 0.0],
-        "equal": False,
-        "edges": False,
-    }
-    on_grid = [_section(grid, flat) for grid in grids]
-    if all(frame is not None for frame in on_grid):
-        return {
-            **about,
-            "kind": "heat",
-            "says": "In the plane of the block's middle, z downwards and stretched.",
-            "frames": on_grid,
-        }
-    if not flat or len(grids[-1].cells) > CELLS:
-        return None
-    frames = []
-    for grid in grids:
-        values = grid.at_points["temperature (degC)"][grid.cells].mean(axis=1)
-        points = grid.points[:, :2] * [MM, UM]
-        frames.append(
-            {"points": plain(points), "cells": grid.cells.tolist(), "values": plain(values)}
-        )
-    says = "Below every facet in contact, z downwards and stretched."
-    return {**about, "kind": "cells", "says": says, "frames": frames}
+def _ice(grids: list[Grid], flat: bool, coldest: float) -> list[Drawing]:
+    """The temperature below the block, in the plane of its middle, if that can be drawn."""
+    frames: list[Any] = [_section(grid, flat) for grid in grids]
+    kind, says = "heat", "In the plane of the block's middle, z downwards and stretched."
+    if not all(frames):
+        if not flat or len(grids[-1].cells) > CELLS:
+            return []
+        kind, says = "cells", "Below every facet in contact, z downwards and stretched."
+        frames = [
+            {
+                "points": plain(grid.points[:, :2] * [MM, UM]),
+                "cells": grid.cells.tolist(),
+                "values": plain(grid.at_points[TEMPERATURE][grid.cells].mean(axis=1)),
+            }
+            for grid in grids
+        ]
+    title, ends = "Temperature of the ice below", [coldest, 0.0]
+    more = {"kind": kind, "y": "z (µm)", "equal": False, "frames": frames}
+    return [_coloured("ice", title, says, "°C", SURFACE.colours, ends, **more)]
 
 
-def _section(grid: Grid, flat: bool) -> dict[str, Any] | None:
+def _section(grid: Grid, flat: bool) -> Drawing | None:
     """Temperatures on lines of x and z, if the ice's points lie on such; of 3-D ice the middle."""
-    points, values = grid.points, grid.at_points["temperature (degC)"]
-    vertical = 1 if flat else 2
+    points, values = grid.points, grid.at_points[TEMPERATURE]
     if not flat:
         y = points[:, 1]
-        middle = y[np.abs(y).argmin()]
-        here = np.abs(y - middle) < 1e-9
+        here = np.abs(y - y[np.abs(y).argmin()]) < 1e-9
         points, values = points[here], values[here]
     x, column = np.unique(points[:, 0].round(PLACES), return_inverse=True)
-    z, row = np.unique(points[:, vertical].round(PLACES), return_inverse=True)
+    z, row = np.unique(points[:, 1 if flat else 2].round(PLACES), return_inverse=True)
     if x.size * z.size != len(points):
         return None
     table = np.full((z.size, x.size), np.nan)
@@ -377,6 +337,7 @@ def _section(grid: Grid, flat: bool) -> dict[str, Any] | None:
 
 
 def _range(values: list[Array], from_zero: bool = False) -> list[float]:
+    """Where the colours of all values end."""
     every = np.concatenate(values)
     every = every[np.isfinite(every)]
     if not every.size:
@@ -385,12 +346,7 @@ def _range(values: list[Array], from_zero: bool = False) -> list[float]:
     return [0.0 if from_zero else float(low), float(high)]
 
 
-def _ends(values: list[Array]) -> list[float]:
-    every = np.concatenate(values)
-    return [float(every.min()), float(every.max())] if every.size else [0.0, 1.0]
-
-
-def _wider(ends: list[float]) -> list[float]:
+def _wider(ends: list[float]) -> list[float | None]:
     low, high = ends
     margin = 0.08 * (high - low) or 0.5
-    return plain([low - margin, high + margin])  # type: ignore[return-value]
+    return plain([low - margin, high + margin])

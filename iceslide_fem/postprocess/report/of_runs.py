@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-
-import numpy as np
+from typing import Any
 
 from iceslide_fem.postprocess.report.curves import charts_of
 from iceslide_fem.postprocess.report.of_run import of_error, results_of
@@ -27,7 +26,8 @@ from iceslide_fem.postprocess.report.words import (
     neglected,
     versions_of,
 )
-from iceslide_fem.postprocess.results import Run, differences, read_run
+from iceslide_fem.postprocess.results import Run, read_run
+from iceslide_fem.postprocess.results.run_directory import largest_and_rms
 from iceslide_fem.run.rungs import Rung, fineness
 from iceslide_fem.runtime.errors import SceneError
 
@@ -53,9 +53,7 @@ def page_of_runs(folders: list[Path]) -> Page:
             Section("results", "Results", [results_of(runs), of_error(*runs.values())]),
             Section("differences", f"mu(t) against {first}", [_distances(others, runs[first])]),
             Section("curves", "Curves", charts_of(runs)),
-            Section(
-                "warnings", "Warnings", [part for name in runs for part in _of(name, runs[name])]
-            ),
+            _warnings(runs),
             Section(
                 "again",
                 "Run them again",
@@ -69,8 +67,13 @@ def page_of_runs(folders: list[Path]) -> Page:
     )
 
 
-def _of(name: str, run: Run) -> list[Text]:
-    return [Text(f"{name}: {part.words}", part.kind) for part in doubts_of(run)]
+def _warnings(runs: dict[str, Run]) -> Section:
+    parts = [
+        Text(f"{name}: {part.words}", part.kind)
+        for name, run in runs.items()
+        for part in doubts_of(run)
+    ]
+    return Section("warnings", "Warnings", parts)
 
 
 def _names(folders: list[Path]) -> list[str]:
@@ -86,8 +89,7 @@ def _names(folders: list[Path]) -> list[str]:
 def _distances(others: dict[str, Run], first: Run) -> Table:
     rows = []
     for name, run in others.items():
-        change = differences(run, first)
-        largest, rms = float(np.abs(change).max()), float(np.sqrt(np.mean(change**2)))
+        largest, rms = largest_and_rms(run, first)
         end = min(float(each.history["time_s"][-1]) for each in (run, first))
         rows.append(cells(name, f"{largest:.2%}", f"{rms:.2%}", f"{1e3 * end:.4g} ms"))
     head = ["", "largest", "rms", "until"]
@@ -96,22 +98,17 @@ def _distances(others: dict[str, Run], first: Run) -> Table:
 
 def page_of_ladder(folder: Path, summaries: list[Path]) -> Page:
     """The rungs that a ladder has run: error against the finest, and time."""
-    runs = [read_run(path.parent) for path in summaries]
-    by_rung = sorted(((_rung(run), run) for run in runs), key=lambda pair: fineness(pair[0]))
-    finest = by_rung[-1][1]
+    runs = sorted((read_run(path.parent) for path in summaries), key=_fineness)
+    finest = runs[-1]
     tolerance = finest.scene["numerics"]["tolerance"]
-    named = {run.directory.name: run for _, run in by_rung}
+    named = {run.directory.name: run for run in runs}
     rows, errors, seconds = [], [], []
     for name, run in named.items():
-        change = np.abs(differences(run, finest))
-        largest, rms = float(change.max()), float(np.sqrt(np.mean(change**2)))
+        largest, rms = largest_and_rms(run, finest)
         texts = ["finest", ""] if run is finest else [f"{largest:.2%}", f"{rms:.2%}"]
-        wall = float(run.summary["wall_s"])
-        mean = run.summary["mu_mean"]
-        first = [Cell(name), Cell(f"{mean:.4f}", "mu_mean", mean)]
-        rows.append(
-            [*first, *map(Cell, texts), Cell(f"{wall:.2f}"), Cell(_verdict(run, finest, largest))]
-        )
+        wall, mean = float(run.summary["wall_s"]), run.summary["mu_mean"]
+        texts += [f"{wall:.2f}", verdict(run, finest, largest)]
+        rows.append([Cell(name), Cell(f"{mean:.4f}", "mu_mean", mean), *map(Cell, texts)])
         if run is not finest:
             errors.append(max(largest, 1e-2 * tolerance))
             seconds.append(wall)
@@ -140,9 +137,7 @@ def page_of_ladder(folder: Path, summaries: list[Path]) -> Page:
                 [Table("Rungs in the order of what they leave out", head, rows)],
             ),
             Section("curves", "Curves", [*([cost] if seconds else []), *charts_of(named)]),
-            Section(
-                "warnings", "Warnings", [part for name in named for part in _of(name, named[name])]
-            ),
+            _warnings(named),
             Section("neglected", "What the finest rung leaves out", neglected(left_out(finest))),
             Section(
                 "again",
@@ -160,14 +155,15 @@ def page_of_ladder(folder: Path, summaries: list[Path]) -> Page:
     )
 
 
-def _verdict(run: Run, finest: Run, largest: float) -> str:
+def verdict(run: Run, finest: Run, largest: float) -> str:
+    """Whether a rung's `largest` difference to the `finest` is small enough."""
     if run.summary.get("stopped"):
         return "stopped before its end"
     tolerance = finest.scene["numerics"]["tolerance"]
     return "within the tolerance" if run is not finest and largest <= tolerance else ""
 
 
-def _rung(run: Run) -> Rung:
+def _fineness(run: Run) -> Any:
     scene = run.scene
     refinement = 1.0 if scene["model"] == "point" else scene["numerics"]["refinement"]
-    return Rung(scene["model"], scene["ice"]["heat"], refinement)
+    return fineness(Rung(scene["model"], scene["ice"]["heat"], refinement))

@@ -7,7 +7,7 @@ from pathlib import Path
 from iceslide_fem.output.summary import word_of
 from iceslide_fem.postprocess.report.curves import QUANTITIES, TIME
 from iceslide_fem.postprocess.report.page import Chart, Curve, Page, Section, Text
-from iceslide_fem.postprocess.report.words import again, all_keys, in_words, scene_of
+from iceslide_fem.postprocess.report.words import again, all_keys, as_warning, in_words, scene_of
 from iceslide_fem.postprocess.results.run_directory import read_table
 from iceslide_fem.run.checkpoint import scene_there
 from iceslide_fem.runtime.errors import SceneError
@@ -41,10 +41,7 @@ def page_of_unfinished(folder: Path) -> Page:
     scene = scene_there(folder)
     words = f"{in_words(scene)} " if scene else ""
     known = scene_of(scene) if scene else None
-    doubts = [
-        Text(f"{note[:1].upper()}{note[1:]}.", "warning")
-        for note in (notes(known) if known else ())
-    ]
+    doubts = [as_warning(note) for note in notes(known)] if known else []
     return Page(
         title=f"{folder.absolute().name}: a run without an end",
         summary=f"{words}It got to {end:.4g} ms of sliding in {max(rows - 1, 0)} steps and left no "

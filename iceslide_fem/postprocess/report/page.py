@@ -8,7 +8,6 @@ do not see it.
 from __future__ import annotations
 
 import base64
-import contextlib
 import gzip
 import importlib.util
 import json
@@ -22,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import iceslide_fem
-from iceslide_fem.runtime.errors import OutputError, SceneError
+from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import replace_file
 
 DIGITS = 6  # of numbers that are drawn
@@ -171,15 +170,8 @@ def cells(name: str, *texts: str, key: str = "", value: Any = None) -> list[Cell
 
 def plain(values: ArrayLike) -> list[float | None]:
     """Numbers as they go into the page: rounded to `DIGITS`, None for NaN and infinity."""
-    flat = np.asarray(values, dtype=float).ravel()
-    known = np.isfinite(flat)
-    size = np.where(known & (flat != 0.0), np.abs(flat), 1.0)
-    shift = DIGITS - 1 - np.floor(np.log10(size))
-    up, down = 10.0 ** np.maximum(shift, 0.0), 10.0 ** np.maximum(-shift, 0.0)
-    rounded = np.rint(np.where(known, flat, 0.0) * up / down) / up * down
-    return [
-        value if one else None for value, one in zip(rounded.tolist(), known.tolist(), strict=True)
-    ]
+    flat = np.asarray(values, dtype=float).ravel().tolist()
+    return [float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None for value in flat]
 
 
 def thinned(*columns: ArrayLike) -> list[np.ndarray]:
@@ -261,28 +253,11 @@ def _listed(chart: Chart) -> Iterable[list[str]]:
 
 @cache
 def _plotly() -> str:
-    """plotly.js, compressed, as the Python package plotly brings it.
-
-    Compressing it takes as long as all the rest of a page: it is kept where meshes and forms are.
-    """
+    """plotly.js, compressed, as the Python package plotly brings it."""
     found = importlib.util.find_spec("plotly")
     if found is None or found.origin is None:
         raise SceneError("a report needs the Python package plotly, which is not installed")
-    from iceslide_fem.fenics.cache import cache_folder
-
-    script = Path(found.origin).parent / "package_data" / "plotly.min.js"
-    state = script.stat()
-    kept = cache_folder() / f"plotly-{state.st_size}-{state.st_mtime_ns}.js.gz.b64"
-    with contextlib.suppress(OSError, ValueError):
-        packed = kept.read_text("ascii")
-        size = base64.b64decode(packed[-12:])[-4:]  # gzip ends with the length of its content
-        if len(packed) % 4 == 0 and int.from_bytes(size, "little") == state.st_size:
-            return packed
-    packed = _packed(script.read_bytes())
-    with contextlib.suppress(OSError, OutputError):
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        replace_file(kept, packed)
-    return packed
+    return _packed((Path(found.origin).parent / "package_data" / "plotly.min.js").read_bytes())
 
 
 def _packed(content: bytes) -> str:

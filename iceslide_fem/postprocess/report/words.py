@@ -67,14 +67,13 @@ def _law(scene: Mapping[str, Any], film: Mapping[str, Any]) -> str:
 
 def doubts_of(run: Run, also: Sequence[Text] = ()) -> list[Text]:
     """The warnings of a run and `also`, a paragraph each; one that says so if there is none."""
-    found = [
-        Text(f"{sentence[:1].upper()}{sentence[1:]}.", "warning") for sentence in _warnings(run)
-    ]
+    found = [as_warning(str(sentence)) for sentence in run.summary.get("warnings") or []]
     return [*found, *also] or [Text("The run gave no warning.")]
 
 
-def _warnings(run: Run) -> list[str]:
-    return [str(sentence) for sentence in run.summary.get("warnings") or []]
+def as_warning(sentence: str) -> Text:
+    """A sentence that begins small and has no full stop, as a paragraph."""
+    return Text(f"{sentence[:1].upper()}{sentence[1:]}.", "warning")
 
 
 class LeftOut(NamedTuple):

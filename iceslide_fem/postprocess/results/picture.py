@@ -17,40 +17,33 @@ from numpy.typing import NDArray
 
 from iceslide_fem.postprocess.results import Run
 from iceslide_fem.postprocess.results.snapshots import (
-    MISES,
-    PRESSURE,
-    TEMPERATURE,
     Interface,
     Snapshot,
     read_interface,
     read_mises,
 )
-from iceslide_fem.postprocess.results.style import BLUE, EDGES, ICE, NO_CONTACT, RED
+from iceslide_fem.postprocess.results.style import (
+    BLUE,
+    CONTACT,
+    EDGES,
+    FILM,
+    ICE,
+    MISES,
+    NO_CONTACT,
+    PRESSURE,
+    RED,
+    ROBUST,
+    STRESS,
+    SURFACE,
+    TEMPERATURE,
+    FieldQuantity,
+)
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+from iceslide_fem.scene.materials import ZERO_CELSIUS
 
 SIZE, DPI = (12.8, 9.6), 100  # inches; their pixels divide by 16, as video needs it
-MM, UM, NM, MS = 1e3, 1e6, 1e9, 1e3
+MM, UM, MS = 1e3, 1e6, 1e3
 THERMAL_LENGTHS = 2.0  # of ice below the surface that are shown
-ROBUST = 98.0  # per cent of the facets whose pressure the colours span: it is singular at the edge
-
-
-class FieldQuantity(NamedTuple):
-    """What is shown of the interface: cell data, title, unit and factor to it, and colours."""
-
-    name: str
-    title: str
-    unit: str
-    factor: float
-    colours: str
-
-
-CONTACT = FieldQuantity(PRESSURE, "Contact pressure", "bar", 1.0 / BAR, "viridis")
-STRESS = FieldQuantity(MISES, "Von Mises stress", "bar", 1.0 / BAR, "Oranges")
-FILM = FieldQuantity("film height (m)", "Height of the water film", "nm", NM, "YlGnBu")
-SURFACE = FieldQuantity(
-    "surface temperature (degC)", "Temperature of the ice surface", "°C", 1.0, "inferno"
-)
 
 
 class Scales(NamedTuple):

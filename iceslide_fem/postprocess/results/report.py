@@ -25,6 +25,34 @@ MS, NM, UM = 1e3, 1e9, 1e6
 WIDTH, ROW, DPI = 11.5, 2.75, 110  # of the page and of a row of panels (inches)
 ABOVE, BELOW, BESIDE, BETWEEN = 0.65, 0.8, 0.8, 0.75  # of and between panels, for their words
 TICKS = 5  # of an axis at most: each takes as long to draw as a curve
+CURVES = {  # panel: column, factor, title, axis, colour
+    "film": ("film_height_m", NM, "Height of the water film", "h (nm)", BLUE),
+    "squeezed": ("squeezed_height_m", UM, "Water squeezed into the roughness", "Hₛ (µm)", GREEN),
+    "temperature": (
+        "surface_temperature_C",
+        1.0,
+        "Temperature of the ice surface",
+        "T (°C)",
+        RED,
+    ),
+}
+LOADS = {
+    "pressure": ("nominal_pressure_Pa", 1.0 / BAR, "Nominal pressure", "p (bar)"),
+    "speed": ("speed_m_per_s", 1.0, "Sliding speed", "v (m/s)"),
+}
+SHADES = {"warming": "white", "melting": MELTING, "saturated": SATURATED}
+SHARES = {
+    "contact_fraction": "in contact",
+    "melted_fraction": "melted",
+    "saturated_fraction": "saturated",
+}
+BALANCE = {
+    "friction_work_J": "work of friction",
+    "ice_heat_J": "warms the ice",
+    "latent_heat_J": "melts ice",
+    "rubber_heat_J": "warms the rubber",
+    "elastic_energy_J": "stored in the rubber",
+}
 ENERGIES = {"J": 1.0, "mJ": 1e3, "µJ": 1e6, "nJ": 1e9}  # unit: how many are a joule
 
 
@@ -46,21 +74,17 @@ def report(directory: Path | str) -> Path:
     figure.suptitle(run.title, fontsize=14, fontweight="bold", y=1.0 - 0.1 / figure.get_figheight())
     panels = figure.subplot_mosaic(layout, gridspec_kw=_grid(figure))  # type: ignore[arg-type]
     _friction(panels["mu"], run)
-    _film(panels["film"], run)
-    _squeezed(panels["squeezed"], run)
-    _temperature(panels["temperature"], run)
+    for name, curve in CURVES.items():
+        _curve(panels[name], run, *curve)
+    for name in ("film", "squeezed"):
+        panels[name].set_ylim(bottom=0.0)
+    melting = run.ice.melting_temperature - ZERO_CELSIUS
+    panels["temperature"].axhline(melting, color="0.5", linestyle=":")
     _shares(panels["shares"], run)
     _energy(panels["energy"], run)
-    if changes:
-        _load(
-            panels["pressure"],
-            run,
-            "nominal_pressure_Pa",
-            1.0 / BAR,
-            "Nominal pressure",
-            "p (bar)",
-        )
-        _load(panels["speed"], run, "speed_m_per_s", 1.0, "Sliding speed", "v (m/s)")
+    for name, load in LOADS.items() if changes else ():
+        _curve(panels[name], run, *load, BLACK)
+        panels[name].set_ylim(0.0, 1.1 * load[1] * run.history[load[0]].max())
     for name, panel in panels.items():
         panel.spines[["top", "right"]].set_visible(False)
         panel.grid(alpha=0.25)
@@ -110,36 +134,21 @@ def _place_words(panel: Axes, height: float) -> None:
     panel.xaxis.set_label_coords(0.5, -0.3 / (height * box.height))
 
 
-def _phases(run: Run) -> list[tuple[str, float, float, str]]:
-    """Name, start and end (ms) and shade of warming, melting and saturated film."""
-    end = MS * run.history["time_s"][-1]
-    onset, saturation = (
-        end if time is None else MS * time
-        for time in (run.summary["melt_onset_s"], run.summary["saturation_s"])
-    )
-    phases = [
-        ("warming", 0.0, onset, "white"),
-        ("melting", onset, saturation, MELTING),
-        ("saturated", saturation, end, SATURATED),
-    ]
-    return [phase for phase in phases if phase[2] > phase[1]]
-
-
 def _shade_phases(panel: Axes, run: Run) -> None:
-    for _, start, stop, shade in _phases(run):
-        panel.axvspan(start, stop, color=shade, zorder=-2, linewidth=0)
+    for name, (start, stop) in run.phases.items():
+        panel.axvspan(MS * start, MS * stop, color=SHADES[name], zorder=-2, linewidth=0)
         if start > 0.0:
-            panel.axvline(start, color="0.6", linewidth=0.8, zorder=-1)
+            panel.axvline(MS * start, color="0.6", linewidth=0.8, zorder=-1)
 
 
 def _name_phases(figure: Figure, run: Run) -> None:
     patches = [
         Patch(
-            facecolor=shade,
+            facecolor=SHADES[name],
             edgecolor="0.6",
-            label=f"{name}, from {start:.2f} ms" if start > 0.0 else name,
+            label=f"{name}, from {MS * start:.2f} ms" if start > 0.0 else name,
         )
-        for name, start, _, shade in _phases(run)
+        for name, (start, _) in run.phases.items()
     ]
     figure.legend(handles=patches, loc="lower center", ncols=len(patches), frameon=False)
 
@@ -164,71 +173,38 @@ def _friction(panel: Axes, run: Run) -> None:
 
 def _preload(panel: Axes, run: Run) -> None:
     """Friction force over normal force in the press and the speed ramp, by their progress."""
-    preload = run.preload
-    progress = preload["load_fraction"] + preload["speed_fraction"]
-    normal = preload["normal_force_N"]
-    loaded = normal > 1e-9 * normal.max()
-    mu = preload["friction_force_N"][loaded] / normal[loaded]
-    panel.plot(progress[loaded], mu, ".-", color=BLUE, linewidth=1.2, markersize=4)
+    panel.plot(*run.preload_friction, ".-", color=BLUE, linewidth=1.2, markersize=4)
     panel.axvline(1.0, color="0.6", linewidth=0.8)
     panel.set(title="Before", ylabel="μ (1)", xlim=(0.0, 2.0))
     panel.set_xticks([0.5, 1.5], ["press", "speed\nramp"])
 
 
-def _load(panel: Axes, run: Run, column: str, unit: float, title: str, label: str) -> None:
-    """How a load goes in time."""
-    panel.plot(MS * run.history["time_s"], unit * run.history[column], color=BLACK, linewidth=2)
+def _curve(
+    panel: Axes, run: Run, column: str, factor: float, title: str, label: str, color: str
+) -> None:
+    """A column of the history in time."""
+    panel.plot(MS * run.history["time_s"], factor * run.history[column], color=color, linewidth=2)
     panel.set(title=title, ylabel=label)
-    panel.set_ylim(0.0, 1.1 * unit * run.history[column].max())
-
-
-def _film(panel: Axes, run: Run) -> None:
-    history = run.history
-    panel.plot(MS * history["time_s"], NM * history["film_height_m"], color=BLUE, linewidth=2)
-    panel.set(title="Height of the water film", ylabel="h (nm)")
-    panel.set_ylim(bottom=0.0)
-
-
-def _squeezed(panel: Axes, run: Run) -> None:
-    history = run.history
-    panel.plot(MS * history["time_s"], UM * history["squeezed_height_m"], color=GREEN, linewidth=2)
-    panel.set(title="Water squeezed into the roughness", ylabel="Hₛ (µm)")
-    panel.set_ylim(bottom=0.0)
-
-
-def _temperature(panel: Axes, run: Run) -> None:
-    history = run.history
-    panel.plot(MS * history["time_s"], history["surface_temperature_C"], color=RED, linewidth=2)
-    melting = run.ice.melting_temperature - ZERO_CELSIUS
-    panel.axhline(melting, color="0.5", linestyle=":")
-    panel.set(title="Temperature of the ice surface", ylabel="T (°C)")
 
 
 def _shares(panel: Axes, run: Run) -> None:
-    curves = {
-        "in contact": ("contact_fraction", BLACK, "-"),
-        "melted": ("melted_fraction", BLUE, "--"),
-        "saturated": ("saturated_fraction", ORANGE, "-."),
-    }
-    for label, (column, color, style) in curves.items():
+    looks = {"in contact": (BLACK, "-"), "melted": (BLUE, "--"), "saturated": (ORANGE, "-.")}
+    for column, label in SHARES.items():
+        color, style = looks[label]
         values = 100.0 * run.history[column]
         panel.plot(MS * run.history["time_s"], values, style, color=color, label=label, linewidth=2)
     panel.set(title="Shares of the contact surface", ylabel="share (%)", ylim=(-4.0, 130.0))
     panel.set_yticks(range(0, 101, 25))
-    panel.legend(loc="upper center", ncols=len(curves), frameon=False)
+    panel.legend(loc="upper center", ncols=len(looks), frameon=False)
 
 
 def _energy(panel: Axes, run: Run) -> None:
-    curves = {
-        "work of friction": ("friction_work_J", BLACK),
-        "warms the ice": ("ice_heat_J", BLUE),
-        "melts ice": ("latent_heat_J", GREEN),
-        "warms the rubber": ("rubber_heat_J", RED),
-    }
-    unit = energy_unit(max(float(run.history[column].max()) for column, _ in curves.values()))
-    for label, (column, color) in curves.items():
+    colors = dict(zip(BALANCE, (BLACK, BLUE, GREEN, RED), strict=False))  # of heat alone
+    unit = energy_unit(max(float(run.history[column].max()) for column in colors))
+    for column, color in colors.items():
         values = ENERGIES[unit] * run.history[column]
         if values.any():
+            label = BALANCE[column]
             panel.plot(MS * run.history["time_s"], values, color=color, label=label, linewidth=2)
     panel.set(title="Where the work of friction goes", ylabel=f"E ({unit})")
     panel.set_ylim(bottom=0.0)

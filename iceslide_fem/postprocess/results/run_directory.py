@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -53,6 +53,29 @@ class Run(NamedTuple):
         """History `column` at `time` (s), linear between steps."""
         return float(np.interp(time, self.history["time_s"], self.history[column]))
 
+    @property
+    def phases(self) -> dict[str, tuple[float, float]]:
+        """When (s, from and to) the film warms, melts and is saturated, if it does."""
+        end = float(self.history["time_s"][-1])
+        times = (self.summary.get(key) for key in ("melt_onset_s", "saturation_s"))
+        onset, saturation = (end if time is None else float(time) for time in times)
+        spans = {
+            "warming": (0.0, onset),
+            "melting": (onset, saturation),
+            "saturated": (saturation, end),
+        }
+        return {name: span for name, span in spans.items() if span[1] > span[0]}
+
+    @property
+    def preload_friction(self) -> tuple[Array, Array]:
+        """Progress of the press (0 to 1) and the speed ramp (1 to 2), and friction over normal
+        force there.
+        """
+        normal = self.preload["normal_force_N"]
+        loaded = normal > 1e-9 * normal.max()
+        progress = self.preload["load_fraction"] + self.preload["speed_fraction"]
+        return progress[loaded], self.preload["friction_force_N"][loaded] / normal[loaded]
+
 
 def load_range(load: Any, unit: float) -> str:
     """A load in `unit`, or the range of one that goes in time."""
@@ -66,8 +89,8 @@ def read_run(directory: Path | str) -> Run:
     """Read a finished run. Raises SceneError if the directory holds none."""
     directory = Path(directory)
     try:
-        text = (directory / "summary.json").read_text(encoding="utf-8")
-        summary, history = json.loads(text), read_table(directory / "history.csv")
+        summary = json.loads((directory / "summary.json").read_text(encoding="utf-8"))
+        history = read_table(directory / "history.csv")
         preload = directory / "preload.csv"
         earlier = read_table(preload) if preload.is_file() else {}
     except OSError as error:
@@ -82,18 +105,18 @@ def read_run(directory: Path | str) -> Run:
 
 def _is_of_a_run(summary: Any, history: Mapping[str, Array]) -> bool:
     """Whether a summary and a history have what everything that reads them relies on."""
-    if not isinstance(summary, dict) or not isinstance(summary.get("scene"), dict):
+    try:
+        tables = [summary["scene"][name] for name in ("rubber", "load", "ice", "numerics")]
+        numbers = [summary[name] for name in ("mu_peak", "mu_peak_time_s")]
+        curves = [history[name] for name in ("time_s", "mu")]
+    except (LookupError, TypeError):
         return False
-    tables = (summary["scene"].get(name) for name in ("rubber", "load", "ice", "numerics"))
-    if not all(isinstance(table, dict) for table in tables):
-        return False
-    if not all(
-        isinstance(summary.get(name), float | int) for name in ("mu_peak", "mu_peak_time_s")
-    ):
-        return False
-    curves = [history.get(name, np.empty(0)) for name in ("time_s", "mu")]
-    return all(
-        curve.size > 0 and curve.dtype.kind == "f" and np.isfinite(curve).all() for curve in curves
+    return (
+        all(isinstance(table, dict) for table in tables)
+        and all(isinstance(number, float | int) for number in numbers)
+        and all(
+            len(curve) and curve.dtype == float and np.isfinite(curve).all() for curve in curves
+        )
     )
 
 
@@ -103,6 +126,12 @@ def differences(run: Run, exact: Run, count: int = 500) -> Array:
     times = np.linspace(0.0, end, count)
     mu, reference = (np.interp(times, r.history["time_s"], r.history["mu"]) for r in (run, exact))
     return np.asarray(mu / reference - 1.0)
+
+
+def largest_and_rms(run: Run, exact: Run) -> tuple[float, float]:
+    """Largest and root mean square of the `differences` to another run."""
+    change = differences(run, exact)
+    return float(np.abs(change).max()), float(np.sqrt(np.mean(change**2)))
 
 
 def field_files(directory: Path, name: str) -> list[tuple[float, Path]]:
@@ -136,28 +165,12 @@ def field_parts(directory: Path, name: str) -> list[tuple[float, list[Path]]]:
 
 def read_table(path: Path) -> dict[str, Array]:
     """Columns of a table that a run wrote, by their names. Raises OSError, ValueError."""
-    text = path.read_bytes()
-    if not text.endswith(b"\n"):
-        raise ValueError(f"the last row of {path.name} is not whole")
-    names, *rows = (line.split(",") for line in text.decode().splitlines())
-    if rows and b'"' not in text and all(len(row) == len(names) and all(row) for row in rows):
-        columns = map(_column, zip(*rows, strict=True))
-        found = dict(zip(names, columns, strict=True))
-        last = found[names[-1]]
-        if last.dtype == float and np.isfinite(last).all():
-            return found
     import pandas as pd  # takes long to import
 
-    table = pd.read_csv(path, index_col=False)
+    if not path.read_bytes().endswith(b"\n"):
+        raise ValueError(f"the last row of {path.name} is not whole")
+    table = pd.read_csv(path, index_col=False, float_precision="round_trip")
     if table.iloc[:, -1].isna().any():
         raise ValueError(f"a row of {path.name} is not whole")
     integers = {name: float for name in table.select_dtypes("integer")}
     return {str(name): column.to_numpy() for name, column in table.astype(integers).items()}
-
-
-def _column(words: Sequence[str]) -> Array:
-    """Numbers, or words where they are none."""
-    try:
-        return np.array(words, dtype=float)
-    except ValueError:
-        return np.array(words, dtype=object)

@@ -16,12 +16,9 @@ import pyvista as pv
 from scipy.spatial import cKDTree
 
 from iceslide_fem.postprocess.results import field_files, field_parts
+from iceslide_fem.postprocess.results.style import MISES, PRESSURE
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SceneError
-
-TEMPERATURE = "temperature (degC)"
-PRESSURE = "contact pressure (Pa)"
-MISES = "von Mises stress (Pa)"
 
 # Quadratic cells list their corners first: (corners, VTK's linear cell).
 _LINEAR = {
@@ -101,47 +98,38 @@ def read_interface(directory: Path, number: int) -> Interface:
     Raises SceneError if a file is damaged.
     """
     with _as_written(directory):
-        return _interface(directory, number)
-
-
-def _interface(directory: Path, number: int) -> Interface:
-    grid = _read(field_files(directory, "interface")[number][1])
-    connectivity = grid.cell_connectivity.reshape(grid.n_cells, -1)
-    values = {name: np.asarray(grid.cell_data[name]) for name in grid.cell_data}
-    return Interface(np.asarray(grid.points)[connectivity], values)
+        grid = _read(field_files(directory, "interface")[number][1])
+        connectivity = grid.cell_connectivity.reshape(grid.n_cells, -1)
+        values = {name: np.asarray(grid.cell_data[name]) for name in grid.cell_data}
+        return Interface(np.asarray(grid.points)[connectivity], values)
 
 
 def read_snapshot(directory: Path, number: int) -> Snapshot:
     """The fields that were written as `number` (0, 1, ...). Raises SceneError if one is damaged."""
     with _as_written(directory):
-        return _snapshot(directory, number)
+        time, _ = field_files(directory, "interface")[number]
+        interface = read_interface(directory, number)
+        grid = _read_linear(field_files(directory, "rubber")[number][1])
+        undeformed = np.array([grid.points.min(axis=0), grid.points.max(axis=0)])
+        grid.points = grid.points + grid.point_data["displacement"]
+        rubber = grid.extract_surface(algorithm="geometry")
+        if not interface.flat:
+            _put_pressure(rubber, interface)
+            if rubber.bounds.y_min > -1e-6 * rubber.length:  # half a block
+                rubber, interface = _with_mirror_image(rubber, interface)
+                undeformed[0, 1] = -undeformed[1, 1]
+        ice_files = field_parts(directory, "ice")
+        ice = _ice_section(ice_files[number][1], interface.flat) if ice_files else None
+        return Snapshot(time, rubber, interface, ice, undeformed)
 
 
-def _snapshot(directory: Path, number: int) -> Snapshot:
-    time, _ = field_files(directory, "interface")[number]
-    interface = _interface(directory, number)
-    grid = _read_linear(field_files(directory, "rubber")[number][1])
-    undeformed = np.array([grid.points.min(axis=0), grid.points.max(axis=0)])
-    grid.points = grid.points + grid.point_data["displacement"]
-    rubber = grid.extract_surface(algorithm="geometry")
-    if not interface.flat:
-        _put_pressure(rubber, interface)
-        if rubber.bounds.y_min > -1e-6 * rubber.length:  # half a block
-            rubber, interface = _with_mirror_image(rubber, interface)
-            undeformed[0, 1] = -undeformed[1, 1]
-    ice_files = field_parts(directory, "ice")
-    ice = None
-    if ice_files:
-        grid = pv.merge([_read(part) for part in ice_files[number][1]])
-        # just inside the cells, whose faces lie in the plane of symmetry itself
-        inside = (0.0, 1e-6 * grid.length, 0.0)
-        section = (
-            grid.extract_surface(algorithm="geometry")
-            if interface.flat
-            else grid.slice("y", origin=inside)
-        )
-        ice = section.triangulate()
-    return Snapshot(time, rubber, interface, ice, undeformed)
+def _ice_section(parts: list[Path], flat: bool) -> pv.PolyData:
+    """Triangles of the ice in the plane y = 0."""
+    grid = pv.merge([_read(part) for part in parts])
+    if flat:
+        return grid.extract_surface(algorithm="geometry").triangulate()
+    # just inside the cells, whose faces lie in the plane of symmetry itself
+    return grid.slice("y", origin=(0.0, 1e-6 * grid.length, 0.0)).triangulate()
 
 
 def _read_linear(path: Path) -> pv.UnstructuredGrid:

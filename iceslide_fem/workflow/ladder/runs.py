@@ -19,7 +19,8 @@ import tomlkit
 
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.mesh.size import check_memory, shortage
-from iceslide_fem.postprocess.results import Run, differences, read_run
+from iceslide_fem.postprocess.results import Run, read_run
+from iceslide_fem.postprocess.results.run_directory import largest_and_rms
 from iceslide_fem.run.rungs import MODELS, SIDEWAYS, Rung, fineness, on_rung, rung_name
 from iceslide_fem.run.simplifications import Simplifications, simplifications
 from iceslide_fem.runtime.errors import SimulationStopped
@@ -184,8 +185,7 @@ def compared(outcomes: Sequence[RungResult]) -> list[RungResult]:
     result = []
     for outcome in outcomes:
         if outcome.run is not None:
-            change = differences(outcome.run, finest.run)
-            largest, rms = float(np.abs(change).max()), float(np.sqrt(np.mean(change**2)))
+            largest, rms = largest_and_rms(outcome.run, finest.run)
             outcome = outcome._replace(largest=largest, rms=rms)
         result.append(outcome)
     return result
