@@ -134,3 +134,10 @@ def test_the_page_for_contributors_has_the_folders_from_the_ground_up():
 
 def test_few_modules_stand_beside_the_folders():
     assert len(list(PACKAGE.glob("[!_]*.py"))) <= 6
+
+
+def test_one_step_is_read_from_few_files():
+    text = (PACKAGE.parent / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    named = re.findall(r"^\d+\. `([a-z_/]+\.py)`", text, flags=re.MULTILINE)
+    lines = [len((PACKAGE / name).read_text(encoding="utf-8").splitlines()) for name in named]
+    assert 10 <= len(named) <= 14 and sum(lines) <= 3000

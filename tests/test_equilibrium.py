@@ -173,9 +173,9 @@ def test_loads_are_answered_line_by_line_at_once():
     equations.residual()
     equations.linearise()
     bordered = system.tangent
-    load = np.random.default_rng(1).random(bordered._nodes.n_loads)
-    load[:-1][bordered._nodes._fixed] = 0.0
-    parts = bordered._nodes.parts(load)
+    load = np.random.default_rng(1).random(bordered.nodes.n_loads)
+    load[:-1][bordered.nodes.fixed] = 0.0
+    parts = bordered.nodes.parts(load)
     assert len(parts) == contact_nodes.PARTS
     np.testing.assert_allclose(parts @ parts.T, np.eye(len(parts)), atol=1e-12)
     np.testing.assert_allclose((parts @ load) @ parts, load, atol=1e-12)
@@ -184,13 +184,13 @@ def test_loads_are_answered_line_by_line_at_once():
     loads = np.vstack([parts, on_plate])
     alone = []
     for one in loads:
-        bordered._load.array[:] = 0.0
-        bordered._load.array[bordered._nodes.own] = bordered._nodes.on_own(one)
-        alone.append(bordered._solved(one[-1]))
-    answers = bordered._response(loads)
+        bordered.load_vector.array[:] = 0.0
+        bordered.load_vector.array[bordered.nodes.own] = bordered.nodes.on_own(one)
+        alone.append(bordered.solved(one[-1]))
+    answers = bordered.response(loads)
     np.testing.assert_allclose(answers, alone, atol=1e-9 * np.abs(answers).max())
     size = np.abs(alone[:1]).max(initial=0.0)
-    np.testing.assert_allclose(bordered._response(loads[:1]), alone[:1], atol=1e-9 * size)
+    np.testing.assert_allclose(bordered.response(loads[:1]), alone[:1], atol=1e-9 * size)
 
 
 @pytest.mark.three

@@ -191,9 +191,27 @@ def test_heights_where_two_roots_are_about_to_merge():
     ).T
     equation = height.HeightEquation(start, *parts)
     y, inverse = height.log_height_of(equation)
-    residual, slope, _ = equation.derivatives(y, equation.terms(y))
-    assert (np.abs(residual) <= 1e-12).all()
+    assert (np.abs(equation.residual(y)) <= 1e-12).all()
     np.testing.assert_allclose(inverse, np.exp(-y))
+
+
+def test_the_derivatives_are_those_of_the_equation():
+    rng = np.random.default_rng(5)
+    y, n = np.log(rng.uniform(2e-8, 1e-6, 200)), 200
+    rates = rng.uniform(0.0, 1e13, n), rng.uniform(0.0, 1e-7, n), rng.uniform(0.0, 1e-14, n)
+    equation = height.HeightEquation(y + rng.uniform(-0.1, 0.1, n), *rates, rng.uniform(0, 1e-7, n))
+    value, slope, curve = equation.derivatives(y, equation.terms(y))
+    np.testing.assert_allclose(value, equation.residual(y), rtol=1e-9, atol=1e-12)
+    before, after = (equation.residual(y + step) for step in (-1e-4, 1e-4))
+    plain = slope > 0.1  # it is bounded from below
+    smooth = plain & (
+        np.diff([equation.terms(y + step).full for step in (-1e-4, 1e-4)], axis=0)[0] == 0
+    )
+    smooth &= np.diff([equation.terms(y + step).melts for step in (-1e-4, 1e-4)], axis=0)[0] == 0
+    assert smooth.sum() > 100
+    np.testing.assert_allclose(((after - before) / 2e-4)[smooth], slope[smooth], rtol=1e-5)
+    second = (after - 2.0 * value + before) / 1e-8
+    np.testing.assert_allclose(second[smooth], curve[smooth], rtol=1e-2, atol=1e-3)
 
 
 def test_an_equation_that_is_none_has_no_height():

@@ -14,7 +14,7 @@ from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance  # noqa: E402
 from iceslide_fem.film.law import FilmStage, Surface, implicit_stage  # noqa: E402
 from iceslide_fem.film.loads import FilmLoads, FilmOnIce  # noqa: E402
-from iceslide_fem.interface import build, ice_balance, ice_surface  # noqa: E402
+from iceslide_fem.interface import heat_models, ice_balance, ice_surface  # noqa: E402
 from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumnsUnderPoints  # noqa: E402
 from iceslide_fem.interface.ice_conduction import StageSurface  # noqa: E402
@@ -244,11 +244,11 @@ def test_modes_diagonalise_the_matrices_that_dolfinx_assembles(model):
         for axis in range(dim)
     )
     n = ice.grid.n_nodes
-    along = ice._modes.values(np.eye(n).reshape(n, *ice.grid.shape)).reshape(n, n)
-    vectors = np.kron(along, column._modes[::-1].T)
+    along = ice.modes.values(np.eye(n).reshape(n, *ice.grid.shape)).reshape(n, n)
+    vectors = np.kron(along, column.modes[::-1].T)
     unit, rates = vectors @ capacity @ vectors.T, vectors @ conduction @ vectors.T
     np.testing.assert_allclose(unit, np.eye(len(unit)), atol=1e-9)
-    expected = np.moveaxis(ice._rates, 0, -1).ravel()
+    expected = np.moveaxis(ice.rates, 0, -1).ravel()
     np.testing.assert_allclose(rates, np.diag(expected), atol=1e-9 * expected.max())
 
 
@@ -273,9 +273,9 @@ def test_a_film_is_asked_no_more_than_its_ice_needs(melts):
     assert film.times == (2 if melts else 1)
     assert stage.melting.any() == melts
     below = ice.surface_temperature(heat_state)
-    given = np.minimum(flux, (MELTING_TEMPERATURE - below) / ice._interface_resistance)
+    given = np.minimum(flux, (MELTING_TEMPERATURE - below) / ice.interface_resistance)
     np.testing.assert_allclose(stage.ice_flux, given, atol=1e-2 * flux.max())
-    dry = below + ice._interface_resistance * flux
+    dry = below + ice.interface_resistance * flux
     np.testing.assert_allclose(stage.dry_temperature, dry, atol=1e-6)
 
 
@@ -360,7 +360,7 @@ def test_what_is_balanced_is_what_ice_takes(shape, conducts):
     stage = StageSurface(rng.uniform(269.0, 272.0, shape), resistance)
     heat, fall, other, other_fall = rng.uniform(0.0, 3.0, (4, n)) * area * 1e5
     fluxes = np.column_stack([heat, fall, heat + 0.3 * other, 4.0 * other_fall])
-    shared = surface._points.of_all(fluxes[mine])
+    shared = surface.points.of_all(fluxes[mine])
     assert shared.shape == (n, 4)
     before = stage.offset + rng.uniform(0.0, 1.0, shape)
     inside = surface.inside(stage)
@@ -378,7 +378,7 @@ def test_what_is_balanced_is_what_ice_takes(shape, conducts):
     there = np.column_stack([one, fluxes[mine, 1], two, fluxes[mine, 3]])
     kinked = two < one  # the line that is lower where they are asked comes first
     there[kinked] = there[kinked][:, [2, 3, 0, 1]]
-    shared = surface._points.of_all(there)
+    shared = surface.points.of_all(there)
     again = surface.balanced(inside, shared, found.temperature, 1e-6)
     assert again.converged and again.changes == 0
     with pytest.raises(NotConverged):
@@ -429,7 +429,7 @@ def test_stages_settle_with_the_link_and_agreement_of_a_tolerance(tolerance, mon
     """Also where a stiff link lets rounding grow: the agreement does not ask for more."""
     monkeypatch.setattr(ice_balance, "MAX_ITERATIONS", 30)  # a stalled balance takes all of them
     ice, points, _ = some_ice(
-        "slice", 0.5, build.INTERFACE_RESISTANCE * tolerance, build.agreement(tolerance)
+        "slice", 0.5, heat_models.INTERFACE_RESISTANCE * tolerance, heat_models.agreement(tolerance)
     )
     heat_state = ice.initial(0)
     for _ in range(3):

@@ -456,10 +456,10 @@ def test_probes_of_a_known_field(model):
     motion = SimpleNamespace(velocity=3.0 * rubber.u.x.array)
     sliding = SimpleNamespace(current=SimpleNamespace(motion=motion, time=1e-3))
     probes = Probes(block)
-    probes._touch = False  # there is no film yet
-    contact = [probe.contact for probe in probes._probes]
+    probes.touches_ice = False  # there is no film yet
+    contact = [probe.contact for probe in probes.places]
     assert WORLD.allreduce(contact[2] is not None) == 1 and contact[:2] == [None, None]
-    probes._probes = [probe._replace(contact=None) for probe in probes._probes]
+    probes.places = [probe._replace(contact=None) for probe in probes.places]
     rows = probes.rows(sliding, None)
     assert len(rows) == (3 if WORLD.rank == 0 else 0)
     F = np.eye(3)

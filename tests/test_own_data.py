@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from iceslide_fem.film import conditions, law
+from iceslide_fem.film import conditions, law, loads
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
@@ -82,8 +82,8 @@ def test_the_closed_form_flux_is_that_of_the_given_ice():
     ice = HalfSpace(np.array([267.0]), DURATION, solid)
     heat_state = ice.initial(1)
     for _ in range(20):
-        stage_film = law.FilmOnIce(
-            law.implicit_stage, np.log([70e-9]), np.zeros(1), 1e-4, loads(1e6)
+        stage_film = loads.FilmOnIce(
+            law.implicit_stage, np.log([70e-9]), np.zeros(1), 1e-4, loads_of(1e6)
         )
         heat_state, stage = ice.stage(heat_state, 1e-4, stage_film)
     expected = 1.0 * 4.0 / np.sqrt(np.pi * solid.diffusivity * 2e-3)
@@ -91,10 +91,10 @@ def test_the_closed_form_flux_is_that_of_the_given_ice():
     assert ice.surface_temperature(heat_state)[0] == pytest.approx(271.0, abs=1e-9)
 
 
-def loads(power):
+def loads_of(power):
     """Loads of a film of 70 nm that makes `power` (W/m2), and does not squeeze out."""
     one = np.ones(1)
-    return law.FilmLoads(power * 70e-9 * one, one, 0.0 * one, one)
+    return loads.FilmLoads(power * 70e-9 * one, one, 0.0 * one, one)
 
 
 def test_melting_starts_and_stays_at_the_temperature_given():
@@ -286,7 +286,7 @@ def test_the_viscosity_is_that_of_the_films_temperature(heated):
     def rate(t, x):
         T_f, _, (q_ice, q_rubber) = state(x)
         eta = np.interp(T_f, kelvin, values)
-        thinning = -law.squeeze_rate(1e5, D, eta) * np.exp(2.0 * x[0])
+        thinning = -loads.squeeze_rate(1e5, D, eta) * np.exp(2.0 * x[0])
         amplitudes = x[1 : 1 + modes], x[1 + modes :]
         return np.concatenate(
             [

@@ -83,8 +83,8 @@ def test_forces_and_tangent_are_the_derivatives_of_the_energy(model, way):
     x, u, self_contact = close(block), block.rubber.displacements, block.rubber.self_contact
     if way:  # where some of the points stick and others slip
         rub(block, way)
-        tied = self_contact._sticking(
-            self_contact._pressing(self_contact._positions(u)), self_contact._positions(u)
+        tied = self_contact.sticking_at(
+            self_contact.pressing_at(self_contact.deformed(u)), self_contact.deformed(u)
         )
         slips = slip(tied.springs.along, tied.bound, self_contact.penalty) > 0.0
         assert 0.2 < slips.mean() < 0.8
@@ -149,9 +149,9 @@ class Mirror:
 
     def __init__(self, self_contact, penalty):
         self._own, self._penalty, self._weights = (
-            self_contact._own,
+            self_contact.own_facets,
             penalty,
-            self_contact._half_area,
+            self_contact.half_area,
         )
         self._none = self_contact.stiffness(np.zeros((1 + self_contact.dofs.max(), 2)))
 
@@ -228,8 +228,8 @@ def test_an_even_pressure_passes_from_wall_to_wall(model, raised):
     u[x[:, 0] > 0.0, -1] = raised
     forces, even = np.zeros_like(u), np.zeros_like(u)
     self_contact.add_forces(u, forces)
-    own = self_contact._own
-    area = 2.0 * self_contact._half_area
+    own = self_contact.own_facets
+    area = 2.0 * self_contact.half_area
     consistent = np.zeros(own.nodes.shape)
     pressure = self_contact.penalty * overlap
     consistent[..., 0] = np.einsum("fqa,fq->fa", own.shape, area * pressure)
@@ -281,7 +281,7 @@ def test_walls_that_rub_keep_account(model):
         and (self_contact.stick_points.facet >= 0).all()
         and (self_contact.stick_points.bound > 0.0).all()
     )
-    area = self_contact._half_area.sum()  # of one of the two walls
+    area = self_contact.half_area.sum()  # of one of the two walls
     limit = 0.3 * overlap  # of the springs' length
     slid, work, before, warm = 0.0, 0.0, self_contact.energy(u), 0.0
     last = np.zeros_like(u)

@@ -10,11 +10,13 @@ import tomllib
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import tomlkit
+
 from iceslide_fem import __version__
 from iceslide_fem.app import form, line, point
 from iceslide_fem.app.form import checked_texts, scene_of, tables, texts_of
 from iceslide_fem.app.runs import Runs
-from iceslide_fem.app.snippets import run_lines, toml
+from iceslide_fem.app.snippets import run_lines
 from iceslide_fem.run.rungs import resolved
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.notes import notes
@@ -78,7 +80,7 @@ class Answers:
         scene = scene_of(texts)
         return {
             "notes": notes(scene),
-            "toml": toml(tables(texts)),
+            "toml": tomlkit.dumps(tables(texts)),
             "python": run_lines(tables(texts), str(self._runs.folder(scene))),
             "folder": str(self._runs.folder(scene)),
         }

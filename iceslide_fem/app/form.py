@@ -90,8 +90,14 @@ def _leaves(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Any
 
 
 def _field(key: str, field: Any) -> dict[str, Any]:
-    quantity = _quantity(field)
-    choices = _choices(key, field.annotation)
+    arms = (part for arm in get_args(field.annotation) for part in getattr(arm, "__metadata__", ()))
+    parts = (*field.metadata, *arms)
+    quantity = next((part for part in parts if isinstance(part, Quantity | RowsOf)), None)
+    if isinstance(quantity, RowsOf):
+        quantity = quantity.value
+    choices = list(COMPOUNDS) if key == "rubber.compound" else []
+    if get_origin(field.annotation) is Literal:
+        choices = [str(each) for each in get_args(field.annotation)]
     switch = field.annotation is bool
     return {
         "key": key,
@@ -103,24 +109,6 @@ def _field(key: str, field: Any) -> dict[str, Any]:
         "required": field.is_required(),
         "default": "" if field.is_required() else _default(field.default, quantity),
     }
-
-
-def _quantity(field: Any) -> Quantity | None:
-    parts = [*field.metadata, *(part for arm in get_args(field.annotation) for part in _parts(arm))]
-    found = next((part for part in parts if isinstance(part, Quantity | RowsOf)), None)
-    return found.value if isinstance(found, RowsOf) else found
-
-
-def _parts(arm: Any) -> tuple[Any, ...]:
-    return getattr(arm, "__metadata__", ())
-
-
-def _choices(key: str, annotation: Any) -> list[str]:
-    if key == "rubber.compound":
-        return list(COMPOUNDS)
-    if get_origin(annotation) is Literal:
-        return [str(each) for each in get_args(annotation)]
-    return []
 
 
 def _default(value: Any, quantity: Quantity | None) -> str:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import shlex
+from dataclasses import fields
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
@@ -13,12 +14,8 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from iceslide_fem.app.form import Texts
 from iceslide_fem.app.slider import Slider
 from iceslide_fem.film.doubts import WITHOUT_MELTING, partly_dry
-from iceslide_fem.preprocess.footprint.case import FootprintCase, PixelBox
-from iceslide_fem.preprocess.footprint.line import (
-    film_line,
-    gaussian_profile,
-    macroscopic_line,
-)
+from iceslide_fem.preprocess.footprint.case import FootprintCase, IceTemperature, Length, PixelBox
+from iceslide_fem.preprocess.footprint.line import film_line, gaussian_profile, macroscopic_line
 from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic, Source, State
 from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.tables import read_profile
@@ -33,19 +30,8 @@ from iceslide_fem.scene.units import Quantity
 POINTS = 540  # of a Gaussian profile
 THESIS = Macroscopic()
 
-Length = Annotated[float, Quantity("m", "1 mm", "5 m"), Number]
 Pressure = Annotated[float, Quantity("Pa", "0.1 bar", "100 bar"), Number]
-Speed = Annotated[float, Quantity("m/s", "0.001 m/s", "100 m/s"), Number]
-Share = Annotated[float, Quantity("", "0", "1"), Number]
-Slip = Annotated[float, Quantity("", "1e-9", "1"), Number]
-Friction = Annotated[float, Quantity("", "0.001", "2"), Number]
-IceTemperature = Annotated[float, Quantity("K", "-80 degC", "-0.001 degC"), Number]
-AirTemperature = Annotated[float, Quantity("K", "-80 degC", "60 degC"), Number]
-Time = Annotated[float, Quantity("s", "1 us", "1000 s"), Number]
-Depth = Annotated[float, Quantity("m", "1 um", "1 m"), Number]
 Conductivity = Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "1000 W/m/K"), Number]
-Density = Annotated[float, Quantity("kg/m^3", "1 kg/m^3", "30000 kg/m^3"), Number]
-HeatCapacity = Annotated[float, Quantity("J/kg/K", "1 J/kg/K", "100000 J/kg/K"), Number]
 
 
 class LineCase(BaseModel):
@@ -68,18 +54,22 @@ class LineCase(BaseModel):
     max_pressure: Pressure = 4.0 * BAR
     legend: PixelBox | None = None
     crop: PixelBox | None = None
-    row: Share = 0.5
-    speed: Speed = THESIS.speed
-    slip: Slip = THESIS.slip
-    static_friction: Friction = THESIS.static_friction
+    row: Annotated[float, Quantity("", "0", "1"), Number] = 0.5
+    speed: Annotated[float, Quantity("m/s", "0.001 m/s", "100 m/s"), Number] = THESIS.speed
+    slip: Annotated[float, Quantity("", "1e-9", "1"), Number] = THESIS.slip
+    static_friction: Annotated[float, Quantity("", "0.001", "2"), Number] = THESIS.static_friction
     ice_temperature: IceTemperature = THESIS.ice_temperature
-    air_temperature: AirTemperature | None = None
+    air_temperature: Annotated[float, Quantity("K", "-80 degC", "60 degC"), Number] | None = None
     source: Source = THESIS.source
-    time: Time = THESIS.time
-    depth: Depth = THESIS.depth
+    time: Annotated[float, Quantity("s", "1 us", "1000 s"), Number] = THESIS.time
+    depth: Annotated[float, Quantity("m", "1 um", "1 m"), Number] = THESIS.depth
     ice_conductivity: Conductivity = THESIS.ice.conductivity
-    ice_density: Density = THESIS.ice.density
-    ice_heat_capacity: HeatCapacity = THESIS.ice.heat_capacity
+    ice_density: Annotated[float, Quantity("kg/m^3", "1 kg/m^3", "30000 kg/m^3"), Number] = (
+        THESIS.ice.density
+    )
+    ice_heat_capacity: Annotated[float, Quantity("J/kg/K", "1 J/kg/K", "100000 J/kg/K"), Number] = (
+        THESIS.ice.heat_capacity
+    )
     tread_conductivity: Conductivity = THESIS.tread.conductivity
     water_conductivity: Conductivity = THESIS.water_conductivity
     film_law: Literal["no", "yes"] = "no"
@@ -135,16 +125,21 @@ class LineCase(BaseModel):
     def pressures(self) -> tuple[Array, float]:
         """All rows of the picture (ny, nx), Pa, and the length of a pixel (m)."""
         assert self.image is not None
+        changed = self.image.stat().st_mtime
         return _pressures(
-            _Picture(
-                self.image,
-                self.image.stat().st_mtime,
-                self.length,
-                self.max_pressure,
-                self.legend,
-                self.crop,
-            )
+            self.image, changed, self.length, self.max_pressure, self.legend, self.crop
         )
+
+
+@lru_cache(maxsize=4)
+def _pressures(
+    image: Path, changed: float, length: float, max_pressure: float, legend: Any, crop: Any
+) -> tuple[Array, float]:
+    """Pressures of a picture that was `changed` then; a line does not see its width."""
+    values = {"image": image, "length": length, "width": length, "max_pressure": max_pressure}
+    case = FootprintCase.of(values | {"legend": legend, "crop": crop})
+    found = read_footprint(case).pressure_map
+    return found.pressure, found.dx
 
 
 KEYS = list(LineCase.model_fields)
@@ -163,9 +158,8 @@ def _slider(
     """A slider that begins where the case does; of a key without a value, with the ice."""
     default = LineCase.model_fields[key].default
     start = THESIS.ice_temperature if default is None else default
-    return Slider(
-        key, label, unit, scale, low, high, float(f"{(start - shift) / scale:.12g}"), log, shift
-    )
+    shown = float(f"{(start - shift) / scale:.12g}")
+    return Slider(key, label, unit, scale, low, high, shown, log, shift)
 
 
 T_0 = ZERO_CELSIUS
@@ -188,35 +182,29 @@ SLIDERS = (
     _slider("tread_conductivity", "tread: conductivity", "W/m/K", 1.0, 0.05, 1.0, False),
     _slider("water_conductivity", "water: conductivity", "W/m/K", 1.0, 0.1, 2.0, False),
 )
-EMPTY_AT_FIRST = ("air_temperature",)
-OF_GAUSSIAN = ("length", "peak", "sigma")
-OF_FILE = ("file",)
 OF_PICTURE = ("length", "image", "max_pressure", "legend", "crop", "row")
-OF_NEXT_PIXEL = ("time",)
-TEXTS = (
-    ("file", "profile (CSV: x_mm, pressure_bar)"),
-    ("image", "picture of a footprint (file on this machine)"),
-    ("legend", "box of its colour bar: LEFT,TOP,RIGHT,BOTTOM"),
-    ("crop", "box of the footprint: LEFT,TOP,RIGHT,BOTTOM"),
-)
-CHOICES = (
-    ("profile", "pressure along the line", ("gaussian", "file", "picture")),
-    ("source", "heat comes from", ("next pixel", "moving")),
-    ("film_law", "film law along the line", ("no", "yes")),
-)
 
 
 def described() -> dict[str, Any]:
     """What the page needs to make the fields."""
     return {
         "sliders": [slider.described() for slider in SLIDERS],
-        "texts": TEXTS,
-        "choices": CHOICES,
-        "empty": EMPTY_AT_FIRST,
-        "gaussian": OF_GAUSSIAN,
-        "file": OF_FILE,
+        "texts": [
+            ("file", "profile (CSV: x_mm, pressure_bar)"),
+            ("image", "picture of a footprint (file on this machine)"),
+            ("legend", "box of its colour bar: LEFT,TOP,RIGHT,BOTTOM"),
+            ("crop", "box of the footprint: LEFT,TOP,RIGHT,BOTTOM"),
+        ],
+        "choices": [
+            ("profile", "pressure along the line", ("gaussian", "file", "picture")),
+            ("source", "heat comes from", ("next pixel", "moving")),
+            ("film_law", "film law along the line", ("no", "yes")),
+        ],
+        "empty": ["air_temperature"],
+        "gaussian": ["length", "peak", "sigma"],
+        "file": ["file"],
         "picture": OF_PICTURE,
-        "next_pixel": OF_NEXT_PIXEL,
+        "next_pixel": ["time"],
     }
 
 
@@ -270,44 +258,22 @@ def curves(texts: Texts) -> dict[str, Any]:
     }
 
 
-class _Picture(NamedTuple):
-    """What decides how a picture is read; `changed` when the file was."""
-
-    image: Path
-    changed: float
-    length: float
-    max_pressure: float
-    legend: Any
-    crop: Any
-
-
-@lru_cache(maxsize=4)
-def _pressures(picture: _Picture) -> tuple[Array, float]:
-    """Pressures (ny, nx) of the picture, Pa, and the length of a pixel (m)."""
-    case = FootprintCase.of(
-        {name: value for name, value in picture._asdict().items() if name != "changed"}
-        | {"width": picture.length}  # which a line does not see
-    )
-    found = read_footprint(case).pressure_map
-    return found.pressure, found.dx
-
-
 def _command(case: LineCase) -> str:
     """The command line that computes the same line; its model by the other source comes along."""
-    p, ice, tread = case.parameters, case.parameters.ice, case.parameters.tread
+    p = case.parameters
     words: dict[str, object] = {}
     source = ""
     if case.profile == "gaussian":
-        words["gaussian"] = f"{case.length!r},{case.peak!r},{case.sigma!r}"
+        words["gaussian"] = _joined(case.length, case.peak, case.sigma)
     elif case.profile == "file":
         words["line"] = case.file
     else:
         source = f" {shlex.quote(str(case.image))}"
-        rows = len(case.pressures()[0])
         words |= {"length": case.length, "width": case.length, "max-pressure": case.max_pressure}
         boxes = {"legend": case.legend, "crop": case.crop}
-        words |= {name: ",".join(map(str, box)) for name, box in boxes.items() if box}
-        words["row"] = rows - 1 - round(case.row * (rows - 1))
+        words |= {name: _joined(*box) for name, box in boxes.items() if box}
+        last = len(case.pressures()[0]) - 1
+        words["row"] = last - round(case.row * last)
     words |= {"speed": p.speed, "temperature": p.ice_temperature}
     if p.source == "next pixel":
         words |= {"thesis-slip": p.slip, "thesis-time": p.time}
@@ -315,84 +281,62 @@ def _command(case: LineCase) -> str:
         words["slip"] = p.slip
     if p.air_temperature is not None:
         words["air-temperature"] = p.air_temperature
-    words |= {"static-friction": p.static_friction, "depth": p.depth}
-    words["ice-material"] = ",".join(map(repr, (ice.conductivity, ice.density, ice.heat_capacity)))
-    words["tread-material"] = ",".join(
-        map(repr, (tread.conductivity, tread.density, tread.heat_capacity))
-    )
-    words["water-conductivity"] = p.water_conductivity
+    words |= {
+        "static-friction": p.static_friction,
+        "depth": p.depth,
+        "ice-material": _joined(*p.ice[:3]),
+        "tread-material": _joined(*p.tread[:3]),
+        "water-conductivity": p.water_conductivity,
+    }
     options = (f"    --{name} {shlex.quote(str(value))}" for name, value in words.items())
     return " \\\n".join([f"iceslide footprint{source}", *options])
 
 
+def _joined(*values: float) -> str:
+    return ",".join(map(repr, values))
+
+
 def _lines(case: LineCase) -> str:
     """Lines of Python that compute the same line."""
-    p = case.parameters
-    given = "\n".join(f"    {name}={getattr(p, name)!r}," for name in _PLAIN)
+    before, other, names = "", "", "macroscopic_line"
     if case.profile == "gaussian":
+        names = "gaussian_profile, macroscopic_line"
         pressure = (
             f"x, pressure = gaussian_profile({case.length!r}, {case.peak!r}, {POINTS}, "
             f"{case.sigma!r})\ndx = x[1] - x[0]"
         )
-        imports = (
-            "from iceslide_fem.preprocess.footprint.line import gaussian_profile, macroscopic_line"
-        )
     elif case.profile == "file":
+        before = "from pathlib import Path\n\n"
+        other = "from iceslide_fem.preprocess.footprint.tables import read_profile\n"
         pressure = (
             f"profile = read_profile(Path({str(case.file)!r}))\n"
             "pressure, dx = profile.pressure, profile.dx"
         )
-        imports = "from pathlib import Path\n\n"
-        imports += "from iceslide_fem.preprocess.footprint.line import macroscopic_line"
     else:
-        names = ("length", "max_pressure", "legend", "crop")
-        options = {name: getattr(case, name) for name in names if getattr(case, name) is not None}
-        options = {"image": str(case.image), "width": case.length} | {
-            name: ",".join(map(str, value)) if isinstance(value, tuple) else value
-            for name, value in options.items()
-        }
+        before = "from iceslide_fem.preprocess.footprint.case import FootprintCase\n"
+        other = "from iceslide_fem.preprocess.footprint.reading import read_footprint\n"
+        options = {"image": str(case.image), "length": case.length, "width": case.length}
+        options |= {"max_pressure": case.max_pressure}
+        boxes = {"legend": case.legend, "crop": case.crop}
+        options |= {name: _joined(*box) for name, box in boxes.items() if box}
         pressure = (
             f"footprint = read_footprint(FootprintCase.of({options!r})).pressure_map\n"
             f"pressure = footprint.pressure[round({case.row!r} * (len(footprint.pressure) - 1))]\n"
             "dx = footprint.dx"
         )
-        imports = (
-            "from iceslide_fem.preprocess.footprint.case import FootprintCase\n"
-            "from iceslide_fem.preprocess.footprint.line import macroscopic_line"
-        )
-    imports += "\nfrom iceslide_fem.preprocess.footprint.macroscopic import Macroscopic"
-    if case.profile == "file":
-        imports += "\nfrom iceslide_fem.preprocess.footprint.tables import read_profile"
-    if case.profile == "picture":
-        imports += "\nfrom iceslide_fem.preprocess.footprint.reading import read_footprint"
+    p = case.parameters
+    values = {field.name: repr(getattr(p, field.name)) for field in fields(p)}
+    values |= {"ice": f"Solid{p.ice[:3]}", "tread": f"Solid{p.tread[:3]}"}
+    given = "\n".join(f"    {name}={value}," for name, value in values.items())
     return f"""\
-{imports}
-from iceslide_fem.scene.materials import Solid
+{before}from iceslide_fem.preprocess.footprint.line import {names}
+from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic
+{other}from iceslide_fem.scene.materials import Solid
 
 {pressure}
 parameters = Macroscopic(
 {given}
-    ice={_solid(p.ice)},
-    tread={_solid(p.tread)},
 )
 line = macroscopic_line(pressure, dx, parameters)
 print(line.mu_mean)
 """
-
-
-_PLAIN = (
-    "speed",
-    "slip",
-    "static_friction",
-    "ice_temperature",
-    "air_temperature",
-    "source",
-    "time",
-    "depth",
-    "water_conductivity",
-    "effusivity",
-)
-
-
-def _solid(solid: Solid) -> str:
-    return f"Solid({solid.conductivity!r}, {solid.density!r}, {solid.heat_capacity!r})"

@@ -9,10 +9,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import tomlkit
 
 from iceslide_fem.app.form import Texts, scene_of, tables
 from iceslide_fem.app.slider import Slider
-from iceslide_fem.app.snippets import map_lines, point_lines, toml
+from iceslide_fem.app.snippets import map_lines, point_lines
 from iceslide_fem.film.conditions import ice_model, scene_conditions
 from iceslide_fem.film.point import Conditions, PointResult, simulate
 from iceslide_fem.output.table import HistoryRow
@@ -37,15 +38,7 @@ SLIDERS = (
 CONSTANTS = ("film.k", "film.D", "film.H_V")
 # Where k, D and H_V come from: the compound's table, the three sliders, a file.
 CONTACTS = ("compound B", "constants", "table")
-NUMBERS = (
-    "mu_mean",
-    "mu_peak",
-    "mu_peak_time_s",
-    "mu_end",
-    "melt_onset_s",
-    "saturation_s",
-    "steps",
-)
+NUMBERS = "mu_mean mu_peak mu_peak_time_s mu_end melt_onset_s saturation_s steps".split()
 QUANTITIES = {"mu_mean": "mean μ", "mu_peak": "peak μ", "mu_end": "μ at the end"}
 # Names of the sliders among the conditions of a point.
 CONDITIONS = {
@@ -91,7 +84,7 @@ def curves(texts: Texts) -> dict[str, Any]:
         "numbers": {name: results[name] for name in NUMBERS},
         "values": _values(scene),
         "notes": [*notes(scene), *results["warnings"]],
-        "toml": toml(tables(given)),
+        "toml": tomlkit.dumps(tables(given)),
         "python": point_lines(tables(given)),
     }
 
@@ -164,9 +157,10 @@ def _slider(key: str, texts: Texts) -> Slider:
 
 def _series(scene: Scene, rows: list[HistoryRow]) -> dict[str, list[float]]:
     """Curves over the rows of a history; fluxes (W/m2) are means over each step, at its middle."""
-    table = {name: np.array([getattr(row, name) for row in rows]) for name in _DRAWN}
-    area = scene.rubber.length * scene.rubber.width
+    columns = map(np.array, zip(*rows, strict=True))
+    table = dict(zip(rows[0]._fields, columns, strict=True))
     step = np.diff(table["time_s"])
+    passed = scene.rubber.length * scene.rubber.width * step
     curves: dict[str, Array] = {
         "time": 1e3 * table["time_s"],
         "mu": table["mu"],
@@ -174,21 +168,10 @@ def _series(scene: Scene, rows: list[HistoryRow]) -> dict[str, list[float]]:
         "squeezed": 1e9 * table["squeezed_height_m"],
         "temperature": table["surface_temperature_C"],
         "middle": 1e3 * (table["time_s"][:-1] + 0.5 * step),
-        "friction_flux": np.diff(table["friction_work_J"]) / (area * step),
-        "ice_flux": np.diff(table["ice_heat_J"]) / (area * step),
+        "friction_flux": np.diff(table["friction_work_J"]) / passed,
+        "ice_flux": np.diff(table["ice_heat_J"]) / passed,
     }
     return {name: values.tolist() for name, values in curves.items()}
-
-
-_DRAWN = (
-    "time_s",
-    "mu",
-    "film_height_m",
-    "squeezed_height_m",
-    "surface_temperature_C",
-    "friction_work_J",
-    "ice_heat_J",
-)
 
 
 def _closed_form(scene: Scene) -> dict[str, list[float]]:
@@ -202,14 +185,5 @@ def _closed_form(scene: Scene) -> dict[str, list[float]]:
 
 def _values(scene: Scene) -> dict[str, float]:
     """SI values at which the sliders stand; k, D and H_V as they hold at the pressure."""
-    k, D, H_V, _ = scene.contact_parameters(scene.load.pressure)
-    return {
-        "load.pressure": scene.load.pressure,
-        "load.speed": scene.load.speed,
-        "ice.temperature": scene.ice.temperature,
-        "film.k": float(k),
-        "film.D": float(D),
-        "film.H_V": float(H_V),
-        "film.initial_height": scene.initial_height,
-        "load.duration": scene.load.duration,
-    }
+    here = scene_conditions(scene)._asdict() | {"duration": [scene.load.duration]}
+    return {key: float(here[name][0]) for key, name in CONDITIONS.items()}

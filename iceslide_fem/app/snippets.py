@@ -1,21 +1,15 @@
-"""What reproduces a picture of the page elsewhere: a scene file, lines of Python."""
+"""What reproduces a picture of the page elsewhere: lines of Python."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from pprint import pformat
+from textwrap import indent
 from typing import Any
-
-import tomlkit
 
 from iceslide_fem.app.slider import Slider
 
 Tables = Mapping[str, Any]
-
-
-def toml(tables: Tables) -> str:
-    """A scene file of the nested `tables`."""
-    return tomlkit.dumps(tables)
 
 
 def point_lines(tables: Tables) -> str:
@@ -78,11 +72,8 @@ summary = run(scene, {out!r})
 
 
 def _scene(tables: Tables) -> str:
-    return f"scene = scene_from_dict(\n{_indented(pformat(dict(tables), sort_dicts=False))}\n)"
-
-
-def _indented(text: str) -> str:
-    return "\n".join("    " + line for line in text.splitlines())
+    given = indent(pformat(dict(tables), sort_dicts=False), "    ")
+    return f"scene = scene_from_dict(\n{given}\n)"
 
 
 def _values(slider: Slider, count: int) -> str:

@@ -1,4 +1,8 @@
-"""The film's height at the end of an implicit stage: an equation of ln h, and its root."""
+"""The film's height at the end of an implicit stage: an equation of ln h, and its root.
+
+`HeightEquation.residual` is the equation. `log_height_of` finds its root by Halley's method, and
+where that does not converge by Newton's method within a bracket, at last by bisection.
+"""
 
 from __future__ import annotations
 
@@ -25,32 +29,13 @@ _DOUBLINGS, _HALVINGS = 6, 60
 _ONE_ROOT, _NARROW = 1.0, 0.18
 
 
-class Terms(NamedTuple):
-    """What the equation consists of at some height.
-
-    inverse: 1/h (1/m); squeeze_out: squeezing h^2; filling: room / h; gain: heating / h (J/m3 over
-    rho L); full, melts: where the free volume is full and the ice melts.
-    """
-
-    inverse: Array
-    squeeze_out: Array
-    filling: Array
-    gain: Array
-    full: Mask
-    melts: Mask
-
-    def take(self, index: Index) -> Terms:
-        """The terms at the points of `index`."""
-        parts: tuple[Any, ...] = self
-        return Terms(*(part[index] for part in parts))
-
-
 class HeightEquation(NamedTuple):
-    """The equation of ln h in an implicit stage, at every point; arrays (n,).
+    """The equation of y = ln h in an implicit stage, at every point; arrays (n,).
 
-    y - start + min(squeezing h^3, room) / h - melted / h = 0 with y = ln h and melted =
-    max(heating / h - cooling, 0); heating and cooling in J/m2 over rho L. The residual falls to
-    minus infinity with y and rises to infinity with it.
+        y - start + min(squeezing h^3, room) / h - max(heating / h - cooling, 0) / h = 0
+
+    What is squeezed out is at most the `room` (m) in the free volume; heating (J/m) and cooling
+    (J/m2) are over rho L. The left side falls to minus infinity with y and rises to infinity.
     """
 
     start: Array
@@ -58,6 +43,13 @@ class HeightEquation(NamedTuple):
     room: Array
     heating: Array
     cooling: Array
+
+    def residual(self, y: Array) -> Array:
+        """The left side at ln h = y."""
+        h = np.exp(y)
+        squeezed = np.minimum(self.squeezing * h**3, self.room)
+        melted = np.maximum(self.heating / h - self.cooling, 0.0)
+        return np.asarray(y - self.start + (squeezed - melted) / h)
 
     def take(self, index: Index) -> HeightEquation:
         """The equation at the points of `index`."""
@@ -74,7 +66,10 @@ class HeightEquation(NamedTuple):
         )
 
     def derivatives(self, y: Array, terms: Terms) -> tuple[Array, Array, Array]:
-        """Residual and two derivatives, the first at least 0.1."""
+        """The residual and its first two derivatives, the first at least 0.1.
+
+        Arrays are reused: this is the innermost part of every step at a point.
+        """
         inverse, squeeze_out, filling, gain, full, melts = terms
         squeezed = np.minimum(squeeze_out, filling)
         melted = np.minimum(gain, self.cooling)
@@ -111,6 +106,26 @@ class HeightEquation(NamedTuple):
         np.minimum(curve, 0.5, out=curve)
         curve -= 1.0
         return np.divide(newton, curve, out=newton)
+
+
+class Terms(NamedTuple):
+    """What the equation consists of at some height.
+
+    inverse: 1/h (1/m); squeeze_out: squeezing h^2; filling: room / h; gain: heating / h (J/m3 over
+    rho L); full, melts: where the free volume is full and the ice melts.
+    """
+
+    inverse: Array
+    squeeze_out: Array
+    filling: Array
+    gain: Array
+    full: Mask
+    melts: Mask
+
+    def take(self, index: Index) -> Terms:
+        """The terms at the points of `index`."""
+        parts: tuple[Any, ...] = self
+        return Terms(*(part[index] for part in parts))
 
 
 def log_height_of(
@@ -189,7 +204,7 @@ def _bisected(equation: HeightEquation, low: Array, high: Array) -> Array:
     """A root between `low` and `high`, from where they are infinite sought further and further."""
 
     def above(y: Array) -> Mask:
-        return equation.derivatives(y, equation.terms(y))[0] >= 0.0
+        return np.asarray(equation.residual(y) >= 0.0)
 
     step = 1.0
     low, high = (np.where(np.isfinite(end), end, equation.start) for end in (low, high))

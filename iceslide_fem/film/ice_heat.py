@@ -114,7 +114,7 @@ class Column:
             self.rates, modes = eigh(conduction, capacity)
             self.rates[0] = 0.0  # uniform warmth does not decay: exactly, so that heat is conserved
             self._steady = self.temperature
-        self.surface, self._modes, self._capacity = modes[0], modes, capacity
+        self.surface, self.modes, self._capacity = modes[0], modes, capacity
         self.depths = node_depths(elements.thickness)
         self._storage = capacity.sum(axis=0) @ modes
 
@@ -153,7 +153,7 @@ class Column:
                 part = copy(self)
                 part._stage = None
                 part.rates, part.surface = fewer, surface @ modes
-                part._modes, part._storage = self._modes @ modes, self._storage @ modes
+                part.modes, part._storage = self.modes @ modes, self._storage @ modes
                 return part
         return self
 
@@ -237,7 +237,7 @@ class Column:
 
     def _above(self, heat_state: Array) -> Array:
         """Temperature (K) at the `depths` above the one without any heat state."""
-        return np.asarray(self._gain * ((self._modes * self.surface) @ heat_state))
+        return np.asarray(self._gain * ((self.modes * self.surface) @ heat_state))
 
     def saved(self, heat_state: Array) -> dict[str, Array]:
         """What checkpoints keep of a heat state: temperatures (..., n_points), without modes."""
@@ -248,7 +248,7 @@ class Column:
         rise = np.zeros((self.depths.size, saved["rise"].shape[-1]))
         rise[: len(saved["rise"])] = saved["rise"]
         rise -= self._steady - self.temperature
-        amplitudes = self._modes.T @ (self._capacity @ rise)
+        amplitudes = self.modes.T @ (self._capacity @ rise)
         return np.asarray(amplitudes / self.surface[:, None] / self._gain)
 
     def heat(self, heat_state: Array) -> Array:

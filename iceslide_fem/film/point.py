@@ -7,7 +7,6 @@ that the integrator keeps its order through both.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,12 +15,12 @@ from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import INTEGRATORS, Integrator, InterfaceState
-from iceslide_fem.film.loads import FilmLoads, interpolate
 from iceslide_fem.film.point_conditions import Conditions, Loading
-from iceslide_fem.film.point_events import Warmth, events, onset_below, until
+from iceslide_fem.film.point_events import Warmth, events
 from iceslide_fem.film.point_result import PointResult, Record, Tally
+from iceslide_fem.film.point_steps import SURFACE_EASE, AsGiven, ByError, Front, StepLengths
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberHeat
-from iceslide_fem.film.step_control import DRY, GROW_ALONE, StepControl, close_enough, step_factor
+from iceslide_fem.film.step_control import DRY, StepControl, close_enough
 from iceslide_fem.film.viscosity import temperature_scale
 from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.runtime.errors import SimulationStopped
@@ -33,18 +32,8 @@ EVENT_SHARE = 0.005
 # That of the half-space, whose flux jumps at the onset: mu turns there within a hundredth of the
 # time that it took, and so errors of that time count more, and errors of a dry film with them.
 JUMP = 0.2
-# So often a step is cut to where a straight line meets the event; then to a half at most.
-LINES = 2
-# Relative to the duration and to the tolerance.
-FIRST_STEP = 0.05
-# Local errors of surface temperatures count so many times less than those of mu: conduction takes
-# them away, and the heat that has come in has no part in them.
-SURFACE_EASE = 8.0
 # How closely ice by name answers with the modes that it is given, relative to the tolerance.
 CONDENSED = 0.005
-# The step after an event, relative to what the error asked for before.
-RESTART = 0.01
-SHORTEST_STEP = 1e-13  # of the duration
 
 
 def simulate(
@@ -81,16 +70,16 @@ def simulate(
     for name, value in positive.items():
         if value is not None and not value > 0.0:
             raise ValueError(f"{name} = {value:g} is not possible; allowed: more than 0")
-    n = conditions.pressure.size
     if water is not None:
         conditions = conditions._replace(viscosity=water(conditions.temperature))
+    n, duration = conditions.pressure.size, conditions.duration
     if loading is not None:
         conditions = loading.at(conditions, np.zeros(n))
     sample_times = np.asarray(times, dtype=float)
     if (np.diff(sample_times) < 0.0).any():
         raise ValueError("sample times must ascend")
     if isinstance(ice, str | Ground):
-        ice = ice_below(ice, conditions.temperature, conditions.duration, conditions.solid)
+        ice = ice_below(ice, conditions.temperature, duration, conditions.solid)
         ice = ice.condensed(CONDENSED * tolerance)
     if isinstance(ice, HalfSpace) and not isinstance(rubber, Insulated):
         raise ValueError(
@@ -98,114 +87,89 @@ def simulate(
             "the ice a flux that does not depend on the rubber; allowed with heat in the rubber: "
             "column"
         )
-    heat, slack, dry = ice, EVENT_SHARE * tolerance, DRY
+    heat, band, dry = ice, EVENT_SHARE * tolerance, DRY
     if isinstance(ice, HalfSpace):
-        slack, dry = JUMP * slack, dry / JUMP
-        heat = ice.late(slack)
-    state = InterfaceState(
-        np.log(conditions.initial_height),
-        np.zeros(n),
-        heat.initial(n),
-        rubber.initial(n),
-        np.zeros((0 if water is None else 1, n)),
-    )
-    loads, pressure, duration = conditions.loads(water), conditions.pressure, conditions.duration
-    here = conditions  # kept up only where there is a `loading`
-    undercooling = conditions.melting_temperature - conditions.temperature
-    scale = temperature_scale(SURFACE_EASE * undercooling, water)
-    warmth = Warmth(conditions.temperature, undercooling)
-    first = min(FIRST_STEP * tolerance, 0.01)
-    dt = first * duration if fixed_step is None else np.full(n, fixed_step)
+        band, dry = JUMP * band, dry / JUMP
+        heat = ice.late(band)
     # What goes round over a film's height in turn with another unknown wants it exactly.
     alone = fixed_step is None and water is None and isinstance(rubber, Insulated)
     close = close_enough(tolerance) if alone else CLOSE
     control = StepControl(method, tolerance if fixed_step is None else None, close, dry)
+    lengths: StepLengths = ByError(tolerance, loading)
+    if fixed_step is not None:
+        lengths = AsGiven(fixed_step)
 
-    def melting_now(state: InterfaceState, acting: FilmLoads) -> Array:
-        on_ice = heat.surface_temperature(state.ice)
-        heating = acting.viscous * acting.speed
-        return warmth(rubber.film_temperature(on_ice, state.rubber, heating, state))
-
-    # The conditions that still run, when, how warm they are, how far the next event is (s), and
-    # d ln h / dt.
-    active, time, warm = np.arange(n), np.zeros(n), melting_now(state, loads)
-    ahead, rate = np.full(n, np.inf), np.zeros(n)
-    if fixed_step is None:
-        power = loads.viscous * loads.speed / conditions.initial_height
-        # The error of the surface's temperature is about half its first rise, however short that.
-        onset = onset_below(power, undercooling, conditions.solid)
-        np.minimum(dt, (SURFACE_EASE * tolerance) ** 2 * onset, out=dt)
-    cuts = np.zeros(n, dtype=int)  # in a row
+    loads = conditions.loads(water)
+    undercooling = conditions.melting_temperature - conditions.temperature
+    front = Front(
+        active=np.arange(n),
+        time=np.zeros(n),
+        duration=duration,
+        dt=lengths.first(conditions, loads),
+        cuts=np.zeros(n, dtype=int),
+        ahead=np.full(n, np.inf),
+        warm=np.zeros(n),
+        rate=np.zeros(n),
+        scale=temperature_scale(SURFACE_EASE * undercooling, water),
+        warmth=Warmth(conditions.temperature, undercooling),
+        here=conditions,
+        loads=loads,
+        state=InterfaceState(
+            np.log(conditions.initial_height),
+            np.zeros(n),
+            heat.initial(n),
+            rubber.initial(n),
+            np.zeros((0 if water is None else 1, n)),
+        ),
+        ice=heat,
+        rubber=rubber,
+    )
+    front = front._replace(warm=front.melting_at(front.state, loads))
     tally = Tally(conditions, sample_times)
 
-    while active.size:
-        dt_try = np.minimum(np.minimum(dt, ahead), duration - time)
-        np.minimum(dt_try, max_step, out=dt_try)
-        pressure_after, last = pressure, loads
+    while front.active.size:
+        dt = front.length(max_step, loading)
+        here, last = front.here, front.loads
         if loading is not None:
-            dt_try = np.minimum(dt_try, loading.next_corner(time) - time)
-            ends = loading.at(here, time + dt_try)
-            pressure_after, last = ends.pressure, ends.loads(water)
-        step, good, wanted = control.trial(state, loads, last, dt_try, heat, scale, rubber, rate)
-        if loading is not None and fixed_step is None:
-            bent = _bend(loads, loading.at(here, time + 0.5 * dt_try).loads(), last)
-            good &= bent <= tolerance
-            wanted = np.minimum(wanted, dt_try * step_factor(bent / tolerance, 2, GROW_ALONE))
-        filled = state.squeezed_height / loads.free_height
-        event = events(step, warm, filled, last, warmth, slack)
-        across = event.across
-        if fixed_step is None:
-            # A step that was cut says nothing against a longer one. Across an event its error means
-            # nothing; behind it the solution has a kink that an estimate can overlook unless the
-            # steps grow from short ones again.
-            np.maximum(wanted, dt, out=wanted, where=good & (dt_try < dt))
-            begun = np.flatnonzero(event.melting | event.full)
-            wanted[begun] = RESTART * dt[begun]
-            wanted[across] = dt[across]
-            dt = wanted
-        good[across] = False
+            here = loading.at(here, front.time + dt)
+            last = here.loads(water)
+        state, models = front.state, (front.ice, front.scale, front.rubber)
+        trial = control.trial(state, front.loads, last, dt, *models, front.rate)
+        step, filled = trial.step, state.squeezed_height / front.loads.free_height
+        event = events(step, front.warm, filled, last, front.warmth, band)
+        good, following = lengths.judge(front, trial, event, dt, last)
         bad = np.flatnonzero(~good)
-        if fixed_step is None:
-            stuck = bad[dt[bad] < SHORTEST_STEP * duration[bad]]
-        else:
-            stuck = np.setdiff1d(bad, across)
-        _refuse(stuck, dt_try, pressure, loads, time)
+        _refuse(lengths.stuck(bad, event, front, following), dt, front)
         melting = event.melting | step.last.melting
         full = event.full | step.last.saturated
-        acting = last, step, melting, full, pressure_after, heat
-        record = Record(active, good, time, dt_try, *acting)
-        mu = tally.add(record, state, loads.viscous / pressure, here, loading)
+        acting = last, step, melting, full, here.pressure, front.ice
+        record = Record(front.active, good, front.time, dt, *acting)
+        factor = front.loads.viscous / front.here.pressure
+        mu = tally.add(record, state, factor, front.here, loading)
         if observe is not None and good.any():
             observe(record)
-        warm_after, reached = melting_now(step.state, last), time + dt_try
-        if fixed_step is None:
-            expected = until(step, warm, warm_after, state.squeezed_height, last, slack)
-        else:
-            expected = np.full_like(ahead, np.inf)
-        growth = step.change.log_height / step.stage_dt
-        for new, old in ((expected, ahead), (warm_after, warm), (reached, time), (growth, rate)):
+        warm, time = front.melting_at(step.state, last), front.time + dt
+        ahead = lengths.ahead(front, step, warm, last, band)
+        rate = step.change.log_height / step.stage_dt
+        for new, old in (
+            (ahead, front.ahead),
+            (warm, front.warm),
+            (time, front.time),
+            (rate, front.rate),
+        ):
             new[bad] = old[bad]
-        again = cuts[across] + 1
-        cuts[:] = 0
-        cuts[across] = again
-        fraction = np.where(again > LINES, np.minimum(event.fraction, 0.5), event.fraction)
-        expected[across] = fraction * dt_try[across]
-        ahead, warm, time, rate = expected, warm_after, reached, growth
+        ahead, cuts = front.cut(ahead, event, dt)
         state = taken(state, step.state, bad)
+        front = front._replace(
+            time=time, dt=following, cuts=cuts, ahead=ahead, warm=warm, rate=rate, state=state
+        )
         if loading is not None:
-            here = loading.at(here, time)
-            pressure, loads = here.pressure, here.loads(water)
-        running = time < duration * (1.0 - 1e-12)
+            here = loading.at(front.here, time)
+            front = front._replace(here=here, loads=here.loads(water))
+        running = time < front.duration * (1.0 - 1e-12)
         if not running.all():
             tally.finish(record, state, mu, running)
-            keep = np.flatnonzero(running)
-            active, time, dt, ahead, warm, rate, cuts, duration, pressure, scale = _at(
-                keep, active, time, dt, ahead, warm, rate, cuts, duration, pressure, scale
-            )
-            loads, state, warmth = loads.take(keep), state.take(keep), warmth.take(keep)
-            heat, rubber = heat.take(keep), rubber.take(keep)
-            if loading is not None:
-                here = here.take(keep)
+            front = front.take(np.flatnonzero(running))
     return tally.result
 
 
@@ -227,28 +191,12 @@ def taken(old: InterfaceState, new: InterfaceState, bad: Index) -> InterfaceStat
     return new
 
 
-def _at(index: Index, *parts: Any) -> Any:
-    """The parts at `index`."""
-    return (part.take(index, mode="clip") for part in parts)
-
-
-def _refuse(stuck: Index, tried: Array, pressure: Array, loads: FilmLoads, time: Array) -> None:
-    """Raise SimulationStopped if a step has failed that cannot be cut (any further)."""
+def _refuse(stuck: Index, dt: Array, front: Front) -> None:
+    """Raise SimulationStopped if a step of `dt` (s) has failed that cannot be shorter."""
     if stuck.size:
-        i = stuck[0]
+        i, pressure, speed = stuck[0], front.here.pressure, front.loads.speed
         raise SimulationStopped(
-            f"the film at {pressure[i]:.4g} Pa and {loads.speed[i]:.4g} m/s cannot be advanced "
-            f"beyond t = {time[i]:.4g} s: a step of {tried[i]:.2g} s is too long for this "
+            f"the film at {pressure[i]:.4g} Pa and {speed[i]:.4g} m/s cannot be advanced beyond "
+            f"t = {front.time[i]:.4g} s: a step of {dt[i]:.2g} s is too long for this "
             "integrator; take a shorter one, or an implicit integrator"
         )
-
-
-def _bend(start: FilmLoads, middle: FilmLoads, end: FilmLoads) -> Array:
-    """How far loads in the middle of a step are from the line between its ends, relative."""
-    line = interpolate(start, end, 0.5)
-    gaps = (
-        np.abs(getattr(middle, name) - getattr(line, name))
-        / np.maximum(np.abs(getattr(end, name)), np.abs(getattr(start, name)) + 1e-300)
-        for name in ("viscous", "squeeze_rate")
-    )
-    return np.maximum(*gaps)

@@ -57,15 +57,15 @@ class Continuum(Unmeshed):
         """
         self._column, self._solid = column, column.solid
         self._weights = column.surface**2
-        self._interface_resistance = (
+        self.interface_resistance = (
             interface_resistance * float(column.depths[-1]) / self._solid.conductivity
         )
         self._agreement = agreement
-        self._modes = SurfaceModes(surface)
-        self._rates = np.add.outer(column.rates, self._solid.diffusivity * self._modes.rates)
+        self.modes = SurfaceModes(surface)
+        self.rates = np.add.outer(column.rates, self._solid.diffusivity * self.modes.rates)
         self.grid = SurfaceGrid.shared(surface, comm)
         self.nodes = self.grid.nodes
-        self._surface = IceSurface(self.grid, self._solid, self._modes)
+        self._surface = IceSurface(self.grid, self._solid, self.modes)
 
     @property
     def n_dofs(self) -> int:
@@ -74,7 +74,7 @@ class Continuum(Unmeshed):
 
     def initial(self, n_points: int) -> Array:
         """Heat state of ice at its initial temperature (whatever the number of points)."""
-        return np.zeros(self._rates.shape)
+        return np.zeros(self.rates.shape)
 
     def under(self, contacts: Contacts) -> Continuum:
         """The same ice as it answers below `contacts`. Collective."""
@@ -88,24 +88,24 @@ class Continuum(Unmeshed):
 
     def shifted(self, heat_state: Array, cells: int) -> Array:
         """Heat state after the window has moved `cells` cells in +x: fresh ice enters."""
-        columns = self._modes.values(heat_state)
+        columns = self.modes.values(heat_state)
         moved = np.zeros_like(columns)
         moved[:, : columns.shape[1] - cells] = columns[:, cells:]
-        return self._modes.amplitudes(moved)
+        return self.modes.amplitudes(moved)
 
     def stage(self, start: Array, dt: Array | float, film: Film) -> tuple[Array, FilmStage]:
         """Solve capacity (T - T_start) / dt + conduction T = heat from the film. Collective.
 
         Raises NotConverged.
         """
-        decay = np.reciprocal(1.0 + dt * self._rates)
+        decay = np.reciprocal(1.0 + dt * self.rates)
         cooled = start * decay
         stage = StageSurface(self._at_surface(cooled), dt * self._per_heat(decay))
         before = self._at_surface(start)
         given, result = self._surface.solve(
-            stage, before, film, self._interface_resistance, self._agreement
+            stage, before, film, self.interface_resistance, self._agreement
         )
-        return cooled + dt * self._modes.load_amplitudes(given) * decay, result
+        return cooled + dt * self.modes.load_amplitudes(given) * decay, result
 
     def heat(self, heat_state: Array) -> float:
         """Heat above the initial temperature, J (J/m in a slice)."""
@@ -124,11 +124,11 @@ class Continuum(Unmeshed):
     def restored(self, saved: Mapping[str, Array]) -> Array:
         """Heat state of what was `saved`, also by shallower ice: below is cold. Collective."""
         columns = self.grid.allgather(self._column.restored(saved))
-        return self._modes.amplitudes(columns.reshape(self._rates.shape))
+        return self.modes.amplitudes(columns.reshape(self.rates.shape))
 
     def _columns(self, heat_state: Array) -> Array:
         """Heat state of the column below each node of the surface, (n_modes, nodes)."""
-        return self._modes.values(heat_state).reshape(len(heat_state), -1)
+        return self.modes.values(heat_state).reshape(len(heat_state), -1)
 
     def _per_heat(self, heat_state: Array) -> Array:
         """What `heat_state` (n_modes, ...) adds to the temperature of the surface, K, (...)."""
@@ -137,4 +137,4 @@ class Continuum(Unmeshed):
 
     def _at_surface(self, heat_state: Array) -> Array:
         """Temperature (K) at the surface's nodes, of its shape."""
-        return self._column.temperature + self._modes.values(self._per_heat(heat_state))
+        return self._column.temperature + self.modes.values(self._per_heat(heat_state))

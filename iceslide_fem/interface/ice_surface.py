@@ -70,7 +70,7 @@ class IceSurface:
 
     def _place(self, contacts: Contacts) -> None:
         self.at, self._area = contacts.placed, contacts.area
-        self._points = self._recent.of(contacts.at).among(contacts.points)
+        self.points = self._recent.of(contacts.at).among(contacts.points)
 
     def solve(
         self,
@@ -90,7 +90,7 @@ class IceSurface:
         interface_resistance: between points and ice, K m2/W. Raises NotConverged.
         """
         grid, at, area, T_m = self._grid, self.at, self._area, self._solid.melting_temperature
-        of_all, inside = self._points.of_all, self.inside(stage)
+        of_all, inside = self.points.of_all, self.inside(stage)
         temperature, near, resistances = before, None, np.full(area.shape, interface_resistance)
         if isinstance(film, FilmOnIce):
             power = of_all(np.stack([area * film.power, area], axis=-1))
@@ -116,7 +116,7 @@ class IceSurface:
     ) -> Array:
         """Temperature (K) of the nodes, shaped as that `before` the stage (`melting_guess`)."""
         T_m = self._solid.melting_temperature
-        return melting_guess(inside, self._points, power, before, interface_resistance, T_m)
+        return melting_guess(inside, self.points, power, before, interface_resistance, T_m)
 
     def balanced(
         self, inside: SurfaceConduction, fluxes: Array, asked: Array, agreement: float
@@ -124,7 +124,7 @@ class IceSurface:
         """The balance with these `fluxes` of all points (N, 4), `asked` at temperatures (K) of the
         nodes (`ice_balance.balance`). Raises NotConverged.
         """
-        return balance(inside, self._points, Lines(*fluxes.T), asked, agreement)
+        return balance(inside, self.points, Lines(*fluxes.T), asked, agreement)
 
     def inside(self, stage: StageSurface) -> SurfaceConduction:
         """The surface in a stage, for `melting_guess` and `balanced`."""

@@ -75,11 +75,11 @@ class Probes:
         """Find their places. Collective; raises SceneError if one lies outside."""
         self._block, self._comm = block, block.surface.comm
         probes = block.scene.output.probes
-        self._probes = [self._found(name, place) for name, place in probes.items()]
-        self._touch = any(probe.place[-1] < self._skin for probe in self._probes)
+        self.places = [self._found(name, place) for name, place in probes.items()]
+        self.touches_ice = any(probe.place[-1] < self._skin for probe in self.places)
 
     def __len__(self) -> int:
-        return len(self._probes)
+        return len(self.places)
 
     @property
     def _skin(self) -> float:
@@ -87,8 +87,8 @@ class Probes:
 
     def rows(self, sliding: Sliding, accepted: AcceptedStep | None) -> list[ProbeRow]:
         """Rows at the present moment, on rank 0; nothing on the others. Collective."""
-        contact = interface_fields(sliding, accepted) if self._touch else {}
-        own = np.array([self._values(probe, sliding, contact) for probe in self._probes])
+        contact = interface_fields(sliding, accepted) if self.touches_ice else {}
+        own = np.array([self._values(probe, sliding, contact) for probe in self.places])
         parts = self._comm.gather(own, root=0)
         if parts is None:
             return []
@@ -98,7 +98,7 @@ class Probes:
         time = sliding.current.time
         return [
             ProbeRow(time, probe.name, *map(float, row))
-            for probe, row in zip(self._probes, values, strict=True)
+            for probe, row in zip(self.places, values, strict=True)
         ]
 
     def _values(self, probe: Probe, sliding: Sliding, contact: dict[str, Array]) -> list[float]:

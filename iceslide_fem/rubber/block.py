@@ -26,7 +26,7 @@ from iceslide_fem.rubber.contact_points import contact_points
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.element import Energy, stored_energy
 from iceslide_fem.rubber.equilibrium import Equilibrium
-from iceslide_fem.rubber.failure import Posture, Slenderness, limit_met, posture
+from iceslide_fem.rubber.failure import Posture, Slenderness, limit_met, most_slender, posture
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.loaded_block import TractionLaw
 from iceslide_fem.rubber.newton import Solution
@@ -36,11 +36,11 @@ from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.runtime.ranks import from_root
 from iceslide_fem.scene import Scene
 
-# Newton stops at a residual of these fraction of the plate's force and of the friction force, times
-# the scene's tolerance: mu(t) moves by a hundredth of that. The second is the smaller one where mu
-# is below 0.1. Where rubber has inertia what is left accelerates it: then a fifth of both. Under a
-# law that is not viscous the block is solved however little friction has changed, and what is left
-# must not be as much as that: then a tenth.
+# Newton stops at a residual of these fractions of the plate's force and of the friction force,
+# times the scene's tolerance: mu(t) moves by a hundredth of that. The second is the smaller one
+# where mu is below 0.1. Where rubber has inertia what is left accelerates it: then a fifth of both.
+# Under a law that is not viscous the block is solved however little friction has changed, and what
+# is left must not be as much as that: then a tenth.
 EQUILIBRIUM_SHARE, FRICTION_SHARE, INERTIA, NOT_VISCOUS = 5e-3, 5e-2, 0.2, 0.1
 # Static friction is fully mobilised after a slip of about this fraction of the height.
 STICK_SHARE = 1e-3
@@ -52,10 +52,12 @@ WALLS = 0.1
 SpeedLaw = Callable[[Array], tuple[Array, float]]
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Block:
     """A scene's block, its contact surface and its equilibrium solver.
 
+    Its present displacements and stick points are what the last solve has left: whoever rejects
+    that restores what there was.
     area: nominal contact area of the mesh (m2; m in a slice); force: the plate's (N; N/m) at t = 0;
     scale: from forces of the mesh to those of the whole block; height: of the block, m.
     """
@@ -156,39 +158,20 @@ class Block:
     @cached_property
     def slenderness(self) -> Slenderness:
         """The block or a lug between its sipes, whichever is more slender. Collective."""
-        x = self.rubber.mesh.geometry.x[:, 0]
-        outer = np.array([-x.min(initial=np.inf), x.max(initial=-np.inf)])
-        self.surface.comm.Allreduce(MPI.IN_PLACE, outer, op=MPI.MAX)
-        whole = Slenderness("the block", self.height, float(outer.sum()))
-        cuts, half = self.scene.rubber.cuts, self.scene.rubber.length / 2
-        if not cuts:
-            return whole
-        ends = [-half, *(end for cut in cuts for end in cut.walls), half]
-        lugs = [
-            Slenderness(
-                "a lug between the sipes",
-                max(cut.depth for cut in cuts[max(number - 1, 0) : number + 1]),
-                ends[2 * number + 1] - ends[2 * number],
-            )
-            for number in range(len(cuts) + 1)
-        ]
-        return max(whole, *lugs, key=lambda part: part.height / part.thickness)
+        return most_slender(self.rubber.mesh, self.height, self.scene.rubber)
 
     def smallest_opening(self) -> float:
         """Smallest distance of facing walls of sipes and grooves, m; below 0 by what they press
         into each other, infinite without walls. Collective.
         """
-        self_contact = self.rubber.self_contact
-        return (
-            np.inf
-            if self_contact is None
-            else self_contact.smallest_opening(self.rubber.displacements)
-        )
+        walls = self.rubber.self_contact
+        return np.inf if walls is None else walls.smallest_opening(self.rubber.displacements)
 
     @property
     def stick_points(self) -> StickPoints | None:
-        """What friction of walls remembers of the last accepted equilibrium, None without it."""
-        return None if self.rubber.self_contact is None else self.rubber.self_contact.stick_points
+        """Of the last accepted equilibrium; None without friction between walls."""
+        walls = self.rubber.self_contact
+        return None if walls is None else walls.stick_points
 
     def set_stick_points(self, stick_points: StickPoints | None) -> None:
         """Set the friction history of the self-contact: that of an accepted equilibrium."""
@@ -196,12 +179,13 @@ class Block:
             self.rubber.self_contact.stick_points = stick_points
 
     def stick_points_after(self) -> tuple[StickPoints | None, float]:
-        """The grip if the present displacements are accepted, and the heat (J, of the whole block)
-        of walls that have slipped on the way. Collective.
+        """Stick points if the present displacements are accepted, and the heat (J, of the whole
+        block) that slipping walls have made. Collective.
         """
-        if self.rubber.self_contact is None or self.rubber.self_contact.stick_points is None:
+        walls = self.rubber.self_contact
+        if walls is None or walls.stick_points is None:
             return None, 0.0
-        stick_points, heat = self.rubber.self_contact.followed(self.rubber.displacements)
+        stick_points, heat = walls.followed(self.rubber.displacements)
         return stick_points, self.scale * heat
 
     def normal_force(self, contact: ContactState) -> float:

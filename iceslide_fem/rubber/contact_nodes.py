@@ -73,7 +73,7 @@ class ContactNodes:
         everywhere = np.zeros((2, total))
         everywhere[:, self._here] = kinds[:, self.own]
         comm.Allreduce(MPI.IN_PLACE, everywhere, op=MPI.SUM)
-        self._fixed, self._lifted = everywhere > 0.0
+        self.fixed, self._lifted = everywhere > 0.0
         self._comm, self._dofs, self._dim = comm, dofs, dim
         self.n_loads = total + 1
 
@@ -108,7 +108,7 @@ class ContactNodes:
         loads[:-1], loads[-1] = own, 0.0
         self._comm.Allreduce(MPI.IN_PLACE, loads, op=MPI.SUM)
         loads[-1] = loads[:-1][self._lifted[acting[:-1]]].sum(axis=0)
-        loads[:-1][self._fixed[acting[:-1]]] = 0.0
+        loads[:-1][self.fixed[acting[:-1]]] = 0.0
         return loads
 
     def resultant(self, acting: NDArray[np.intp]) -> Array:
@@ -131,7 +131,7 @@ class ContactNodes:
             return None
         rows, columns = self._of_walls[entries.row], self._of_walls[entries.col]
         here = (self._here.start <= columns) & (columns < self._here.stop)
-        shape = (self._fixed.shape[0], self.own.size)
+        shape = (self.fixed.shape[0], self.own.size)
         places = rows[here], columns[here] - self._here.start
         return csr_matrix((entries.data[here], places), shape=shape)
 

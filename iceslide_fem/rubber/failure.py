@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.rubber.contact import contact_state
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.scene.rubber import Rubber
 
 FOLDED = 0.02  # fraction of the load on the sides from which on an edge counts as folded
 TIPPED = 0.8  # contact over nominal area below which an edge counts as lifted
@@ -24,6 +25,27 @@ class Slenderness(NamedTuple):
     part: str
     height: float
     thickness: float
+
+
+def most_slender(mesh: Any, height: float, scene: Rubber) -> Slenderness:
+    """The block of that height (m) or a lug between its sipes. Collective."""
+    x = mesh.geometry.x[:, 0]
+    outer = np.array([-x.min(initial=np.inf), x.max(initial=-np.inf)])
+    mesh.comm.Allreduce(MPI.IN_PLACE, outer, op=MPI.MAX)
+    whole = Slenderness("the block", height, float(outer.sum()))
+    cuts, half = scene.cuts, scene.length / 2
+    if not cuts:
+        return whole
+    ends = [-half, *(end for cut in cuts for end in cut.walls), half]
+    lugs = [
+        Slenderness(
+            "a lug between the sipes",
+            max(cut.depth for cut in cuts[max(number - 1, 0) : number + 1]),
+            ends[2 * number + 1] - ends[2 * number],
+        )
+        for number in range(len(cuts) + 1)
+    ]
+    return max(whole, *lugs, key=lambda part: part.height / part.thickness)
 
 
 class Posture(NamedTuple):

@@ -75,39 +75,43 @@ class SelfContact:
         """
         mesh = space.mesh
         kind = FACET_OF[compat.cell_name(mesh)]
-        self._own = contact_surface(space, facets, DEGREE)
+        self.own_facets = contact_surface(space, facets, DEGREE)
         self._comm, self._dim = mesh.comm, mesh.geometry.dim
         index_map = space.dofmap.index_map
         self._first, self._last = index_map.local_range
-        dofs = index_map.local_to_global(self._own.dofs.ravel()).reshape(self._own.dofs.shape)
-        self.dofs = self._own.dofs
+        dofs = index_map.local_to_global(self.own_facets.dofs.ravel()).reshape(
+            self.own_facets.dofs.shape
+        )
+        self.dofs = self.own_facets.dofs
         self._dofs = self._gather(dofs)
         nodes, numbers = np.unique(self._dofs, return_inverse=True)
         self._numbers = numbers.reshape(self._dofs.shape)
         self.unknowns = (nodes[:, None] * self._dim + np.arange(self._dim)).ravel()
         self.unknowns_before = self._first * self._dim
         self.own = np.repeat((self._first <= nodes) & (nodes < self._last), self._dim)
-        normals = self._own.undeformed()
-        outwards = self._gather((normals * np.sign(self._own.weights)[..., None]).mean(axis=1))
+        normals = self.own_facets.undeformed()
+        outwards = self._gather(
+            (normals * np.sign(self.own_facets.weights)[..., None]).mean(axis=1)
+        )
         self._facets = Facets(
             kind,
             compat.basix_lagrange(kind, space_degree(space)),
-            self._gather(self._own.nodes),
-            self._gather(self._own.shape),
+            self._gather(self.own_facets.nodes),
+            self._gather(self.own_facets.shape),
             outwards / np.linalg.norm(outwards, axis=-1, keepdims=True),
-            self._gather(np.sign(self._own.weights))[:, 0],
+            self._gather(np.sign(self.own_facets.weights))[:, 0],
         )
         self._facing = FacingWalls(self._facets)
-        counts = self._comm.allgather(len(self._own.dofs))
+        counts = self._comm.allgather(len(self.own_facets.dofs))
         first = sum(counts[: self._comm.rank])
-        self._mine = slice(first, first + len(self._own.dofs))
+        self._mine = slice(first, first + len(self.own_facets.dofs))
         area = np.linalg.norm(normals, axis=-1)
-        self._half_area = 0.5 * self._gather(np.abs(self._own.weights) * area)
+        self.half_area = 0.5 * self._gather(np.abs(self.own_facets.weights) * area)
         self.penalty, self._friction = penalty, friction
         self._found = self._facets.nodes, self._inside(self._facets.nodes)
         self.stick_points: StickPoints | None = None
         if friction > 0.0:
-            self.stick_points = no_stick_points(self._half_area.shape, self._dim - 1)
+            self.stick_points = no_stick_points(self.half_area.shape, self._dim - 1)
 
     @property
     def count(self) -> int:
@@ -118,13 +122,13 @@ class SelfContact:
         """Energy (J; J/m in a slice) of what presses at displacements `u` (blocked dofs, d), and of
         the springs of friction. Collective.
         """
-        positions = self._positions(u)
-        found = self._pressing(positions)
-        area = self._half_area[found.point]
+        positions = self.deformed(u)
+        found = self.pressing_at(positions)
+        area = self.half_area[found.point]
         energy = 0.5 * self.penalty * np.sum(area * (found.apart**2).sum(axis=1))
-        if (sticking := self._sticking(found, positions)) is not None:
+        if (sticking := self.sticking_at(found, positions)) is not None:
             traction = tractions(sticking.springs.along, sticking.bound, self.penalty)
-            area = self._half_area[sticking.pressing.point]
+            area = self.half_area[sticking.pressing.point]
             energy += 0.5 / self.penalty * np.sum(area * (traction**2).sum(axis=1))
         return float(energy)
 
@@ -132,10 +136,10 @@ class SelfContact:
         """Add what walls do to this rank's own nodes to the internal forces `vector` (blocked dofs,
         d): without friction the derivative of the energy. Collective.
         """
-        positions = self._positions(u)
-        found = self._pressing(positions)
+        positions = self.deformed(u)
+        found = self.pressing_at(positions)
         self._add(vector, found, self.penalty * found.apart, found.facet, found.shape)
-        if (sticking := self._sticking(found, positions)) is not None:
+        if (sticking := self.sticking_at(found, positions)) is not None:
             springs = sticking.springs
             traction = tractions(springs.along, sticking.bound, self.penalty)
             self._add(vector, sticking.pressing, traction, sticking.facet, springs.shape)
@@ -157,11 +161,11 @@ class SelfContact:
         """The derivative of the forces by the positions of the walls' nodes, the same on all ranks:
         by the `unknowns`, N/m. Collective.
         """
-        positions = self._positions(u)
-        found = self._pressing(positions)
+        positions = self.deformed(u)
+        found = self.pressing_at(positions)
         facets = [found.point[0], found.facet]
         parts = [self._entries(facets, self._of_pressing(found, positions[found.facet]))]
-        if (sticking := self._sticking(found, positions)) is not None:
+        if (sticking := self.sticking_at(found, positions)) is not None:
             pressing = sticking.pressing
             facets = [pressing.point[0], pressing.facet, sticking.facet]
             parts.append(self._entries(facets, self._of_friction(sticking)))
@@ -177,19 +181,19 @@ class SelfContact:
         """
         if self.stick_points is None:
             return None, 0.0
-        positions = self._positions(u)
-        found = self._pressing(positions)
+        positions = self.deformed(u)
+        found = self.pressing_at(positions)
         targets = self._points(positions)
-        stick_points = no_stick_points(self._half_area.shape, self._dim - 1)
+        stick_points = no_stick_points(self.half_area.shape, self._dim - 1)
         stick_points.bound[found.point] = self._friction * self._pressure(found)
         sticks = np.zeros(stick_points.facet.shape, dtype=bool)
         heat = 0.0
-        if (sticking := self._sticking(found, positions)) is not None:
+        if (sticking := self.sticking_at(found, positions)) is not None:
             springs, point = sticking.springs, sticking.pressing.point
             traction = tractions(springs.along, sticking.bound, self.penalty)
             slipped = slip(springs.along, sticking.bound, self.penalty)
             mean = 0.5 * (sticking.bound + self.stick_points.bound[point])
-            heat = float(np.sum(self._half_area[point] * mean * slipped))
+            heat = float(np.sum(self.half_area[point] * mean * slipped))
             targets[point] -= traction / self.penalty
             sticks[point] = slipped == 0.0
         pressing = np.zeros_like(sticks)
@@ -211,7 +215,7 @@ class SelfContact:
 
         Infinite where nothing faces anything. Collective.
         """
-        positions = self._positions(u)
+        positions = self.deformed(u)
         found = self._facing.nearest(positions, self._points(positions), everywhere=True)
         return float(found.opening.min(initial=np.inf))
 
@@ -220,14 +224,14 @@ class SelfContact:
 
         Per undeformed area; each wall has its own points. Collective.
         """
-        positions = self._positions(u)
-        found = self._pressing(positions)
+        positions = self.deformed(u)
+        found = self.pressing_at(positions)
         return self._points(positions)[found.point], self._pressure(found)
 
     @property
     def points(self) -> Array:
         """Undeformed positions (n, d) of the points of this rank's own facets, m."""
-        return (self._own.shape @ self._own.nodes).reshape(-1, self._dim)
+        return (self.own_facets.shape @ self.own_facets.nodes).reshape(-1, self._dim)
 
     def saved(self, stick_points: StickPoints) -> dict[str, Array]:
         """Of this rank's own `points`, without numbers of facets: the undeformed positions (d, n)
@@ -247,7 +251,7 @@ class SelfContact:
 
     def restored(self, saved: Mapping[str, Array]) -> StickPoints:
         """The grip of which `saved` gave this rank's part. Collective."""
-        own = self._own.shape.shape[:2]
+        own = self.own_facets.shape.shape[:2]
         anchors = self._gather(saved["anchor"].T.reshape(*own, self._dim))
         sticking = self._gather(saved["gripped"].reshape(own)) > 0.0
         found = self._facing.nearest(self._facets.nodes, anchors, everywhere=True)
@@ -262,15 +266,15 @@ class SelfContact:
         parts = [part for part in self._comm.allgather(values) if len(part)]
         return np.concatenate(parts) if parts else values
 
-    def _positions(self, u: Array) -> Array:
+    def deformed(self, u: Array) -> Array:
         """Deformed nodes (F, a, d) of all walls, m. Collective."""
-        return np.asarray(self._facets.nodes + self._gather(u[self._own.dofs]))
+        return np.asarray(self._facets.nodes + self._gather(u[self.own_facets.dofs]))
 
     def _points(self, positions: Array) -> Array:
         """Deformed points (F, q, d), m."""
         return np.asarray(self._facets.shape @ positions)
 
-    def _pressing(self, positions: Array) -> Pressing:
+    def pressing_at(self, positions: Array) -> Pressing:
         """The points that are in a facing wall."""
         if not np.array_equal(positions, self._found[0]):  # forces and tangent ask for the same
             self._found = positions, self._inside(positions)
@@ -284,7 +288,7 @@ class SelfContact:
         """Of points that press (P,), Pa."""
         return np.asarray(self.penalty * np.linalg.norm(found.apart, axis=1))
 
-    def _sticking(self, found: Pressing, positions: Array) -> Sticking | None:
+    def sticking_at(self, found: Pressing, positions: Array) -> Sticking | None:
         """Those of the points that press that have an anchor; None without friction."""
         if self.stick_points is None:
             return None
@@ -301,7 +305,7 @@ class SelfContact:
         """Add to the forces of own nodes half of a traction (P, d), Pa, on the points found, and
         its opposite on points of facets with such shape functions.
         """
-        pull = self._half_area[found.point][:, None] * traction
+        pull = self.half_area[found.point][:, None] * traction
         for dofs, by_node in (
             (self._dofs[found.point[0]], self._facets.shape[found.point]),
             (self._dofs[facet], -shape),
@@ -338,7 +342,7 @@ class SelfContact:
         flat = found.ways @ turning.reshape(*turning.shape[:2], size)
         slip = flat.swapaxes(1, 2) @ np.linalg.solve(metric, flat)
         blocks = moving.reshape(-1, size, size) - slip
-        return np.asarray(self.penalty * self._half_area[found.point][:, None, None] * blocks)
+        return np.asarray(self.penalty * self.half_area[found.point][:, None, None] * blocks)
 
     def _of_friction(self, sticking: Sticking) -> Array:
         """Derivatives of each point's friction forces by the nodes of its own, the facing and the
@@ -359,4 +363,4 @@ class SelfContact:
         slopes += stiffness * np.einsum("pi,pm,pk->pimk", by_bound, pressing, normal)
         size = held.shape[1] * self._dim
         blocks = np.einsum("pn,pimk->pnimk", held, slopes).reshape(-1, size, size)
-        return np.asarray(self._half_area[found.point][:, None, None] * blocks)
+        return np.asarray(self.half_area[found.point][:, None, None] * blocks)

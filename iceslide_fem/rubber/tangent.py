@@ -55,7 +55,7 @@ class Tangent:
         self._dim = rubber.mesh.geometry.dim
         self._matrix = rubber.create_matrix()
         vectors = (rubber.create_vector() for _ in range(6))
-        self._column, self._row, self._border, self._load, self._answer, self._lift = vectors
+        self._column, self._row, self._border, self.load_vector, self._answer, self._lift = vectors
         self._stiffness = 0.0  # of the plate alone
         index_map = rubber.space.dofmap.index_map
         n_owned = index_map.size_local
@@ -70,8 +70,8 @@ class Tangent:
         self._factored_walls = rubber.wall_stiffness()
         self._differs = self._held = False
         self._forcing = FORCING
-        self._nodes = ContactNodes(
-            surface, rubber.self_contact, self._load, self._fixed, self.plate_z
+        self.nodes = ContactNodes(
+            surface, rubber.self_contact, self.load_vector, self._fixed, self.plate_z
         )
         self.ksp = PETSc.KSP().create(self._comm)
         self.ksp.setType("preonly")
@@ -88,7 +88,7 @@ class Tangent:
         if not direct:
             self._matrix.setNearNullSpace(rigid_modes(rubber))
         cost = FACTORS if direct else PRECONDITIONER
-        self._responses = Responses(self._nodes, cost, takes_many(self.ksp))
+        self._responses = Responses(self.nodes, cost, takes_many(self.ksp))
 
     def imbalance(self, residual: PETSc.Vec) -> float:
         """Take what holds the plate out of the `residual`: its vertical resultant (N). Collective.
@@ -134,10 +134,10 @@ class Tangent:
         matrix.assemble()
         matrix.mult(self._lift, self._column)
         matrix.multTranspose(self._lift, self._row)
-        self._stiffness = self._column.dot(self._lift) + self._rubber.lift_slope(self._load)
-        self._stiffness += 2.0 * self._load.dot(self._lift)
+        self._stiffness = self._column.dot(self._lift) + self._rubber.lift_slope(self.load_vector)
+        self._stiffness += 2.0 * self.load_vector.dot(self._lift)
         for vector in (self._column, self._row):
-            vector.axpy(1.0, self._load)
+            vector.axpy(1.0, self.load_vector)
         for vector in (self._column, self._row):
             vector.array[self._fixed] = 0.0
         matrix.zeroRowsColumns(self._fixed + self._first, diag=1.0)
@@ -161,11 +161,11 @@ class Tangent:
         if self._held != (plate is None):
             self._responses.clear()
         self._held, imbalance = plate is None, plate or 0.0
-        self._load.array[:] = -residual.array
-        answer, size = self._solved(-imbalance), self.size(residual, plate)
+        self.load_vector.array[:] = -residual.array
+        answer, size = self.solved(-imbalance), self.size(residual, plate)
         if self._differs and 0.0 < size < np.inf:
             limit = max(self._forcing * size, enough)
-            answer -= self._responses.correction(answer, limit, self._response)
+            answer -= self._responses.correction(answer, limit, self.response)
         return answer
 
     def _differ(self, contact: Array, self_contact: csr_matrix | None) -> None:
@@ -187,27 +187,27 @@ class Tangent:
         own = change[: self._answer.getLocalSize()]
         return float(np.sqrt(self._comm.allreduce(float(own @ own), op=MPI.SUM)))
 
-    def _response(self, loads: Array) -> Array:
+    def response(self, loads: Array) -> Array:
         """The changes (k, dofs) that the factors give to loads (k, n) on the contact's nodes."""
         if takes_many(self.ksp):
             return self._responses_at_once(loads)
-        with self._load.localForm() as local:
+        with self.load_vector.localForm() as local:
             local.set(0.0)
-        self._load.array[self._nodes.own] = self._nodes.on_own(loads[0])
-        return self._solved(loads[0, -1])[None]
+        self.load_vector.array[self.nodes.own] = self.nodes.on_own(loads[0])
+        return self.solved(loads[0, -1])[None]
 
     def _responses_at_once(self, loads: Array) -> Array:
         changes = []
         for load, answer in zip(
-            loads, solve_many(self.ksp, self._nodes.entries(loads)), strict=True
+            loads, solve_many(self.ksp, self.nodes.entries(loads)), strict=True
         ):
             self._answer.array[:] = answer
             changes.append(self._lifted(load[-1]))
         return np.array(changes)
 
-    def _solved(self, plate: float) -> Array:
+    def solved(self, plate: float) -> Array:
         """The change that the factors give to the load and the plate's, by block elimination."""
-        self._solve(self._load, self._answer)
+        self._solve(self.load_vector, self._answer)
         return self._lifted(plate)
 
     def _lifted(self, plate: float) -> Array:

@@ -245,7 +245,7 @@ def _at(values: Array, where: float) -> Array:
 # --- blocks
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Counting(Block):
     """A block that counts equilibria not found."""
 

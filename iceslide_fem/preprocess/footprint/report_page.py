@@ -80,69 +80,58 @@ UNITS = (
     ("share", "%", 100.0),
 )
 CONTACT, PRESSURE, SHEAR = "contact", "pressure (Pa)", "shear stress (Pa)"
+STATE = "state (0 none, 1 dry, 2 mixed, 3 wet)"
+MU_MOVING = "mu by (4.7) to (4.9), moving source"
 # Cell data of footprint.vti: title, unit, factor, colours.
 MAPS = {
     PRESSURE: ("Contact pressure", "bar", 1.0 / BAR, "viridis"),
     "mu": ("Friction coefficient, film law", "", 1.0, "magma"),
     "surface temperature (degC)": ("Temperature of the ice, film law", "°C", 1.0, "inferno"),
     "film height (m)": ("Height of the water film", "nm", 1e9, "YlGnBu"),
-    "state (0 none, 1 dry, 2 mixed, 3 wet)": (
-        "Dry (1), mixed (2), wet (3), film law",
-        "",
-        1.0,
-        "cividis",
-    ),
+    STATE: ("Dry (1), mixed (2), wet (3), film law", "", 1.0, "cividis"),
     "rise by (3.3) (K)": ("Temperature rise by (3.3)", "K", 1.0, "inferno"),
     "rise by the moving source (K)": ("Temperature rise, moving source", "K", 1.0, "inferno"),
-    "mu by (4.7) to (4.9), moving source": (
-        "mu by (4.7) to (4.9), moving source",
-        "",
-        1.0,
-        "magma",
-    ),
+    MU_MOVING: (MU_MOVING, "", 1.0, "magma"),
 }
+# Curves of a line by their names, and what their columns in line.csv are called.
+ALONG = {"(3.3)": "thesis", "moving source": "moving", "given": "given", "film law": "film"}
+# Charts of a line: anchor, title, label of y, and the column that each of them has.
+CHARTS = (
+    ("flux", "Heat flux by (3.2)", "W/m²", "flux_{}_W_m2"),
+    ("rise", "Temperature rise", "K", "rise_{}_K"),
+    ("temperature", "Temperature of the ice's surface", "°C", "temperature_{}_C"),
+    ("state", "Dry (1), mixed (2), wet (3)", "state", "state_{}"),
+    ("mu", "Friction coefficient", "mu (1)", "mu_{}"),
+)
 
 
 def page_of_footprint(folder: Path, summary: Mapping[str, Any]) -> Page:
     """The page of the footprint in `folder`. Raises SceneError if its files are damaged."""
     try:
-        case, film = summary["case"], summary["film"]
-        one_line = "line" in summary
-        tables = [_table(summary[name], title) for name, title in TABLES.items() if name in summary]
-        tables.append(_models(summary))
-        charts = _lines(folder) if one_line else _maps(folder)
-        name = Path(summary["source"]).stem
+        case, one_line = summary["case"], "line" in summary
+        tables = [_table(summary[key], title) for key, title in TABLES.items() if key in summary]
+        error = Text(ABOUT_ERROR.format(case["tolerance"]))
         warnings = [
             Text(f"{sentence[:1].upper()}{sentence[1:]}.", "warning")
             for sentence in summary.get("warnings", [])
         ]
-        celsius = case["temperature"] - ZERO_CELSIUS
+        chosen = {key: value for key, value in case.items() if value is not None}
+        rows = [[Cell(key), Cell(str(value))] for key, value in chosen.items()]
+        options = Table("All options, SI units", ["option", "value"], rows)
+        command, versions = Text(_command(case), "code"), versions_of({"": summary})
+        charts = _lines(folder) if one_line else _maps(folder)
         return Page(
-            title=f"{name}: {'line along a' if one_line else ''} footprint".replace(":  ", ": "),
+            title=f"{Path(summary['source']).stem}: {'line along a ' * one_line}footprint",
             summary=f"A tyre at {case['speed']:g} m/s with slip {case['slip']:g} on ice at "
-            f"{celsius:.4g} °C. Mean friction by the film law: {film['mu_mean']:.4f}. Ice comes in "
-            "at the right, where the tyre moves to, and leaves at the left.",
+            f"{case['temperature'] - ZERO_CELSIUS:.4g} °C. Mean friction by the film law: "
+            f"{summary['film']['mu_mean']:.4f}. Ice comes in at the right, where the tyre moves "
+            "to, and leaves at the left.",
             sections=[
-                Section(
-                    "results",
-                    "Results",
-                    [
-                        *tables,
-                        Text(ABOUT_ERROR.format(case["tolerance"])),
-                    ],
-                ),
+                Section("results", "Results", [*tables, _models(summary), error]),
                 Section("warnings", "Warnings", warnings or [Text("There was no warning.")]),
                 Section("curves", "Along the line" if one_line else "Maps", charts),
-                Section(
-                    "neglected",
-                    "What the models leave out",
-                    [Text(LEFT_OUT)],
-                ),
-                Section(
-                    "again",
-                    "Run it again",
-                    [Text(_command(case), "code"), _case(case), versions_of({"": summary})],
-                ),
+                Section("neglected", "What the models leave out", [Text(LEFT_OUT)]),
+                Section("again", "Run it again", [command, options, versions]),
             ],
         )
     except (AttributeError, KeyError, OSError, TypeError, ValueError) as error:
@@ -150,10 +139,11 @@ def page_of_footprint(folder: Path, summary: Mapping[str, Any]) -> Page:
 
 
 def _table(entries: Mapping[str, Any], title: str) -> Table:
-    rows = []
-    for key, value in entries.items():
-        if isinstance(value, int | float) and not isinstance(value, bool):
-            rows.append([Cell(_name(key)), Cell(_text(key, value), key, value)])
+    rows = [
+        [Cell(_name(key)), Cell(_text(key, value), key, value)]
+        for key, value in entries.items()
+        if isinstance(value, int | float)
+    ]
     return Table(title, ["", ""], rows)
 
 
@@ -162,24 +152,21 @@ def _models(summary: Mapping[str, Any]) -> Table:
     models = {name: summary[key] for key, name in MODELS.items() if key in summary}
     rows = []
     for key in {key: None for model in models.values() for key in model}:
-        values = [model.get(key) for model in models.values()]
-        texts = ("" if value is None else _text(key, value) for value in values)
-        cells = [Cell(text, key, value) for text, value in zip(texts, values, strict=True)]
-        first = next(number for number, value in enumerate(values) if value is not None)
-        rows.append(
-            [
-                Cell(_name(key)),
-                *(cell if i == first else Cell(cell.text) for i, cell in enumerate(cells)),
-            ]
-        )
+        row, named = [Cell(_name(key))], False
+        for model in models.values():
+            if key not in model:
+                row.append(Cell(""))
+                continue
+            text = _text(key, model[key])
+            row.append(Cell(text) if named else Cell(text, key, model[key]))
+            named = True
+        rows.append(row)
     return Table("Friction and heat, by model", ["", *models], rows)
 
 
 def _name(key: str) -> str:
-    if key in NAMES:
-        return NAMES[key]
     suffix = next((end for end, _, _ in UNITS if key.endswith(end) and end.startswith("_")), "")
-    return key.removesuffix(suffix).replace("_", " ")
+    return NAMES.get(key, key.removesuffix(suffix).replace("_", " "))
 
 
 def _text(key: str, value: float) -> str:
@@ -195,14 +182,11 @@ def _maps(folder: Path) -> list[HeatMap | Chart]:
     path = folder / "footprint.vti"
     if not path.is_file():
         raise SceneError(f"{folder} holds no whole footprint (no footprint.vti)")
-    maps, pixel = read_maps(path, {*MAPS, CONTACT, PRESSURE, SHEAR})
+    maps, (dx, dy) = read_maps(path, {*MAPS, CONTACT, PRESSURE, SHEAR})
     contact = maps[CONTACT] > 0
     rows, columns = contact.shape
     stride = -(-columns // PIXELS)
-    x, y = (
-        (np.arange(count) + 0.5) * MM * size
-        for count, size in ((columns, pixel[0]), (rows, pixel[1]))
-    )
+    x, y = (np.arange(columns) + 0.5) * MM * dx, (np.arange(rows) + 0.5) * MM * dy
     drawn: list[HeatMap | Chart] = []
     for name, (title, unit, factor, tint) in MAPS.items():
         values = np.where(contact, factor * maps[name], np.nan)
@@ -210,22 +194,9 @@ def _maps(folder: Path) -> list[HeatMap | Chart]:
             f"Between {np.nanmin(values):.4g} and {np.nanmax(values):.4g} {unit}, mean of the "
             f"pixels {np.nanmean(values):.4g} {unit}".replace(" ,", ",").strip()
         )
+        anchor, axes, places = f"map-{len(drawn)}", ("x (mm)", "y (mm)"), (x[::stride], y[::stride])
         some = values[::stride, ::stride]
-        places = (x[::stride], y[::stride])
-        drawn.append(
-            HeatMap(
-                f"map-{len(drawn)}",
-                title,
-                says,
-                "x (mm)",
-                "y (mm)",
-                unit,
-                places,
-                some,
-                tint,
-                equal=True,
-            )
-        )
+        drawn.append(HeatMap(anchor, title, says, *axes, unit, places, some, tint, equal=True))
     along = [
         Curve("pressure (bar), mean of all rows", x, maps[PRESSURE].mean(axis=0) / BAR),
         Curve("friction stress (bar)", x, maps[SHEAR].mean(axis=0) / BAR, 1),
@@ -235,74 +206,36 @@ def _maps(folder: Path) -> list[HeatMap | Chart]:
     return drawn
 
 
-def _lines(folder: Path) -> list[Chart | HeatMap]:
+def _lines(folder: Path) -> list[HeatMap | Chart]:
     table = read_table(folder / "line.csv")
-    x = MM * table["x_m"]
-
-    def chart(name: str, title: str, axis: str, columns: Mapping[str, Array]) -> Chart:
-        curves = [
-            Curve(each, x, values, look) for look, (each, values) in enumerate(columns.items())
-        ]
-        peaks = (
-            f"{curve.name} at most {np.nanmax(curve.y):.4g} at "
-            f"{x[int(np.nanargmax(curve.y))]:.4g} mm"
-            for curve in curves
-        )
-        wide_apart = "y" if name in ("flux", "mu") else ""
-        x_axis = "x (mm), the tyre moves to the right"
-        says = "; ".join(peaks)
-        return Chart(name, title, says, x_axis, axis, curves, logarithmic=wide_apart)
-
-    known = {"(3.3)": "thesis", "moving source": "moving", "given": "given"}
-    models = {name: key for name, key in known.items() if f"mu_{key}" in table}
-    film = {"film law": table["temperature_film_C"]}
-    return [
-        chart("pressure", "Contact pressure", "bar", {"pressure": table["pressure_Pa"] / BAR}),
-        chart(
-            "flux",
-            "Heat flux by (3.2)",
-            "W/m²",
-            {name: table[f"flux_{key}_W_m2"] for name, key in models.items()},
-        ),
-        chart(
-            "rise",
-            "Temperature rise",
-            "K",
-            {name: table[f"rise_{key}_K"] for name, key in models.items()},
-        ),
-        chart(
-            "temperature",
-            "Temperature of the ice's surface",
-            "°C",
-            {name: table[f"temperature_{key}_C"] for name, key in models.items()} | film,
-        ),
-        chart(
-            "state",
-            "Dry (1), mixed (2), wet (3)",
-            "state",
-            {name: table[f"state_{key}"] for name, key in models.items()}
-            | {"film law": table["state_film"]},
-        ),
-        chart(
-            "mu",
-            "Friction coefficient",
-            "mu (1)",
-            {
-                name: np.where(mu > 0.0, mu, np.nan)
-                for name, mu in (
-                    *((name, table[f"mu_{key}"]) for name, key in models.items()),
-                    ("film law", table["mu_film"]),
-                )
-            },
-        ),
+    pressure = {"pressure": table["pressure_Pa"] / BAR}
+    drawn: list[HeatMap | Chart] = [
+        _chart("pressure", "Contact pressure", "bar", MM * table["x_m"], pressure)
     ]
+    for anchor, title, label, column in CHARTS:
+        names = {name: column.format(key) for name, key in ALONG.items()}
+        curves = {name: table[key] for name, key in names.items() if key in table}
+        if anchor == "mu":
+            curves = {name: np.where(mu > 0.0, mu, np.nan) for name, mu in curves.items()}
+        drawn.append(_chart(anchor, title, label, MM * table["x_m"], curves))
+    return drawn
+
+
+def _chart(anchor: str, title: str, label: str, x: Array, columns: Mapping[str, Array]) -> Chart:
+    says = "; ".join(
+        f"{name} at most {np.nanmax(y):.4g} at {x[int(np.nanargmax(y))]:.4g} mm"
+        for name, y in columns.items()
+    )
+    curves = [Curve(name, x, y, look) for look, (name, y) in enumerate(columns.items())]
+    wide_apart = "y" if anchor in ("flux", "mu") else ""
+    below = "x (mm), the tyre moves to the right"
+    return Chart(anchor, title, says, below, label, curves, logarithmic=wide_apart)
 
 
 def _command(case: Mapping[str, Any]) -> str:
     """The command line of a case: what is not as by default."""
-    words = ["iceslide footprint"]
-    if case.get("image"):
-        words[0] += f" {shlex.quote(str(case['image']))}"
+    image = case.get("image")
+    words = ["iceslide footprint" + (f" {shlex.quote(str(image))}" if image else "")]
     usual = FootprintCase.model_fields
     for key, value in case.items():
         if key == "image" or value is None or (key in usual and value == usual[key].default):
@@ -310,8 +243,3 @@ def _command(case: Mapping[str, Any]) -> str:
         text = ",".join(map(str, value)) if isinstance(value, list) else str(value)
         words.append(f"    --{key.replace('_', '-')} {shlex.quote(text)}")
     return " \\\n".join(words)
-
-
-def _case(case: Mapping[str, Any]) -> Table:
-    rows = [[Cell(key), Cell(str(value))] for key, value in case.items() if value is not None]
-    return Table("All options, SI units", ["option", "value"], rows)

@@ -6,15 +6,9 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import (
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    model_validator,
-)
+from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
 from iceslide_fem.preprocess.roughness.parameters import Definition
-from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import to_si
 from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.command_options import (
@@ -35,10 +29,8 @@ PIXELS_PER_WAVE = 4.0
 
 def _unit(value: Any) -> Any:
     """Metres in one "um"."""
-    if not isinstance(value, str):
-        return value
     try:
-        return to_si(f"1 {value}", "m")
+        return to_si(f"1 {value}", "m") if isinstance(value, str) else value
     except ValueError:
         raise ValueError(
             f'--height-unit "{value}" is not a unit of length; allowed: m, mm, um, nm'
@@ -50,10 +42,10 @@ def _pressures(value: Any) -> Any:
     if not isinstance(value, str):
         return value
     form = f'--pressures "{value}" is not of the form 0.2bar:20bar:12'
+    allowed = Quantity("Pa", "0.001 bar", "100 bar")
     parts = value.split(":")
     if len(parts) != 3:
         raise ValueError(form)
-    allowed = Quantity("Pa", "0.001 bar", "100 bar")
     try:
         first, last = (allowed.in_range(as_number(part)) for part in parts[:2])
         count = int(parts[2])
@@ -109,6 +101,9 @@ class RoughnessCase(CommandOptions):
 
         Raises SceneError if the scene cannot be read.
         """
+        if self.modulus is not None:
+            return f"E = {self.modulus / 1e6:.4g} MPa", self.modulus / 0.75
+        compound = self.compound or "B"
         if self.scene is not None:
             scene = load_scene(self.scene)
             if scene.rubber.compound is None:
@@ -116,13 +111,4 @@ class RoughnessCase(CommandOptions):
                 modulus = rubber.youngs_modulus / (1.0 - rubber.poissons_ratio**2)
                 return f"the rubber of {self.scene}", modulus
             compound = scene.rubber.compound
-        elif self.modulus is not None:
-            return f"E = {self.modulus / 1e6:.4g} MPa", self.modulus / 0.75
-        else:
-            compound = self.compound or "B"
         return f"compound {compound}", YOUNGS_MODULUS[compound] / 0.75
-
-    @property
-    def pressure_array(self) -> Array:
-        """The pressures, ascending, Pa."""
-        return np.array(self.pressures)

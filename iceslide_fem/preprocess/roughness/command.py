@@ -29,56 +29,43 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> tuple[Surv
     case = RoughnessCase.of(values)
     here = case.model_dump(mode="json")
     with claimed(out, partial(other_case, "surface.json", here), force, case.files):
-        return _run(case, out, begun)
-
-
-def _run(case: RoughnessCase, out: Path, begun: float) -> tuple[Survey, dict[str, Any]]:
-    result = survey(case)
-    figures = summary(result)
-    with writing(out):
-        clear_results(out)
-        draw(result, out)
-    replace_file(out / "contact.csv", table(result))
-    figures["wall_s"] = time.perf_counter() - begun
-    replace_file(out / "surface.json", json.dumps(figures, indent=2) + "\n")
-    return result, figures
+        result = survey(case)
+        figures = summary(result)
+        with writing(out):
+            clear_results(out)
+            draw(result, out)
+        replace_file(out / "contact.csv", table(result))
+        figures["wall_s"] = time.perf_counter() - begun
+        replace_file(out / "surface.json", json.dumps(figures, indent=2) + "\n")
+        return result, figures
 
 
 def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
     """The main figures of the surface as names and readable values."""
-    cut, fit = figures["cut_offs"], figures["spectrum_fit"]
+    cut, fit, measured = figures["cut_offs"], figures["spectrum_fit"], figures["measured"]
     wave = cut["shortest_wave_m"]
-    measured = figures["measured"]
-
-    def before(name: str, factor: float, unit: str) -> str:
-        if measured is None or wave is None:
-            return ""
-        return f"; {factor * measured[name]:.3g}{unit} with all waves of the map"
-
-    pixels, sides = figures["pixels"], [1e3 * side for side in cut["size_m"]]
     grid = "{} x {} pixels of {:.4g} um"
-    of_map, mirrored = [], ""
+    sides = " x ".join(f"{1e3 * side:.3g}" for side in cut["size_m"])
+    pressed = f"{grid.format(*figures['pixels'], 1e6 * cut['pixel_m'])}, {sides} mm"
+    height, slope = f"{1e6 * figures['rms_height_m']:.3g} um", f"{figures['rms_slope']:.3g}"
+    maps = [("map", pressed)]
     if measured is not None:
-        of_map = [("map", grid.format(*measured["pixels"], 1e6 * measured["pixel_m"]))]
-        mirrored = ", continued by its mirror images"
+        map_ = grid.format(*measured["pixels"], 1e6 * measured["pixel_m"])
+        maps = [("map", map_), ("map, as pressed", f"{pressed}, continued by its mirror images")]
+        if wave is not None:
+            height += f"; {1e6 * measured['rms_height']:.3g} um with all waves of the map"
+            slope += f"; {measured['rms_slope']:.3g} with all waves of the map"
+    spectrum = "too few waves for a fit"
+    if fit is not None:
+        spectrum = f"Hurst {fit['hurst']:.2f}, roll-off {1e6 * fit['rolloff_m']:.3g} um"
     return [
         ("rubber", f"{figures['rubber']}, E* = {figures['modulus_Pa'] / 1e6:.4g} MPa"),
-        *of_map,
-        (
-            "map, as pressed" if of_map else "map",
-            f"{grid.format(*pixels, 1e6 * cut['pixel_m'])}, "
-            f"{sides[0]:.3g} x {sides[1]:.3g} mm{mirrored}",
-        ),
+        *maps,
         ("realisations", str(figures["realisations"])),
-        ("rms height", f"{1e6 * figures['rms_height_m']:.3g} um{before('rms_height', 1e6, ' um')}"),
-        ("rms slope", f"{figures['rms_slope']:.3g}{before('rms_slope', 1.0, '')}"),
+        ("rms height", height),
+        ("rms slope", slope),
         ("skewness", f"{figures['skewness']:.3g}"),
-        (
-            "spectrum",
-            "too few waves for a fit"
-            if fit is None
-            else f"Hurst {fit['hurst']:.2f}, roll-off {1e6 * fit['rolloff_m']:.3g} um",
-        ),
+        ("spectrum", spectrum),
         ("shortest wave", "as the pixels show" if wave is None else f"{1e6 * wave:.4g} um"),
         ("definition of k and D", figures["definition"]),
         ("seconds", f"{figures['wall_s']:.1f}"),

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
@@ -20,14 +19,10 @@ READ = "k at 5 bar: 0.405 is a reading of 0.105"
 
 def draw(result: Survey, out: Path) -> None:
     """Write map.png, contact.png, parameters.png and spectrum.png to `out`."""
-    for name, figure in (
-        ("map", _map(result)),
-        ("contact", _contact(result)),
-        ("parameters", _parameters(result)),
-        ("spectrum", _spectrum(result)),
-    ):
+    for drawn in (_map, _contact, _parameters, _spectrum):
+        figure = drawn(result)
         FigureCanvasAgg(figure)
-        figure.savefig(out / f"{name}.png", dpi=120)
+        figure.savefig(out / f"{drawn.__name__[1:]}.png", dpi=120)
 
 
 def _map(result: Survey) -> Figure:
@@ -74,8 +69,10 @@ def _contact(result: Survey) -> Figure:
 
 
 def _parameters(result: Survey) -> Figure:
-    p, mean, spread = result.case.pressure_array / BAR, result.mean, result.deviation
-    printed = CONTACT_TABLES["B"]
+    p, mean, spread = np.array(result.case.pressures) / BAR, result.mean, result.deviation
+    printed, several = CONTACT_TABLES["B"], len(result.found)
+    bars = np.array(printed.pressure) / BAR
+    name = f"mean of {several} realisations" if several > 1 else "this surface"
     figure = Figure(figsize=(11, 4), layout="constrained")
     for axes, scale, values, deviation, points, label in zip(
         figure.subplots(1, 3),
@@ -86,37 +83,24 @@ def _parameters(result: Survey) -> Figure:
         ("k, relative contact area", "D, patch diameter (µm)", "H_V, free height (µm)"),
         strict=True,
     ):
-        several = len(result.found)
-        name = f"mean of {several} realisations" if several > 1 else "this surface"
         axes.plot(p, scale * values, "C0.-", label=name)
         if several > 1:
             low = np.maximum(values - deviation, 1e-3 * values)
-            axes.fill_between(
-                p, scale * low, scale * (values + deviation), alpha=0.3, label="± std"
-            )
-        _printed_points(axes, scale * np.array(points), label.startswith("k,"))
+            high = values + deviation
+            axes.fill_between(p, scale * low, scale * high, alpha=0.3, label="± std")
+        points = scale * np.array(points)
+        sure = 1 if label.startswith("k,") else len(bars)
+        axes.plot(bars[:sure], points[:sure], "ks", label=PRINTED)
+        axes.plot(bars[sure:], points[sure:], "s", mfc="none", mec="k", label=READ)
         axes.set(xscale="log", yscale="log", xlabel="pressure (bar)", title=label)
         axes.grid(True, which="both", alpha=0.2)
         axes.xaxis.set_major_formatter("{x:g}")
         axes.yaxis.set_major_formatter("{x:g}")
         axes.yaxis.set_minor_formatter(LogFormatter(minor_thresholds=(1.5, 0.7)))
-    _limit_small(axes, scale * mean.H_V)
+    # The range of H_V stays readable where contact is complete.
+    axes.set_ylim(bottom=max(1e-3, 0.5 * 1e6 * float(mean.H_V.min())))
     figure.axes[0].legend(fontsize=8)
     return figure
-
-
-def _printed_points(axes: Axes, points: np.ndarray, is_k: bool) -> None:
-    bars = np.array(CONTACT_TABLES["B"].pressure) / BAR
-    if is_k:
-        axes.plot(bars[:1], points[:1], "ks", label=PRINTED)
-        axes.plot(bars[1:], points[1:], "s", mfc="none", mec="k", label=READ)
-    else:
-        axes.plot(bars, points, "ks", label=PRINTED)
-
-
-def _limit_small(axes: Axes, values: np.ndarray) -> None:
-    """Keep the range of H_V readable where contact is complete."""
-    axes.set_ylim(bottom=max(1e-3, 0.5 * float(values.min())))
 
 
 def _spectrum(result: Survey) -> Figure:
@@ -128,9 +112,8 @@ def _spectrum(result: Survey) -> Figure:
     wave = 2e6 * np.pi / found.q
     there = found.density > 1e-9 * found.density.max()
     axes.loglog(wave[there], found.density[there], "C0.-", label="mean over directions")
-    axes.axvline(
-        1e6 * shortest, color="C3", ls="--", label=f"shortest wave {1e6 * shortest:.3g} µm"
-    )
+    label = f"shortest wave {1e6 * shortest:.3g} µm"
+    axes.axvline(1e6 * shortest, color="C3", ls="--", label=label)
     axes.axvline(2e6 * result.surface.pixel, color="0.5", ls=":", label="two pixels")
     if fit is not None:
         inside = wave >= 1e6 * shortest
@@ -138,13 +121,8 @@ def _spectrum(result: Survey) -> Figure:
         line = knee ** (-2.0 * (1.0 + fit.hurst))
         use = found.density[inside] > 0.0
         level = np.exp(np.mean(np.log(found.density[inside][use] / line[use])))
-        axes.loglog(
-            wave[inside],
-            level * line,
-            "k-",
-            lw=1,
-            label=f"fit: Hurst {fit.hurst:.2f}, roll-off {1e6 * fit.rolloff:.3g} µm",
-        )
+        label = f"fit: Hurst {fit.hurst:.2f}, roll-off {1e6 * fit.rolloff:.3g} µm"
+        axes.loglog(wave[inside], level * line, "k-", lw=1, label=label)
     axes.invert_xaxis()
     axes.set(xlabel="wave length (µm)", ylabel="power spectrum of heights (m⁴)")
     axes.legend(fontsize=8)

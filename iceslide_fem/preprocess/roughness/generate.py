@@ -52,17 +52,10 @@ class SurfaceSpec(BaseModel):
             given = "none" if self.rms_height is None else "both"
             raise ValueError(f"give one of rms_height and rms_slope; given: {given}")
         if not 2.0 * self.size / self.pixels <= self.shortest_wave <= self.rolloff <= self.size:
+            lengths = 2.0 * self.pixel, self.shortest_wave, self.rolloff, self.size
             raise ValueError(
                 "two pixels, shortest_wave, rolloff and size must not fall in this order; given: "
-                + ", ".join(
-                    f"{1e6 * length:.4g} um"
-                    for length in (
-                        2.0 * self.size / self.pixels,
-                        self.shortest_wave,
-                        self.rolloff,
-                        self.size,
-                    )
-                )
+                + ", ".join(f"{1e6 * length:.4g} um" for length in lengths)
             )
         return self
 
@@ -84,8 +77,9 @@ def read_spec(path: Path) -> SurfaceSpec:
     try:
         return SurfaceSpec.model_validate(data)
     except ValidationError as error:
-        sentence = first_sentence(error, list(SurfaceSpec.model_fields))
-        raise SceneError(f"{path}: {sentence}") from None
+        raise SceneError(
+            f"{path}: {first_sentence(error, list(SurfaceSpec.model_fields))}"
+        ) from None
 
 
 def generate(spec: SurfaceSpec, realisation: int = 0) -> Surface:
@@ -99,23 +93,20 @@ def generate(spec: SurfaceSpec, realisation: int = 0) -> Surface:
     random = np.random.default_rng(spec.seed + realisation)
     noise = random.standard_normal((spec.pixels, spec.pixels))
     start = _with_spectrum(np.fft.rfft2(noise), amplitude, spec)
-    heights = start
-    if spec.skewness:
-        asked = spec.skewness
-        for _ in range(8):
-            heights = _shaped(start, amplitude, asked, spec)
-            found = _skewness(heights)
-            if abs(found - spec.skewness) <= SKEWNESS_ERROR:
-                break
-            asked = float(
-                np.clip(asked * spec.skewness / found if found * asked > 0 else asked, -8, 8)
-            )
-        else:
-            raise SceneError(
-                f"skewness = {spec.skewness:g} cannot be had with this spectrum: heights reach "
-                f"{found:.2f}; raise hurst or the distance from rolloff to shortest_wave"
-            )
-    return Surface(heights, spec.pixel, periodic=True)
+    asked = spec.skewness
+    if not asked:
+        return Surface(start, spec.pixel, periodic=True)
+    for _ in range(8):
+        heights = _shaped(start, amplitude, asked, spec)
+        found = float(np.mean(heights**3) / np.mean(heights**2) ** 1.5)
+        if abs(found - spec.skewness) <= SKEWNESS_ERROR:
+            return Surface(heights, spec.pixel, periodic=True)
+        if found * asked > 0:
+            asked = float(np.clip(asked * spec.skewness / found, -8, 8))
+    raise SceneError(
+        f"skewness = {spec.skewness:g} cannot be had with this spectrum: heights reach "
+        f"{found:.2f}; raise hurst or the distance from rolloff to shortest_wave"
+    )
 
 
 def _amplitudes(spec: SurfaceSpec) -> Array:
@@ -151,7 +142,3 @@ def _shaped(start: Array, amplitude: Array, skewness: float, spec: SurfaceSpec) 
         ordered[np.argsort(heights, axis=None)] = wanted
         heights = _with_spectrum(np.fft.rfft2(ordered.reshape(start.shape)), amplitude, spec)
     return heights
-
-
-def _skewness(z: Array) -> float:
-    return float(np.mean(z**3) / np.mean(z**2) ** 1.5)

@@ -59,36 +59,18 @@ def press(
     pixel: m; modulus: E* = E / (1 - nu^2) of the rubber, Pa. Raises SimulationStopped if the
     iteration does not converge.
     """
-    shape = heights.shape[0], heights.shape[1]
-    half_space = _HalfSpace(Waves(shape, pixel, periodic), modulus)
+    waves = Waves((heights.shape[0], heights.shape[1]), pixel, periodic)
+    soft = compliance(waves, modulus)
     heights = heights - heights.mean()
     distribution = np.ones_like(heights)
     for mean in pressures:
-        contact = _pressed(heights, half_space, distribution * mean, tolerance)
+        contact = _pressed(heights, waves, soft, distribution * mean, tolerance)
         yield contact
         distribution = contact.pressure / mean
 
 
-class _HalfSpace:
-    """Displacement under a pressure, and the pressure for a displacement, both without means."""
-
-    def __init__(self, waves: Waves, modulus: float) -> None:
-        self._waves = waves
-        self._compliance = compliance(waves, modulus)
-        self._stiffness = np.divide(
-            1.0, self._compliance, out=np.zeros_like(self._compliance), where=self._compliance > 0.0
-        )
-        self.softest = float(self._stiffness[self._stiffness > 0.0].min())
-
-    def displacement(self, pressure: Array) -> Array:
-        return self._waves.filtered(self._compliance, pressure)
-
-    def pressure(self, displacement: Array) -> Array:
-        return self._waves.filtered(self._stiffness, displacement)
-
-
-def _pressed(heights: Array, half_space: _HalfSpace, p: Array, tolerance: float) -> Contact:
-    """Pressure and gap under the mean pressure of the start `p` (Pa).
+def _pressed(heights: Array, waves: Waves, soft: Array, p: Array, tolerance: float) -> Contact:
+    """Pressure and gap under the mean pressure of the start `p` (Pa); `soft`: see `compliance`.
 
     They minimise p.u/2 - p.h over p >= 0 with the given mean, where u is what p displaces. The
     gradient, g = u - h less its mean over the contact, is the gap when it has vanished there.
@@ -96,7 +78,8 @@ def _pressed(heights: Array, half_space: _HalfSpace, p: Array, tolerance: float)
     mean, rms = float(p.mean()), float(np.sqrt(np.mean(heights**2)))
     if rms == 0.0:
         return Contact(p, np.zeros_like(p), 0, 0.0)
-    u = half_space.displacement(p)
+    stiff = np.divide(1.0, soft, out=np.zeros_like(soft), where=soft > 0.0)
+    u = waves.filtered(soft, p)
     step, before, last = np.zeros_like(p), np.zeros_like(p), inf
     for iteration in range(MOST_ITERATIONS):
         touching = p > 0.0
@@ -111,7 +94,7 @@ def _pressed(heights: Array, half_space: _HalfSpace, p: Array, tolerance: float)
 
         inside = g * touching
         inside -= inside.sum() / count * touching
-        preconditioned = half_space.pressure(inside) * touching
+        preconditioned = waves.filtered(stiff, inside) * touching
         preconditioned -= preconditioned.sum() / count * touching
         size = float(np.vdot(inside, preconditioned))
         # Polak and Ribiere's factor: it restarts by itself where the contact has changed.
@@ -119,7 +102,7 @@ def _pressed(heights: Array, half_space: _HalfSpace, p: Array, tolerance: float)
         step += preconditioned
         step *= touching
         before, last = inside, size or inf
-        response = half_space.displacement(step)
+        response = waves.filtered(soft, step)
         curvature = np.vdot(step, response) - step.sum() * np.vdot(response, touching) / count
         slope = float(np.vdot(inside, step))
         length = slope / float(curvature) if slope else 0.0
@@ -130,7 +113,7 @@ def _pressed(heights: Array, half_space: _HalfSpace, p: Array, tolerance: float)
         if overlap > 0.0:
             # They take what the contact's own change is, on the average, to its own gap; a single
             # pixel has none.
-            stiffness = half_space.softest
+            stiffness = float(stiff[stiff > 0.0].min())
             if slope:
                 stiffness = length * slope / float(np.vdot(inside, inside))
             entering = ~touching & (g < 0.0)
@@ -138,7 +121,7 @@ def _pressed(heights: Array, half_space: _HalfSpace, p: Array, tolerance: float)
             linear = False
         factor = mean / float(moved.mean())
         p = moved * factor
-        u = (u - length * response) * factor if linear else half_space.displacement(p)
+        u = (u - length * response) * factor if linear else waves.filtered(soft, p)
     raise SimulationStopped(
         f"the contact at {mean:.4g} Pa has not converged in {MOST_ITERATIONS} iterations "
         f"(error {error:.2g} of the rms height)"

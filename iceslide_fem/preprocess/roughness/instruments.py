@@ -1,13 +1,15 @@
-"""Height maps in four formats of instruments, which no library reads rightly."""
+"""Height maps in files of instruments: MetroPro and X3P read here, all others by surfalize."""
 
 from __future__ import annotations
 
 import struct
+import warnings
+import zipfile
+import zlib
 from pathlib import Path
-from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
 from iceslide_fem.preprocess.roughness.height_map import HeightMap
 from iceslide_fem.runtime.errors import SceneError
@@ -15,15 +17,14 @@ from iceslide_fem.runtime.errors import SceneError
 _METROPRO = (b"\x88\x1b\x03\x6f", b"\x88\x1b\x03\x70", b"\x88\x1b\x03\x71")
 _PHASE_RESOLUTION = {0: 4096, 1: 32768, 2: 131072}  # of a fringe, by the header's phase_res
 _NO_PHASE = 2147483640
-_PLU_TOPOGRAPHY, _PLU_MISSING = 3, 1000001.0
-_TRUEMAP = b"Binary TrueMap Data File v2.0"
-
-
-def _matrix(data: bytes, kind: str, rows: int, columns: int, start: int) -> NDArray[Any]:
-    """Numbers (rows, columns) from byte `start` on. Raises ValueError if they are cut off."""
-    if start + rows * columns * np.dtype(kind).itemsize > len(data):
-        raise ValueError("cut off")
-    return np.frombuffer(data, kind, rows * columns, start).reshape(rows, columns)
+_X3P_TYPES = {"I": "<i2", "L": "<i4", "F": "<f4", "D": "<f8"}
+# Formats of surfalize whose sizes and heights tests hold against files of known ones.
+VERIFIED = {".al3d", ".gwy", ".opd", ".os3d", ".plux", ".sdf", ".sur", ".vk3", ".vk4"}
+VERIFIED |= {".vk6", ".vk7"}
+_OPD_BAD = 32766  # marks a missing height of 16 bits, as 32767 does (Gwyddion's wykofile.c)
+# By surfalize: some are read here, some it reads wrongly; of .nms and .tmd the sources contradict
+# each other on the unit.
+NOT_READ = {".xyz", ".sflz", ".x3p", ".dat", ".plu", ".tmd", ".zmg", ".nms"}
 
 
 def read_metropro(path: Path) -> HeightMap:
@@ -46,7 +47,7 @@ def read_metropro(path: Path) -> HeightMap:
         (resolution,) = struct.unpack_from(">h", data, 218)
         (inverted,) = struct.unpack_from(">h", data, 232)
         first = start + 2 * width * height * buckets
-        phase = _matrix(data, ">i4", rows, columns, first)
+        phase = np.frombuffer(data, ">i4", rows * columns, first).reshape(rows, columns)
     except (struct.error, ValueError):
         raise SceneError(f"{path} is a MetroPro file that is cut off") from None
     if resolution not in _PHASE_RESOLUTION or phase.size == 0:
@@ -59,65 +60,113 @@ def read_metropro(path: Path) -> HeightMap:
     return HeightMap(heights, (float(side), float(side)))
 
 
-def read_truemap(path: Path) -> HeightMap:
-    """The map in a .tmd file, whose lengths are in mm as GelSight, who write them, define it.
+def read_x3p(path: Path, unit: float | None) -> HeightMap:
+    """The map in an X3P file (ISO 5436-2, ISO 25178-72): an archive of XML and binary heights.
 
-    Raises SceneError.
+    Its members may be in a folder of the archive. unit: m, of files whose axes are not in metres
+    as the standard has it. Raises SceneError.
     """
-    data = path.read_bytes()
-    end = data.find(b"\0", 32) + 1  # of the remark, which is of any length
     try:
-        if not data.startswith(_TRUEMAP) or end < 33:
-            raise ValueError
-        columns, rows, length, width = struct.unpack_from("<2I2f", data, end)
-        heights = _matrix(data, "<f4", rows, columns, end + 24)
-    except (struct.error, ValueError):
-        raise SceneError(f"{path} is not a whole TrueMap file, version 2.0") from None
-    if heights.size == 0:
-        raise SceneError(f"{path} has no heights in it")
+        with zipfile.ZipFile(path) as archive:
+            members = {name.replace("\\", "/"): name for name in archive.namelist()}
+            mains = [name for name in members if name.rpartition("/")[2].lower() == "main.xml"]
+            if not mains:
+                raise SceneError(f"{path} is not an X3P file: it has no main.xml")
+            folder = mains[0][: -len("main.xml")]
+            root = ElementTree.fromstring(archive.read(members[mains[0]]))
+            for element in root.iter():
+                element.tag = element.tag.rpartition("}")[2]
+            binary = {}
+            for key in ("PointDataLink", "ValidPointsLink"):
+                link = (root.findtext(f"Record3/DataLink/{key}") or "").strip()
+                if name := link.replace("\\", "/").lstrip("./"):
+                    binary[key] = archive.read(members.get(folder + name) or members[name])
+    except (
+        zipfile.BadZipFile, zlib.error, KeyError, NotImplementedError, RuntimeError, EOFError,
+        ElementTree.ParseError, ValueError,
+    ):  # fmt: skip
+        raise SceneError(f"{path} is not an X3P file that can be read") from None
+    try:
+        heights, (dx, dy) = _x3p_map(path, root, binary)
+    except (KeyError, ValueError) as error:
+        said = f"its {error.args[0]} is missing" if isinstance(error, KeyError) else str(error)
+        raise SceneError(f"{path} is not an X3P file that can be read: {said}") from None
+    if unit is None:
+        return HeightMap(heights, (dx, dy))
+    note = f"its axes are taken to be in units of {unit:g} m (--height-unit)"
+    return HeightMap(heights * unit, (dx * unit, dy * unit), (note,))
+
+
+def _x3p_map(
+    path: Path, root: ElementTree.Element, binary: dict[str, bytes]
+) -> tuple[np.ndarray, tuple[float, float]]:
+    """Heights and sides of a pixel. Raises KeyError or ValueError where something is missing or
+    does not fit.
+    """
+
+    def text(place: str) -> str:
+        if not (found := (root.findtext(place) or "").strip()):
+            raise KeyError(place.rpartition("/")[2])
+        return found
+
+    columns, rows, layers = (int(text(f"Record3/MatrixDimension/Size{axis}")) for axis in "XYZ")
+    if layers != 1:
+        raise SceneError(f"{path} has {layers} layers; allowed: 1")
+    axes = "Record1/Axes"
+    if {text(f"{axes}/CX/AxisType"), text(f"{axes}/CY/AxisType")} != {"I"}:
+        raise SceneError(f"{path} has no regular grid (its axes are not incremental)")
+    kind = (root.findtext(f"{axes}/CZ/DataType") or "D").strip()
+    scale = float(root.findtext(f"{axes}/CZ/Increment") or 1.0) if kind in "IL" else 1.0
+    if "PointDataLink" in binary:
+        values = np.frombuffer(binary["PointDataLink"], _X3P_TYPES[kind]).astype(float)
+    else:
+        datums = [datum.text or "" for datum in root.iterfind("Record3/DataList/Datum")]
+        values = np.array([float(datum.rpartition(";")[2] or "nan") for datum in datums])
+    if values.size != rows * columns:
+        raise ValueError(f"it has {values.size} heights; its head says {rows} rows of {columns}")
+    if "ValidPointsLink" in binary:
+        bits = np.unpackbits(np.frombuffer(binary["ValidPointsLink"], np.uint8), bitorder="little")
+        if bits.size < values.size:
+            raise ValueError("its list of valid points is too short")
+        values[bits[: values.size] == 0] = np.nan
+    sides = float(text(f"{axes}/CX/Increment")), float(text(f"{axes}/CY/Increment"))
+    return values.reshape(rows, columns) * scale, sides
+
+
+def read_by_surfalize(path: Path) -> HeightMap:
+    """Any format that surfalize knows; it is not installed with this program. Raises SceneError."""
+    try:
+        import surfalize
+        from surfalize.file.common import FileHandler
+    except ImportError:
+        raise SceneError(
+            f"{path}: read here are .npy, .csv, .txt, .xyz, .asc, .x3p, .dat and .toml; "
+            "pip install surfalize reads many instruments' formats, too"
+        ) from None
+    suffix = path.suffix.lower()
+    known = sorted(FileHandler.get_supported_formats_read() - NOT_READ)
+    if suffix not in known:
+        raise SceneError(
+            f'{path}: maps of "{suffix}" are not read; surfalize reads {", ".join(known)}'
+        )
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            # It goes through all formats if that of the suffix fails, and says so in a warning.
+            warnings.filterwarnings("error", "The file suffix indicates")
+            found = surfalize.Surface.load(path)
+            heights = 1e-6 * np.ma.filled(np.ma.asarray(found.data, dtype=float), np.nan)
+            if suffix == ".opd":
+                wave = 1e-6 * found.metadata["Wavelength"] / found.metadata["Mult"]
+                heights[np.abs(heights) > (_OPD_BAD - 0.5) * abs(wave)] = np.nan
+            sides = 1e-6 * float(found.step_x), 1e-6 * float(found.step_y)
+    except Exception as error:  # whatever a damaged file makes of a library
+        said = " ".join(str(error).split()) or type(error).__name__
+        raise SceneError(f"{path} cannot be read by surfalize as {suffix}: {said[:200]}") from None
+    if heights.ndim != 2 or heights.size == 0:
+        raise SceneError(f"{path} has no map of heights in it")
     note = (
-        "its lengths are read as mm, which is what GelSight writes; other programs are said to "
-        "write um, so compare size and rms height with those of the instrument"
+        f"unverified: no test holds what surfalize reads from {suffix} against a file of known "
+        "size; compare size and rms height with those of the instrument"
     )
-    return HeightMap(
-        1e-3 * heights.astype(float), (1e-3 * length / columns, 1e-3 * width / rows), (note,)
-    )
-
-
-def read_sensofar(path: Path) -> HeightMap:
-    """The topography in a .plu file of Sensofar; heights and sides in um.
-
-    The layout is that of Gwyddion's sensofar.c: 500 bytes, then rows, columns and heights. Raises
-    SceneError.
-    """
-    data = path.read_bytes()
-    try:
-        dx, dy = struct.unpack_from("<2f", data, 404)
-        (kind,) = struct.unpack_from("<I", data, 428)
-        rows, columns = struct.unpack_from("<2I", data, 500)
-        heights = _matrix(data, "<f4", rows, columns, 508)
-    except (struct.error, ValueError):
-        raise SceneError(f"{path} is not a whole .plu file of Sensofar") from None
-    if kind != _PLU_TOPOGRAPHY or heights.size == 0:
-        raise SceneError(f"{path} has measurements of the kind {kind}; allowed: 3, a topography")
-    heights = np.where(heights == _PLU_MISSING, np.nan, 1e-6 * heights.astype(float))
-    return HeightMap(heights, (1e-6 * abs(dx), 1e-6 * abs(dy)))
-
-
-def read_zeta(path: Path) -> HeightMap:
-    """The map in a .zmg file of KLA Zeta: unsigned whole numbers of steps, all in um.
-
-    The layout is that of Gwyddion's zmgfile.c. Raises SceneError.
-    """
-    data = path.read_bytes()
-    try:
-        if not data.startswith(b"Zeta-Instruments"):
-            raise ValueError
-        columns, rows, _, dx, dy, dz = struct.unpack_from("<3I3f", data, 85)
-        (remark,) = struct.unpack_from("<I", data, 117)
-        heights = _matrix(data, "<u2", rows, columns, 205 + remark)
-    except (struct.error, ValueError):
-        raise SceneError(f"{path} is not a whole .zmg file of Zeta") from None
-    if heights.size == 0:
-        raise SceneError(f"{path} has no heights in it")
-    return HeightMap(1e-6 * dz * heights.astype(float), (1e-6 * dx, 1e-6 * dy))
+    return HeightMap(heights, sides, () if suffix in VERIFIED else (note,))

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 from iceslide_fem.preprocess.roughness.case import PIXELS_PER_WAVE, SOURCE_WAVE, RoughnessCase
 from iceslide_fem.preprocess.roughness.generate import generate, read_spec
 from iceslide_fem.preprocess.roughness.parameters import Definition
 from iceslide_fem.preprocess.roughness.read import read_surface
 from iceslide_fem.preprocess.roughness.surface import (
-    Statistics,
     Surface,
     coarsened,
     levelled,
@@ -27,33 +26,15 @@ THINNED_AT_LEAST = 256  # pixels along the longer side of a map: takes a second 
 PROGRAM, PER_PIXEL = 0.2e9, 200.0  # bytes, measured by scripts.studies.map_cost
 
 
-class Measured(NamedTuple):
-    """A map, levelled, with all its waves: its figures, its pixel (m), how many (columns, rows)."""
-
-    statistics: Statistics
-    pixel: float
-    pixels: tuple[int, int]
-
-    def summary(self) -> dict[str, Any]:
-        """The figures by name; pixel_m: m."""
-        grid = {"pixel_m": self.pixel, "pixels": list(self.pixels)}
-        return self.statistics._asdict() | grid
-
-    @classmethod
-    def of(cls, surface: Surface) -> Measured:
-        """Those of `surface`."""
-        rows, columns = surface.heights.shape
-        return cls(statistics(surface), surface.pixel, (columns, rows))
-
-
 def prepared(
     case: RoughnessCase,
-) -> tuple[Iterator[Surface], float | None, Measured | None]:
-    """Surfaces without waves below the cut-off, the cut-off (m), and a map's figures as measured.
+) -> tuple[Iterator[Surface], float | None, dict[str, Any] | None]:
+    """Surfaces without waves below the cut-off, the cut-off (m), and figures of a measured map.
 
-    What is left of a map is pressed on coarser pixels where its shortest wave allows it; by the
-    definition of the source, which counts pixels, it keeps them. Raises SceneError if the surface
-    cannot be read or resolved, or takes more memory than there is.
+    These are of the levelled map with all its waves. What is left of a map is pressed on coarser
+    pixels where its shortest wave allows it; by the definition of the source, which counts pixels,
+    it keeps them. Raises SceneError if the surface cannot be read or resolved, or takes more memory
+    than there is.
     """
     wave = case.shortest_wave
     if case.surface.suffix.lower() == ".toml":
@@ -73,9 +54,10 @@ def prepared(
         return (low_passed(surface, wave) for surface in every), wave, None
 
     surface = levelled(read_surface(case.surface, case.pixel, case.height_unit))
+    measured = statistics(surface)._asdict()
+    measured |= {"pixel_m": surface.pixel, "pixels": list(surface.heights.shape[::-1])}
     if wave is None and case.definition == "hydrodynamic":
         wave = SOURCE_WAVE
-    measured = Measured.of(surface)
     if wave is None:
         _check_memory(surface.heights.size)
         return iter([surface]), None, measured

@@ -7,27 +7,18 @@ from pathlib import Path
 
 import numpy as np
 
-from iceslide_fem.preprocess.roughness.by_surfalize import read_by_surfalize
 from iceslide_fem.preprocess.roughness.height_map import SQUARE, HeightMap, check_heights, squared
 from iceslide_fem.preprocess.roughness.instruments import (
+    read_by_surfalize,
     read_metropro,
-    read_sensofar,
-    read_truemap,
-    read_zeta,
+    read_x3p,
 )
 from iceslide_fem.preprocess.roughness.surface import Surface
 from iceslide_fem.preprocess.roughness.text_map import read_text_map
-from iceslide_fem.preprocess.roughness.x3p import read_x3p
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import is_regular
 
 SMALLEST, LARGEST = 1e-9, 1e-2  # sides of a pixel, m
-_INSTRUMENTS = {
-    ".dat": read_metropro,
-    ".plu": read_sensofar,
-    ".tmd": read_truemap,
-    ".zmg": read_zeta,
-}
 IN_UNITS = {".npy", ".csv", ".txt", ".xyz", ".asc", ".x3p"}  # --height-unit is of these
 
 
@@ -77,7 +68,7 @@ def _read(path: Path, suffix: str, unit: float | None) -> HeightMap:
         return read_x3p(path, unit)
     if suffix in IN_UNITS:
         return read_text_map(path, unit)
-    return _INSTRUMENTS.get(suffix, read_by_surfalize)(path)
+    return read_metropro(path) if suffix == ".dat" else read_by_surfalize(path)
 
 
 def _numpy(path: Path, unit: float | None) -> HeightMap:
@@ -85,10 +76,6 @@ def _numpy(path: Path, unit: float | None) -> HeightMap:
         array = np.load(path, allow_pickle=False)
     except (ValueError, EOFError, zipfile.BadZipFile):
         raise SceneError(f"{path} is not an array that NumPy has saved") from None
-    if (
-        not isinstance(array, np.ndarray)
-        or array.ndim != 2
-        or not (np.issubdtype(array.dtype, np.floating) or np.issubdtype(array.dtype, np.integer))
-    ):
+    if not isinstance(array, np.ndarray) or array.ndim != 2 or array.dtype.kind not in "fiu":
         raise SceneError(f"{path} is not a matrix of real numbers")
     return HeightMap(array.astype(float) * (1.0 if unit is None else unit), None)

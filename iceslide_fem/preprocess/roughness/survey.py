@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import io
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy as np
 from iceslide_fem.preprocess.roughness.case import RoughnessCase
 from iceslide_fem.preprocess.roughness.half_space import TOLERANCE, Contact, press
 from iceslide_fem.preprocess.roughness.parameters import Definition, Parameters, measure
-from iceslide_fem.preprocess.roughness.prepare import Measured, prepared
+from iceslide_fem.preprocess.roughness.prepare import prepared
 from iceslide_fem.preprocess.roughness.surface import (
     Statistics,
     Surface,
@@ -40,7 +39,7 @@ class Survey(NamedTuple):
 
     surface: the first realisation as it was pressed; statistics: of every realisation; cut_off:
     its shortest wave, m (None: all that the pixels show); shown: number of the pressure -> Contact;
-    measured: of a map.
+    measured: figures of a map before its short waves are removed.
     """
 
     case: RoughnessCase
@@ -51,7 +50,7 @@ class Survey(NamedTuple):
     shown: dict[int, Contact]
     iterations: int
     error: float
-    measured: Measured | None = None
+    measured: dict[str, Any] | None = None
 
     @property
     def mean(self) -> Parameters[Array]:
@@ -69,8 +68,7 @@ class Survey(NamedTuple):
 def survey(case: RoughnessCase) -> Survey:
     """Press all realisations; raises SceneError if the surface cannot be read or resolved."""
     surfaces, cut_off, measured = prepared(case)
-    modulus = case.rubber[1]
-    middle = len(case.pressures) // 2
+    pictured = (0, len(case.pressures) // 2, len(case.pressures) - 1)
     first: Surface | None = None
     shown: dict[int, Contact] = {}
     described, found = [], []
@@ -79,12 +77,10 @@ def survey(case: RoughnessCase) -> Survey:
         described.append(statistics(surface))
         _check_slope(case, described[-1])
         rows = []
-        pixel, periodic = surface.pixel, surface.periodic
-        contacts = press(surface.heights, pixel, modulus, case.pressures, periodic=periodic)
-        for number, contact in enumerate(contacts):
-            rows.append(measure(contact, pixel, case.definition, periodic))
+        for number, contact in enumerate(_contacts(surface, case.rubber[1], case.pressures)):
+            rows.append(measure(contact, surface.pixel, case.definition, surface.periodic))
             iterations, error = iterations + contact.iterations, max(error, contact.error)
-            if first is None and number in (0, middle, len(case.pressures) - 1):
+            if first is None and number in pictured:
                 shown[number] = contact
         first = first or surface
         found.append(rows)
@@ -98,11 +94,13 @@ def parameters(
     surface: Surface, modulus: float, pressures: Array, definition: Definition = "hydrodynamic"
 ) -> Parameters[Array]:
     """Contact parameters of one surface; arrays over the pressures (Pa), ascending."""
-    pixel, periodic = surface.pixel, surface.periodic
-    contacts = press(surface.heights, pixel, modulus, pressures.tolist(), periodic=periodic)
-    return Parameters(
-        *np.array([measure(contact, pixel, definition, periodic) for contact in contacts]).T
-    )
+    contacts = _contacts(surface, modulus, pressures.tolist())
+    found = [measure(each, surface.pixel, definition, surface.periodic) for each in contacts]
+    return Parameters(*np.array(found).T)
+
+
+def _contacts(surface: Surface, modulus: float, pressures: Sequence[float]) -> Iterator[Contact]:
+    return press(surface.heights, surface.pixel, modulus, pressures, periodic=surface.periodic)
 
 
 def _check_slope(case: RoughnessCase, figures: Statistics) -> None:
@@ -118,21 +116,12 @@ def _check_slope(case: RoughnessCase, figures: Statistics) -> None:
 
 def table(result: Survey) -> str:
     """The text of contact.csv, which a scene reads as `film.contact`."""
-    mean, deviation = result.mean, result.deviation
-    columns = (
-        result.case.pressure_array,
-        *mean[:3],
-        *deviation[:3],
-        mean.k_raw,
-        mean.D_median,
-        mean.open_area_below_h0,
+    import pandas as pd  # takes long to import
+
+    columns = np.array(
+        [result.case.pressures, *result.mean[:3], *result.deviation[:3], *result.mean[3:]]
     )
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for row in zip(*columns, strict=True):
-        writer.writerow("" if np.isnan(value) else f"{value:.6g}" for value in row)
-    return file.getvalue()
+    return str(pd.DataFrame(columns.T, columns=COLUMNS).to_csv(index=False, float_format="%.6g"))
 
 
 def summary(result: Survey) -> dict[str, Any]:
@@ -145,7 +134,7 @@ def summary(result: Survey) -> dict[str, Any]:
         "rms_height_m": float(figures[:, 0].mean()),
         "rms_slope": float(figures[:, 1].mean()),
         "skewness": float(figures[:, 2].mean()),
-        "measured": None if result.measured is None else result.measured.summary(),
+        "measured": result.measured,
         "spectrum_fit": None if fit is None else {"hurst": fit.hurst, "rolloff_m": fit.rolloff},
         "cut_offs": {
             "shortest_wave_m": result.cut_off,
@@ -176,7 +165,7 @@ def warnings(result: Survey) -> list[str]:
             f"the rms slope is {slope:.2f}: above {STEEP:g} rubber is strained too much for the "
             "elastic half-space"
         )
-    full = result.case.pressure_array[result.mean.k > NEARLY_FULL]
+    full = np.array(result.case.pressures)[result.mean.k > NEARLY_FULL]
     if full.size:
         found.append(
             f"k is above {NEARLY_FULL:g} from {full[0] / BAR:.3g} bar on: what is left open there "

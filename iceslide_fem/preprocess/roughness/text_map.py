@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from iceslide_fem.preprocess.roughness.height_map import HeightMap
-from iceslide_fem.preprocess.roughness.instrument_text import read_instrument_text
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.tables.cells import TextTable, number
@@ -42,6 +41,7 @@ _BOTH |= {"xy resolution", "xy calibration", "pixelgröße", "pixelgrösse", "ce
 _ESRI = re.compile(
     r"\s*(ncols|nrows|[xy]ll(?:corner|center)|cellsize|d[xy]|nodata_value)[ \t]+(\S+)", re.I
 )
+_OF_INSTRUMENTS = re.compile("\ufeff?(Zygo|Wyko) (?:XYZ|ASCII) Data File")
 
 
 def read_text_map(path: Path, unit: float | None) -> HeightMap:
@@ -49,8 +49,11 @@ def read_text_map(path: Path, unit: float | None) -> HeightMap:
     text = read_text(path, "the map", LARGEST_MAP)
     if re.match(r"\s*(ncols|nrows)[ \t]+[0-9]", text, re.IGNORECASE):
         return _esri(text, str(path), unit)
-    if (found := read_instrument_text(text, str(path), unit)) is not None:
-        return found
+    if (head := _OF_INSTRUMENTS.match(text)) is not None:
+        raise SceneError(
+            f"{path} is a {head[1]} text file, which is not read; allowed: a matrix, columns x, y, "
+            "z, X3P, or the instrument's own .dat or .opd"
+        )
     table = parse(text, str(path))
     places = _point_columns(table)
     if places is not None:
@@ -195,45 +198,37 @@ def _places(said: str, values: Array, name: str) -> tuple[np.ndarray, float]:
 
 def _esri(text: str, said: str, unit: float | None) -> HeightMap:
     """An Esri ASCII grid: lengths and heights in one unit, its first row on top."""
-    head: dict[str, float] = {}
     lines = text.splitlines()
-    first = 0
-    while first < len(lines) and (match := _ESRI.match(lines[first])) is not None:
+    head: dict[str, float] = {}
+    while lines and (match := _ESRI.match(lines[0])) is not None:
         try:
             head[match[1].casefold()] = number(match[2].replace(",", "."))
         except ValueError:
             raise SceneError(f'{said}: {match[1]} = "{match[2]}" is not a number') from None
-        first += 1
+        del lines[0]
     for key in ("ncols", "nrows"):
         if not head.get(key, 0.0) >= 1.0:
             raise SceneError(f"{said} has no {key} in its header")
-    dx, dy = (head.get(key, head.get("cellsize", np.nan)) for key in ("dx", "dy"))
-    if np.isnan(dx) or np.isnan(dy):
+    dx, dy = (head.get(key, head.get("cellsize")) for key in ("dx", "dy"))
+    if dx is None or dy is None:
         raise SceneError(f"{said} has no cellsize in its header")
     shape = int(head["nrows"]), int(head["ncols"])
-    body = "\n".join(lines[first:])
-    decimal = "," if "," in body and "." not in body else "."
-    cells = body.split()
+    body = " ".join(lines)
+    cells, decimal = body.split(), "," if "," in body and "." not in body else "."
     if len(cells) != shape[0] * shape[1]:
         raise SceneError(
             f"{said} has {len(cells)} heights; its header says {shape[0]} rows of {shape[1]}"
         )
-    try:
-        heights = np.array([number(cell, decimal) for cell in cells]).reshape(shape)
-    except ValueError:
-        word = next(cell for cell in cells if not _is_number(cell, decimal))
-        raise SceneError(f'{said}: "{word[:40]}" is not a number') from None
+    values = []
+    for cell in cells:
+        try:
+            values.append(number(cell, decimal))
+        except ValueError:
+            raise SceneError(f'{said}: "{cell[:40]}" is not a number') from None
+    heights = np.array(values).reshape(shape)
     heights[heights == head.get("nodata_value", -9999.0)] = np.nan
     factor = 1.0 if unit is None else unit
     note = "its cellsize and heights are taken to be in " + (
         "m (--height-unit says otherwise)" if unit is None else "the unit of --height-unit"
     )
     return HeightMap(heights * factor, (dx * factor, dy * factor), (note,))
-
-
-def _is_number(cell: str, decimal: str) -> bool:
-    try:
-        number(cell, decimal)
-    except ValueError:
-        return False
-    return True

@@ -1,0 +1,95 @@
+"""The bodies that conduct heat below and above the films of a block: meshed, or in modes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from iceslide_fem.film.conditions import half_film
+from iceslide_fem.film.ice_heat import Column
+from iceslide_fem.heat.elements import LayeredElements, QuadraticElements
+from iceslide_fem.heat.equation import HeatEquation, of_regions, uniform
+from iceslide_fem.heat.tabulated import Rows, TabulatedHeat
+from iceslide_fem.interface.ice_continuum import Continuum
+from iceslide_fem.interface.ice_mesh import Settings
+from iceslide_fem.interface.rubber_mesh import MeshedRubber
+from iceslide_fem.mesh import gmsh_model
+from iceslide_fem.mesh.grid import Lines
+from iceslide_fem.mesh.ice import passing_time
+from iceslide_fem.mesh.ice_body import ice_body
+from iceslide_fem.mesh.rubber import block_shape
+from iceslide_fem.rubber.block import Block
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene import Scene
+from iceslide_fem.scene.thermal_layers import HEATED_LAYERS
+
+# Of continuum ice, relative to the tolerance: the error of fewer modes than its mesh has; what is
+# between its points and it, of the resistance of the layers that the shortest heating reaches. 25
+# times that moves mu(t) by eight times the tolerance where points saturate (docs/accuracy.md).
+CONDENSED, INTERFACE_RESISTANCE = 0.005, 3e-4
+# How far (K) its points and it may disagree, relative to the tolerance. Much less closely found,
+# what single points give would be arbitrary: temperatures differ by as little over the resistance.
+# The stiffer that is, the more of them is rounding, by so much (K) over the tolerance.
+AGREEMENT, ROUNDING = 1e-2, 1e-11
+
+
+def equation_of(block: Block, surface: list[Lines], heated: Array) -> HeatEquation:
+    """Heat equation of ice that is `heated` (s) below these lines (m) of its surface, or of the
+    mesh of the user's own. Collective.
+    """
+    ice, comm = block.scene.ice, block.surface.comm
+    body = gmsh_model.distribute_made(lambda: ice_body(block.scene, surface, heated), comm)
+    solids = {layer.name: layer.solid for layer in ice.stack}
+    base = None if ice.held is None else ("base", ice.held - ice.temperature)
+    elements = LayeredElements(body.mesh)
+    if not ice.has_rows:
+        return HeatEquation(body, elements, of_regions(body, solids), base)
+    rows = Rows.of(ice.conductivity), Rows.of(ice.heat_capacity)
+    return TabulatedHeat(body, elements, solids, ice.temperature, rows, base)
+
+
+def meshed_rubber(block: Block) -> MeshedRubber:
+    """The block as it conducts heat in its own mesh. Collective."""
+    rubber, body = block.scene.rubber, block.rubber.block
+    plate = ("plate", 0.0) if rubber.plate == "held" else None
+    properties = uniform(body.mesh, rubber.solid)
+    equation = HeatEquation(body, QuadraticElements(body.mesh), properties, plate)
+    return MeshedRubber(equation, block.surface, half_film(block.scene))
+
+
+def settings_of(block: Block, heated: Array) -> Settings:
+    """Of meshed ice that is `heated` (s)."""
+    scene, solid = block.scene, block.scene.ice.solid
+    tolerance, longest = scene.numerics.tolerance, float(np.max(heated))
+    deep = HEATED_LAYERS * math.sqrt(solid.diffusivity * longest)
+    fraction = _shortest(scene, heated) / longest
+    interface_resistance = (
+        INTERFACE_RESISTANCE * tolerance * fraction**0.5 * deep / solid.conductivity
+    )
+    return Settings(solid, scene.ice.temperature, interface_resistance, agreement(tolerance))
+
+
+def _shortest(scene: Scene, heated: Array) -> float:
+    """How long (s) some of the ice is heated, at least."""
+    shortest = float(np.min(heated))
+    if scene.ice.motion == "sliding":
+        (low, high), *_ = block_shape(scene).ranges
+        longest = float(np.max(heated))
+        shortest = min(shortest, passing_time(high - low, scene.load.speeds.largest, longest))
+    return shortest
+
+
+def continuum_of(block: Block, surface: list[Lines], heated: Array) -> Continuum:
+    """Ice that is `heated` (s) below those lines of its surface."""
+    scene, comm = block.scene, block.surface.comm
+    column = Column(scene.ice.temperature, heated, solid=scene.ice.solid)
+    fraction, tolerance = _shortest(scene, heated) / float(np.max(heated)), scene.numerics.tolerance
+    column = column.condensed(CONDENSED * tolerance, fraction)
+    interface_resistance = INTERFACE_RESISTANCE * tolerance * fraction**0.5
+    return Continuum(surface, comm, column, interface_resistance, agreement(tolerance))
+
+
+def agreement(tolerance: float) -> float:
+    """How far (K) points and continuum ice may disagree at a tolerance."""
+    return max(AGREEMENT * tolerance, ROUNDING / tolerance)
