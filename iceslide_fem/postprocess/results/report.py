@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -22,8 +21,7 @@ from iceslide_fem.postprocess.results.style import (
 from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
 
 MS, NM, UM = 1e3, 1e9, 1e6
-WIDTH, ROW, DPI = 11.5, 2.75, 110  # of the page and of a row of panels (inches)
-ABOVE, BELOW, BESIDE, BETWEEN = 0.65, 0.8, 0.8, 0.75  # of and between panels, for their words
+WIDTH, ROW, DPI = 11.5, 3.2, 110  # of the page and of a row of panels (inches)
 TICKS = 5  # of an axis at most: each takes as long to draw as a curve
 CURVES = {  # panel: column, factor, title, axis, colour
     "film": ("film_height_m", NM, "Height of the water film", "h (nm)", BLUE),
@@ -70,9 +68,9 @@ def report(directory: Path | str) -> Path:
         ["shares", "shares", "energy"],
         *([["pressure", "pressure", "speed"]] if changes else []),
     ]
-    figure = Figure(figsize=(WIDTH, ABOVE + len(layout) * ROW + BELOW))
-    figure.suptitle(run.title, fontsize=14, fontweight="bold", y=1.0 - 0.1 / figure.get_figheight())
-    panels = figure.subplot_mosaic(layout, gridspec_kw=_grid(figure))  # type: ignore[arg-type]
+    figure = Figure(figsize=(WIDTH, len(layout) * ROW), layout="constrained")
+    figure.suptitle(run.title, fontsize=14, fontweight="bold")
+    panels = figure.subplot_mosaic(layout, width_ratios=[1.0, 4.0, 5.0])  # type: ignore[arg-type]
     _friction(panels["mu"], run)
     for name, curve in CURVES.items():
         _curve(panels[name], run, *curve)
@@ -102,36 +100,9 @@ def report(directory: Path | str) -> Path:
     for name, panel in panels.items():
         if name != "shares":
             panel.locator_params(axis="y", nbins=TICKS, steps=[1, 2, 5, 10])
-        _place_words(panel, figure.get_figheight())
     path = Path(directory) / "report.png"
     figure.savefig(path, dpi=DPI)
     return path
-
-
-def _grid(figure: Figure) -> dict[str, Any]:
-    """Where the panels stand: measured once here, not sought by drawing all words twice."""
-    height = figure.get_figheight()
-    rows = (height - ABOVE - BELOW) / ROW
-    return {
-        "width_ratios": [1.0, 4.0, 5.0],
-        "left": BESIDE / WIDTH,
-        "right": 1.0 - 0.15 / WIDTH,
-        "top": 1.0 - ABOVE / height,
-        "bottom": BELOW / height,
-        "wspace": BESIDE / ((WIDTH - 3.0 * BESIDE) / 3.0),
-        "hspace": BETWEEN / (ROW - BETWEEN * (rows - 1.0) / rows),
-    }
-
-
-def _place_words(panel: Axes, height: float) -> None:
-    """Put title and names of the axes at their places on a page of `height` (inches).
-
-    matplotlib would draw all ticks first, to see how much room they leave.
-    """
-    panel.set_title(panel.get_title(), y=1.0)
-    box = panel.get_position()
-    panel.yaxis.set_label_coords(-0.62 / (WIDTH * box.width), 0.5)
-    panel.xaxis.set_label_coords(0.5, -0.3 / (height * box.height))
 
 
 def _shade_phases(panel: Axes, run: Run) -> None:
@@ -150,7 +121,7 @@ def _name_phases(figure: Figure, run: Run) -> None:
         )
         for name, (start, _) in run.phases.items()
     ]
-    figure.legend(handles=patches, loc="lower center", ncols=len(patches), frameon=False)
+    figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False)
 
 
 def _friction(panel: Axes, run: Run) -> None:

@@ -6,10 +6,11 @@ not run. The others are run in the order of their cost; the finest is what all a
 
 from __future__ import annotations
 
+import itertools
 import json
 import tempfile
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -58,29 +59,29 @@ def rungs(
     `factors` multiply the scene's refinement, as far as scenes allow it.
     """
     numerics, own_mesh = scene.numerics, scene.rubber.mesh is not None
-    attached = scene.ice.motion == "attached"
     # where ice passes, a point stands for it by the time that it is below the block
     on_ice = scene.film.carrier == "ice" and scene.friction.law == "film"
-    has_point = attached or (on_ice and not scene.rubber.heat and not own_mesh)
+    has_point = scene.ice.motion == "attached" or (
+        on_ice and not scene.rubber.heat and not own_mesh
+    )
     refinements = sorted({float(np.clip(f * numerics.refinement, *REFINEMENTS)) for f in factors})
     if own_mesh:
         refinements = [numerics.refinement]
     heats = _heats(scene)
     chosen: list[Rung] = []
     skipped: dict[Rung, str] = {}
-    for model in MODELS:
-        if (model == "point" and not has_point) or (own_mesh and model == "slice"):
+    for model, heat in itertools.product(MODELS, heats):
+        if model == "point" and (not has_point or heat in SIDEWAYS):
             continue
-        for heat in heats:
-            if heat in SIDEWAYS and model == "point":
-                continue
-            for refinement in [1.0] if model == "point" else refinements:
-                rung = Rung(model, heat, refinement)
-                reason = len(heats) > 1 and _needless(rung, found, numerics.tolerance)
-                if reason:
-                    skipped[rung] = reason
-                else:
-                    chosen.append(rung)
+        if model == "slice" and own_mesh:
+            continue
+        for refinement in [1.0] if model == "point" else refinements:
+            rung = Rung(model, heat, refinement)
+            reason = _needless(rung, found, numerics.tolerance) if len(heats) > 1 else ""
+            if reason:
+                skipped[rung] = reason
+            else:
+                chosen.append(rung)
     return chosen, skipped
 
 
@@ -100,18 +101,14 @@ def _needless(rung: Rung, found: Simplifications, tolerance: float) -> str:
     """Which rung gives the same as this one, by the estimates; empty if none does."""
 
     def same(other: str, what: str, effect: float) -> str:
-        return (
-            f"not run, same as {other}: {what} moves mu by {effect:.1g}"
-            if effect <= tolerance
-            else ""
-        )
+        small = effect <= tolerance
+        return f"not run, same as {other}: {what} moves mu by {effect:.1g}" if small else ""
 
-    bend = same("the point", "uneven pressure", found.uniform_pressure)
-    if rung.model != "point" and bend and found.sideways.effect <= tolerance:
-        return bend
+    if rung.model != "point" and found.sideways.effect <= tolerance:
+        if reason := same("the point", "uneven pressure", found.uniform_pressure):
+            return reason
     if rung.model == "block":
-        reason = same("the slice", "the third dimension", found.plane_strain.effect)
-        if reason:
+        if reason := same("the slice", "the third dimension", found.plane_strain.effect):
             return reason
     if rung.heat == "half-space":
         return same("columns", "the closed form", found.closed_form.effect)
@@ -193,7 +190,6 @@ def compared(outcomes: Sequence[RungResult]) -> list[RungResult]:
 
 def finest_of(outcomes: Sequence[RungResult]) -> RungResult | None:
     """The finest rung that was run to its end."""
-
     done = (one for one in outcomes if one.run is not None)
     return max(done, key=lambda one: fineness(one.rung), default=None)
 
@@ -242,19 +238,15 @@ def _compile(scene: Scene, rung: Rung) -> None:
     short = scene.model_copy(update={"load": scene.load.model_copy(update={"duration": duration})})
     comm = MPI.COMM_WORLD
     with tempfile.TemporaryDirectory() as folder:
-        try:
+        with suppress(SimulationStopped):  # too coarse to find equilibrium: compiled all the same
             run(on_rung(short, rung._replace(refinement=0.25)), comm.bcast(folder))
-        except SimulationStopped:
-            pass  # too coarse to find equilibrium, perhaps: compiled all the same
         comm.barrier()
 
 
 def _reset_peak_memory() -> None:
-    """Let Linux forget this process's peak of memory."""
-    try:
+    """Let Linux forget this process's peak of memory; else it is that of all rungs until now."""
+    with suppress(OSError):
         Path("/proc/self/clear_refs").write_text("5")
-    except OSError:
-        pass  # then the peak is that of all rungs until now
 
 
 def _peak_memory() -> float:

@@ -14,11 +14,8 @@ from iceslide_fem.run.simplifications import simplifications
 from iceslide_fem.runtime.units import readable
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import SAMPLED
-from iceslide_fem.scene.materials import (
-    BAR,
-    ContactTable,
-)
-from iceslide_fem.workflow.planning.cost import Cost, estimate
+from iceslide_fem.scene.materials import BAR, ContactTable
+from iceslide_fem.workflow.planning.cost import estimate
 
 
 class Row(NamedTuple):
@@ -43,19 +40,13 @@ def describe(scene: Scene) -> list[Row]:
     """
     if scene.model == "point":
         size: tuple[float, ...] = (scene.rubber.length, scene.rubber.height)
-        return _load(scene) + _heat(scene, size) + _film(scene, size) + _cost(estimate(scene))
+        of_body = []
+    else:
+        from iceslide_fem.mesh.rubber import block_size  # loads gmsh, which a point does not need
 
-    from iceslide_fem.mesh.rubber import block_size  # loads gmsh, which a point does not need
-
-    size, cost = block_size(scene), estimate(scene)
-    return (
-        _load(scene)
-        + _heat(scene, size)
-        + _film(scene, size)
-        + _rubber(scene, size)
-        + _mesh(scene)
-        + _cost(cost)
-    )
+        size = block_size(scene)
+        of_body = _rubber(scene, size) + _mesh(scene)
+    return _load(scene) + _heat(scene, size) + _film(scene, size) + of_body + _cost(scene)
 
 
 def _load(scene: Scene) -> list[Row]:
@@ -87,25 +78,16 @@ def _heat(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     if scene.ice.motion == "sliding" and scene.model != "point":
         heated, when = min(duration, L / v), "√(α t) after the time under the block"
     diffusivity = scene.ice.solid.diffusivity
-    rubber_diffusivity = scene.rubber.solid.diffusivity
     thermal = sqrt(diffusivity * heated)
+    in_rubber = sqrt(scene.rubber.solid.diffusivity * duration)
     lateral = thermal / min(size[:-1])
     sideways = "take continuum ice" if scene.ice.is_half_space else "take ice on a mesh"
     enough = "columns of ice suffice" if lateral <= LATERAL_SHARE else sideways
+    worth = f"√(α t) / L: {enough}; at 0.09 worth 0.8 % of mean μ, 3 % with cold ice beside"
     return [
         Row("heat", "warm layer in ice", readable(thermal, "m"), when),
-        Row(
-            "heat",
-            "warm layer in rubber",
-            readable(sqrt(rubber_diffusivity * duration), "m"),
-            "√(α t) at the end",
-        ),
-        Row(
-            "heat",
-            "sideways in ice",
-            f"{lateral:.2g}",
-            f"√(α t) / L: {enough}; at 0.09 worth 0.8 % of mean μ, 3 % with cold ice beside",
-        ),
+        Row("heat", "warm layer in rubber", readable(in_rubber, "m"), "√(α t) at the end"),
+        Row("heat", "sideways in ice", f"{lateral:.2g}", worth),
         Row("heat", "transit time", readable(L / v, "s"), "L / v, an ice point's time under it"),
         Row("heat", "Péclet number", f"{v * L / diffusivity:.3g}", "v L / α in ice"),
     ]
@@ -176,14 +158,11 @@ def _table(scene: Scene, size: tuple[float, ...], mu: float) -> list[Row]:
         E = scene.mooney_rivlin.youngs_modulus
         mean, tilt = p * E / (E + p), 3.0 * mu * size[-1] / size[0]
     span = f"{low / BAR:.3g} to {high / BAR:.3g} bar"
+    within = f"{covered_load(table, mean, tilt):.0%}"
+    about = "about: flattened by p / E, tilted by 3 μ H / L with μ at t = 0"
     return [
         Row("film", "k, D, H_V", span, f"{table.source}: {covers}"),
-        Row(
-            "film",
-            "load within the table",
-            f"{covered_load(table, mean, tilt):.0%}",
-            "about: flattened by p / E, tilted by 3 μ H / L with μ at t = 0",
-        ),
+        Row("film", "load within the table", within, about),
     ]
 
 
@@ -201,35 +180,21 @@ def covered_load(table: ContactTable, pressure: float, tilt: float) -> float:
 
 def _rubber(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     """Stiffness, expected strain p/E and time of a shear wave through the height, H sqrt(rho/G)."""
-    rubber, load, constants = scene.rubber, scene.load, scene.mooney_rivlin
-    strain = load.pressures.largest / constants.youngs_modulus
+    duration, constants = scene.load.duration, scene.mooney_rivlin
     E, G, nu = constants.youngs_modulus, constants.shear_modulus, constants.poissons_ratio
-    wave = size[-1] * sqrt(rubber.density / G)
-    return [
+    strain = f"{scene.load.pressures.largest / E:.2%}"
+    wave = size[-1] * sqrt(scene.rubber.density / G)
+    of_run = f"H √(ρ/G), {wave / duration:.2%} of the run"
+    rows = [
         Row("rubber", "Young's modulus", readable(E, "Pa"), f"Poisson's ratio {nu:.3f}"),
-        Row(
-            "rubber",
-            "compression",
-            f"{strain:.2%}",
-            "p / E, the expected strain",
-        ),
-        Row(
-            "rubber",
-            "shear wave time",
-            readable(wave, "s"),
-            f"H √(ρ/G), {wave / load.duration:.2%} of the run",
-        ),
-        *_inertia(scene),
+        Row("rubber", "compression", strain, "p / E, the expected strain"),
+        Row("rubber", "shear wave time", readable(wave, "s"), of_run),
     ]
-
-
-def _inertia(scene: Scene) -> list[Row]:
-    """What a quasi-static box of rubber leaves out; nothing to say of others."""
-    if scene.rubber.inertia or scene.rubber.mesh is not None:
-        return []
-    effect = simplifications(scene).inertia.effect
-    meaning = "of μ(t) for a moment at most, of its mean far less: rubber.inertia resolves it"
-    return [Row("rubber", "inertia left out", f"{effect:.2g}", meaning)]
+    if not scene.rubber.inertia and scene.rubber.mesh is None:  # what a quasi-static box leaves out
+        effect = f"{simplifications(scene).inertia.effect:.2g}"
+        meaning = "of μ(t) for a moment at most, of its mean far less: rubber.inertia resolves it"
+        rows.append(Row("rubber", "inertia left out", effect, meaning))
+    return rows
 
 
 def _mesh(scene: Scene) -> list[Row]:
@@ -272,18 +237,20 @@ def _ice_mesh(scene: Scene) -> list[Row]:
     ]
 
 
-def _cost(cost: Cost) -> list[Row]:
+def _cost(scene: Scene) -> list[Row]:
     """What a run takes; see `cost` for what the estimates are worth."""
-    rows = [Row("cost", "steps", f"about {cost.steps}", "of the point rung at this tolerance")]
+    cost = estimate(scene)
+    meaning, rows = "of the point rung at this tolerance", []
     if cost.rubber_unknowns:
+        meaning = "from those of a point at this tolerance"
         rows = [
             Row("cost", "unknowns, rubber", f"{cost.rubber_unknowns}", "displacements, quadratic"),
             Row("cost", "unknowns, ice", f"{cost.ice_unknowns}", "temperatures; columns need none"),
-            rows[0]._replace(meaning="from those of a point at this tolerance"),
         ]
     memory = f"about {cost.memory / 1e9:.1f} GB"
     return [
         *rows,
+        Row("cost", "steps", f"about {cost.steps}", meaning),
         Row("cost", "memory", memory, "of one process"),
         Row("cost", "time", f"about {_duration(cost.time)}", "on one core, within a factor of two"),
     ]

@@ -43,21 +43,15 @@ def draw_mesh(scene: Scene, path: Path) -> None:
     if scene.ice.heat == "mesh":
         meshes.append(ice_body(scene))
     meshes = [tagged._replace(points=1e3 * tagged.points) for tagged in meshes]
-    draw = _draw_slice if scene.model == "slice" else _draw_block
-    figure = Figure(figsize=_size(scene, len(meshes)), layout="constrained")
-    draw(figure, *meshes)
+    figure = Figure(layout="constrained")
+    (_draw_slice if scene.model == "slice" else _draw_block)(figure, *meshes)
     _add_legend(figure, meshes)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=120)
 
 
-def _size(scene: Scene, meshes: int) -> tuple[float, float]:
-    if meshes == 1:
-        return 8.0, 6.0
-    return (11.0, 6.0) if scene.model == "slice" else (15.0, 6.0)
-
-
 def _draw_slice(figure: Figure, rubber: TaggedMesh, ice: TaggedMesh | None = None) -> None:
+    figure.set_size_inches(8.0 if ice is None else 11.0, 6.0)
     if ice is None:
         _draw_section(figure.add_subplot(), rubber)
         return
@@ -67,12 +61,12 @@ def _draw_slice(figure: Figure, rubber: TaggedMesh, ice: TaggedMesh | None = Non
 
 
 def _draw_block(figure: Figure, rubber: TaggedMesh, ice: TaggedMesh | None = None) -> None:
+    figure.set_size_inches(8.0 if ice is None else 15.0, 6.0)
     if ice is None:
         _draw_outside(figure.add_subplot(projection="3d"), rubber, -25.0)
         return
-    for place, (tagged, elevation, what, ticks) in enumerate(
-        [(rubber, -25.0, "rubber, from below", 3), (ice, 25.0, "ice, from above", 1)], start=1
-    ):
+    bodies = [(rubber, -25.0, "rubber, from below", 3), (ice, 25.0, "ice, from above", 1)]
+    for place, (tagged, elevation, what, ticks) in enumerate(bodies, start=1):
         axes = figure.add_subplot(1, 3, place, projection="3d")
         _draw_outside(axes, tagged, elevation)
         axes.set_title(what)
@@ -86,10 +80,8 @@ def _draw_section(axes: Any, *meshes: TaggedMesh) -> None:
     for tagged in meshes:
         for name, colour in _region_colours(tagged).items():
             corners = tagged.points[tagged.cells[tagged.named_cells[name]]]
-            drawn = PolyCollection(
-                list(corners), facecolor=colour, edgecolor="black", linewidth=0.4
-            )
-            axes.add_collection(drawn)
+            look: dict[str, Any] = {"facecolor": colour, "edgecolor": "black", "linewidth": 0.4}
+            axes.add_collection(PolyCollection(list(corners), **look))
     for tagged in meshes:
         for name, facets in tagged.facets.items():
             if name in COLOURS:
@@ -107,11 +99,9 @@ def _draw_edge(axes: Any, rubber: TaggedMesh, ice: TaggedMesh) -> None:
     shown = SHOWN_LAYERS * np.median(np.ptp(topmost, axis=1))
     bottom = rubber.points[rubber.points[:, -1] <= 1e-6 * np.ptp(rubber.points[:, -1])]
     edge = bottom[:, 0].max()
-    axes.set(
-        xlim=(edge - 0.6 * shown, edge + 0.4 * shown), ylim=(-0.75 * shown, 0.25 * shown)
-    )  # fmt: skip
-    axes.text(0.98, 0.98, "leading edge of\nthe contact", ha="right", va="top",
-              transform=axes.transAxes)  # fmt: skip
+    axes.set(xlim=(edge - 0.6 * shown, edge + 0.4 * shown), ylim=(-0.75 * shown, 0.25 * shown))
+    where = {"ha": "right", "va": "top", "transform": axes.transAxes}
+    axes.text(0.98, 0.98, "leading edge of\nthe contact", **where)
 
 
 def _side(tagged: TaggedMesh) -> TaggedMesh:
@@ -133,15 +123,11 @@ def _draw_outside(axes: Any, tagged: TaggedMesh, elevation: float) -> None:
     """The outer facets of a block, in the colours of their parts, or of the regions that it has."""
     for colour, facets in _outside(tagged):
         if len(facets):
-            drawn = Poly3DCollection(
-                list(tagged.points[facets]), facecolor=colour, edgecolor="black", linewidth=0.3
-            )
-            axes.add_collection3d(drawn)
+            look: dict[str, Any] = {"facecolor": colour, "edgecolor": "black", "linewidth": 0.3}
+            axes.add_collection3d(Poly3DCollection(list(tagged.points[facets]), **look))
     low, high = tagged.points.min(axis=0), tagged.points.max(axis=0)
-    axes.set(
-        xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]),
-        xlabel="x (mm)", ylabel="y (mm)", zlabel="z (mm)",
-    )  # fmt: skip
+    for name, ends in zip("xyz", zip(low, high, strict=True), strict=True):
+        axes.set(**{f"{name}lim": ends, f"{name}label": f"{name} (mm)"})
     axes.set_box_aspect(high - low)
     axes.view_init(elevation, -60.0)
 
@@ -150,12 +136,12 @@ def _outside(tagged: TaggedMesh) -> list[tuple[str, IntArray]]:
     """Colours and the outer facets (n, corners) that have them."""
     outer = outer_facets(tagged)
     if tagged.body == "ice":
-        return [
-            (colour, outer[among(outer, facets_of(tagged._replace(cells=tagged.cells[cells])))])
-            for colour, cells in zip(
-                _region_colours(tagged).values(), tagged.named_cells.values(), strict=True
-            )
-        ]
+        regions = {
+            name: facets_of(tagged._replace(cells=tagged.cells[cells]))
+            for name, cells in tagged.named_cells.items()
+        }
+        colours = _region_colours(tagged)
+        return [(colours[name], outer[among(outer, regions[name])]) for name in regions]
     named = np.concatenate(list(tagged.facets.values()))
     parts = [(COLOURS[name], facets) for name, facets in tagged.facets.items()]
     return [(FREE, outer[~among(outer, named)]), *parts]

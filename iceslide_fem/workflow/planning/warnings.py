@@ -65,9 +65,7 @@ def _passing(scene: Scene) -> list[str]:
     from iceslide_fem.mesh.rubber import block_size
 
     transit = block_size(scene)[0] / scene.load.speeds.mean
-    found = []
-    if scene.load.duration < transit:
-        found.append(
-            f"the run ends before an ice point has passed the block, after {readable(transit, 's')}"
-        )
-    return found
+    if scene.load.duration >= transit:
+        return []
+    after = readable(transit, "s")
+    return [f"the run ends before an ice point has passed the block, after {after}"]
