@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable
-
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.runtime.units import si_unit, to_si
+from iceslide_fem.runtime.units import to_si
 from iceslide_fem.scene.materials import BAR
 
 HIGHEST = 100.0 * BAR
@@ -15,25 +12,6 @@ HIGHEST = 100.0 * BAR
 PLAUSIBLE = 5e3, 5e6
 USUAL = 2e4, 1.5e6
 UNITS = ("Pa", "kPa", "bar", "MPa", "psi", "N/cm^2")
-_UNIT_IN_TEXT = re.compile(
-    r"[\[(]\s*([^\])]{1,12}?)\s*[\])]|\b(?:in|units?)\b[\s:=]*([^\s,;:]{1,12})|_([A-Za-z0-9/^]{2,7})\b",
-    re.IGNORECASE,
-)
-
-
-def units_named(lines: Iterable[str], unit: str = "Pa") -> list[str]:
-    """Units of the dimension of the SI `unit` that lines above a table name, each once.
-
-    As in "Pressure (kPa)", "Units: kPa", "p in bar", "p_bar".
-    """
-    found: list[str] = []
-    for line in lines:
-        for match in _UNIT_IN_TEXT.finditer(line):
-            written = next(part for part in match.groups() if part is not None)
-            given = si_unit(written, unit)
-            if given is not None and given not in found:
-                found.append(given)
-    return found
 
 
 def pressure_unit(named: list[str], option: str | None, said: str) -> str:

@@ -23,7 +23,7 @@ from iceslide_fem.postprocess.report.page import (
 )
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.workflow.sweep.outcome import DONE
-from iceslide_fem.workflow.sweep.plots import SHOWN, SummaryQuantity
+from iceslide_fem.workflow.sweep.plots import SummaryQuantity, quantity_of
 from iceslide_fem.workflow.sweep.table import read_sweep
 
 MORE = (
@@ -180,7 +180,7 @@ def _command(data: xr.Dataset, keys: list[str]) -> str:
 
 
 def _shown(key: str) -> SummaryQuantity:
-    known = SHOWN.get(key, SummaryQuantity(key))
+    known = quantity_of(key)
     return known._replace(label=known.label.replace("$", ""))
 
 
