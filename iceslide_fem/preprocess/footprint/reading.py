@@ -9,16 +9,19 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.colours import (
+from iceslide_fem.preprocess.footprint.line import as_map, gaussian_profile
+from iceslide_fem.preprocess.footprint.macroscopic import State, States
+from iceslide_fem.preprocess.footprint.picture import (
+    colour,
+    cut,
     legend_bar,
     lowest_colour,
     named_bar,
     read_colours,
     read_grey,
+    read_picture,
+    rotate,
 )
-from iceslide_fem.preprocess.footprint.image import colour, cut, read_picture, rotate
-from iceslide_fem.preprocess.footprint.line import as_map, gaussian_profile
-from iceslide_fem.preprocess.footprint.macroscopic import State, States
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap, pressure_from_values
 from iceslide_fem.preprocess.footprint.pressures import HIGHEST, check_pressures
 from iceslide_fem.preprocess.footprint.tables import (

@@ -10,8 +10,12 @@ from zipfile import BadZipFile
 import numpy as np
 
 from iceslide_fem.preprocess.footprint.macroscopic import State, States
-from iceslide_fem.preprocess.footprint.pressures import check_pressures, pressure_unit
-from iceslide_fem.preprocess.footprint.sensor_frames import is_sensor_text, read_frame
+from iceslide_fem.preprocess.footprint.pressures import (
+    check_pressures,
+    is_sensor_text,
+    pressure_unit,
+    read_frame,
+)
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import check_regular
