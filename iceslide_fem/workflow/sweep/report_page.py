@@ -156,11 +156,12 @@ def _warnings(data: xr.Dataset, table: pd.DataFrame) -> list[Text]:
 
 
 def _scene(data: xr.Dataset, keys: list[str]) -> list[Text]:
-    """The scene of the first case as a file."""
+    """The scene of the first case as a file, or what sweeps of earlier versions say of it."""
+    if "scene" not in data.attrs:
+        return [Text(str(data.attrs.get("inputs", "")).replace(" ", "\n"), "code")]
     name = data.attrs.get("name") or "SCENE"
     varied = f" ({', '.join(keys)} as in the first case)" if keys else ""
-    text = str(data.attrs.get("scene", ""))
-    return [Text(f"As a file, {name}.toml{varied}:"), Text(text, "code")]
+    return [Text(f"As a file, {name}.toml{varied}:"), Text(str(data.attrs["scene"]), "code")]
 
 
 def _versions(table: pd.DataFrame) -> list[Table]:
