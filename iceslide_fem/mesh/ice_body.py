@@ -17,7 +17,7 @@ from iceslide_fem.mesh.grid import Lines
 from iceslide_fem.mesh.ice import ice_cells, ice_shape, surface_lines, tagged_ice
 from iceslide_fem.mesh.rubber import block_shape
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
-from iceslide_fem.mesh.user_ice import load_user_ice
+from iceslide_fem.mesh.user_mesh import load_user_ice
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene

@@ -16,28 +16,24 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from iceslide_fem.postprocess.results import Run
-from iceslide_fem.postprocess.results.snapshots import (
-    Interface,
-    Snapshot,
-    read_interface,
-    read_mises,
-)
-from iceslide_fem.postprocess.results.style import (
-    BLUE,
+from iceslide_fem.postprocess.results.quantities import (
     CONTACT,
-    EDGES,
     FILM,
-    ICE,
     MISES,
-    NO_CONTACT,
     PRESSURE,
-    RED,
     ROBUST,
     STRESS,
     SURFACE,
     TEMPERATURE,
     FieldQuantity,
 )
+from iceslide_fem.postprocess.results.snapshots import (
+    Interface,
+    Snapshot,
+    read_interface,
+    read_mises,
+)
+from iceslide_fem.postprocess.results.style import BLUE, EDGES, ICE, NO_CONTACT, RED
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import ZERO_CELSIUS
 
