@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from matplotlib import path, transforms
 from numpy.typing import ArrayLike
 
 from iceslide_fem.mesh.grid import Lines
@@ -85,6 +84,8 @@ def covered(corners: Array, ranges: Sequence[tuple[float, float]]) -> float:
     """Share of the rectangle (of the line in a slice) with these `ranges`, m, that convex facets
     with `corners` (n, k, d-1), m, cover, which do not overlap.
     """
+    from matplotlib import path, transforms  # takes long to import
+
     low, high = np.array(ranges).T
     found: float
     if len(ranges) == 1:
