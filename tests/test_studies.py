@@ -152,8 +152,8 @@ def test_two_ranks_change_no_result():
     _, _, one, two = printed("ranks", "--cases", "thesis_1bar")
     assert (one[1], two[1]) == ("1", "2")
     assert one[2] == two[2]  # unknowns
-    assert float(one[9]) == 0.0 <= float(two[9]) < 1e-2  # of mu(t): below the tolerance
-    assert abs(float(two[10])) < 1e-4
+    assert float(one[10]) == 0.0 <= float(two[10]) < 1e-2  # of mu(t): below the tolerance
+    assert abs(float(two[11])) < 1e-4
 
 
 def test_sliding_variants(tmp_path):

@@ -8,7 +8,7 @@ from runs import DURATION, a_scene
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.output.fields import Fields
 from iceslide_fem.output.grids import FacetGrid, Grid, RubberGrid, tensor_grid
-from iceslide_fem.output.vtu import vtu
+from iceslide_fem.output.vtu import write_vtu
 from iceslide_fem.rubber.contact_surface import contact_surface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 
@@ -57,7 +57,7 @@ def in_parts(directory):
             values = {name: data[used] for name, data in whole.point_data.items()}
             grid = Grid(whole.points[used], block.type, inner.reshape(cells.shape), values, {})
             name = f"ice_{number:06d}{'_1' * part}.vtu"
-            (folder / name).write_text(vtu(grid))
+            write_vtu(folder / name, grid)
             lines.append(f'<DataSet timestep="{time:.12g}" part="{part}" file="{name}" />')
     inside = f"<Collection>{''.join(lines)}</Collection>"
     (folder / "ice.pvd").write_text(f'<VTKFile type="Collection" version="1.0">{inside}</VTKFile>')

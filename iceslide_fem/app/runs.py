@@ -16,8 +16,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import tomlkit
-
 from iceslide_fem.run.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.run.rungs import resolved
 from iceslide_fem.runtime.errors import SceneError
@@ -26,11 +24,12 @@ from iceslide_fem.runtime.folders import check_folder
 from iceslide_fem.runtime.launch import environment_of_one
 from iceslide_fem.scene import Scene
 from iceslide_fem.simulate import other_results
+from iceslide_fem.workflow.sweep.outcome import SENTENCE
+from iceslide_fem.workflow.sweep.processes import write_scene
 
 SECONDS_TO_STOP = 60.0  # for a step that is under way, and its checkpoint
 SECONDS_UNWATCHED = 5.0  # that a page may take to be loaded again
 MOST_AT_A_TIME = 2
-SENTENCE = "iceslide: "  # how the command begins what it says when it fails
 
 
 @dataclass
@@ -146,26 +145,15 @@ class Runs:
             if resume:
                 check_writable(out)
             else:
-                check_folder(
-                    out, partial(other_results, resolved(scene)), force, scene.files.values()
-                )
+                same = partial(other_results, resolved(scene))
+                check_folder(out, same, force, scene.files.values())
             number = len(self._started) + 1
             self._started[number] = self._begin(scene, out, force, resume, number)
         return number
 
-    def _begin(
-        self,
-        scene: Scene,
-        out: Path,
-        force: bool,
-        resume: bool,
-        number: int,
-    ) -> StartedRun:
-        data = scene.model_dump(mode="json", exclude_none=True)
-        for (table, key), path in scene.files.items():
-            data[table][key] = str(path.absolute())
+    def _begin(self, scene: Scene, out: Path, force: bool, resume: bool, number: int) -> StartedRun:
         file = Path(self._scenes.name) / f"{number}.toml"
-        file.write_text(tomlkit.dumps(data), encoding="utf-8")
+        write_scene(file, scene)
         log = file.with_suffix(".log")
         words = [sys.executable, "-m", "iceslide_fem.app.watched", "run"]
         words += ["--restart", str(out)] if resume else [str(file), "--out", str(out)]

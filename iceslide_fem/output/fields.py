@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from iceslide_fem.output.grids import Grid
-from iceslide_fem.output.vtu import vtu
+from iceslide_fem.output.vtu import write_vtu
 from iceslide_fem.runtime.files import replace_end, replace_file, writing
 
 _FIRST = b'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0">\n  <Collection>\n'
@@ -54,7 +54,7 @@ class Fields:
         for name, grid in grids.items():
             if grid is not None:
                 part = parts[name][self._comm.rank] if name in shared else 0
-                replace_file(self._folder / files[_part(name, part)], vtu(grid), durable=False)
+                write_vtu(self._folder / files[_part(name, part)], grid)
         self._comm.Barrier()
         if self._comm.rank == 0:
             for name in grids:
@@ -67,7 +67,7 @@ class Fields:
             replace_end(path, self._ends[name], entry + _LAST)
         else:
             entry = b"".join(_entry(one, name) for one in self.written if name in one)
-            replace_file(path, _FIRST + entry + _LAST, durable=False)
+            replace_file(path, _FIRST + entry + _LAST)
             self._ends[name] = len(_FIRST)
         self._ends[name] += len(entry)
 

@@ -50,25 +50,32 @@ def writing(path: Path | str) -> Iterator[None]:
         raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
 
 
-def replace_file(path: Path, content: str | bytes, durable: bool = True) -> None:
-    """Write the file so that at any time, also after a crash, the old or the new one is complete.
+@contextlib.contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Where to write a new `path`, which takes its place when all is written.
 
-    `durable`: also after a loss of power, which takes as long as the disk does. Raises OutputError
-    (the disk is full, say); the old file then stays and nothing is left beside it.
+    Raises OutputError (the disk is full, say); the old file then stays and nothing is left beside
+    it.
     """
     temporary = path.with_name(path.name + ".part")
-    data = content.encode() if isinstance(content, str) else content
     with writing(path):
         try:
-            with open(temporary, "wb") as file:
-                file.write(data)
-                if durable:
-                    file.flush()
-                    os.fsync(file.fileno())
+            yield temporary
             os.replace(temporary, path)
         except OSError:
             temporary.unlink(missing_ok=True)
             raise
+
+
+def replace_file(path: Path, content: str | bytes) -> None:
+    """Write the file so that at any time, also after a loss of power, the old or the new one is
+    complete. Raises OutputError, as `replacing`.
+    """
+    data = content.encode() if isinstance(content, str) else content
+    with replacing(path) as temporary, open(temporary, "wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def replace_end(path: Path, at: int, content: bytes) -> None:

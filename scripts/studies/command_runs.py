@@ -4,14 +4,17 @@ what that changes.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import tempfile
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import psutil
 
 from iceslide_fem.postprocess.results.run_directory import read_run
 from iceslide_fem.runtime.arrays import Array
@@ -27,10 +30,11 @@ TIMES = 400  # at which mu(t) is compared
 
 
 class Found(NamedTuple):
-    """A run: its summary, and mu at TIMES."""
+    """A run: its summary, mu at TIMES, and the most memory of one of its processes, bytes."""
 
     summary: dict[str, Any]
     mu: Array
+    memory: int
 
 
 def found(case: str, changes: Sequence[str], ranks: int, *solver: str, tree: Path = ROOT) -> Found:
@@ -43,11 +47,28 @@ def found(case: str, changes: Sequence[str], ranks: int, *solver: str, tree: Pat
         path = ROOT / "cases" / f"{case}.toml"
         words = run_words(path, folder, *changes, "output.times=1", ranks=ranks, more=more)
         paths = os.environ | {"PYTHONPATH": str(tree)}
-        subprocess.run(words, check=True, capture_output=True, cwd=tree, env=paths)
+        memory = _run(words, cwd=tree, env=paths)
         run = read_run(folder)
         times = np.linspace(0.0, run.history["time_s"][-1], TIMES)
         mu = np.interp(times, run.history["time_s"], run.history["mu"])
-        return Found(dict(run.summary), mu)
+        return Found(dict(run.summary), mu, memory)
+
+
+def _run(words: Sequence[str], **settings: Any) -> int:
+    """Run a command; the most memory that one of its processes has had (bytes), as looked at ten
+    times a second. Raises CalledProcessError.
+    """
+    largest = 0
+    with subprocess.Popen(words, stdout=subprocess.DEVNULL, **settings) as command:
+        process = psutil.Process(command.pid)
+        while command.poll() is None:
+            with contextlib.suppress(psutil.Error):
+                for one in [process, *process.children(recursive=True)]:
+                    largest = max(largest, one.memory_info().rss)
+            time.sleep(0.1)
+    if command.returncode:
+        raise subprocess.CalledProcessError(command.returncode, words)
+    return largest
 
 
 def moved(run: Found, exact: Found) -> tuple[str, str]:

@@ -96,10 +96,9 @@ class BySnes(Counted):
     def _evaluate(self, snes: Any, x: Any, residual: Any) -> None:
         self._equations.values[:] = x.array
         self._size = self._equations.residual()
-        if not np.isfinite(self._size):
-            snes.setFunctionDomainError()
         forces, plate = self._equations.parts()
-        residual.array[:] = np.nan_to_num(forces)
+        inverted = not np.isfinite(self._size)  # SNES ends where its norm is no number
+        residual.array[:] = np.inf if inverted else forces
         residual.array[0] += plate or 0.0
 
     def _linearise(self, snes: Any, x: Any, matrix: Any, same: Any) -> None:

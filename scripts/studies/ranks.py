@@ -16,7 +16,7 @@ from scripts.studies.command_runs import CASES, MOMENT, Found, found, moved
 from scripts.studies.common import options, table
 
 TOLERANCE = "1e-2"
-HEAD = ("case", "ranks", "unknowns", "steps", "iterations", "wall s", "least", "most",
+HEAD = ("case", "ranks", "unknowns", "steps", "iterations", "MB a rank", "wall s", "least", "most",
         "times as fast", "largest of mu(t)", "of mean mu")  # fmt: skip
 
 
@@ -43,7 +43,8 @@ def rows(
             summary, spent = made[0].summary, seconds[number]
             yield (
                 case, number, summary["dofs"], summary["steps"], summary["newton_iterations"],
-                f"{np.median(spent):.3g}", f"{spent.min():.3g}", f"{spent.max():.3g}",
+                f"{made[0].memory / 1e6:.0f}", f"{np.median(spent):.3g}",
+                f"{spent.min():.3g}", f"{spent.max():.3g}",
                 f"{np.median(seconds[ranks[0]]) / np.median(spent):.2f}",
                 *moved(made[0], first),
             )  # fmt: skip
@@ -55,9 +56,12 @@ def main() -> None:
     parser.add_argument("--cases", nargs="+", choices=tuple(CASES), default=tuple(CASES))
     parser.add_argument("--ranks", nargs="+", type=int, default=[1, 2])
     parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--duration", help="of the slides, with its unit, for counts alone")
     parser.add_argument("--solver", default="", help="options of PETSc's")
     arguments = parser.parse_args()
     repeats, moment = (1, MOMENT) if arguments.quick else (arguments.repeats, ())
+    if arguments.duration:
+        moment = *moment, f"load.duration={arguments.duration}"
     solver = arguments.solver.split()
     table(HEAD, rows(arguments.cases, arguments.ranks, repeats, moment, solver))
 

@@ -7,46 +7,18 @@ right.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iceslide_fem.preprocess.footprint.film_map import FilmMap, film_map
-from iceslide_fem.preprocess.footprint.macroscopic import (
-    Edges,
-    HeatBalance,
-    Macroscopic,
-    States,
-    heat_model,
-)
-from iceslide_fem.preprocess.footprint.passing import Ride
+from iceslide_fem.preprocess.footprint.film_map import film_map
+from iceslide_fem.preprocess.footprint.macroscopic import HeatModel, Macroscopic, heat_model
+from iceslide_fem.preprocess.footprint.passing import FilmMap, Ride
 from iceslide_fem.preprocess.footprint.pressure_map import GaussianLine, PressureMap
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.materials import ConstantContact, ContactTable
 
 LINE_PIXELS = 540  # of a profile that is made
-
-
-class Line(NamedTuple):
-    """What the model gives along the line; arrays (nx,), SI units.
-
-    x: middles of the pixels (m); pressure (Pa); all else as in `HeatModel`, the heat of the balance
-    per metre of width; mu_mean: of the pixels in contact; doubts: sentences on it.
-    """
-
-    x: Array
-    pressure: Array
-    flux: Array
-    rise: Array
-    temperature: Array
-    state: States
-    mu: Array
-    mu_mean: float
-    balance: HeatBalance
-    edges: Edges
-    doubts: list[str]
 
 
 def gaussian_profile(
@@ -66,31 +38,25 @@ def macroscopic_line(
     parameters: Macroscopic,
     temperature: ArrayLike | None = None,
     state: ArrayLike | None = None,
-) -> Line:
+) -> HeatModel:
     """The three modules along a line of pixels of length `dx` (m) with `pressure` (nx,), Pa.
 
     temperature (K) and state, both (nx,), replace what modules 2 and 3 compute of them. Raises
     SceneError if nothing is in contact.
     """
-    footprint = as_map(pressure, dx)
     model = heat_model(
-        footprint,
+        as_map(pressure, dx),
         parameters,
         None if temperature is None else np.atleast_2d(np.asarray(temperature, dtype=float)),
         None if state is None else np.atleast_2d(np.asarray(state, dtype=np.uint8)),
     )
-    return Line(
-        footprint.x,
-        footprint.pressure[0],
-        model.flux[0],
-        model.rise[0],
-        model.temperature[0],
-        model.state[0],
-        model.mu[0],
-        model.mu_mean,
-        model.balance,
-        model.edges,
-        model.doubts,
+    return model._replace(
+        pressure=model.pressure[0],
+        flux=model.flux[0],
+        rise=model.rise[0],
+        temperature=model.temperature[0],
+        state=model.state[0],
+        mu=model.mu[0],
     )
 
 

@@ -103,13 +103,16 @@ class Edges(NamedTuple):
 
 
 class HeatModel(NamedTuple):
-    """Modules 2 and 3; arrays of the pressure's shape.
+    """Modules 2 and 3; arrays (ny, nx) of a map, (nx,) of a line.
 
-    flux: Q of (3.2), W/m2; rise: of the temperature (K); temperature: of the ice's surface (K);
-    state: dry, mixed, wet; mu: (4.7) to (4.9), 0 where there is no contact; power: p_av V S, W/m2;
-    balance: (3.4) to (3.8).
+    x: middles of the pixels along the direction of travel, (nx,), m; pressure (Pa); flux: Q of
+    (3.2), W/m2; rise: of the temperature (K); temperature: of the ice's surface (K); state: dry,
+    mixed, wet; mu: (4.7) to (4.9), 0 where there is no contact; power: p_av V S, W/m2; balance:
+    (3.4) to (3.8), of a line per metre of width.
     """
 
+    x: Array
+    pressure: Array
     flux: Array
     rise: Array
     temperature: Array
@@ -168,7 +171,8 @@ def heat_model(
     p_av = footprint.mean_pressure
     mu = friction_map(state, rise, p_av, p)
     balance = heat_balance(state, rise, footprint.pixel_area, p_av, p)
-    return HeatModel(flux, rise, temperature, state, mu, p.power(p_av), balance)
+    power, x, pressure = p.power(p_av), footprint.x, footprint.pressure
+    return HeatModel(x, pressure, flux, rise, temperature, state, mu, power, balance)
 
 
 def classify(temperature: Array, contact: Mask) -> States:
@@ -225,7 +229,9 @@ def edge_temperatures(temperature: Array, contact: Mask) -> Edges:
     """Means over all rows that touch of the first and the last pixel in contact (K).
 
     Where the thermal camera of the thesis's source looks (3.2.2): the ice comes in at the right.
+    Arrays (ny, nx), or (nx,) of one row.
     """
+    temperature, contact = np.atleast_2d(temperature), np.atleast_2d(contact)
     rows = np.flatnonzero(contact.any(axis=1))
     first = contact[rows].argmax(axis=1)
     last = contact.shape[1] - 1 - contact[rows, ::-1].argmax(axis=1)

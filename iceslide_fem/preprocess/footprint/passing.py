@@ -25,6 +25,7 @@ from iceslide_fem.film.point import taken
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.step_control import StepControl, close_enough
 from iceslide_fem.film.viscosity import VariableViscosity, temperature_scale
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene.materials import (
@@ -94,24 +95,43 @@ class Path(NamedTuple):
         return cls(line, column, pressure[line, column], enters, behind, passing)
 
 
-class Films(NamedTuple):
-    """Films where ice leaves the pixels of a path, arrays (n,).
+class FilmMap(NamedTuple):
+    """Film and friction of pixels, arrays (ny, nx), or (n,) along a path.
 
-    shear: mean over the pixel (Pa); ice_heat, latent_heat: J/m2 in it; log_height: ln(h / 1 m);
-    layer: of squeezed-out water as the ice alone carries it (m); temperature: of the ice's surface
-    (K); melting, saturated: which switches are on. content: heat of the ice where contact ends,
-    (modes, ends).
+    shear: mean of tau over the pixel (Pa); ice_heat, latent_heat: what ice and melting take, J/m2
+    per pixel passed. When the ice leaves the pixel: height: h (m); squeezed: H_s (m); temperature:
+    of the ice surface (K); melting, saturated: which switches are on.
     """
 
     shear: Array
     ice_heat: Array
     latent_heat: Array
-    log_height: Array
-    layer: Array
+    height: Array
+    squeezed: Array
     temperature: Array
     melting: Mask
     saturated: Mask
-    content: Array
+
+    @classmethod
+    def untouched(cls, shape: tuple[int, int], ride: Ride) -> FilmMap:
+        """The map of ice (ny, nx) that nothing has touched."""
+        still, never = np.zeros((3, *shape)), np.zeros((2, *shape), dtype=bool)
+        height, layer = (np.full(shape, h) for h in (ride.initial_height, ride.thinnest_layer))
+        temperature = np.broadcast_to(ride.temperature, shape[::-1]).T.copy()
+        return cls._make([*still, height, layer, temperature, *never])
+
+    def lines(self, some: slice) -> FilmMap:
+        """The map of `some` of the lines."""
+        return FilmMap._make(field[some] for field in self)
+
+    def friction(self, footprint: PressureMap) -> Array:
+        """mu per pixel, tau / p (5.30); 0 where there is no contact."""
+        pressure = footprint.pressure
+        return np.divide(self.shear, pressure, out=np.zeros_like(pressure), where=pressure > 0.0)
+
+    def mean_friction(self, footprint: PressureMap) -> float:
+        """Friction force over load of the whole footprint."""
+        return float(self.shear.sum() / footprint.pressure.sum())
 
 
 def films_along(
@@ -120,14 +140,15 @@ def films_along(
     ice: Column,
     contact_of: ContactTable | ConstantContact,
     tolerance: float,
-    tell: Callable[[int], None] = lambda pixels: None,
-) -> Films:
+    tell: Callable[[int], None],
+) -> tuple[FilmMap, Array]:
     """Films of all lines of a `path`, whose `ice` and ride have a temperature for each line.
 
-    Each line takes equal steps, as long as its last error lets it, that end with the pixel, and
-    repeats a step whose estimated error is too large. It does not wait for others. Across a gap
-    the ice cools in one step, which is exact. `tell` is called with the number of pixels passed.
-    Raises SimulationStopped where a step cannot be made.
+    Films (n,), whose `squeezed` is the layer as the ice alone carries it; heat of the ice where
+    contact ends, (modes, ends). Each line takes equal steps, as long as its last error lets it,
+    that end with the pixel, and repeats a step whose estimated error is too large. It does not wait
+    for others. Across a gap the ice cools in one step, which is exact. `tell` is called with the
+    number of pixels passed. Raises SimulationStopped where a step cannot be made.
     """
     # The pixels that lines are at, and those that they end with.
     at = np.flatnonzero(np.diff(path.line, prepend=-1))
@@ -140,8 +161,7 @@ def films_along(
     loads = film_loads(path.pressure, sliding, k, D, voids, viscosity[path.line])
     gaps = path.behind > 0
     gap, content = np.cumsum(gaps) - 1, ice.initial(int(np.count_nonzero(gaps)))
-    switches = np.empty((2, k.size), dtype=bool)
-    films = Films._make([*np.empty((6, k.size)), *switches, content])
+    films = FilmMap(*np.empty((6, k.size)), *np.empty((2, k.size), dtype=bool))
     state = InterfaceState(
         np.full(lines, np.log(ride.initial_height)),
         np.zeros(lines),
@@ -192,15 +212,10 @@ def films_along(
         if not arrives.size:
             continue
         pixel = at[arrives]
-        now = (
-            *works,
-            state.log_height,
-            state.squeezed_height,
-            ice.surface_temperature(state.ice),
-            step.last.melting,
-            step.last.saturated,
-        )
-        for values, new in zip(films, now, strict=False):
+        surface = ice.surface_temperature(state.ice)
+        switches = step.last.melting, step.last.saturated
+        now = *works, state.log_height, state.squeezed_height, surface, *switches
+        for values, new in zip(films, now, strict=True):
             values[pixel] = new[arrives]
         tell(pixel.size)
         leaves = arrives[gaps[pixel]]
@@ -216,7 +231,11 @@ def films_along(
             at, last, left, dt, scale = at[keep], last[keep], left[keep], dt[keep], scale[keep]
             state, load, ice = state.take(keep), load.take(keep), ice.take(keep)
             works, rate = [work[keep] for work in works], rate[keep]
-    return films._replace(shear=films.shear * loads.viscous / passing)
+    # Rounding apart, the ice has its melting temperature where it melts.
+    T_m = ride.solid.melting_temperature
+    surface = np.where(films.melting, T_m, films.temperature)
+    shear = films.shear * loads.viscous / passing
+    return films._replace(shear=shear, height=np.exp(films.height), temperature=surface), content
 
 
 def _water(ride: Ride, lines: int) -> tuple[Array, VariableViscosity | None]:

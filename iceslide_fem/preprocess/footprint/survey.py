@@ -10,9 +10,10 @@ import numpy as np
 
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.empirical import hayhoe_shapley, navin, peng_rectangle
-from iceslide_fem.preprocess.footprint.film_map import FilmMap, film_map
+from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.jaeger import friction_flux
 from iceslide_fem.preprocess.footprint.macroscopic import HeatModel, States, classify, heat_model
+from iceslide_fem.preprocess.footprint.passing import FilmMap
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint
 from iceslide_fem.runtime.arrays import Array

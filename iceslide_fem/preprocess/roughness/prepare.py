@@ -26,9 +26,7 @@ THINNED_AT_LEAST = 256  # pixels along the longer side of a map: takes a second 
 PROGRAM, PER_PIXEL = 0.2e9, 200.0  # bytes, measured by scripts.studies.map_cost
 
 
-def prepared(
-    case: RoughnessCase,
-) -> tuple[Iterator[Surface], float | None, dict[str, Any] | None]:
+def prepared(case: RoughnessCase) -> tuple[Iterator[Surface], float | None, dict[str, Any] | None]:
     """Surfaces without waves below the cut-off, the cut-off (m), and figures of a measured map.
 
     These are of the levelled map with all its waves. What is left of a map is pressed on coarser

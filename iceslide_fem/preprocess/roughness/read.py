@@ -8,11 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from iceslide_fem.preprocess.roughness.height_map import SQUARE, HeightMap, check_heights, squared
-from iceslide_fem.preprocess.roughness.instruments import (
-    read_by_surfalize,
-    read_metropro,
-    read_x3p,
-)
+from iceslide_fem.preprocess.roughness.instruments import read_by_surfalize, read_metropro, read_x3p
 from iceslide_fem.preprocess.roughness.surface import Surface
 from iceslide_fem.preprocess.roughness.text_map import read_text_map
 from iceslide_fem.runtime.errors import SceneError

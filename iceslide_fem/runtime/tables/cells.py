@@ -65,14 +65,12 @@ class TextTable:
     def numbers(self) -> Array:
         """All values, (rows, columns), NaN where one is missing. Raises SceneError."""
         values = np.empty((len(self.lines), self.width))
-        for row, (_, text) in enumerate(self.lines):
+        for row, (line, cells) in enumerate(zip(self.lines, self.rows(), strict=True)):
             try:
-                if "_" in text or (self.decimal == "," and ("." in text or '"' in text)):
+                if self.decimal == "," or "_" in line.text:
                     raise ValueError
-                points = text.replace(",", ".") if self.decimal == "," else text
-                values[row] = list(map(float, split(points, self.separator)[: self.width]))
+                values[row] = list(map(float, cells))
             except ValueError:
-                cells = split(text, self.separator)[: self.width]
                 values[row] = [self.number(row, i, cell) for i, cell in enumerate(cells)]
         return values
 
@@ -83,15 +81,13 @@ class TextTable:
 
     def number(self, row: int, column: int, cell: str) -> float:
         """The value of a cell. Raises SceneError."""
-        try:
+        with contextlib.suppress(ValueError):
             return number(cell, self.decimal)
-        except ValueError:
-            pass
         reason = "is not a number"
         text = cell.strip().strip('"')
         if _IN_THOUSANDS.fullmatch(text):
             reason += ": allowed are numbers without marks between thousands"
-        elif self.decimal == "," and re.fullmatch(_NUMBER, text):
+        elif self.decimal == "," and _NUMBER.fullmatch(text):
             reason += " beside others with decimal commas"
         self.refuse(f'{self.place(row, column)}: "{text[:40]}" {reason}')
 
@@ -116,13 +112,6 @@ def split(line: str, separator: str | None) -> list[str]:
         with contextlib.suppress(csv.Error):  # a cell too long for any number
             cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
     return [cell.strip() for cell in cells]
-
-
-def count(line: str, separator: str | None) -> int:
-    """How many cells `split` gives."""
-    if separator is None or '"' in line:
-        return len(split(line, separator))
-    return line.count(separator) + 1
 
 
 def number(cell: str, decimal: str = ".") -> float:
@@ -150,11 +139,9 @@ def may_be_a_number(cell: str) -> bool:
 def is_word(cell: str) -> bool:
     """Whether a cell is neither a number, with whatever decimal mark, nor missing."""
     for decimal in ".,":
-        try:
+        with contextlib.suppress(ValueError):
             number(cell, decimal)
-        except ValueError:
-            continue
-        return False
+            return False
     return like_a_number(cell) is None
 
 

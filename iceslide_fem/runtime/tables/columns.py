@@ -88,12 +88,8 @@ def column_unit(table: TextTable, index: int, unit: str) -> str | None:
 def to_si_units(values: Array, given: str, unit: str) -> Array:
     """`values` in the unit `given` as values in the SI `unit`; both are of one dimension."""
     zero, one = to_si(f"0 {given}", unit), to_si(f"1 {given}", unit)
-    return values if (zero, one) == (0.0, 1.0) else _affine(values, given, unit, zero, one)
-
-
-def _affine(values: Array, given: str, unit: str, zero: float, one: float) -> Array:
     if zero == 0.0:
-        return values * one
+        return values if one == 1.0 else values * one
     return values * (to_si(f"1000 {given}", unit) - zero) / 1000.0 + zero
 
 
@@ -157,16 +153,17 @@ def columns_of_two(
 
     Raises SceneError, which has the `example` of a heading.
     """
+    wrong = f"has no header of two columns with units, as in {example}"
     places = list(range(table.width))
     if table.width == 3 and has_index(table):
         del places[0]
     if len(places) != 2 or not table.heading:
-        raise SceneError(f"{table.said} has no header of two columns with units, as in {example}")
+        raise SceneError(f"{table.said} {wrong}")
     found = []
     for i, unit in zip(places, units, strict=True):
         if (given := column_unit(table, i, unit)) is None:
             if _written_unit(table, i):
                 _refuse_unit(table, i, unit, "name", f"units of {unit}")
-            table.refuse(f"has no header of two columns with units, as in {example}")
+            table.refuse(wrong)
         found.append(to_si_units(table.column(i), given, unit))
     return found[0], found[1], places

@@ -15,7 +15,6 @@ from iceslide_fem.runtime.tables.cells import (
     MISSING,
     Line,
     TextTable,
-    count,
     is_word,
     like_a_number,
     may_be_a_number,
@@ -51,17 +50,14 @@ def parse(text: str, said: str) -> TextTable:
     separator = _separator(lines, separators)
     if separator != "\t":
         lines = [line for line in lines if line.text.strip()]
-    counts = [count(line.text, separator) for line in lines]
+    counts = [len(split(line.text, separator)) for line in lines]
     usual = _usual(counts)
-    start = next(
-        (
-            i
-            for i, line in enumerate(lines)
-            if counts[i] == usual and _begins(split(line.text, separator))
-        ),
-        None,
+    starts = (
+        i
+        for i, line in enumerate(lines)
+        if counts[i] == usual and _begins(split(line.text, separator))
     )
-    if start is None:
+    if (start := next(starts, None)) is None:
         raise SceneError(f"{said} has no numbers in it")
     before, data = lines[:start], lines[start:]
     for i, (line, given) in enumerate(zip(lines, counts, strict=True)):
@@ -133,8 +129,7 @@ def _names(line: str, separator: str | None, count: int) -> list[str]:
 def _usual(counts: Sequence[int]) -> int:
     """The most frequent number of cells; of several that of the last line."""
     often = Counter(counts)
-    most = max(often.values())
-    candidates = [count for count, times in often.items() if times == most]
+    candidates = [count for count, times in often.items() if times == max(often.values())]
     return counts[-1] if counts[-1] in candidates else candidates[-1]
 
 
@@ -172,11 +167,7 @@ def _heading(
     if not fits or not fits[-1]:
         return (), (), len(heads)
     last = tuple(heads[-1][:width])
-    if (
-        len(heads) > 1
-        and fits[-2]
-        and all(re.fullmatch(r"[\[(]?[^\s\d]*\S?[\])]?", c) for c in last)
-    ):
+    if len(heads) > 1 and fits[-2] and all(map(_UNIT_BELOW.fullmatch, last)):
         return tuple(heads[-2][:width]), tuple(c.strip("[]()") for c in last), len(heads) - 2
     return last, (), len(heads) - 1
 

@@ -64,8 +64,5 @@ def decoded(data: bytes) -> str:
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError:
-        return data.decode("cp1252", errors="strict" if _is_cp1252(data) else "replace")
-
-
-def _is_cp1252(data: bytes) -> bool:
-    return data.translate(None, b"\x81\x8d\x8f\x90\x9d") == data
+        whole = data.translate(None, b"\x81\x8d\x8f\x90\x9d") == data  # what Windows-1252 has
+        return data.decode("cp1252", errors="strict" if whole else "replace")

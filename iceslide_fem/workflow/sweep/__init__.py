@@ -19,7 +19,7 @@ from iceslide_fem.film.doubts import WITHOUT_MELTING
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.folders import claimed, clear_results, results_in
 from iceslide_fem.scene.fingerprint import scene_hash
-from iceslide_fem.workflow.sweep.outcome import DONE, NOT_RUN, CaseResult, read_outcome
+from iceslide_fem.workflow.sweep.outcome import DONE, NOT_COMPUTED, CaseResult, read_outcome
 from iceslide_fem.workflow.sweep.plan import Case, Plan, make_plan, value_of
 from iceslide_fem.workflow.sweep.points import simulate_points
 from iceslide_fem.workflow.sweep.processes import (
@@ -28,8 +28,8 @@ from iceslide_fem.workflow.sweep.processes import (
     check_meshes,
     compute,
     prepare,
+    scene_file,
     share_cores,
-    write_scene,
 )
 from iceslide_fem.workflow.sweep.table import done_points, read_sweep, scenes_of_table, write_sweep
 
@@ -78,25 +78,27 @@ def _run_sweep(
     check_meshes(others)
     say(f"{len(plan.cases)} cases, {len(plan.cases) - len(missing)} of them done before")
     try:
-        scenes = [case.scene for case in points]
-        for case, outcome in zip(points, simulate_points(scenes), strict=True):
-            outcomes[case.name] = outcome
+        found = simulate_points([case.scene for case in points])
+        outcomes |= {case.name: outcome for case, outcome in zip(points, found, strict=True)}
         if cores is None:
             for case in others:
-                write_scene(folder, case)
+                scene_file(folder, case)
         elif others:
-            say(
-                f"{len(others)} to run, {cores.at_a_time} at a time on {cores.per_case} "
-                f"core{'s' if cores.per_case > 1 else ''} each"
-            )
+            each = f"{cores.per_case} core{'s' * (cores.per_case > 1)} each"
+            say(f"{len(others)} to run, {cores.at_a_time} at a time on {each}")
             prepare(folder, others)
             for number, (case, outcome) in enumerate(compute(folder, others, cores), start=1):
                 outcomes[case.name] = outcome
                 say(f"[{number}/{len(others)}] {_described(plan, case, outcome)}")
     finally:
         dataset = write_sweep(folder, plan, [outcomes[case.name] for case in plan.cases])
-    for line in _without_melting(plan, outcomes):
-        say(line)
+    onsets = [
+        outcomes[case.name].summary["melt_onset_s"]
+        for case in plan.cases
+        if case.scene.friction.law == "film" and outcomes[case.name].status == DONE
+    ]
+    if cold := onsets.count(None):
+        say(f"Note: in {cold} of {len(onsets)} cases the ice does not melt: {WITHOUT_MELTING}.")
     return dataset
 
 
@@ -107,20 +109,6 @@ def failures(dataset: xr.Dataset) -> list[str]:
     return [f"{count} {kind}: {why}" for (kind, why), count in kept.most_common()]
 
 
-def _without_melting(plan: Plan, outcomes: dict[str, CaseResult]) -> list[str]:
-    """A line on cases with the film law whose ice does not melt; none if there is no such case."""
-    found = [
-        outcomes[case.name].summary["melt_onset_s"] is None
-        for case in plan.cases
-        if case.scene.friction.law == "film" and outcomes[case.name].status == DONE
-    ]
-    if not any(found):
-        return []
-    return [
-        f"Note: in {sum(found)} of {len(found)} cases the ice does not melt: {WITHOUT_MELTING}."
-    ]
-
-
 def _found(plan: Plan, folder: Path, say: Callable[[str], None]) -> dict[str, CaseResult]:
     """What the folder holds of each case."""
     try:
@@ -129,7 +117,7 @@ def _found(plan: Plan, folder: Path, say: Callable[[str], None]) -> dict[str, Ca
         say(f"Points are computed again: {damaged}")
         points = {}
     return {
-        case.name: points.get(case.name, CaseResult(NOT_RUN, "not computed yet"))
+        case.name: points.get(case.name, NOT_COMPUTED)
         if case.scene.model == "point"
         else read_outcome(case_folder(folder, case), case.scene)
         for case in plan.cases
@@ -138,12 +126,9 @@ def _found(plan: Plan, folder: Path, say: Callable[[str], None]) -> dict[str, Ca
 
 def _described(plan: Plan, case: Case, outcome: CaseResult) -> str:
     """A case and its outcome in one line."""
-    words = []
-    for key in plan.axes:
-        value = value_of(case.scene, key)
-        words.append(f"{key}={value:.6g}" if isinstance(value, float) else f"{key}={value}")
+    values = {key: value_of(case.scene, key) for key in plan.axes}
+    words = [f"{k}={v:.6g}" if isinstance(v, float) else f"{k}={v}" for k, v in values.items()]
+    result = f"{outcome.status}: {outcome.reason}"
     if outcome.status == DONE:
         result = f"mean mu {outcome.summary['mu_mean']:.4f}, {outcome.summary['wall_s']:.0f} s"
-    else:
-        result = f"{outcome.status}: {outcome.reason}"
     return f"{' '.join(words)}: {result}"

@@ -31,6 +31,9 @@ class CaseResult(NamedTuple):
     curves: dict[str, Array] = {}
 
 
+NOT_COMPUTED = CaseResult(NOT_RUN, "not computed yet")
+
+
 def read_outcome(directory: Path, scene: Scene) -> CaseResult:
     """The outcome of the run of `scene` in `directory`, from what it has written there.
 
@@ -40,12 +43,9 @@ def read_outcome(directory: Path, scene: Scene) -> CaseResult:
     try:
         run = read_run(directory)
     except SceneError:
-        return (
-            CaseResult(FAILED, complaint) if complaint else CaseResult(NOT_RUN, "not computed yet")
-        )
-    if run.summary.get("fingerprint") != fingerprint(scene) or not untouched(
-        directory, run.summary
-    ):
+        return CaseResult(FAILED, complaint) if complaint else NOT_COMPUTED
+    of_this = run.summary.get("fingerprint") == fingerprint(scene)
+    if not of_this or not untouched(directory, run.summary):
         return CaseResult(NOT_RUN, f"{directory} holds files that no run of this case wrote")
     stopped = run.summary.get("stopped")
     times = np.linspace(0.0, run.scene["load"]["duration"], SAMPLES)

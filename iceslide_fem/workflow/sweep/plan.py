@@ -110,23 +110,22 @@ def _axis(text: str) -> tuple[str, tuple[Any, ...]]:
         raise SceneError(f"{key} is not a number: list its values, as in {key}=one,other")
     if not 2 <= number <= MOST_CASES:
         raise SceneError(f'--vary "{text}": a range has a count of 2 to {MOST_CASES}')
-    ends = []
-    for end in (first, last):
-        value = parsed(end)
-        try:
-            ends.append(_number(value, unit))
-        except ValueError as error:
-            raise SceneError(f'{key} = "{shortened(end)}" {error}') from None
-    return key, tuple(float(f"{value:.12g}") for value in np.linspace(ends[0], ends[1], number))
+    even = np.linspace(_end(key, first, unit), _end(key, last, unit), number)
+    return key, tuple(float(f"{value:.12g}") for value in even)
 
 
-def _number(value: Any, unit: str) -> float:
-    """`value` in SI; raises ValueError with what is wrong with it."""
-    if isinstance(value, str):
-        return to_si(value, unit)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e300:
-        raise ValueError("is not a number")
-    return float(value)
+def _end(key: str, text: str, unit: str) -> float:
+    """The end of a range in SI."""
+    value = parsed(text)
+    reason: object = "is not a number"
+    try:
+        if isinstance(value, str):
+            return to_si(value, unit)
+    except ValueError as error:
+        reason = error
+    if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300:
+        return float(value)
+    raise SceneError(f'{key} = "{shortened(text)}" {reason}')
 
 
 def _axes_in_si(

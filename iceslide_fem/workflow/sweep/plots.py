@@ -61,10 +61,10 @@ def plot_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
     paths = []
     for key in numeric:
         paths.append(folder / f"mu_by_{key}.png")
-        _save(friction_against(dataset, key), paths[-1])
+        friction_against(dataset, key).savefig(paths[-1], dpi=DPI)
     for first, second in itertools.combinations(numeric, 2):
         paths.append(folder / f"map_{first}_{second}.png")
-        _save(maps(dataset, first, second), paths[-1])
+        maps(dataset, first, second).savefig(paths[-1], dpi=DPI)
     return paths
 
 
@@ -109,21 +109,19 @@ def maps(dataset: xr.Dataset, first: str, second: str) -> Figure:
     }
     figure = Figure(figsize=(13.0, 4.2), layout="constrained")
     axes = figure.subplots(1, len(panels), sharey=True)
+    x, y = _quantity(first), _quantity(second)
+    across, up = x(dataset[first].values), y(dataset[second].values)
     rest = ""
     for ax, (name, values) in zip(axes, panels.items(), strict=True):
         here, rest = _middle(values, others)
         ax.set_facecolor("0.93")
         ax.patch.set(hatch="///", edgecolor="0.75")
-        x, y = _quantity(first), _quantity(second)
         shown = here.transpose(second, first).to_numpy()
-        mesh = ax.pcolormesh(
-            x(dataset[first].values), y(dataset[second].values), shown, shading="nearest"
-        )
-        figure.colorbar(mesh, ax=ax)
+        figure.colorbar(ax.pcolormesh(across, up, shown, shading="nearest"), ax=ax)
         # no colour beyond the values: the outer cells are half as wide
-        ax.set(title=name, xlabel=x.label, xlim=_range(x, dataset[first]))
-        ax.set_ylim(_range(y, dataset[second]))
-    axes[0].set_ylabel(_quantity(second).label)
+        ax.set(title=name, xlabel=x.label, xlim=(across.min(), across.max()))
+        ax.set_ylim(up.min(), up.max())
+    axes[0].set_ylabel(y.label)
     figure.suptitle(_title(dataset, "Maps", rest))
     return figure
 
@@ -136,8 +134,7 @@ def _lines(ax: Axes, values: xr.DataArray, key: str, colour: str | None) -> None
         chosen = _spread(values[colour].values, MOST_LINES)
         shades = matplotlib.colormaps["viridis"](np.linspace(0.0, 0.9, len(chosen)))
         for shade, at in zip(shades, chosen, strict=True):
-            label = _number(colour, at)
-            line = values.sel({colour: at}).to_numpy()
+            line, label = values.sel({colour: at}).to_numpy(), _number(colour, at)
             ax.plot(x, line, "o-", color=shade, label=label, markersize=4)
     ax.set_xlabel(_quantity(key).label)
     ax.grid(alpha=0.25)
@@ -165,12 +162,6 @@ def _spread(values: Array, most: int) -> list[Any]:
     return [values[number] for number in chosen]
 
 
-def _range(quantity: SummaryQuantity, values: xr.DataArray) -> tuple[float, float]:
-    """Least and largest value as they are shown."""
-    shown = quantity(values.values)
-    return float(shown.min()), float(shown.max())
-
-
 def _quantity(key: Hashable) -> SummaryQuantity:
     return SHOWN.get(str(key), SummaryQuantity(str(key)))
 
@@ -190,7 +181,3 @@ def _told(key: str, value: Any) -> str:
 def _title(dataset: xr.Dataset, what: str, rest: str) -> str:
     words = [str(dataset.attrs["name"]), str(dataset.attrs["model"]), rest]
     return f"{what}: " + ", ".join(word for word in words if word)
-
-
-def _save(figure: Figure, path: Path) -> None:
-    figure.savefig(path, dpi=DPI)

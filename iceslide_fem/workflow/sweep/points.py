@@ -16,7 +16,7 @@ from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.fingerprint import versions
 from iceslide_fem.scene.materials import BOTTOMLESS
-from iceslide_fem.workflow.sweep.outcome import DONE, FAILED, SAMPLES, CaseResult
+from iceslide_fem.workflow.sweep.outcome import CURVES, DONE, FAILED, SAMPLES, CaseResult
 
 # So many conditions at once: more do not make a point cheaper, they only take memory.
 CHUNK = 20_000
@@ -40,18 +40,27 @@ def simulate_points(scenes: Sequence[Scene]) -> list[CaseResult]:
             or scene.water.table is not None
         ):
             outcomes[number] = _alone(scene)
-            continue
-        settings = simulation_settings(scene)
-        heat = _rubber_key(scene)
-        below = None if scene.ice.ground == BOTTOMLESS else scene.ice.solid  # one for all on it
-        key = scene.load.duration, heat, below, *settings.values()
-        groups.setdefault(key, []).append(number)
+        else:
+            groups.setdefault(_shared(scene), []).append(number)
     for numbers in groups.values():
         for first in range(0, len(numbers), CHUNK):
             chunk = numbers[first : first + CHUNK]
             for number, outcome in zip(chunk, _outcomes([scenes[i] for i in chunk]), strict=True):
                 outcomes[number] = outcome
     return outcomes
+
+
+def _shared(scene: Scene) -> tuple[Any, ...]:
+    """What scenes must share to be one call: duration, settings, ground, and columns of rubber,
+    which are as cold as the ice at first.
+    """
+    ice, rubber = scene.ice, scene.rubber
+    heat: tuple[Any, ...] = ()
+    if rubber.heat:
+        film = scene.film.conductance, scene.water.conductivity
+        heat = ice.temperature, ice.melting_temperature, *rubber.solid, *film
+    below = None if ice.ground == BOTTOMLESS else ice.solid  # one for all on it
+    return scene.load.duration, heat, below, *simulation_settings(scene).values()
 
 
 def _alone(scene: Scene) -> CaseResult:
@@ -63,20 +72,8 @@ def _alone(scene: Scene) -> CaseResult:
         return CaseResult(FAILED, str(reason))
     times = np.linspace(0.0, scene.load.duration, SAMPLES)
     own = [row.time_s for row in rows]
-    curves = {
-        name: np.interp(times, own, [getattr(row, name) for row in rows])
-        for name in ("mu", "film_height_m")
-    }
+    curves = {name: np.interp(times, own, [getattr(row, name) for row in rows]) for name in CURVES}
     return CaseResult(DONE, "", entries | {"wall_s": monotonic() - started}, curves)
-
-
-def _rubber_key(scene: Scene) -> tuple[Any, ...]:
-    """What scenes must share to share columns of rubber; those are as cold as the ice at first."""
-    if not scene.rubber.heat:
-        return ()
-    ice, rubber = scene.ice, scene.rubber
-    film = scene.film.conductance, scene.water.conductivity
-    return ice.temperature, ice.melting_temperature, *rubber.solid, *film
 
 
 def _outcomes(scenes: list[Scene]) -> Iterator[CaseResult]:
@@ -91,31 +88,23 @@ def _outcomes(scenes: list[Scene]) -> Iterator[CaseResult]:
         yield from _outcomes(scenes[half:])
 
 
-class _Balance:
-    """Energies (J/m2) of every condition, for the energy imbalance of its summary."""
-
-    def __init__(self, n: int) -> None:
-        self.work, self.missing = np.zeros(n), np.zeros(n)
-
-    def add(self, record: Record) -> None:
-        """Enter accepted steps."""
-        step, at = record.step, record.places
-        work = step.friction_work[at]
-        self.work[record.points] += work
-        taken = step.ice_heat[at] + step.rubber_heat[at] + step.latent_heat[at]
-        self.missing[record.points] += work - taken
-
-
 def _together(scenes: list[Scene]) -> list[CaseResult]:
     """Outcomes of scenes with the same settings and duration, by one call."""
     started = monotonic()
     parts = [scene_conditions(scene) for scene in scenes]
     conditions = Conditions(*(np.concatenate(part) for part in zip(*parts, strict=True)))
     times = np.linspace(0.0, scenes[0].load.duration, SAMPLES)
-    balance = _Balance(len(scenes))
+    work, missing = np.zeros((2, len(scenes)))  # energies, J/m2
+
+    def add(record: Record) -> None:
+        step, at = record.step, record.places
+        work[record.points] += step.friction_work[at]
+        taken = step.ice_heat[at] + step.rubber_heat[at] + step.latent_heat[at]
+        missing[record.points] += step.friction_work[at] - taken
+
     settings = simulation_settings(scenes[0])
     rubber = rubber_columns(scenes[0])
-    result = simulate(conditions, times=times, observe=balance.add, rubber=rubber, **settings)
+    result = simulate(conditions, times=times, observe=add, rubber=rubber, **settings)
     mu: Array = result.samples.T
     mu[:, -1] = result.mu_end  # the last step may end a rounding error early
     viscous = conditions.loads().viscous / conditions.pressure
@@ -124,7 +113,7 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
     outcomes = []
     for i in range(len(scenes)):
         entries = point_summary(result, i) | {
-            "energy_imbalance": float(balance.missing[i] / balance.work[i]),
+            "energy_imbalance": float(missing[i] / work[i]),
             "wall_s": wall,
             "warnings": point_doubts(conditions, result, i),
             "versions": versions(),

@@ -16,7 +16,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import tomlkit
 
@@ -45,11 +45,11 @@ def share_cores(per_case: int, at_a_time: int | None) -> Cores:
         available = len(os.sched_getaffinity(0))
     else:
         available = os.cpu_count() or 1
-    at_a_time = at_a_time if at_a_time is not None else available // per_case
-    if not 1 <= per_case * at_a_time <= available:
+    at_a_time = max(available // per_case, 1) if at_a_time is None else at_a_time
+    if per_case * at_a_time > available:
         raise SceneError(
-            f"{max(at_a_time, 1)} cases at a time on {per_case} cores each need "
-            f"{max(at_a_time, 1) * per_case} cores; allowed here: {available}"
+            f"{at_a_time} cases at a time on {per_case} cores each need {at_a_time * per_case} "
+            f"cores; allowed here: {available}"
         )
     return Cores(per_case, at_a_time)
 
@@ -59,15 +59,20 @@ def case_folder(folder: Path, case: Case) -> Path:
     return folder / "cases" / case.name
 
 
-def write_scene(folder: Path, case: Case) -> Path:
-    """Write the case's complete scene to its directory; the file's path."""
+def scene_file(folder: Path, case: Case) -> Path:
+    """The complete scene of a case, written to its directory; the file's path."""
     path = case_folder(folder, case) / "scene.toml"
     path.parent.mkdir(parents=True, exist_ok=True)
-    scene = case.scene.model_dump(mode="json", exclude_none=True)
-    for (table, key), file in case.scene.files.items():
-        scene[table][key] = str(file.absolute())
-    replace_file(path, tomlkit.dumps(scene))
+    write_scene(path, case.scene)
     return path
+
+
+def write_scene(path: Path, scene: Scene) -> None:
+    """Write the complete scene to `path`, with the places of the files that it names."""
+    data = scene.model_dump(mode="json", exclude_none=True)
+    for (table, key), file in scene.files.items():
+        data[table][key] = str(file.absolute())
+    replace_file(path, tomlkit.dumps(data))
 
 
 def forms_of(scene: Scene) -> tuple[object, ...]:
@@ -83,14 +88,11 @@ def check_meshes(cases: Sequence[Case]) -> None:
     """Raise SceneError if a mesh file of `cases` cannot be used, before the first one runs."""
     kinds = {(case.scene.model, case.scene.rubber.mesh): case for case in cases}
     for (_, mesh), case in kinds.items():
-        if mesh is None:
-            continue
-        with tempfile.TemporaryDirectory() as folder:
-            words = [sys.executable, "-m", "iceslide_fem.cli", "info"]
-            words.append(str(write_scene(Path(folder), case)))
-            done = subprocess.run(words, env=environment_of_one(), capture_output=True, text=True)
-        if done.returncode == SceneError.exit_code:
-            raise SceneError(done.stderr.strip().removeprefix(SENTENCE))
+        if mesh is not None:
+            with tempfile.TemporaryDirectory() as folder:
+                done = _python("iceslide_fem.cli", "info", scene_file(Path(folder), case))
+            if done.returncode == SceneError.exit_code:
+                raise SceneError(done.stderr.strip().removeprefix(SENTENCE))
 
 
 def prepare(folder: Path, cases: Sequence[Case]) -> None:
@@ -98,17 +100,19 @@ def prepare(folder: Path, cases: Sequence[Case]) -> None:
 
     What cannot be built is left to its case, which fails with the reason.
     """
-    kinds = {forms_of(case.scene): case for case in cases}
-    for case in kinds.values():
-        words = [sys.executable, "-m", "iceslide_fem.workflow.sweep.compile_forms"]
-        words.append(str(write_scene(folder, case)))
-        subprocess.run(
-            words,
-            env=environment_of_one(),
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            check=False,
-        )
+    for case in {forms_of(case.scene): case for case in cases}.values():
+        _python("iceslide_fem.workflow.sweep.compile_forms", scene_file(folder, case))
+
+
+def _python(module: str, *words: Any) -> subprocess.CompletedProcess[str]:
+    """What a module of this program does as one of its own, without a terminal."""
+    return subprocess.run(
+        [sys.executable, "-m", module, *map(str, words)],
+        env=environment_of_one(),
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+    )
 
 
 def compute(folder: Path, cases: Sequence[Case], cores: Cores) -> Iterator[tuple[Case, CaseResult]]:
@@ -145,9 +149,12 @@ def _run(
 ) -> None:
     """Run a case, or go on with it, and wait; what it says goes to log.txt in its directory."""
     directory = case_folder(folder, case)
-    words = [sys.executable, "-m", "iceslide_fem.cli", "run", str(write_scene(folder, case))]
-    # A case's folder is of nothing else: what is there and cannot go on is replaced.
-    words += ["--restart", str(directory)] if _goes_on(directory) else _anew(directory)
+    words = [sys.executable, "-m", "iceslide_fem.cli", "run", str(scene_file(folder, case))]
+    try:
+        read_checkpoint(directory)
+        words += ["--restart", str(directory)]
+    except SceneError:  # a case's folder is of nothing else: what cannot go on is replaced
+        words += ["--force", "--out", str(directory)]
     words.append("--no-report")  # a page for each of a thousand cases would be gigabytes
     if n_cores > 1:
         words = [_mpirun(), "-n", str(n_cores), *words]
@@ -163,19 +170,6 @@ def _run(
         if code != 0:  # comes last: read only if the command said nothing itself
             end = signal.Signals(-code).name if code < 0 else f"exit code {code}"
             log.write(f"\n{SENTENCE}ended by {end}, see {log.name}\n".encode())
-
-
-def _goes_on(directory: Path) -> bool:
-    """Whether a checkpoint is there that can be trusted."""
-    try:
-        read_checkpoint(directory)
-    except SceneError:
-        return False
-    return True
-
-
-def _anew(directory: Path) -> list[str]:
-    return ["--force", "--out", str(directory)]
 
 
 def _mpirun() -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -43,79 +44,57 @@ def page_of_sweep(folder: Path) -> Page:
             f"{folder} holds no whole sweep (no readable sweep.csv: {error})"
         ) from None
     keys = [str(key) for key in data.dims if key != "time_share"]
-    done = int((data["status"] == DONE).sum())
-    count = int(data["status"].size)
-    left = "" if done == count else f"{count - done} of {count} cases are not done."
-    charts = _charts(data, keys)
+    done, count = int((data["status"] == DONE).sum()), int(data["status"].size)
+    charts = _charts(data, keys) if "mu_mean" in data else []  # without it no case is done
     over = ", ".join(f"{key} ({data.sizes[key]} values)" for key in keys) or "nothing"
+    command = Text(_command(data, keys), "code")
     return Page(
         title=f"{data.attrs.get('name') or folder.name}: sweep of {count} cases",
         summary=f"{count} cases over {over}, {done} of them done, model {data.attrs.get('model')}.",
-        stopped=left,
+        stopped="" if done == count else f"{count - done} of {count} cases are not done.",
         sections=[
             *([Section("curves", "Curves", charts)] if charts else []),
             Section("results", "Every case", [*_cases(data, keys), *_error(table)]),
             Section("warnings", "Warnings", _warnings(data, table)),
             Section("scene", "What the cases share", _scene(data, keys)),
-            Section(
-                "again",
-                "Run it again",
-                [Text(_command(data, keys), "code"), Text(MORE), *_versions(table)],
-            ),
+            Section("again", "Run it again", [command, Text(MORE), *_versions(table)]),
         ],
     )
 
 
+def _places(data: xr.Dataset, keys: Sequence[str]) -> Iterator[dict[str, int]]:
+    """Numbers of the values of `keys`, for every combination of them, the last varying fastest."""
+    for indices in itertools.product(*(range(data.sizes[key]) for key in keys)):
+        yield dict(zip(keys, indices, strict=True))
+
+
 def _charts(data: xr.Dataset, keys: list[str]) -> list[Chart | HeatMap]:
-    if "mu_mean" not in data:  # no case is done
-        return []
     numeric = [key for key in keys if data[key].dtype.kind in "if" and data.sizes[key] > 1]
     charts: list[Chart | HeatMap] = []
     for key in numeric:
-        others = [other for other in keys if other != key]
-        look = _shown(key)
+        look, others = _shown(key), [other for other in keys if other != key]
         curves: list[Curve] = []
-        for indices in itertools.product(*(range(data.sizes[other]) for other in others)):
-            at = dict(zip(others, indices, strict=True))
+        for at in _places(data, others):
             mu = np.asarray(data["mu_mean"].isel(at).values, dtype=float)
             if np.isfinite(mu).any() and len(curves) < MOST_CURVES:
                 curves.append(Curve(_case(data, at) or "mean mu", look(data[key]), mu, len(curves)))
         if curves:
-            lows = [float(np.nanmin(curve.y)) for curve in curves]
-            highs = [float(np.nanmax(curve.y)) for curve in curves]
-            says = f"Mean mu is between {min(lows):.4g} and {max(highs):.4g}"
-            charts.append(
-                Chart(
-                    f"over-{_word(key)}",
-                    f"Mean mu over {look.label}",
-                    says,
-                    look.label,
-                    "mean mu",
-                    curves,
-                )
-            )
+            drawn = np.array([curve.y for curve in curves])
+            says = f"Mean mu is between {np.nanmin(drawn):.4g} and {np.nanmax(drawn):.4g}"
+            title, anchor = f"Mean mu over {look.label}", f"over-{_word(key)}"
+            charts.append(Chart(anchor, title, says, look.label, "mean mu", curves))
     for down, across in itertools.combinations(numeric[:3], 2):
         if data.sizes[down] > 2 and data.sizes[across] > 1:
             fixed = {key: 0 for key in keys if key not in (down, across)}
-            table = data["mu_mean"].isel(fixed).transpose(down, across)
-            here = f", {_case(data, fixed)}" if fixed else ""
+            mu = data["mu_mean"].isel(fixed).transpose(down, across).values
             x, y = _shown(across), _shown(down)
-            charts.append(
-                HeatMap(
-                    f"map-{_word(down)}-{_word(across)}",
-                    f"Mean mu{here}",
-                    f"Mean mu over {x.label} and {y.label}",
-                    x.label,
-                    y.label,
-                    "",
-                    (x(data[across]), y(data[down])),
-                    table.values,
-                    "viridis",
-                )
-            )
+            anchor = f"map-{_word(down)}-{_word(across)}"
+            title = f"Mean mu, {_case(data, fixed)}" if fixed else "Mean mu"
+            says = f"Mean mu over {x.label} and {y.label}"
+            places = x(data[across]), y(data[down])
+            charts.append(HeatMap(anchor, title, says, x.label, y.label, "", places, mu))
     over_time: list[Curve] = []
-    for indices in itertools.product(*(range(data.sizes[key]) for key in keys)):
-        at = dict(zip(keys, indices, strict=True))
+    for at in _places(data, keys):
         mu = np.asarray(data["mu"].isel(at).values, dtype=float)
         if np.isfinite(mu).any() and len(over_time) < MOST_CURVES:
             time = 1e3 * float(data["duration_s"].isel(at)) * data["time_share"].values
@@ -128,25 +107,18 @@ def _charts(data: xr.Dataset, keys: list[str]) -> list[Chart | HeatMap]:
 
 def _cases(data: xr.Dataset, keys: list[str]) -> list[Table | Text]:
     rows = []
-    shape = [data.sizes[key] for key in keys]
-    for number, indices in enumerate(itertools.product(*map(range, shape))):
-        if number == MOST_ROWS:
-            break
-        at = dict(zip(keys, indices, strict=True))
-        row = [Cell(str(number + 1)), *(Cell(_value(data, key, at[key])) for key in keys)]
+    for number, at in enumerate(itertools.islice(_places(data, keys), MOST_ROWS), start=1):
+        row = [Cell(str(number)), *(Cell(_value(data, key, at[key])) for key in keys)]
         for key in RESULTS:
             value = float(data[key].isel(at)) if key in data else np.nan
-            known = bool(np.isfinite(value))
-            row.append(Cell(f"{value:.4f}", key, value) if known else Cell("–"))
+            row.append(Cell(f"{value:.4f}", key, value) if np.isfinite(value) else Cell("–"))
         status, reason = (str(data[name].isel(at).values) for name in ("status", "reason"))
         row.append(Cell(status if status == DONE else f"{status}: {reason}"))
         rows.append(row)
     head = ["case", *(_shown(key).label for key in keys), *RESULTS.values(), "status"]
     found: list[Table | Text] = [Table("Cases in the order of the table sweep.csv", head, rows)]
-    if np.prod(shape) > MOST_ROWS:
-        found.append(
-            Text(f"The first {MOST_ROWS} of {np.prod(shape):.0f} cases; sweep.csv has all.")
-        )
+    if (count := data["status"].size) > MOST_ROWS:
+        found.append(Text(f"The first {MOST_ROWS} of {count} cases; sweep.csv has all."))
     return found
 
 
@@ -184,12 +156,11 @@ def _warnings(data: xr.Dataset, table: pd.DataFrame) -> list[Text]:
 
 
 def _scene(data: xr.Dataset, keys: list[str]) -> list[Text]:
-    """The scene of the first case as a file, or what sweeps of earlier versions say of it."""
-    if "scene" not in data.attrs:
-        return [Text(str(data.attrs.get("inputs", "")).replace(" ", "\n"), "code")]
+    """The scene of the first case as a file."""
     name = data.attrs.get("name") or "SCENE"
     varied = f" ({', '.join(keys)} as in the first case)" if keys else ""
-    return [Text(f"As a file, {name}.toml{varied}:"), Text(str(data.attrs["scene"]), "code")]
+    text = str(data.attrs.get("scene", ""))
+    return [Text(f"As a file, {name}.toml{varied}:"), Text(text, "code")]
 
 
 def _versions(table: pd.DataFrame) -> list[Table]:
@@ -203,12 +174,9 @@ def _versions(table: pd.DataFrame) -> list[Table]:
 
 
 def _command(data: xr.Dataset, keys: list[str]) -> str:
-    varied = (
-        f"    --vary {key}={','.join(f'{value}' for value in data[key].values.tolist())}"
-        for key in keys
-    )
-    name = data.attrs.get("name") or "SCENE"
-    return " \\\n".join([f"iceslide sweep {name}.toml", *varied])
+    values = {key: ",".join(map(str, data[key].values.tolist())) for key in keys}
+    varied = (f"    --vary {key}={value}" for key, value in values.items())
+    return " \\\n".join([f"iceslide sweep {data.attrs.get('name') or 'SCENE'}.toml", *varied])
 
 
 def _shown(key: str) -> SummaryQuantity:
@@ -218,9 +186,8 @@ def _shown(key: str) -> SummaryQuantity:
 
 def _value(data: xr.Dataset, key: str, index: int) -> str:
     value = data[key].values[index]
-    if data[key].dtype.kind not in "if":
-        return str(value)
-    return f"{float(_shown(key)(value)):.4g}"
+    numeric = data[key].dtype.kind in "if"
+    return f"{float(_shown(key)(value)):.4g}" if numeric else str(value)
 
 
 def _case(data: xr.Dataset, at: dict[str, int]) -> str:

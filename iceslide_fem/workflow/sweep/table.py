@@ -74,9 +74,8 @@ def done_points(folder: Path) -> dict[str, CaseResult]:
         return {}
     dataset = read_sweep(folder)
     try:
-        cases = dataset["case"].values.ravel()
-        status = dataset["status"].values.ravel()
-        warnings = dataset["warnings"].values.ravel()
+        names = ("case", "status", "warnings")
+        cases, status, warnings = (dataset[name].values.ravel() for name in names)
         curves = {name: dataset[name].values.reshape(-1, SAMPLES) for name in CURVES}
     except (KeyError, ValueError) as error:
         raise SceneError(f"{folder / 'sweep.nc'} is not what a sweep writes ({error})") from None
@@ -85,17 +84,14 @@ def done_points(folder: Path) -> dict[str, CaseResult]:
         for name in dataset.data_vars
         if name not in (*_TEXT, *CURVES, "duration_s") and dataset[name].dtype.kind in "if"
     }
-    return {
-        case: CaseResult(
-            DONE,
-            "",
-            {name: _plain(values[number]) for name, values in entries.items()}
-            | {"warnings": [str(text) for text in warnings[number : number + 1] if text]},
-            {name: values[number] for name, values in curves.items()},
-        )
-        for number, case in enumerate(cases)
-        if status[number] == DONE
-    }
+    found = {}
+    for number in np.flatnonzero(status == DONE):
+        numbers = {name: float(values[number]) for name, values in entries.items()}
+        summary: dict[str, Any] = {k: None if np.isnan(v) else v for k, v in numbers.items()}
+        summary["warnings"] = [str(text) for text in warnings[number : number + 1] if text]
+        own = {name: values[number] for name, values in curves.items()}
+        found[cases[number]] = CaseResult(DONE, "", summary, own)
+    return found
 
 
 def to_dataset(
@@ -122,8 +118,8 @@ def to_dataset(
     missing = np.full(SAMPLES, np.nan)
     for name in CURVES:
         curves = np.array([outcome.curves.get(name, missing) for outcome in outcomes])
-        attributes = {"units": CURVE_UNITS[name]}
-        data[name] = ([*keys, "time_share"], curves.reshape(*plan.shape, SAMPLES), attributes)
+        units = {"units": CURVE_UNITS[name]}
+        data[name] = ([*keys, "time_share"], curves.reshape(*plan.shape, SAMPLES), units)
     durations = np.array([case.scene.load.duration for case in plan.cases])
     data["duration_s"] = (keys, durations.reshape(plan.shape), {"units": "s"})
     first, *others = inputs
@@ -132,14 +128,14 @@ def to_dataset(
         for key, value in first.items()
         if key not in plan.axes and all(other[key] == value for other in others)
     }
-    words = " ".join(f"{key}={value}" for key, value in common.items() if value is not None)
-    named = {key: str(common.get(key, "")) for key in ("name", "model")}
     scene: dict[str, Any] = {}
     for key, value in first.items():  # a scene for the command: what was varied as in the first
         if value is not None and (key in common or key in plan.axes):
             put(scene, key, value)
-    named["scene"] = tomlkit.dumps(scene)
-    return xr.Dataset(data, coordinates, {"iceslide_fem": "sweep", "inputs": words, **named})
+    words = " ".join(f"{key}={value}" for key, value in common.items() if value is not None)
+    attributes = {"iceslide_fem": "sweep", "inputs": words}
+    attributes |= {key: str(common.get(key, "")) for key in ("name", "model")}
+    return xr.Dataset(data, coordinates, attributes | {"scene": tomlkit.dumps(scene)})
 
 
 def _entries(summary: Mapping[str, Any]) -> dict[str, Any]:
@@ -150,7 +146,3 @@ def _entries(summary: Mapping[str, Any]) -> dict[str, Any]:
         if key != "stopped" and (value is None or isinstance(value, int | float))
     }
     return numbers | flat({"versions": summary.get("versions", {})})
-
-
-def _plain(value: Any) -> float | None:
-    return None if np.isnan(value) else float(value)
