@@ -16,7 +16,7 @@ import pyvista as pv
 from scipy.spatial import cKDTree
 
 from iceslide_fem.postprocess.results import field_files, field_parts
-from iceslide_fem.postprocess.results.style import MISES, PRESSURE
+from iceslide_fem.postprocess.results.quantities import MISES, PRESSURE
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SceneError
 
