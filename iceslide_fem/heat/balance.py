@@ -7,10 +7,10 @@ P that reads the surface at the points,
 
 where q are the fluxes (W/m2) that the films give, a their areas. Films melt what would get warmer
 than T_m: q falls with the temperature, steeply where they melt, and the equations are the gradient
-of a convex function. Each iteration asks the films at the present temperatures, takes the slopes of
-what they give, solves one linear system, and goes as far along its solution as the convex function
-falls (M. Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2003) 865: it is the primal-dual
-active set method where the films only switch between two lines).
+of a convex function. Each iteration evaluates the films at the present temperatures, takes the
+slopes of what they give, solves one linear system, and goes as far along its solution as the convex
+function falls (M. Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2003) 865: it is the
+primal-dual active set method where the films only switch between two lines).
 
 Points are joined to the surface through a thin `interface_resistance` (K m2/W), so that the flux of
 one that melts is a function of its temperature, and unique.
@@ -38,12 +38,12 @@ FALLEN = 0.5  # of the slope along a change: then it goes far enough
 # Of the agreement: how nearly the surface is balanced, so that any number of ranks finds the same,
 # and how closely a linear system is solved, as films answer by 1 / interface_resistance times as
 # much.
-SETTLED, CLOSE = 1e-2, 1e-5
+CONVERGED, CLOSE = 1e-2, 1e-5
 SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
-UNSETTLED = "the melting part of the ice's surface does not settle"
+NOT_FOUND = "the melting part of the ice's surface is not found"
 
 
-class Asked(NamedTuple):
+class Evaluation(NamedTuple):
     """What films answer at given temperatures, the imbalance of each unknown (W) with it."""
 
     answer: Answer
@@ -127,14 +127,14 @@ class Balance:
         """
         begin = self._begin(start, dt)
         rise = begin.rise
-        asked = self._asked(begin, film, rise, film.log_height)
+        evaluation = self._evaluated(begin, film, rise, film.log_height)
         for _ in range(MOST_ITERATIONS):
-            if self._settled(begin, asked):
-                return self._kept(rise, asked.imbalance, dt), asked.answer.stage
-            tangent = self._tangent(begin, rise, asked.answer.slopes)
-            change = self._solver.solve(tangent, asked.imbalance)
-            rise, asked = self._along(begin, film, rise, change, asked)
-        raise NotConverged(UNSETTLED)
+            if self._converged(begin, evaluation):
+                return self._kept(rise, evaluation.imbalance, dt), evaluation.answer.stage
+            tangent = self._tangent(begin, rise, evaluation.answer.slopes)
+            change = self._solver.solve(tangent, evaluation.imbalance)
+            rise, evaluation = self._along(begin, film, rise, change, evaluation)
+        raise NotConverged(NOT_FOUND)
 
     def _begin(self, start: Array, dt: float) -> Begin:
         """What is the same in all of a stage; conduction is that of its start."""
@@ -147,8 +147,8 @@ class Balance:
         return Begin(start, rise, bodies.capacity / dt, matrix, diagonal, self._heating - drawn)
 
     def _along(
-        self, begin: Begin, film: Film, rise: Array, change: Array, before: Asked
-    ) -> tuple[Array, Asked]:
+        self, begin: Begin, film: Film, rise: Array, change: Array, before: Evaluation
+    ) -> tuple[Array, Evaluation]:
         """As far along a `change` as the convex function falls: where its slope is small.
 
         The slope falls from that at the start. Where all of the change goes too far, the places
@@ -158,8 +158,8 @@ class Balance:
         step_length, high, above, below = 1.0, np.inf, first, 0.0
         for attempt in range(MOST_PLACES):
             there = rise + step_length * change
-            asked = self._asked(begin, film, there, before.answer.stage.log_height)
-            slope = self._dot(change, asked.imbalance)
+            evaluation = self._evaluated(begin, film, there, before.answer.stage.log_height)
+            slope = self._dot(change, evaluation.imbalance)
             if slope >= -FALLEN * first and (step_length == 1.0 or slope <= FALLEN * first):
                 break
             if slope < 0.0:
@@ -168,21 +168,21 @@ class Balance:
                 low, above = step_length, slope
             part = above / (above - below) if attempt % 2 == 0 else 0.5
             step_length = low + (high - low) * part
-        return there, asked
+        return there, evaluation
 
-    def _asked(self, begin: Begin, film: Film, rise: Array, near: Array) -> Asked:
-        answer = self._contact.ask(film, self._T_0 + self._meeting.reads.of(rise), near)
+    def _evaluated(self, begin: Begin, film: Film, rise: Array, near: Array) -> Evaluation:
+        answer = self._contact.evaluate(film, self._T_0 + self._meeting.reads.of(rise), near)
         given = self._meeting.reads.given(answer.given) + begin.power
         kept = begin.capacity * (self._bodies.heat_state(rise) - begin.heat_state)
-        return Asked(answer, given - kept - self._conducted(begin.conduction, rise))
+        return Evaluation(answer, given - kept - self._conducted(begin.conduction, rise))
 
-    def _settled(self, begin: Begin, asked: Asked) -> bool:
+    def _converged(self, begin: Begin, evaluation: Evaluation) -> bool:
         """Whether what is out of balance would warm no unknown by more than the agreement."""
-        off = np.abs(asked.imbalance / (begin.capacity + begin.diagonal)).max(initial=0.0)
+        off = np.abs(evaluation.imbalance / (begin.capacity + begin.diagonal)).max(initial=0.0)
         most = self._bodies.comm.allreduce(off, op=MPI.MAX)
         if np.isnan(most):
-            raise NotConverged(UNSETTLED)
-        return bool(most <= SETTLED * self._agreement)
+            raise NotConverged(NOT_FOUND)
+        return bool(most <= CONVERGED * self._agreement)
 
     def _kept(self, rise: Array, imbalance: Array, dt: float) -> Array:
         """The heat state with all heat: what the solver has left warms a body evenly."""

@@ -31,7 +31,7 @@ class Answer(NamedTuple):
 class Contact(Protocol):
     """Films between bodies, or above one."""
 
-    def ask(self, film: Film, temperature: Array, near: Array) -> Answer:
+    def evaluate(self, film: Film, temperature: Array, near: Array) -> Answer:
         """What they give at the temperatures (K) that are read, near a ln h."""
 
 
@@ -42,7 +42,7 @@ class AboveIce(NamedTuple):
     solid: Solid
     interface_resistance: float
 
-    def ask(self, film: Film, temperature: Array, near: Array) -> Answer:
+    def evaluate(self, film: Film, temperature: Array, near: Array) -> Answer:
         """What they give to the ice."""
         resistances = np.full_like(temperature, self.interface_resistance)
         stage = film.solve(Surface.of(temperature, resistances, self.solid), near)
@@ -61,7 +61,7 @@ class BetweenIceAndRubber(NamedTuple):
     interface_resistance: float
     half_film: HalfFilm
 
-    def ask(self, film: Film, temperature: Array, near: Array) -> Answer:
+    def evaluate(self, film: Film, temperature: Array, near: Array) -> Answer:
         """What they give to both.
 
         With the conductances G_i, G_r to the bodies a film that melts gives each what its own

@@ -26,7 +26,7 @@ def numbers_at(equation: HeatEquation, points: Array) -> NDArray[np.int64]:
     some = boxes[np.isfinite(boxes).all(axis=(1, 2))]
     near = SAME_PLACE * float(np.ptp(some, axis=(0, 1)).max())
     inside = (boxes[:, 0] - near <= points[:, None]) & (points[:, None] <= boxes[:, 1] + near)
-    asked = [np.flatnonzero(inside[:, rank].all(axis=1)) for rank in range(comm.size)]
+    wanted = [np.flatnonzero(inside[:, rank].all(axis=1)) for rank in range(comm.size)]
     first = equation.conduction.getOwnershipRange()[0]
 
     def here(places: Array) -> NDArray[np.int64]:
@@ -36,7 +36,7 @@ def numbers_at(equation: HeatEquation, points: Array) -> NDArray[np.int64]:
         return np.where(distance <= near, first + number, -1)
 
     numbers = np.full(len(points), -1, dtype=np.int64)
-    for index, answer in answered(points, asked, here, comm):
+    for index, answer in answered(points, wanted, here, comm):
         numbers[index] = np.maximum(numbers[index], answer)
     return numbers
 

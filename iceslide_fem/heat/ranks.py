@@ -12,12 +12,12 @@ Answer = TypeVar("Answer")
 
 
 def answered(
-    points: Array, asked: Sequence[Index], here: Callable[[Array], Answer], comm: MPI.Comm
+    points: Array, wanted: Sequence[Index], here: Callable[[Array], Answer], comm: MPI.Comm
 ) -> Iterator[tuple[Index, Answer]]:
     """Which of this rank's `points` (n, d) each rank was asked for, and what is `here` there.
 
-    asked: numbers of the points, for every rank. Collective, before the first is given.
+    wanted: numbers of the points, for every rank. Collective, before the first is given.
     """
-    questions = comm.alltoall([points[index] for index in asked])
+    questions = comm.alltoall([points[index] for index in wanted])
     answers = comm.alltoall([here(places) for places in questions])
-    return zip(asked, answers, strict=True)
+    return zip(wanted, answers, strict=True)

@@ -72,12 +72,12 @@ class HeatedSurface:
         comm = self._comm
         away = _distance(points, self._boxes[:, 0], self._boxes[:, 1])
         near = away <= away.min(axis=1, keepdims=True) + SAME * self._size
-        asked = [np.flatnonzero(near[:, rank]) for rank in range(comm.size)]
+        wanted = [np.flatnonzero(near[:, rank]) for rank in range(comm.size)]
         outside = np.full(len(points), np.inf)
         shape = len(points), self._closures.shape[1]
         number, weight = np.zeros(shape, dtype=np.int64), np.zeros(shape)
         found = outside, number, weight
-        for index, answer in answered(points, asked, self._here, comm):
+        for index, answer in answered(points, wanted, self._here, comm):
             nearer = answer[0] < outside[index]
             for all_of_them, one in zip(found, answer, strict=True):
                 all_of_them[index[nearer]] = one[nearer]

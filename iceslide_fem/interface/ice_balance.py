@@ -23,7 +23,7 @@ BALANCED, MAX_ITERATIONS = 0.1, 60
 LINEAR_TOLERANCE, LINEAR_ITERATIONS = 1e-3, 500
 # A line search: the fraction of the first slope that may be left of it, uphill; trials.
 ENOUGH, SEARCH_TRIALS = 0.1, 12
-UNSETTLED = "the melting part of the ice's surface does not settle"
+NOT_FOUND = "the melting part of the ice's surface is not found"
 
 
 class Balance(NamedTuple):
@@ -39,12 +39,12 @@ class Balance(NamedTuple):
 
     @property
     def converged(self) -> bool:
-        """Whether the points give what they were asked for."""
+        """Whether the points give what they gave at first."""
         return self.changes == 0
 
 
 class Lines(NamedTuple):
-    """What points give (W) near the temperatures at which they were asked: the smaller of two
+    """What points give (W) near reference temperatures: the smaller of two
     lines, a heat there less its fall (W/K) times how much warmer (K) it is; each (n,).
     """
 
@@ -64,12 +64,12 @@ class Lines(NamedTuple):
 
 
 def balance(
-    ice: SurfaceConduction, points: SharedPoints, lines: Lines, asked: Array, agreement: float
+    ice: SurfaceConduction, points: SharedPoints, lines: Lines, reference: Array, agreement: float
 ) -> Balance:
-    """The balance with these `lines` of all points, `asked` at temperatures (K) of the nodes:
+    """The balance with these `lines` of all points, `reference` at temperatures (K) of the nodes:
     those, where all agree by so much (K), else one within a fraction of it. Raises NotConverged.
     """
-    temperature, depends, target = asked.ravel().copy(), False, agreement
+    temperature, depends, target = reference.ravel().copy(), False, agreement
     takes = ice.taken(temperature - ice.offset)
     rise, heat, fall = np.zeros(lines.heat.size), lines.heat, lines.fall
     for changes in range(MAX_ITERATIONS):
@@ -78,7 +78,7 @@ def balance(
         residual = ice.warmed(imbalance)
         off = float(np.abs(residual).max(initial=0.0))
         if off <= target:
-            shape = asked.shape
+            shape = reference.shape
             return Balance(temperature.reshape(shape), given.reshape(shape), depends, changes)
         if not np.isfinite(off):
             break
@@ -95,7 +95,7 @@ def balance(
         takes = takes + step_length * more
         rise = rise + step_length * moved
         heat, fall = lines.at(rise)
-    raise NotConverged(UNSETTLED)
+    raise NotConverged(NOT_FOUND)
 
 
 def _correction(ice: SurfaceConduction, bands: Array, load: Array) -> Array:

@@ -1,8 +1,8 @@
 """The surface of ice on a grid within an implicit stage, and points anywhere on it that give heat.
 
 It begins with a guess of which nodes melt (`melting_guess`); what points give there and what the
-ice takes is balanced (`ice_balance`), and the points are asked again, until both agree. Every rank
-does the same for the points of all.
+ice takes is balanced (`ice_balance`), and the films are evaluated again, until both agree. Every
+rank does the same for the points of all.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.film.loads import FilmOnIce
-from iceslide_fem.interface.ice_balance import UNSETTLED, Balance, Lines, balance
+from iceslide_fem.interface.ice_balance import NOT_FOUND, Balance, Lines, balance
 from iceslide_fem.interface.ice_conduction import StageSurface, SurfaceConduction
 from iceslide_fem.interface.ice_modes import SurfaceModes
 from iceslide_fem.interface.melting_guess import melting_guess
@@ -29,9 +29,9 @@ FULL_CHANGES, MAX_REQUESTS = 12, 60
 
 
 def fluxes(
-    film: FilmStage, asked: Array, area: Array, interface_resistance: float, T_m: float
+    film: FilmStage, reference: Array, area: Array, interface_resistance: float, T_m: float
 ) -> Array:
-    """Heat (W) that points give to ice whose temperature is near that at which they were `asked`.
+    """Heat (W) that points give to ice near the `reference` temperatures (K) below them.
 
     Each gives the smaller of two lines, a heat there less its fall (W/K) times how much warmer (K)
     it is: heat, fall, other heat, other fall, (n, 4). A film of one viscosity below rubber that
@@ -42,7 +42,7 @@ def fluxes(
     np.multiply(area, film.ice_flux, out=lines[:, 0])
     np.multiply(conductance, film.ice_slope, out=lines[:, 1])
     most = np.where(film.melting, film.dry_temperature, T_m)
-    most -= asked
+    most -= reference
     np.multiply(conductance, most, out=lines[:, 2])
     np.multiply(conductance, ~film.melting, out=lines[:, 3])
     return lines
@@ -83,9 +83,9 @@ class IceSurface:
         """What the points give to the nodes (W, shaped as the stage), and the film. Collective.
 
         Where a point melts (or the rubber takes heat, too), its flux depends on the temperature:
-        ice and the film's `fluxes` are balanced, and the film is asked again at the temperatures
-        found, until both agree within so much (K). The first time it is asked at those of a guess,
-        from those `before` the stage and what friction makes there.
+        ice and the film's `fluxes` are balanced, and the film is evaluated again at the
+        temperatures found, until both agree within so much (K). The first time it is evaluated at
+        those of a guess, from those `before` the stage and what friction makes there.
 
         interface_resistance: between points and ice, K m2/W. Raises NotConverged.
         """
@@ -105,11 +105,11 @@ class IceSurface:
                 return balance.given, result
             damping = 1.0 if iteration < FULL_CHANGES or not balance.depends else 0.5
             temperature = temperature + damping * (balance.temperature - temperature)
-            asked, below = below, grid.interpolate(temperature.ravel(), at)
+            reference, below = below, grid.interpolate(temperature.ravel(), at)
             if not balance.depends:  # the film would say the same again, but for this
-                dry = result.dry_temperature + (below - asked)
+                dry = result.dry_temperature + (below - reference)
                 return balance.given, result._replace(dry_temperature=dry)
-        raise NotConverged(UNSETTLED)
+        raise NotConverged(NOT_FOUND)
 
     def melting_guess(
         self, inside: SurfaceConduction, before: Array, power: Array, interface_resistance: float
@@ -119,12 +119,12 @@ class IceSurface:
         return melting_guess(inside, self.points, power, before, interface_resistance, T_m)
 
     def balanced(
-        self, inside: SurfaceConduction, fluxes: Array, asked: Array, agreement: float
+        self, inside: SurfaceConduction, fluxes: Array, reference: Array, agreement: float
     ) -> Balance:
-        """The balance with these `fluxes` of all points (N, 4), `asked` at temperatures (K) of the
-        nodes (`ice_balance.balance`). Raises NotConverged.
+        """The balance with these `fluxes` of all points (N, 4), `reference` at temperatures (K) of
+        the nodes (`ice_balance.balance`). Raises NotConverged.
         """
-        return balance(inside, self.points, Lines(*fluxes.T), asked, agreement)
+        return balance(inside, self.points, Lines(*fluxes.T), reference, agreement)
 
     def inside(self, stage: StageSurface) -> SurfaceConduction:
         """The surface in a stage, for `melting_guess` and `balanced`."""
