@@ -33,12 +33,22 @@ from iceslide_fem.workflow.planning.cost import estimate, expected_steps, step_s
 from iceslide_fem.workflow.planning.info import covered_load, describe  # noqa: E402
 from iceslide_fem.workflow.planning.warnings import warnings  # noqa: E402
 
-pytestmark = pytest.mark.fe
+pytestmark = [pytest.mark.fe, pytest.mark.once]
 ROOT = Path(__file__).parent.parent
+# Runs of thesis_1bar, all 7 ms: model, ice, tolerance, unknowns of both, steps, CPU seconds, MB
 MEASURED = [
-    words
-    for line in cost.__doc__.splitlines()
-    if (words := line.split()) and words[0] in ("slice", "block") and len(words) == 8
+    row.split()
+    for row in (
+        "slice column 1e-3 3362 0 288 5.8 246",
+        "slice continuum 1e-3 3362 1107 274 8.9 246",
+        "slice continuum 1e-2 3362 1107 62 3.9 246",
+        "block column 1e-2 1755 0 59 4.2 265",
+        "block column 1e-2 13311 0 58 10.9 510",
+        "block continuum 1e-2 13311 7047 59 15.2 482",
+        "slice mesh 1e-3 4346 1431 222 16.0 255",
+        "slice mesh 1e-2 4346 1431 64 7.3 258",
+        "block mesh 1e-2 12987 6075 62 25.8 503",
+    )
 ]
 
 
@@ -48,7 +58,7 @@ def thesis(*changes):
 
 @pytest.mark.quick
 @pytest.mark.parametrize("row", MEASURED, ids="-".join)
-def test_estimates_are_within_a_factor_of_two_of_the_runs_in_the_docstring(row):
+def test_estimates_are_within_a_factor_of_two_of_measured_runs(row):
     model, heat, tolerance, *measured = row
     rubber, ice, steps, seconds, megabytes = (float(number) for number in measured)
     expected = expected_steps(

@@ -30,7 +30,7 @@ from iceslide_fem.mesh.ice_body import (  # noqa: E402
 )
 from iceslide_fem.mesh.rubber import block_shape  # noqa: E402
 from iceslide_fem.mesh.size import check_memory, unknowns  # noqa: E402
-from iceslide_fem.mesh.user_ice import load_user_ice  # noqa: E402
+from iceslide_fem.mesh.user_mesh import load_user_ice  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.scene.notes import notes  # noqa: E402

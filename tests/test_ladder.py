@@ -93,6 +93,7 @@ def test_every_rung_is_a_valid_scene():
 
 
 @pytest.mark.fe
+@pytest.mark.once
 def test_ladder_says_which_rung_is_enough_and_writes_it(tmp_path, capsys):
     pytest.importorskip("iceslide_fem.fenics.compat")
     from iceslide_fem.cli import main
@@ -120,6 +121,7 @@ def test_ladder_says_which_rung_is_enough_and_writes_it(tmp_path, capsys):
 
 
 @pytest.mark.fe
+@pytest.mark.once
 def test_auto_runs_what_it_says(tmp_path):
     pytest.importorskip("iceslide_fem.fenics.compat")
     from iceslide_fem.simulate import run

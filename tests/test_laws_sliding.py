@@ -22,7 +22,7 @@ from iceslide_fem.runtime.errors import SceneError, SimulationStopped  # noqa: E
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 
-pytestmark = pytest.mark.fe
+pytestmark = [pytest.mark.fe, pytest.mark.once]
 ROOT = Path(__file__).parent.parent
 COMMS = MPI.COMM_WORLD, MPI.COMM_SELF
 COARSE = ("numerics.refinement=0.5", "numerics.tolerance=1e-2", "load.duration=0.1ms")

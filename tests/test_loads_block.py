@@ -18,7 +18,7 @@ from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.runtime.errors import SimulationStopped  # noqa: E402
 
-pytestmark = pytest.mark.fe
+pytestmark = [pytest.mark.fe, pytest.mark.once]
 
 NUMERICS = {"refinement": 0.5, "tolerance": 1e-2}
 SLOWS = [["0 ms", "3 m/s"], ["0.2 ms", "3 m/s"], ["0.6 ms", "1 m/s"]]

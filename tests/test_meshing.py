@@ -1,4 +1,4 @@
-"""Meshes of rubber and ice, users' own meshes, and the cache."""
+"""Meshes of rubber and ice, and users' own meshes."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,7 +15,6 @@ from mpi4py import MPI  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
 from iceslide_fem.mesh import box, files, gmsh_model  # noqa: E402
-from iceslide_fem.mesh import cache as mesh_cache
 from iceslide_fem.mesh import ice as ice_meshing
 from iceslide_fem.mesh import rubber as rubber_meshing
 from iceslide_fem.mesh.gmsh_model import owners  # noqa: E402
@@ -40,12 +39,6 @@ pytestmark = pytest.mark.fe
 
 ROOT = Path(__file__).parent.parent
 WORLD = MPI.COMM_WORLD
-
-
-@pytest.fixture(autouse=True)
-def cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("ICESLIDE_CACHE", str(tmp_path / "cache"))
-    return tmp_path / "cache"
 
 
 def a_scene(model, length=1e-3, width=1e-3, height=1e-3, refinement=1.0, mesh=None, margin=0.3e-3):
@@ -255,59 +248,6 @@ def test_ice_footprint_can_be_given():
 
 
 # --- files
-
-
-def test_the_cache_is_read_and_rebuilt(cache, monkeypatch):
-    scene = a_scene("block")
-    first = rubber_meshing.tagged_rubber(scene)
-    (file,) = cache.glob("*.msh")
-    monkeypatch.setattr(rubber_meshing, "block_mesh", None)  # a second call must not build
-    second = rubber_meshing.tagged_rubber(scene)
-    np.testing.assert_array_equal(first.points[first.cells], second.points[second.cells])
-    for name, facets in first.facets.items():
-        np.testing.assert_array_equal(first.points[facets], second.points[second.facets[name]])
-    monkeypatch.undo()
-    monkeypatch.setenv("ICESLIDE_CACHE", str(cache))
-    rubber_meshing.tagged_rubber(a_scene("block", height=2e-3))
-    assert len(list(cache.glob("*.msh"))) == 2
-    file.unlink()
-    rubber_meshing.tagged_rubber(scene)
-    assert file.exists()
-    assert sorted(cache.iterdir()) == sorted(cache.glob("*.msh"))  # nothing unfinished stays
-
-
-def test_another_builder_version_rebuilds(cache, monkeypatch):
-    rubber_meshing.tagged_rubber(a_scene("slice"))
-    monkeypatch.setattr(mesh_cache, "_BUILDER", 99)
-    rubber_meshing.tagged_rubber(a_scene("slice"))
-    assert len(list(cache.glob("*.msh"))) == 2
-
-
-def test_a_damaged_mesh_in_the_cache_is_built_anew(cache):
-    whole = rubber_meshing.tagged_rubber(a_scene("slice"))
-    (file,) = cache.glob("*.msh")
-    complete = file.read_bytes()
-    file.write_bytes(complete[: len(complete) // 2])
-    assert len(rubber_meshing.tagged_rubber(a_scene("slice")).cells) == len(whole.cells)
-    assert file.read_bytes() == complete
-
-
-def test_a_disk_that_fills_leaves_no_half_mesh(cache, monkeypatch):
-    save = gmsh_model.save
-
-    def half(tagged, path):
-        save(tagged, path)
-        path.write_bytes(path.read_bytes()[:8192])
-
-    monkeypatch.setattr(gmsh_model, "save", half)
-    rubber_meshing.tagged_rubber(a_scene("slice"))
-    assert list(cache.iterdir()) == []
-
-
-def test_an_unusable_cache_is_not_used(tmp_path, monkeypatch):
-    (tmp_path / "file").write_text("in the way")
-    monkeypatch.setenv("ICESLIDE_CACHE", str(tmp_path / "file" / "cache"))
-    assert len(rubber_meshing.tagged_rubber(a_scene("slice")).cells) == 26 * 20
 
 
 def test_meshes_are_written_on_request(tmp_path):

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from iceslide_fem.postprocess.results import differences, field_files, read_run
-from iceslide_fem.postprocess.results.report import energy_unit, report
+from iceslide_fem.postprocess.results.quantities import energy_unit
+from iceslide_fem.postprocess.results.report import report
 from iceslide_fem.runtime.errors import SceneError
 
 pytest.importorskip("iceslide_fem.fenics.compat")  # the outputs' writers need it

@@ -11,8 +11,13 @@ from iceslide_fem.cli import main  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.fenics.start import start_petsc  # noqa: E402
 from iceslide_fem.mesh.profile import block_mesh  # noqa: E402
-from iceslide_fem.mesh.rubber import block_shape, divisions, nominal_area, rounded  # noqa: E402
-from iceslide_fem.mesh.rubber import tagged_rubber as cached_rubber  # noqa: E402
+from iceslide_fem.mesh.rubber import (  # noqa: E402
+    block_shape,
+    divisions,
+    nominal_area,
+    rounded,
+    tagged_rubber,  # noqa: E402
+)
 from iceslide_fem.mesh.shape import Wave, leaned, straightened  # noqa: E402
 from iceslide_fem.mesh.soundness import Soundness, shape_gradients  # noqa: E402
 from iceslide_fem.mesh.tagged import mesh_size, smallest_angle  # noqa: E402
@@ -37,11 +42,6 @@ WAVING = sipe("0 mm", "5 mm", ", wave='zigzag', amplitude='0.6 mm', wavelength='
 DEEP_WAVE = sipe(
     "5 mm", "4 mm", ", wave='wave', along='depth', amplitude='0.3mm', wavelength='2mm'"
 )
-
-
-@pytest.fixture(autouse=True)
-def cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("ICESLIDE_CACHE", str(tmp_path / "cache"))
 
 
 def scene(*changes):
@@ -75,7 +75,7 @@ def volume(tagged):
 def test_a_shape_has_its_volume(model, changes, left_out):
     given = scene(f"model={model}", *TREAD, *changes)
     block = block_shape(given)
-    tagged = cached_rubber(given)
+    tagged = tagged_rubber(given)
     assert Soundness(tagged).fault(tagged.facets["plate"]) is None
     profile = 20.0 * 8.0 - left_out
     width = 1.0 if model == "slice" else 8e-3
@@ -95,7 +95,7 @@ GROOVE = "rubber.grooves=[{position='4 mm', width='2 mm', depth='4 mm'}]"
 
 
 def test_edges_are_cut_all_around_every_lug_of_a_block():
-    tagged = cached_rubber(scene("model=block", *TREAD, "rubber.chamfer=0.5mm", GROOVE))
+    tagged = tagged_rubber(scene("model=block", *TREAD, "rubber.chamfer=0.5mm", GROOVE))
     assert Soundness(tagged).fault(tagged.facets["plate"]) is None
     section, moment = 0.5**2 / 2, 0.5**3 / 6  # of what is cut off, about the side
     middle = section * (2 * 3.0 + 20.0) - 4 * moment  # half of the lug in the middle
@@ -116,7 +116,7 @@ def test_edges_are_cut_all_around_every_lug_of_a_block():
 )
 def test_cells_of_a_shape_are_counted_without_a_mesh(model, changes):
     given = scene(f"model={model}", *TREAD, *changes)
-    found, built = divisions(given), mesh_size(cached_rubber(given))
+    found, built = divisions(given), mesh_size(tagged_rubber(given))
     for name in ("cells", "quadratic_nodes"):
         assert found[name] == built[name]
 
@@ -133,7 +133,7 @@ def test_refinement_scales_the_cells_of_all_that_is_cut(change):
 
 
 def test_round_edges_leave_the_bottom_flat_between_them():
-    tagged = cached_rubber(scene("model=slice", "rubber.edge_radius=50um"))
+    tagged = tagged_rubber(scene("model=slice", "rubber.edge_radius=50um"))
     bottom = tagged.points[tagged.points[:, 1] == 0.0, 0]
     assert bottom.min() == pytest.approx(-0.45e-3) and bottom.max() == pytest.approx(0.45e-3)
     arc = tagged.points[tagged.facets["contact"]].reshape(-1, 2)
@@ -181,7 +181,7 @@ def test_leaning_blocks_are_straightened_and_their_edges_stay_round():
     more = [f"rubber.sipes=[{LEANING}, {WAVING}]", "rubber.draft_angle=3deg"]
     more += ["rubber.edge_radius=0.2mm", "numerics.refinement=0.25"]
     case = scene("model=block", *TREAD[:3], *more)
-    tagged, shape = cached_rubber(case), block_shape(case)
+    tagged, shape = tagged_rubber(case), block_shape(case)
     points = straightened(shape, tagged.points)
     np.testing.assert_allclose(leaned(shape, points), tagged.points, rtol=0, atol=1e-15)
     corners = tagged.points[tagged.facets["contact"]]
@@ -193,7 +193,7 @@ def test_leaning_blocks_are_straightened_and_their_edges_stay_round():
 def test_finer_meshes_have_rounder_edges():
     def chords(refinement, radius=50):
         changes = [f"rubber.edge_radius={radius}um", f"numerics.refinement={refinement}"]
-        tagged = cached_rubber(scene("model=slice", *changes))
+        tagged = tagged_rubber(scene("model=slice", *changes))
         corners = tagged.points[tagged.facets["contact"]]
         way = np.abs(corners[:, 1] - corners[:, 0])
         return int(((way > 1e-9).all(axis=1)).sum())
@@ -204,7 +204,7 @@ def test_finer_meshes_have_rounder_edges():
 
 def test_a_groove_is_cut_along_the_block():
     plain, grooved = (
-        cached_rubber(scene("model=block", *TREAD, *more)) for more in ((), (GROOVE,))
+        tagged_rubber(scene("model=block", *TREAD, *more)) for more in ((), (GROOVE,))
     )
     assert volume(plain) - volume(grooved) == pytest.approx(20e-3 * 2e-3 * 4e-3)
     walls = grooved.points[grooved.facets["walls"]]
@@ -222,7 +222,7 @@ def test_waves_begin_at_a_crest_and_zigzags_are_straight():
 def test_walls_reach_the_crests_of_their_waves(wave):
     """Crests between two nodes were cut off, up to a quarter of them."""
     sipes = f"rubber.sipes=[{WAVING.replace('zigzag', wave)}]"
-    walls = (tagged := cached_rubber(scene("model=block", *TREAD, sipes))).facets["walls"]
+    walls = (tagged := tagged_rubber(scene("model=block", *TREAD, sipes))).facets["walls"]
     x = tagged.points[walls][..., 0]
     assert (x.min(), x.max()) == pytest.approx((-0.8e-3, 0.8e-3))
 
@@ -253,7 +253,7 @@ ELLIPSE = [
 )
 def test_a_block_of_any_outline(tmp_path, rows, area, half):
     changes = ["rubber.height=3mm", "numerics.refinement=0.5", outline(tmp_path, rows)]
-    tagged = cached_rubber(scene("model=block", *changes))
+    tagged = tagged_rubber(scene("model=block", *changes))
     assert ("symmetry" in tagged.facets) == half
     assert volume(tagged) == pytest.approx(area * 3e-3 / (2 if half else 1))
     assert tagged.cell_type == "hexahedron" and smallest_angle(tagged) > 20.0

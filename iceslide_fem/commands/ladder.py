@@ -44,9 +44,13 @@ def ladder(
     start_petsc()
     from rich.console import Console
 
-    from iceslide_fem.workflow.ladder.chart import ladder_chart
     from iceslide_fem.workflow.ladder.runs import cheapest_of, climb, finest_of, write_scene
-    from iceslide_fem.workflow.ladder.table import ladder_table, not_run, simplification_table
+    from iceslide_fem.workflow.ladder.shown import (
+        ladder_chart,
+        ladder_table,
+        not_run,
+        simplification_table,
+    )
 
     outcomes, found = climb(scene, out, refine or [0.5, 1.0], typer.echo, force)
     console, tolerance = Console(), scene.numerics.tolerance

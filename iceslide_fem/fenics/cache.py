@@ -1,4 +1,4 @@
-"""Where generated meshes and compiled forms are kept, and how processes share them."""
+"""Where compiled forms are kept, and how processes share them."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _writable_cache(usual: Path) -> Path:
         raise SceneError(f"{folder} belongs to another user: name a folder by ICESLIDE_CACHE")
     if rank() == 0:
         print(
-            f"Note: {usual} cannot be written: compiled forms and meshes are kept in {folder} "
+            f"Note: {usual} cannot be written: compiled forms are kept in {folder} "
             "(ICESLIDE_CACHE names another place).",
             file=sys.stderr,
         )

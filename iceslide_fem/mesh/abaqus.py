@@ -1,7 +1,6 @@
 """Meshes in input files of Abaqus and CalculiX (.inp): elements, sets, surfaces, instances.
 
-Numbers and names of nodes, elements and sets hold in a scope: an instance, a part where a file has
-no instances, or ("") what stands outside of them.
+Numbers and names of nodes, elements and sets hold in a scope (`scopes_of`).
 """
 
 from __future__ import annotations
@@ -11,13 +10,12 @@ from collections import Counter
 from collections.abc import Callable
 from functools import cached_property
 from itertools import chain, groupby
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from iceslide_fem.mesh.abaqus_cards import Card, items, key, read_cards
+from iceslide_fem.mesh.abaqus_cards import Card, items, key, real, scopes_of, span, whole
 from iceslide_fem.mesh.named_cells import (
     KINDS,
     Block,
@@ -29,10 +27,6 @@ from iceslide_fem.mesh.named_cells import (
 from iceslide_fem.mesh.tagged import FACETS, TaggedMesh
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
-
-# They make or move nodes and elements; a mesh without what they make is another one.
-_GENERATORS = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"}
-_GENERATORS |= {"SYMMETRIC MODEL GENERATION"}
 
 _SHELLS = "M3D|SFM3D|R3D|F3D|DS|STRI|S"  # surfaces in space, whose S1 and S2 are their two faces
 _FAMILIES = [  # what a type's name begins with, dimension, number of nodes by the one that follows
@@ -71,7 +65,7 @@ def load(file: MeshFile) -> TaggedMesh:
     understood, and as `tagged_mesh` does.
     """
     try:
-        model = _Model(_scopes(file.path), file.dim)
+        model = _Model(scopes_of(file.path), file.dim)
     except ValueError as error:
         raise SceneError(f"{file} can't be read as an input file of Abaqus: {error}") from None
     if not model.elements:
@@ -110,34 +104,6 @@ def load(file: MeshFile) -> TaggedMesh:
 
 def _table(rows: Any) -> Any:
     return np.array([*rows], dtype=np.int64)
-
-
-def _scopes(path: Path) -> dict[str, list[Card]]:
-    """Cards by scopes; an instance has its own card, then those of its part."""
-    outside: list[Card] = []
-    parts: dict[str, list[Card]] = {}
-    instances: dict[str, list[Card]] = {}
-    here = outside
-    for card in read_cards(path):
-        if card.keyword in _GENERATORS:
-            raise ValueError(
-                f"it makes or moves nodes or elements by *{card.keyword}; allowed are those that "
-                "are written out (*NODE, *ELEMENT)"
-            )
-        if card.keyword in ("END PART", "END INSTANCE"):
-            here = outside
-        elif card.keyword == "PART":
-            here = parts.setdefault(card.label("NAME"), [])
-        elif card.keyword == "INSTANCE":
-            if card.label("PART") not in parts:
-                raise ValueError(
-                    f"*INSTANCE {card.options.get('NAME', '')} is of the part "
-                    f'"{card.options.get("PART", "")}", which is not in the file before it'
-                )
-            here = instances[card.label("NAME")] = [card, *parts[card.label("PART")]]
-        else:
-            here.append(card)
-    return {"": outside, **(instances or parts)}
 
 
 class _Model:
@@ -192,14 +158,14 @@ class _Model:
                 raise ValueError(f"*NODE, SYSTEM={system}: allowed are Cartesian coordinates")
             rows = [line.split(",") for line in card.data]
             for number, *place in rows:
-                at = (*map(_real, place), 0.0, 0.0, 0.0)[:3]
-                if nodes.setdefault(_whole(number), at) != at:
+                at = (*map(real, place), 0.0, 0.0, 0.0)[:3]
+                if nodes.setdefault(whole(number), at) != at:
                     raise ValueError(f"node {number} is there twice, at different places")
             self._name("NSET", scope, card, [number for number, *_ in rows])
         numbers = sorted(nodes)
         points = np.array([nodes[number] for number in numbers]).reshape(-1, 3)
         if cards and cards[0].keyword == "INSTANCE":
-            points = _placed(points, [[*map(_real, items(line))] for line in cards[0].data])
+            points = _placed(points, [[*map(real, items(line))] for line in cards[0].data])
         first = len(self.points)
         self.points.extend(points)
         self._places |= {("NSET", scope, node): first + n for n, node in enumerate(numbers)}
@@ -212,7 +178,7 @@ class _Model:
         ids: list[str] = []
         row: list[int] = []
         for line in card.data:
-            row += map(_whole, items(line))
+            row += map(whole, items(line))
             if len(row) <= size or (not size and line.endswith(",")):
                 continue
             number, *nodes = row
@@ -270,7 +236,7 @@ class _Model:
         if scope not in self._scopes:
             raise ValueError(f'there is no instance "{scope}"')
         if "GENERATE" in card.options:
-            listed = [str(number) for line in card.data for number in _span(line)]
+            listed = [str(number) for line in card.data for number in span(line)]
         else:
             listed = [item for line in card.data for item in items(line)]
         found = [one for item in listed for one in self._found(card.keyword, scope, item, above)]
@@ -354,27 +320,3 @@ def _placed(points: Array, placement: list[list[float]]) -> Array:
         turn = Rotation.from_rotvec(row[6] * axis / np.linalg.norm(axis), degrees=True)
         points = turn.apply(points - start) + start
     return points
-
-
-def _real(text: str) -> float:
-    """A number as Fortran writes it, 1.5D-3, too; an empty field is 0."""
-    try:
-        return float(text.upper().replace("D", "E") if text.strip() else 0.0)
-    except ValueError:
-        raise ValueError(f'"{text.strip()}" is no number') from None
-
-
-def _whole(text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise ValueError(f'"{text.strip()}" is no number of a node or element') from None
-
-
-def _span(line: str) -> range:
-    """The numbers that a line of GENERATE gives: first, last, and (or 1) by how much they grow."""
-    try:
-        first, last, step = [*map(int, items(line)), 1][:3]
-        return range(first, last + (1 if step > 0 else -1), step)
-    except ValueError:
-        raise ValueError(f'GENERATE takes first, last and increment, not "{line}"') from None

@@ -14,6 +14,9 @@ from typing import NamedTuple
 from iceslide_fem.runtime.errors import SceneError
 
 DEEPEST = 10  # *INCLUDE in included files
+# They make or move nodes and elements; a mesh without what they make is another one.
+_GENERATORS = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"}
+_GENERATORS |= {"SYMMETRIC MODEL GENERATION"}
 
 
 class Card(NamedTuple):
@@ -58,6 +61,37 @@ def read_cards(path: Path) -> Iterator[Card]:
     yield card
 
 
+def scopes_of(path: Path) -> dict[str, list[Card]]:
+    """Cards by the scopes in which numbers and names hold: an instance, a part where a file has no
+    instances, or ("") what stands outside of them. An instance has its own card, then those of its
+    part. Raises SceneError where a file can't be read, ValueError where it can't be understood.
+    """
+    outside: list[Card] = []
+    parts: dict[str, list[Card]] = {}
+    instances: dict[str, list[Card]] = {}
+    here = outside
+    for card in read_cards(path):
+        if card.keyword in _GENERATORS:
+            raise ValueError(
+                f"it makes or moves nodes or elements by *{card.keyword}; allowed are those that "
+                "are written out (*NODE, *ELEMENT)"
+            )
+        if card.keyword in ("END PART", "END INSTANCE"):
+            here = outside
+        elif card.keyword == "PART":
+            here = parts.setdefault(card.label("NAME"), [])
+        elif card.keyword == "INSTANCE":
+            if card.label("PART") not in parts:
+                raise ValueError(
+                    f"*INSTANCE {card.options.get('NAME', '')} is of the part "
+                    f'"{card.options.get("PART", "")}", which is not in the file before it'
+                )
+            here = instances[card.label("NAME")] = [card, *parts[card.label("PART")]]
+        else:
+            here.append(card)
+    return {"": outside, **(instances or parts)}
+
+
 def _card(line: str) -> Card:
     keyword, *options = items(line[1:]) or [""]
     pairs = (option.partition("=")[::2] for option in options)
@@ -84,3 +118,28 @@ def _lines(main: Path, path: Path, depth: int) -> Iterator[str]:
 def _beside(path: Path, card: Card) -> Path:
     """The file that a card names as its INPUT."""
     return path.parent / card.options.get("INPUT", "").replace("\\", "/")
+
+
+def real(text: str) -> float:
+    """A number as Fortran writes it, 1.5D-3, too; an empty field is 0."""
+    try:
+        return float(text.upper().replace("D", "E") if text.strip() else 0.0)
+    except ValueError:
+        raise ValueError(f'"{text.strip()}" is no number') from None
+
+
+def whole(text: str) -> int:
+    """A number of a node or element."""
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError(f'"{text.strip()}" is no number of a node or element') from None
+
+
+def span(line: str) -> range:
+    """The numbers that a line of GENERATE gives: first, last, and (or 1) by how much they grow."""
+    try:
+        first, last, step = [*map(int, items(line)), 1][:3]
+        return range(first, last + (1 if step > 0 else -1), step)
+    except ValueError:
+        raise ValueError(f'GENERATE takes first, last and increment, not "{line}"') from None

@@ -10,14 +10,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from matplotlib import path, transforms
 from numpy.typing import ArrayLike
 
 from iceslide_fem.mesh.grid import Lines
 from iceslide_fem.mesh.ice import ice_cells, ice_shape, surface_lines, tagged_ice
 from iceslide_fem.mesh.rubber import block_shape
 from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
-from iceslide_fem.mesh.user_ice import load_user_ice
+from iceslide_fem.mesh.user_mesh import load_user_ice
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene
@@ -85,6 +84,8 @@ def covered(corners: Array, ranges: Sequence[tuple[float, float]]) -> float:
     """Share of the rectangle (of the line in a slice) with these `ranges`, m, that convex facets
     with `corners` (n, k, d-1), m, cover, which do not overlap.
     """
+    from matplotlib import path, transforms  # takes long to import
+
     low, high = np.array(ranges).T
     found: float
     if len(ranges) == 1:

@@ -6,6 +6,7 @@ the outline is its own mirror image in y, half of it is meshed.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 
 import gmsh
@@ -13,10 +14,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from iceslide_fem.mesh.box import EDGE_CELL, EDGE_SLOPE, LARGEST_CELL, box_lines, reference_cells
-from iceslide_fem.mesh.cache import cached
 from iceslide_fem.mesh.gmsh_model import empty_model, nodes_of
 from iceslide_fem.mesh.grid import snapped, with_parts
-from iceslide_fem.mesh.profile import CONTACT_HEIGHT, part_choosers
+from iceslide_fem.mesh.profile import part_choosers
 from iceslide_fem.mesh.shape import BlockShape
 from iceslide_fem.mesh.soundness import Soundness, place
 from iceslide_fem.mesh.swept import NEAR
@@ -40,12 +40,13 @@ def outline_mesh(path: Path, height: float, refinement: float) -> TaggedMesh:
 
     Raises SceneError if it can't be meshed.
     """
+    changed = path.stat().st_mtime_ns if path.exists() else 0
+    return _built(path, changed, height, refinement)
+
+
+@lru_cache(maxsize=2)  # a scene asks for its mesh several times
+def _built(path: Path, changed: int, height: float, refinement: float) -> TaggedMesh:
     rings = read_outline(path, "rubber.outline")
-    parameters = [CONTACT_HEIGHT, [ring.tolist() for ring in rings], height, refinement]
-    return cached("rubber", 3, parameters, lambda: _build(path, rings, height, refinement))
-
-
-def _build(path: Path, rings: tuple[Array, ...], height: float, refinement: float) -> TaggedMesh:
     (left, low), (right, high) = rings[0].min(axis=0), rings[0].max(axis=0)
     symmetric = _is_symmetric(rings)
     block = BlockShape([(left, right), (0.0 if symmetric else low, high)], height, symmetric)

@@ -10,11 +10,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from iceslide_fem.mesh.box import box_lines
-from iceslide_fem.mesh.cache import cached
 from iceslide_fem.mesh.gmsh_model import DistributedMesh, distribute_made
 from iceslide_fem.mesh.grid import with_sides
 from iceslide_fem.mesh.outline import outline_mesh
-from iceslide_fem.mesh.profile import CONTACT_HEIGHT, block_mesh, count, on_arcs
+from iceslide_fem.mesh.profile import block_mesh, count, on_arcs
 from iceslide_fem.mesh.shape import BlockShape, built_in_shape
 from iceslide_fem.mesh.tagged import TaggedMesh, mesh_size
 from iceslide_fem.mesh.user_mesh import load_user_mesh
@@ -90,9 +89,7 @@ def tagged_rubber(scene: Scene) -> TaggedMesh:
         return load_user_mesh(rubber.mesh, dim, rubber.mesh_unit)
     if rubber.outline is not None and dim == 3:
         return outline_mesh(rubber.outline, rubber.height, refinement)
-    block = built_in_shape(scene)
-    parameters = [CONTACT_HEIGHT, block, [line.tolist() for line in box_lines(block, refinement)]]
-    return cached("rubber", dim, parameters, lambda: block_mesh(block, refinement))
+    return block_mesh(built_in_shape(scene), refinement)
 
 
 def _drawn(scene: Scene) -> bool:

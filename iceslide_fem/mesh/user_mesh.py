@@ -1,27 +1,35 @@
-"""A user's own mesh of a tread block: read, checked, and refused with a reason.
+"""A user's own mesh of a tread block, or of ice: read, checked, and refused with a reason.
 
-What a mesh must be: coordinates in `rubber.mesh_unit`, vertical last (a slice lies in the file's
-x-y plane, y up), the ice plane at 0. Cells of one type (triangles, quadrilaterals, tetrahedra or
-hexahedra, first order) named `rubber`, which fill the body once (`soundness`); outer facets named
-`contact` (all that may touch the ice, with all that lie on it), `plate` (on the flat top), for half
-a block `symmetry` (at y = 0), and, where walls of sipes shall meet, `walls`.
+What a mesh must be: coordinates in `rubber.mesh_unit` (`ice.mesh_unit`), vertical last (a slice
+lies in the file's x-y plane, y up), the ice plane at 0. Cells of one type, first order or straight,
+that fill the body once (`soundness`); outer facets with names:
+
+- rubber of triangles, quadrilaterals, tetrahedra or hexahedra named `rubber`; `contact` (all that
+  may touch the ice, with all that lie on it), `plate` (on the flat top), for half a block
+  `symmetry` (at y = 0), and, where walls of sipes shall meet, `walls`;
+- ice of quadrilaterals or hexahedra, the ice named `ice` and each of `ice.layers` by its name;
+  `surface` (all of the ice at 0), `base` (where a temperature is held), `symmetry`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
 from iceslide_fem.mesh import readers
-from iceslide_fem.mesh.completeness import gap
+from iceslide_fem.mesh.completeness import gap, lost_symmetry
+from iceslide_fem.mesh.grid import with_sides
 from iceslide_fem.mesh.named_cells import MeshFile, rubber_file
-from iceslide_fem.mesh.soundness import Soundness
-from iceslide_fem.mesh.tagged import IntArray, TaggedMesh
+from iceslide_fem.mesh.soundness import Fault, Soundness
+from iceslide_fem.mesh.tagged import IntArray, TaggedMesh, among, facets_of
 from iceslide_fem.runtime.errors import SceneError
 
-SIZES = 1e-5, 0.3  # m; what is smaller or larger was drawn in another unit
+SIZES, ICE_SIZES = (1e-5, 0.3), (1e-5, 3.0)  # m; what is not within was drawn in another unit
+ICE_PARTS = ("surface", "base", "symmetry")
+ICE_KINDS = ("quadrilateral", "hexahedron")
 
 
 def load_user_mesh(path: Path | str, dim: int, unit: str = "m") -> TaggedMesh:
@@ -75,3 +83,83 @@ def _check_placement(file: MeshFile, tagged: TaggedMesh, outer: IntArray, near: 
     if (touching.min(axis=1) > height - near).any():
         raise SceneError(f'{file}: facets tagged "contact" lie on the top, where the plate is')
     readers.check_symmetry(file, tagged, "block")
+
+
+def load_user_ice(
+    path: Path | str, dim: int, unit: str = "m", names: Sequence[str] = ()
+) -> TaggedMesh:
+    """Read and check a user's mesh of ice, of dimension `dim` (2 for a slice, 3 for a block).
+
+    `unit` (`readers.UNITS`) is that of its coordinates; those of the result are in m. `names` are
+    those of the layers below the ice: its regions are "ice" and these; rubber may be in the file,
+    too. Outer facets that have no name are its `sides`. Raises SceneError with a sentence that
+    names the file, what is wrong with it and where.
+    """
+    file = MeshFile("ice.mesh", Path(path), dim, ("ice", *names), ICE_PARTS, beside=("rubber",))
+    return _checked_ice(file, unit, readers.stamps(file))
+
+
+@lru_cache(maxsize=2)  # a scene asks for its mesh several times
+def _checked_ice(file: MeshFile, unit: str, stamps: tuple[int, ...]) -> TaggedMesh:
+    tagged = readers.read(file, unit, ("surface",), ICE_SIZES)
+    if tagged.cell_type not in ICE_KINDS:
+        advice = 'draw it as a transfinite mesh and recombine it (gmsh: "Transfinite", "Recombine")'
+        raise SceneError(
+            f"{file} is made of {tagged.cell_type} cells, for which quadratic elements of heat "
+            f"have no lumped masses; allowed are {' and '.join(ICE_KINDS)} cells: {advice}"
+        )
+    soundness = Soundness(tagged)
+    near = readers.TOLERANCE * float(np.ptp(tagged.points[:, -1]))
+    _check_surface(file, tagged, near)
+    readers.check_facets(file, tagged, soundness.outer)
+    readers.check_symmetry(file, tagged, "ice")
+    fault = (
+        soundness.fault(tagged.facets["surface"], "surface")
+        or _lost_surface(tagged, soundness.outer, near)
+        or lost_symmetry(tagged, soundness.outer, near)
+    )
+    readers.refuse(file, fault, unit)
+    points = tagged.points.copy()
+    points[np.unique(tagged.facets["surface"]), -1] = 0.0
+    return with_sides(tagged._replace(points=points))
+
+
+def _check_surface(file: MeshFile, tagged: TaggedMesh, near: float) -> None:
+    """Raise SceneError unless the surface is at 0, on top of all, and of ice."""
+    heights = tagged.points[tagged.facets["surface"], -1]
+    low, high = float(heights.min()), float(heights.max())
+    if high - low > near:
+        raise SceneError(
+            f'{file}: facets tagged "surface" are not flat, they reach from {low:g} m to '
+            f"{high:g} m; they must lie at 0 m"
+        )
+    if abs(high) > near:
+        raise SceneError(
+            f'{file}: facets tagged "surface" are at {high:g} m; move the mesh by {-high:g} m so '
+            "that they are at 0, where the rubber is"
+        )
+    top = float(tagged.points[:, -1].max())
+    if top > near:
+        raise SceneError(
+            f"{file} reaches up to {top:g} m, above the surface of the ice at 0 m; allowed is "
+            "nothing above it"
+        )
+    if not among(tagged.facets["surface"], _facets_of_ice(tagged)).all():
+        raise SceneError(
+            f'{file}: facets tagged "surface" are not on cells tagged "ice"; the rubber slides on '
+            "ice only"
+        )
+
+
+def _facets_of_ice(tagged: TaggedMesh) -> IntArray:
+    return facets_of(tagged._replace(cells=tagged.cells[tagged.named_cells["ice"]]))
+
+
+def _lost_surface(tagged: TaggedMesh, outer: IntArray, near: float) -> Fault | None:
+    """The first of the `outer` facets (n, corners) of ice at 0 that is not of the surface."""
+    lost = (np.abs(tagged.points[outer, -1]) <= near).all(axis=1)
+    lost &= among(outer, _facets_of_ice(tagged)) & ~among(outer, tagged.facets["surface"])
+    if not lost.any():
+        return None
+    what = 'the facet there is part of the top of the ice and not tagged "surface"'
+    return what, tagged.points[outer[lost][0]].mean(axis=0)

@@ -60,7 +60,7 @@ def page_of(folders: Sequence[Path]) -> Page:
         from iceslide_fem.postprocess.report.of_runs import page_of_ladder
 
         return page_of_ladder(folder, rungs)
-    from iceslide_fem.postprocess.report.of_unfinished import is_unfinished, page_of_unfinished
+    from iceslide_fem.postprocess.report.of_run import is_unfinished, page_of_unfinished
 
     if is_unfinished(folder):
         return page_of_unfinished(folder)

@@ -1,8 +1,8 @@
-"""Processor seconds of the rubber's mesh and the ice's grid, built and read from the cache.
+"""Processor seconds of the rubber's mesh and the ice's grid.
 
 Each is measured in processes of its own, whose compiled forms are there: `thesis_1bar` as a slice
-and as a block, first without a cached mesh, then with it; the median of --repeats. --against TREE
-measures another checkout of the program beside it, and prints the difference.
+and as a block; the median of --repeats. --against TREE measures another checkout of the program
+beside it, and prints the difference.
 """
 
 from __future__ import annotations
@@ -34,18 +34,17 @@ except ImportError:
 from iceslide_fem.scene import load_scene
 scene = load_scene(sys.argv[1], ["model=" + sys.argv[2]])
 seconds = []
-for _ in range(2):
-    for build in (rubber_mesh, ice_mesh):
-        started = process_time()
-        build(scene, MPI.COMM_SELF)
-        seconds.append(process_time() - started)
+for build in (rubber_mesh, ice_mesh):
+    started = process_time()
+    build(scene, MPI.COMM_SELF)
+    seconds.append(process_time() - started)
 print(*seconds)
 """
 
 
 def measured(tree: Path, model: str, cache: Path) -> list[float]:
-    """Processor seconds of rubber and ice, not cached, and of both again, cached."""
-    for mesh in cache.glob("*.msh"):
+    """Processor seconds of rubber and ice."""
+    for mesh in cache.glob("*.msh"):  # that another version keeps
         mesh.unlink()
     environment = os.environ | {"PYTHONPATH": str(tree), "ICESLIDE_CACHE": str(cache)}
     words = [sys.executable, "-c", MEASURED, str(tree / "cases" / "thesis_1bar.toml"), model]
@@ -80,8 +79,7 @@ def main() -> None:
                 apart = (a - b for a, b in zip(now, other, strict=True))
                 yield [model, "longer by", *(f"{value:+.3f}" for value in apart)]
 
-    head = ["rubber, s", "ice, s", "rubber cached, s", "ice cached, s"]
-    common.table(["model", "program", *head], rows())
+    common.table(["model", "program", "rubber, s", "ice, s"], rows())
 
 
 if __name__ == "__main__":

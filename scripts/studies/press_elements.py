@@ -26,7 +26,7 @@ from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.mesh import gmsh_model
 from iceslide_fem.mesh.grid import tensor_grid
-from iceslide_fem.mesh.rubber import CONTACT_HEIGHT
+from iceslide_fem.mesh.profile import CONTACT_HEIGHT
 from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import default_penalty

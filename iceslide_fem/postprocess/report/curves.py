@@ -3,40 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.film.viscosity import FILM_VISCOSITY
 from iceslide_fem.postprocess.report.page import Band, Chart, Curve
 from iceslide_fem.postprocess.results import Run
-from iceslide_fem.postprocess.results.report import BALANCE, ENERGIES, SHARES, energy_unit
-from iceslide_fem.scene.materials import BAR
+from iceslide_fem.postprocess.results.quantities import (
+    BALANCE,
+    ENERGIES,
+    FRICTION,
+    HEIGHT,
+    LOADS,
+    SHARES,
+    SQUEEZED,
+    VISCOSITY,
+    WARMTH,
+    Quantity,
+    energy_unit,
+)
 
 MS = 1e3
 TIME = "sliding time (ms)"
 
 
-class Quantity(NamedTuple):
-    """A column of the history as it is drawn."""
-
-    column: str
-    title: str
-    axis: str
-    factor: float
-
-
-QUANTITIES = (
-    Quantity("mu", "Friction coefficient", "mu (1)", 1.0),
-    Quantity("film_height_m", "Height of the water film", "h (nm)", 1e9),
-    Quantity("surface_temperature_C", "Temperature of the ice surface", "T (°C)", 1.0),
-    Quantity("squeezed_height_m", "Water squeezed into the roughness", "H_s (µm)", 1e6),
-)
-VISCOSITY = Quantity(FILM_VISCOSITY, "Viscosity of the film's water", "η (mPa s)", 1e3)
-LOADS = (
-    Quantity("nominal_pressure_Pa", "Nominal pressure", "p (bar)", 1.0 / BAR),
-    Quantity("speed_m_per_s", "Sliding speed", "v (m/s)", 1.0),
-)
+QUANTITIES = (FRICTION, HEIGHT, WARMTH, SQUEEZED)
 SAID = 4  # curves of a chart of which each is said in words
 
 
@@ -44,18 +34,16 @@ def charts_of(runs: Mapping[str, Run]) -> list[Chart]:
     """The charts that every run has, with a curve for each run."""
     alone = next(iter(runs.values())) if len(runs) == 1 else None
     charts = []
-    drawn = (*QUANTITIES, VISCOSITY, *(load for load in LOADS if _goes_in_time(runs, load)))
+    drawn = (
+        *QUANTITIES,
+        VISCOSITY,
+        *(load for load in LOADS.values() if _goes_in_time(runs, load)),
+    )
     for quantity in drawn:
-        known = [quantity.column in run.history for run in runs.values()]
         curves = [
-            Curve(
-                name,
-                MS * run.history["time_s"],
-                quantity.factor * run.history[quantity.column],
-                number,
-            )
+            _curve(name, run, quantity, number)
             for number, (name, run) in enumerate(runs.items())
-            if known[number]
+            if quantity.column in run.history
         ]
         if not any(np.isfinite(curve.y).any() for curve in curves):
             continue  # Coulomb's friction has no film, and few films a viscosity that changes
@@ -64,6 +52,11 @@ def charts_of(runs: Mapping[str, Run]) -> list[Chart]:
         name = quantity.column
         charts.append(Chart(name, quantity.title, said, TIME, quantity.axis, curves, bands))
     return charts
+
+
+def _curve(name: str, run: Run, quantity: Quantity, look: int) -> Curve:
+    values = quantity.factor * run.history[quantity.column]
+    return Curve(name, MS * run.history["time_s"], values, look)
 
 
 def _goes_in_time(runs: Mapping[str, Run], load: Quantity) -> bool:
@@ -113,24 +106,11 @@ def charts_of_one(run: Run) -> list[Chart]:
         for number, (column, name) in enumerate(BALANCE.items())
         if run.history[column].any()
     ]
-    found = [
-        Chart(
-            "shares",
-            "Shares of the contact surface",
-            _ends(shares, "%"),
-            TIME,
-            "share (%)",
-            shares,
-            phases(run),
-        ),
-    ]
+    said, title = _ends(shares, "%"), "Shares of the contact surface"
+    found = [Chart("shares", title, said, TIME, "share (%)", shares, phases(run))]
     if energies:
-        said = _ends(energies, unit)
-        found.append(
-            Chart(
-                "energies", "Where the work of friction goes", said, TIME, f"E ({unit})", energies
-            )
-        )
+        said, title = _ends(energies, unit), "Where the work of friction goes"
+        found.append(Chart("energies", title, said, TIME, f"E ({unit})", energies))
     found += _preload(run)
     steps = Curve("step", time[1:], 1e6 * run.history["step_s"][1:])
     if np.size(steps.y):

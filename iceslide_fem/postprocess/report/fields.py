@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from iceslide_fem.postprocess.report.page import Fields, Text, colours, plain
 from iceslide_fem.postprocess.results import Run, field_parts
-from iceslide_fem.postprocess.results.style import (
+from iceslide_fem.postprocess.results.quantities import (
     CONTACT,
     FILM,
     MISES,

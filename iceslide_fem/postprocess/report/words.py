@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -76,11 +76,8 @@ def as_warning(sentence: str) -> Text:
     return Text(f"{sentence[:1].upper()}{sentence[1:]}.", "warning")
 
 
-class LeftOut(NamedTuple):
-    """Simplifications, each with whether the run's model makes it; or why there are none."""
-
-    found: list[tuple[Simplification, bool]]
-    why_none: str = ""
+# Simplifications, each with whether the run's model makes it; or why they are not known.
+LeftOut: TypeAlias = "list[tuple[Simplification, bool]] | str"
 
 
 def left_out(run: Run) -> LeftOut:
@@ -89,11 +86,11 @@ def left_out(run: Run) -> LeftOut:
 
     scene = scene_of(run.scene)
     if scene is None:
-        return LeftOut([], "its files are not here")
+        return "its files are not here"
     try:
-        return LeftOut(list(zip(simplifications(scene), _leaves_out(scene), strict=True)))
+        return list(zip(simplifications(scene), _leaves_out(scene), strict=True))
     except IceslideError as reason:
-        return LeftOut([], str(reason))
+        return str(reason)
 
 
 def neglected(left: LeftOut) -> list[Text | Table]:
@@ -103,10 +100,10 @@ def neglected(left: LeftOut) -> list[Text | Table]:
         "contact parameters k, D and H_V as functions of the local pressure alone. Melted ice "
         "does not freeze again."
     )
-    if not left.found:
-        return [always, Text(f"What else it leaves out was not estimated: {left.why_none}.")]
+    if isinstance(left, str):
+        return [always, Text(f"What else it leaves out was not estimated: {left}.")]
     rows = []
-    for one, made in left.found:
+    for one, made in left:
         texts = (f"{one.number:.2g}", one.formula, f"{one.effect:.2g}", "yes" if made else "no")
         rows.append(cells(one.name, *texts))
     head = ["simplification", "its number", "which is", "moves mu by up to", "made here"]
@@ -115,7 +112,8 @@ def neglected(left: LeftOut) -> list[Text | Table]:
 
 def doubts_of_model(left: LeftOut, tolerance: float) -> list[Text]:
     """A warning if simplifications that were made move mu by more than the tolerance."""
-    large = [one for one, made in left.found if made and one.effect > tolerance]
+    known = [] if isinstance(left, str) else left
+    large = [one for one, made in known if made and one.effect > tolerance]
     if not large:
         return []
     listed = ", ".join(f"{one.name} (up to {100.0 * one.effect:.2g} %)" for one in large)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,29 +15,24 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from iceslide_fem.postprocess.results import Run
-from iceslide_fem.postprocess.results.snapshots import (
-    Interface,
-    Snapshot,
-    read_interface,
-    read_mises,
-)
-from iceslide_fem.postprocess.results.style import (
-    BLUE,
+from iceslide_fem.postprocess.results.quantities import (
     CONTACT,
-    EDGES,
     FILM,
-    ICE,
     MISES,
-    NO_CONTACT,
     PRESSURE,
-    RED,
     ROBUST,
     STRESS,
     SURFACE,
     TEMPERATURE,
     FieldQuantity,
 )
-from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.postprocess.results.snapshots import (
+    Interface,
+    Snapshot,
+    read_interface,
+    read_mises,
+)
+from iceslide_fem.postprocess.results.style import BLUE, EDGES, ICE, NO_CONTACT, RED
 from iceslide_fem.scene.materials import ZERO_CELSIUS
 
 SIZE, DPI = (12.8, 9.6), 100  # inches; their pixels divide by 16, as video needs it
@@ -82,34 +76,30 @@ def draw(run: Run, snapshot: Snapshot, scales: Scales) -> Figure:
     figure.suptitle(
         f"{run.title}\nt = {MS * snapshot.time:.2f} ms,  $\\mu$ = {mu:.3f}", fontsize=14
     )
-    flat = snapshot.interface.flat
+    flat, has_ice = snapshot.interface.flat, snapshot.ice is not None
     quantities = [CONTACT, FILM, SURFACE] if flat else [FILM, SURFACE]
-    above = ["block", "mu" if snapshot.ice is None else "ice"]
-    below = [quantity.name for quantity in quantities]
-    if snapshot.ice is not None:
-        below.append("mu")
+    above = ["block", "ice" if has_ice else "mu"]
+    below = [quantity.name for quantity in quantities] + ["mu"] * has_ice
     panels: dict[str, Axes] = {}
     parts: Any = figure.subfigures(2, 1, height_ratios=[1.4, 1.0])
     for part, row in zip(parts, (above, below), strict=True):
         panels |= zip(row, part.subplots(1, len(row)), strict=True)
     (_block_2d if flat else _block_3d)(panels["block"], snapshot, scales)
-    show: Callable[..., None] = _curve if flat else _map
     for quantity in quantities:
-        show(panels[quantity.name], snapshot.interface, quantity, scales)
+        (_curve if flat else _map)(panels[quantity.name], snapshot.interface, quantity, scales)
     _friction(panels["mu"], run, snapshot.time)
     if snapshot.ice is not None:
-        _ice(panels["ice"], run, snapshot, scales)
+        _ice(panels["ice"], run, snapshot, snapshot.ice, scales)
         _say_stretch(figure, panels["ice"])
     return figure
 
 
 def _colour_bar(panel: Axes, quantity: FieldQuantity, scales: Scales, **where: Any) -> None:
     colours = ScalarMappable(Normalize(*scales.ranges[quantity.name]), quantity.colours)
-    figure = panel.get_figure()
-    assert figure is not None
     extend = "neither" if quantity is SURFACE else "both" if quantity is FILM else "max"
     title = quantity.title[:1].lower() + quantity.title[1:]
     label = f"{title} ({quantity.unit})" if where else quantity.unit
+    figure: Any = panel.get_figure()
     figure.colorbar(colours, ax=panel, extend=extend, label=label, **where)
 
 
@@ -223,39 +213,27 @@ def _curve(panel: Axes, interface: Interface, quantity: FieldQuantity, scales: S
     panel.plot(x[order], values[order], ".-", color=BLUE)
     low, high = scales.ranges[quantity.name]
     margin = 0.1 * (high - low)
-    panel.set(
-        xlabel="x (mm)",
-        ylabel=quantity.unit,
-        xlim=scales.x,
-        ylim=(low - margin, high + margin),
-    )
+    ends = (low - margin, high + margin)
+    panel.set(xlabel="x (mm)", ylabel=quantity.unit, xlim=scales.x, ylim=ends)
     panel.grid(alpha=0.25)
     panel.set_title(quantity.title, fontsize=10)
 
 
-def _ice(panel: Axes, run: Run, snapshot: Snapshot, scales: Scales) -> None:
-    ice = snapshot.ice
-    assert ice is not None
-    x, depth = MM * ice.points[:, 0], UM * _vertical(ice, snapshot)
+def _ice(panel: Axes, run: Run, snapshot: Snapshot, ice: pv.PolyData, scales: Scales) -> None:
+    x, depth = MM * ice.points[:, 0], UM * ice.points[:, 1 if snapshot.interface.flat else 2]
+    shading: Any = {"shading": "gouraud", "cmap": SURFACE.colours}
+    shading["norm"] = Normalize(*scales.ranges[SURFACE.name])
     drawn = panel.tripcolor(
-        x, depth, ice.point_data[TEMPERATURE], triangles=ice.regular_faces,
-        shading="gouraud", cmap=SURFACE.colours, norm=Normalize(*scales.ranges[SURFACE.name]),
-    )  # fmt: skip
-    shown = THERMAL_LENGTHS * math.sqrt(run.ice.diffusivity * run.history["time_s"][-1])
-    panel.set(
-        xlabel="x (mm)", ylabel="z (µm)", ylim=(-UM * shown, 0.06 * UM * shown),
-        xlim=(min(scales.x[0], x.min()), max(scales.x[1], x.max())),
-    )  # fmt: skip
+        x, depth, ice.point_data[TEMPERATURE], triangles=ice.regular_faces, **shading
+    )
+    length = math.sqrt(run.ice.diffusivity * run.history["time_s"][-1])
+    shown = UM * THERMAL_LENGTHS * length
+    panel.set(xlabel="x (mm)", ylabel="z (µm)", ylim=(-shown, 0.06 * shown))
+    panel.set_xlim(min(scales.x[0], x.min()), max(scales.x[1], x.max()))
     touching = MM * snapshot.interface.corners[snapshot.interface.touching][..., 0]
-    above = 0.03 * UM * shown
-    panel.plot([touching.min(), touching.max()], [above, above], "k", linewidth=5)
-    figure = panel.get_figure()
-    assert figure is not None
+    panel.plot([touching.min(), touching.max()], [0.03 * shown] * 2, "k", linewidth=5)
+    figure: Any = panel.get_figure()
     figure.colorbar(drawn, ax=panel, label="temperature (°C)")
-
-
-def _vertical(ice: pv.PolyData, snapshot: Snapshot) -> Array:
-    return np.asarray(ice.points[:, 1 if snapshot.interface.flat else 2])
 
 
 def _say_stretch(figure: Figure, panel: Axes) -> None:

@@ -9,6 +9,17 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from iceslide_fem.postprocess.results import Run, read_run
+from iceslide_fem.postprocess.results.quantities import (
+    BALANCE,
+    ENERGIES,
+    HEIGHT,
+    LOADS,
+    SHARES,
+    SQUEEZED,
+    WARMTH,
+    Quantity,
+    energy_unit,
+)
 from iceslide_fem.postprocess.results.style import (
     BLACK,
     BLUE,
@@ -18,40 +29,12 @@ from iceslide_fem.postprocess.results.style import (
     RED,
     SATURATED,
 )
-from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+from iceslide_fem.scene.materials import ZERO_CELSIUS
 
-MS, NM, UM = 1e3, 1e9, 1e6
+MS = 1e3
 WIDTH, ROW, DPI = 11.5, 3.2, 110  # of the page and of a row of panels (inches)
 TICKS = 5  # of an axis at most: each takes as long to draw as a curve
-CURVES = {  # panel: column, factor, title, axis, colour
-    "film": ("film_height_m", NM, "Height of the water film", "h (nm)", BLUE),
-    "squeezed": ("squeezed_height_m", UM, "Water squeezed into the roughness", "Hₛ (µm)", GREEN),
-    "temperature": (
-        "surface_temperature_C",
-        1.0,
-        "Temperature of the ice surface",
-        "T (°C)",
-        RED,
-    ),
-}
-LOADS = {
-    "pressure": ("nominal_pressure_Pa", 1.0 / BAR, "Nominal pressure", "p (bar)"),
-    "speed": ("speed_m_per_s", 1.0, "Sliding speed", "v (m/s)"),
-}
 SHADES = {"warming": "white", "melting": MELTING, "saturated": SATURATED}
-SHARES = {
-    "contact_fraction": "in contact",
-    "melted_fraction": "melted",
-    "saturated_fraction": "saturated",
-}
-BALANCE = {
-    "friction_work_J": "work of friction",
-    "ice_heat_J": "warms the ice",
-    "latent_heat_J": "melts ice",
-    "rubber_heat_J": "warms the rubber",
-    "elastic_energy_J": "stored in the rubber",
-}
-ENERGIES = {"J": 1.0, "mJ": 1e3, "µJ": 1e6, "nJ": 1e9}  # unit: how many are a joule
 
 
 def report(directory: Path | str) -> Path:
@@ -72,17 +55,16 @@ def report(directory: Path | str) -> Path:
     figure.suptitle(run.title, fontsize=14, fontweight="bold")
     panels = figure.subplot_mosaic(layout, width_ratios=[1.0, 4.0, 5.0])  # type: ignore[arg-type]
     _friction(panels["mu"], run)
-    for name, curve in CURVES.items():
-        _curve(panels[name], run, *curve)
-    for name in ("film", "squeezed"):
-        panels[name].set_ylim(bottom=0.0)
+    _curve(panels["film"], run, HEIGHT, BLUE).set_ylim(bottom=0.0)
+    _curve(panels["squeezed"], run, SQUEEZED, GREEN).set_ylim(bottom=0.0)
+    _curve(panels["temperature"], run, WARMTH, RED)
     melting = run.ice.melting_temperature - ZERO_CELSIUS
     panels["temperature"].axhline(melting, color="0.5", linestyle=":")
     _shares(panels["shares"], run)
     _energy(panels["energy"], run)
     for name, load in LOADS.items() if changes else ():
-        _curve(panels[name], run, *load, BLACK)
-        panels[name].set_ylim(0.0, 1.1 * load[1] * run.history[load[0]].max())
+        largest = load.factor * run.history[load.column].max()
+        _curve(panels[name], run, load, BLACK).set_ylim(0.0, 1.1 * largest)
     for name, panel in panels.items():
         panel.spines[["top", "right"]].set_visible(False)
         panel.grid(alpha=0.25)
@@ -150,12 +132,12 @@ def _preload(panel: Axes, run: Run) -> None:
     panel.set_xticks([0.5, 1.5], ["press", "speed\nramp"])
 
 
-def _curve(
-    panel: Axes, run: Run, column: str, factor: float, title: str, label: str, color: str
-) -> None:
+def _curve(panel: Axes, run: Run, quantity: Quantity, color: str) -> Axes:
     """A column of the history in time."""
-    panel.plot(MS * run.history["time_s"], factor * run.history[column], color=color, linewidth=2)
-    panel.set(title=title, ylabel=label)
+    values = quantity.factor * run.history[quantity.column]
+    panel.plot(MS * run.history["time_s"], values, color=color, linewidth=2)
+    panel.set(title=quantity.title, ylabel=quantity.axis)
+    return panel
 
 
 def _shares(panel: Axes, run: Run) -> None:
@@ -181,8 +163,3 @@ def _energy(panel: Axes, run: Run) -> None:
     panel.set_ylim(bottom=0.0)
     if panel.lines:
         panel.legend(loc="upper left", framealpha=0.9)
-
-
-def energy_unit(largest: float) -> str:
-    """The unit of ENERGIES in which `largest` (J) has a digit before the point, or the smallest."""
-    return next((unit for unit, factor in ENERGIES.items() if factor * largest >= 1.0), "nJ")

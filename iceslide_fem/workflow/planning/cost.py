@@ -2,24 +2,11 @@
 
 Steps follow the film and the heat below it, so they are counted on the point rung at the same
 tolerance, which takes a tenth of a second; a block, which is solved where its own motion asks for
-it, needs some dozens and then half as many at 1e-2, more at smaller tolerances. Memory and time per
-step follow the unknowns. The constants are from runs on one 2020s core with OpenBLAS, forms
-compiled before, by scripts.studies.cost_estimates. Of thesis_1bar, all 7 ms (unknowns, CPU
-seconds, MB):
-
-    model  ice        tolerance  rubber   ice  steps  time  memory
-    slice  column     1e-3         3362     0    288   5.8     246
-    slice  continuum  1e-3         3362  1107    274   8.9     246
-    slice  continuum  1e-2         3362  1107     62   3.9     246
-    block  column     1e-2         1755     0     59   4.2     265
-    block  column     1e-2        13311     0     58  10.9     510
-    block  continuum  1e-2        13311  7047     59  15.2     482
-    slice  mesh       1e-3         4346  1431    222  16.0     255
-    slice  mesh       1e-2         4346  1431     64   7.3     258
-    block  mesh       1e-2        12987  6075     62  25.8     503
-
-The estimates are within a factor of two of these (tests/test_cost.py); other scenes may be farther
-off. Where ice slides a step is no longer than the passage of some of its cells.
+it, needs some dozens and then half as many at 1e-2, more at smaller tolerances. Where ice slides a
+step is no longer than the passage of some of its cells. Memory and time per step follow the
+unknowns. The constants are from runs on one 2020s core with OpenBLAS, forms compiled before, by
+scripts.studies.cost_estimates; the estimates are within a factor of two of those runs
+(tests/test_cost.py). Other scenes may be farther off.
 """
 
 from __future__ import annotations

@@ -1,0 +1,67 @@
+"""What figures and pages show of a run, in which words and units: its history and its fields."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from iceslide_fem.film.viscosity import FILM_VISCOSITY
+from iceslide_fem.scene.materials import BAR
+
+# Percentile of the values at which colours end: pressures are singular at an edge.
+ROBUST = 98.0
+
+
+class Quantity(NamedTuple):
+    """A column of the history as it is drawn: title, name of its axis, factor to its unit."""
+
+    column: str
+    title: str
+    axis: str
+    factor: float
+
+
+FRICTION = Quantity("mu", "Friction coefficient", "μ (1)", 1.0)
+HEIGHT = Quantity("film_height_m", "Height of the water film", "h (nm)", 1e9)
+WARMTH = Quantity("surface_temperature_C", "Temperature of the ice surface", "T (°C)", 1.0)
+SQUEEZED = Quantity("squeezed_height_m", "Water squeezed into the roughness", "Hₛ (µm)", 1e6)
+VISCOSITY = Quantity(FILM_VISCOSITY, "Viscosity of the film's water", "η (mPa s)", 1e3)
+LOADS = {  # by keys of the scene
+    "pressure": Quantity("nominal_pressure_Pa", "Nominal pressure", "p (bar)", 1.0 / BAR),
+    "speed": Quantity("speed_m_per_s", "Sliding speed", "v (m/s)", 1.0),
+}
+SHARES = {  # columns of the history, and what they are called
+    "contact_fraction": "in contact",
+    "melted_fraction": "melted",
+    "saturated_fraction": "saturated",
+}
+BALANCE = {
+    "friction_work_J": "work of friction",
+    "ice_heat_J": "warms the ice",
+    "latent_heat_J": "melts ice",
+    "rubber_heat_J": "warms the rubber",
+    "elastic_energy_J": "stored in the rubber",
+}
+ENERGIES = {"J": 1.0, "mJ": 1e3, "µJ": 1e6, "nJ": 1e9}  # unit: how many are a joule
+
+
+class FieldQuantity(NamedTuple):
+    """A field as it is shown: its name in the files, title, unit and factor to it, colours."""
+
+    name: str
+    title: str
+    unit: str
+    factor: float
+    colours: str
+
+
+PRESSURE, MISES = "contact pressure (Pa)", "von Mises stress (Pa)"
+TEMPERATURE = "temperature (degC)"
+CONTACT = FieldQuantity(PRESSURE, "Contact pressure", "bar", 1.0 / BAR, "viridis")
+STRESS = FieldQuantity(MISES, "Von Mises stress", "bar", 1.0 / BAR, "Oranges")
+FILM = FieldQuantity("film height (m)", HEIGHT.title, "nm", 1e9, "YlGnBu")
+SURFACE = FieldQuantity("surface temperature (degC)", WARMTH.title, "°C", 1.0, "inferno")
+
+
+def energy_unit(largest: float) -> str:
+    """The unit of ENERGIES in which `largest` (J) has a digit before the point, or the smallest."""
+    return next((unit for unit, factor in ENERGIES.items() if factor * largest >= 1.0), "nJ")
