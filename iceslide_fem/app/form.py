@@ -1,13 +1,15 @@
-"""Fields of the page: keys of a scene with unit and range, and what a faulty one is called."""
+"""Fields and sliders of the page: keys of a scene, and which of them a sentence speaks of."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from typing import Any, Literal, get_args, get_origin
+from typing import Any, Literal, NamedTuple, get_args, get_origin
 
+import numpy as np
 from pydantic import BaseModel
 
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import readable
 from iceslide_fem.scene import Scene, parsed, put, scene_from_dict
@@ -16,6 +18,41 @@ from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.units import Quantity
 
 Texts = Mapping[str, str]
+
+
+class Slider(NamedTuple):
+    """Slider of the field `key`, from `low` to `high` in `unit`; `start` is where it stands first.
+
+    SI = `scale` x value + `shift`; log: on a logarithmic scale. A text may leave the slider's
+    range, within that of the key itself.
+    """
+
+    key: str
+    label: str
+    unit: str
+    scale: float
+    low: float
+    high: float
+    start: float
+    log: bool = True
+    shift: float = 0.0
+
+    def text(self, value: float) -> str:
+        """`value`, in the slider's unit, as one would type it."""
+        return f"{value:g} {self.unit}".strip()
+
+    def si(self, value: Array) -> Array:
+        """`value` in SI."""
+        return self.scale * value + self.shift
+
+    def values(self, count: int) -> Array:
+        """`count` values over the whole range, in the slider's unit."""
+        space = np.geomspace if self.log else np.linspace
+        return np.asarray(space(self.low, self.high, count))
+
+    def described(self) -> dict[str, Any]:
+        """What the page needs to draw it."""
+        return self._asdict() | {"text": self.text(self.start)}
 
 
 def fields() -> list[dict[str, Any]]:

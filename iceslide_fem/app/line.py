@@ -11,8 +11,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
-from iceslide_fem.app.form import Texts
-from iceslide_fem.app.slider import Slider
+from iceslide_fem.app.form import Slider, Texts
 from iceslide_fem.film.doubts import WITHOUT_MELTING, partly_dry
 from iceslide_fem.preprocess.footprint.case import FootprintCase, IceTemperature, Length, PixelBox
 from iceslide_fem.preprocess.footprint.line import film_line, gaussian_profile, macroscopic_line

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import tomlkit
 
-from iceslide_fem.app.form import Texts, scene_of, tables
-from iceslide_fem.app.slider import Slider
+from iceslide_fem.app.form import Slider, Texts, scene_of, tables
 from iceslide_fem.app.snippets import map_lines, point_lines
 from iceslide_fem.film.conditions import ice_model, scene_conditions
 from iceslide_fem.film.point import Conditions, PointResult, simulate

@@ -99,11 +99,11 @@ def application(token: str, answers: Answers, runs: Runs, hosts: Sequence[str]) 
 
         return endpoint
 
-    async def news(request: Request) -> Response:
+    def news(request: Request) -> Response:
         return StreamingResponse(_news(request, runs), media_type="text/event-stream")
 
-    async def report(request: Request) -> Response:
-        return await run_in_threadpool(_report, runs, request.path_params["number"])
+    def report(request: Request) -> Response:
+        return _report(runs, request.path_params["number"])
 
     @contextlib.asynccontextmanager
     async def lifespan(_: Starlette) -> AsyncIterator[None]:
@@ -114,12 +114,9 @@ def application(token: str, answers: Answers, runs: Runs, hosts: Sequence[str]) 
             watching.cancel()
             await run_in_threadpool(runs.close)
 
-    named = answers.by_name()
+    named = answers.by_name().items()
     inner = [
-        *(
-            Route(f"/api/{name}", asked(name, answer), methods=["POST"])
-            for name, answer in named.items()
-        ),
+        *(Route(f"/api/{name}", asked(name, each), methods=["POST"]) for name, each in named),
         Route("/api/runs/{number:int}/news", news),
         Route("/runs/{number:int}/report", report),
         Mount("/", StaticFiles(directory=PAGE, html=True)),

@@ -7,7 +7,7 @@ from pprint import pformat
 from textwrap import indent
 from typing import Any
 
-from iceslide_fem.app.slider import Slider
+from iceslide_fem.app.form import Slider
 
 Tables = Mapping[str, Any]
 
