@@ -28,7 +28,7 @@ MAPS = ("pressure", "temperature", "wet_dry", "mu", "thesis", "comparison")
 
 def iceslide(*arguments):
     with pytest.raises(SystemExit) as caught:
-        main([str(argument) for argument in arguments])
+        main([str(argument) for argument in (*arguments, "--no-report")])
     return caught.value.code
 
 

@@ -5,8 +5,16 @@ import pytest
 from PIL import Image
 
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.colours import legend_bar, named_bar, read_colours, read_grey
-from iceslide_fem.preprocess.footprint.image import Box, cut, read_picture, rotate
+from iceslide_fem.preprocess.footprint.picture import (
+    Box,
+    cut,
+    legend_bar,
+    named_bar,
+    read_colours,
+    read_grey,
+    read_picture,
+    rotate,
+)
 from iceslide_fem.preprocess.footprint.pressure_map import (
     PressureMap,
     gaussian_centre_line,

@@ -41,16 +41,7 @@ CONTACTS = ("compound B", "constants", "table")
 NUMBERS = "mu_mean mu_peak mu_peak_time_s mu_end melt_onset_s saturation_s steps".split()
 QUANTITIES = {"mu_mean": "mean μ", "mu_peak": "peak μ", "mu_end": "μ at the end"}
 # Names of the sliders among the conditions of a point.
-CONDITIONS = {
-    "load.pressure": "pressure",
-    "load.speed": "speed",
-    "ice.temperature": "temperature",
-    "film.k": "k",
-    "film.D": "D",
-    "film.H_V": "H_V",
-    "film.initial_height": "initial_height",
-    "load.duration": "duration",
-}
+CONDITIONS = {slider.key: slider.key.rpartition(".")[2] for slider in SLIDERS}
 TOLERANCE = "5e-3"  # of mu(t): below what a line's width shows
 MAP_SIZE = 21  # values along each side of a map
 MAP_TOLERANCE = 1e-2

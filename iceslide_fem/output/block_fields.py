@@ -28,8 +28,6 @@ from iceslide_fem.scene.materials import ZERO_CELSIUS
 class BlockFields:
     """Grids of the present moment, those of `names` that there are; all is collective.
 
-    shared: names of those of which every rank has a part.
-
     rubber (with stress: its stresses, too), interface, contact_points, ice and trail, as in
     docs/outputs.md. Closed-form ice has no temperature below its surface, attached ice no trail.
     """
@@ -47,10 +45,8 @@ class BlockFields:
             present["interface"] = self._interface
         if "contact_points" in names:
             present["contact_points"] = self._contact_points
-        self.shared: set[str] = set()
         if "ice" in names and ice.equation is not None:
             present["ice"] = self._meshed_ice
-            self.shared.add("ice")
         elif "ice" in names and profile is not None:
             present["ice"] = self._ice
         if "trail" in names and block.scene.ice.motion == "sliding":
@@ -58,8 +54,8 @@ class BlockFields:
         self._present = present
 
     def grids(self, accepted: AcceptedStep | None) -> dict[str, Grid | None]:
-        """Grids by name, each on one rank: those of the ice's grid on the last, which writes while
-        the first does. `accepted` led to the present moment, None at t = 0.
+        """This rank's parts of the grids by name, None where it has none; those of the ice's tensor
+        grid are on the last. `accepted` led to the present moment, None at t = 0.
         """
         return {name: grid(accepted) for name, grid in self._present.items()}
 
@@ -85,7 +81,7 @@ class BlockFields:
         values = interface_fields(self._sliding, accepted)
         values[f"area ({unit})"] = self._sliding.current.contact.area
         positions = block.surface.positions(block.rubber.displacements)
-        return point_grid(block.surface.comm, positions, values)
+        return point_grid(positions, values)
 
     def _ice(self, accepted: AcceptedStep | None) -> Grid | None:
         profile = self._profile()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ _LAST = b"  </Collection>\n</VTKFile>\n"
 
 
 class Fields:
-    """Time series `NAME.pvd` in one folder, of grids each of which one rank has.
+    """Time series `NAME.pvd` in one folder, of grids of which ranks have parts.
 
     A file is listed when it is whole, and a list grows by an entry and its end in one: an
     interrupted run leaves nothing half. After a loss of power the last files may be: no step waits
@@ -32,20 +32,19 @@ class Fields:
         self.written = [dict(entry) for entry in earlier]
         self._ends: dict[str, int] = {}  # of the entries in each list, bytes
 
-    def write(
-        self, time: float, grids: Mapping[str, Grid | None], shared: Collection[str] = ()
-    ) -> None:
-        """Append `grids`, by their names, at `time` (s): None where another rank has it.
+    def write(self, time: float, grids: Mapping[str, Grid | None]) -> None:
+        """Append this rank's parts of `grids`, by their names, at `time` (s): None if it has none.
 
-        Of those that are `shared` the ranks have parts, each of which is a file of its own.
-        Collective. Raises OutputError on a rank that cannot write.
+        Each part is a file of its own. Collective. Raises OutputError on a rank that cannot write.
         """
-        number, parts = len(self.written), {}
-        files = {}
-        for name, grid in grids.items():
-            there = self._comm.allgather(grid is not None) if name in shared else [True]
-            parts[name] = {int(rank): part for part, rank in enumerate(np.flatnonzero(there))}
-            for part in parts[name].values():
+        number, comm, files = len(self.written), self._comm, {}
+        there = comm.allgather([grid is not None for grid in grids.values()])
+        parts = {
+            name: {int(rank): part for part, rank in enumerate(np.flatnonzero(ranks))}
+            for name, ranks in zip(grids, np.transpose(there), strict=True)
+        }
+        for name, numbers in parts.items():
+            for part in numbers.values():
                 suffix = f"_{part}" if part else ""
                 files[_part(name, part)] = f"{name}_{number:06d}{suffix}.vtu"
         self.written.append({"time": time, **files})
@@ -53,12 +52,12 @@ class Fields:
             self._folder.mkdir(parents=True, exist_ok=True)
         for name, grid in grids.items():
             if grid is not None:
-                part = parts[name][self._comm.rank] if name in shared else 0
-                write_vtu(self._folder / files[_part(name, part)], grid)
-        self._comm.Barrier()
-        if self._comm.rank == 0:
+                write_vtu(self._folder / files[_part(name, parts[name][comm.rank])], grid)
+        comm.Barrier()
+        if comm.rank == 0:
             for name in grids:
-                self._list(name)
+                if name in files:
+                    self._list(name)
 
     def _list(self, name: str) -> None:
         """List the last file of `name`: behind the others, or all in a list of this run's own."""

@@ -1,4 +1,4 @@
-"""Meshes with values, gathered on rank 0 as they are written: what pyvista and ParaView show.
+"""Meshes with values, of every rank its part: what pyvista and ParaView show.
 
 In a slice all points are (x, z, 0), and vectors and tensors likewise: their third direction is the
 one out of the plane.
@@ -7,13 +7,13 @@ one out of the plane.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
-from iceslide_fem.fenics.compat import MPI, cell_dofs, cell_name
+from iceslide_fem.fenics import compat
+from iceslide_fem.fenics.compat import cell_dofs, cell_name
 from iceslide_fem.heat.elements import LayeredElements
 from iceslide_fem.rubber.contact_surface import FACET_OF, ContactSurface
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
@@ -21,7 +21,6 @@ from iceslide_fem.rubber.stress import StressRecovery, from_vertices, von_mises
 from iceslide_fem.runtime.arrays import Array
 
 Cells = NDArray[np.int64]
-Scalar = TypeVar("Scalar", bound=np.generic)
 
 # By the cell's kind and number of nodes: meshio's name, and the nodes in VTK's order.
 _VTK_CELLS = {
@@ -56,23 +55,17 @@ class Grid(NamedTuple):
 
 
 class RubberGrid:
-    """The undeformed block with its displacement, velocity and stress at the nodes."""
+    """This rank's cells of the undeformed block, with what its nodes have."""
 
     def __init__(self, rubber: HyperelasticBody) -> None:
-        """Gather the mesh. Collective."""
-        self._rubber, self._comm = rubber, rubber.mesh.comm
+        self._rubber = rubber
         space, topology = rubber.space, rubber.mesh.topology
-        self._own = space.dofmap.index_map.size_local
-        dofs = cell_dofs(space)[: topology.index_map(topology.dim).size_local]
-        self._kind, order = _VTK_CELLS[(cell_name(rubber.mesh), dofs.shape[1])]
-        self._order = np.array(order)
-        self._points = self._gather(_in_space(space.tabulate_dof_coordinates()[:, : _dim(rubber)]))
-        numbers = space.dofmap.index_map.local_to_global(dofs.ravel().astype(np.int32))
-        self._dofs = _gather(self._comm, np.asarray(numbers, dtype=np.int64).reshape(dofs.shape))
+        self._dofs = cell_dofs(space)[: topology.index_map(topology.dim).size_local]
+        self._kind, order = _VTK_CELLS[(cell_name(rubber.mesh), self._dofs.shape[1])]
+        self._used, numbers = np.unique(self._dofs, return_inverse=True)
+        self._cells = numbers.reshape(self._dofs.shape)[:, order].astype(np.int64)
+        self._points = _in_space(space.tabulate_dof_coordinates()[self._used, : _dim(rubber)])
         self._recovery = StressRecovery(rubber)
-        weights = _gather(self._comm, self._recovery.weights)
-        if self._points is not None and self._dofs is not None and weights is not None:
-            self._means = _means_at_nodes(self._dofs, weights, from_vertices(rubber))
 
     def grid(
         self,
@@ -82,51 +75,53 @@ class RubberGrid:
         more: Mapping[str, Array] | None = None,
     ) -> Grid | None:
         """With displacements `u`, velocities (blocked dofs, d), the `stress`, and `more` values at
-        the nodes. Collective.
+        the nodes; None on a rank without cells. Collective.
         """
-        data = {"displacement": self._gather(_in_space(u))}
-        data |= {name: self._gather(values) for name, values in (more or {}).items()}
+        data = {"displacement": _in_space(u), **(more or {})}
         if velocity is not None:
-            data["velocity (m/s)"] = self._gather(_in_space(velocity))
-        at_vertices = _gather(self._comm, self._recovery.at_vertices(u)) if stress else None
-        if self._points is None or self._dofs is None:
-            return None
-        values = {name: value for name, value in data.items() if value is not None}
-        if at_vertices is not None:
-            six, energy = np.split(self._averaged(at_vertices), [6], axis=-1)
-            values |= {
+            data["velocity (m/s)"] = _in_space(velocity)
+        if stress:
+            six, energy = np.split(self._at_nodes(self._recovery.at_vertices(u)), [6], axis=-1)
+            data |= {
                 "Cauchy stress (Pa)": six,
                 "von Mises stress (Pa)": von_mises(six),
                 "hydrostatic stress (Pa)": six[:, :3].mean(axis=-1),
                 "strain energy density (J/m^3)": energy[:, 0],
             }
-        return Grid(self._points, self._kind, self._dofs[:, self._order], values, {})
+        if not len(self._cells):
+            return None
+        values = {name: value[self._used] for name, value in data.items()}
+        return Grid(self._points, self._kind, self._cells, values, {})
 
-    def _averaged(self, at_vertices: Array) -> Array:
-        """Values at all nodes (n, 7) of the cells' own at their vertices (c, k, 7); on rank 0."""
-        n_cells, k, count = at_vertices.shape
-        return np.asarray(self._means @ at_vertices.reshape(n_cells * k, count))
+    def _at_nodes(self, at_vertices: Array) -> Array:
+        """Values at all local nodes (n, 7) of the cells' own at their vertices (c, k, 7): at a
+        vertex the mean of all ranks' cells by their weights, between vertices by their shape
+        functions. Collective.
+        """
+        weights, count = self._recovery.weights[..., None], at_vertices.shape[-1]
+        vertices = self._dofs[:, : weights.shape[1]]
+        sums = np.zeros((self._rubber.displacements.shape[0], count + 1))
+        np.add.at(sums, vertices, np.concatenate([weights * at_vertices, weights], axis=-1))
+        sums = self._over_ranks(sums)
+        means = sums[vertices, :count] / sums[vertices, count:]
+        at_nodes = np.zeros((len(sums), count))
+        at_nodes[self._dofs] = from_vertices(self._rubber) @ means
+        return at_nodes
 
-    def _gather(self, nodal: Array) -> Array | None:
-        """Rows of all nodes in the order of their global numbers, on rank 0."""
-        return _gather(self._comm, nodal[: self._own])
-
-
-def _means_at_nodes(dofs: Cells, weights: Array, shape: Array) -> csr_matrix:
-    """From the cells' own values at their vertices (c k) to those at all nodes (n): at a vertex the
-    mean with the `weights` (c, k), between vertices by their `shape` functions at a cell's nodes
-    (a, k). `dofs`: nodes of the cells, vertices first, (c, a).
-    """
-    count, k = dofs.max() + 1, weights.shape[1]
-    vertices = dofs[:, :k].ravel()
-    total = np.bincount(vertices, weights.ravel(), count)
-    parts = weights.ravel() / total[vertices], (vertices, np.arange(vertices.size))
-    means = csr_matrix(parts, shape=(count, vertices.size))
-    cell, local = np.zeros((2, count), dtype=np.intp)  # of each node one that it is in
-    cell[dofs], local[dofs] = np.arange(len(dofs))[:, None], np.arange(dofs.shape[1])
-    firsts = np.arange(0, count * k + 1, k)
-    between = shape[local].ravel(), dofs[cell, :k].ravel(), firsts
-    return csr_matrix(between, shape=(count, count)) @ means
+    def _over_ranks(self, values: Array) -> Array:
+        """Sums (n, m) of what ranks have at the nodes that they share. Collective."""
+        vector, dim = self._rubber.create_vector(), _dim(self._rubber)
+        sums = np.pad(values, ((0, 0), (0, -values.shape[1] % dim)))
+        for first in range(0, sums.shape[1], dim):
+            some = slice(first, first + dim)
+            with vector.localForm() as local:
+                local.array[:] = sums[:, some].ravel()
+            compat.sum_ghosts(vector)
+            compat.update_ghosts(vector)
+            with vector.localForm() as local:
+                sums[:, some] = local.array.reshape(-1, dim)
+        vector.destroy()
+        return sums[:, : values.shape[1]]
 
 
 def mesh_grid(elements: LayeredElements, values: Mapping[str, Array], along: float) -> Grid | None:
@@ -148,59 +143,51 @@ def mesh_grid(elements: LayeredElements, values: Mapping[str, Array], along: flo
 
 
 class FacetGrid:
-    """The contact facets where they are, with means of what their points have."""
+    """This rank's contact facets where they are, with means of what their points have."""
 
     def __init__(self, rubber: HyperelasticBody, surface: ContactSurface) -> None:
-        """Gather the facets. Collective."""
         self._surface, self._flat = surface, _dim(rubber) == 2
         facet = FACET_OF[cell_name(rubber.mesh)]
         self._kind, order = _VTK_CELLS[(facet, _CORNERS[facet])]
         # A facet's nodes begin with its corners, in every Lagrange element.
         self._corner_nodes = surface.nodes[surface.firsts][:, order]
         self._corner_dofs = surface.dofs[surface.firsts][:, order]
-        index_map = rubber.space.dofmap.index_map
-        numbers = index_map.local_to_global(self._corner_dofs.ravel().astype(np.int32))
-        gathered = _gather(
-            surface.comm, np.asarray(numbers, dtype=np.int64).reshape(self._corner_dofs.shape)
-        )
-        if gathered is not None:  # facets that share a corner share a point
-            _, self._first, point = np.unique(gathered, return_index=True, return_inverse=True)
-            self._cells = point.reshape(gathered.shape)
+        _, self._first, point = np.unique(
+            self._corner_dofs, return_index=True, return_inverse=True
+        )  # facets that share a corner share a point
+        self._cells = point.reshape(self._corner_dofs.shape).astype(np.int64)
 
     def grid(
         self, u: Array, values: Mapping[str, Array], force: Array | None = None
     ) -> Grid | None:
-        """Facets displaced by `u` (blocked dofs, d) with means of `values` (f, q). Collective.
+        """Facets displaced by `u` (blocked dofs, d) with means of `values` (f, q); None on a rank
+        without facets.
 
         A point where a value is NaN does not count. `force` (f, d), N, is that of the ice on
         each facet or part of one: the traction is force per area of the facet as it is drawn, so
         that its integral is the force.
         """
-        corners = self._corners(u)
-        means = _gather(self._surface.comm, self._means(list(values.values())))
-        forces = None
-        if force is not None:
-            forces = _gather(self._surface.comm, self._of_facets(_in_space(force)))
-        if corners is None or means is None:
+        if not len(self._cells):
             return None
-        data = dict(zip(values, means.T, strict=True))
-        if forces is not None:
+        corners = self._corners(u)
+        data = dict(zip(values, self._means(list(values.values())).T, strict=True))
+        if force is not None:
             area = _areas(corners)
+            forces = self._of_facets(_in_space(force))
             data["traction (Pa)"] = forces / np.where(area > 0.0, area, np.inf)[:, None]
         return Grid(corners.reshape(-1, 3)[self._first], self._kind, self._cells, {}, data)
 
     def below(
         self, u: Array, touching: NDArray[np.bool_], depths: Array, profiles: Array
     ) -> Grid | None:
-        """What lies below the facets that touch: `profiles` (f, n_depths) hanging from each.
+        """What lies below the facets that touch: `profiles` (f, n_depths) hanging from each; None
+        on a rank without such.
 
-        The value under a facet is that of its own column: neighbours share no points. Collective.
+        The value under a facet is that of its own column: neighbours share no points.
         """
-        corners, comm = self._corners(u), self._surface.comm
-        under, values = _gather(comm, touching), _gather(comm, profiles)
-        if corners is None or under is None or values is None:
+        if not touching.any():
             return None
-        corners, values = corners[under].copy(), values[under]
+        corners, values = self._corners(u)[touching], profiles[touching]
         vertical = 1 if self._flat else 2
         corners[..., vertical] = 0.0
         points = np.repeat(corners[:, None], depths.size, axis=1)  # (f, n_depths, k, 3)
@@ -225,8 +212,8 @@ class FacetGrid:
         firsts = self._surface.firsts
         return amounts if firsts.size == len(amounts) else np.add.reduceat(amounts, firsts)
 
-    def _corners(self, u: Array) -> Array | None:
-        return _gather(self._surface.comm, _in_space(self._corner_nodes + u[self._corner_dofs]))
+    def _corners(self, u: Array) -> Array:
+        return _in_space(self._corner_nodes + u[self._corner_dofs])
 
     def _means(self, values: Sequence[Array]) -> Array:
         """Means (facets, k) of k `values` (f, q), of the points that have one."""
@@ -238,13 +225,12 @@ class FacetGrid:
         return np.where(total > 0.0, amount / np.where(total > 0.0, total, 1.0), np.nan)
 
 
-def point_grid(comm: MPI.Comm, positions: Array, values: Mapping[str, Array]) -> Grid | None:
-    """Contact points as they are: positions (f, q, d), m, with `values` (f, q). Collective."""
-    points = _gather(comm, _in_space(positions.reshape(-1, positions.shape[-1])))
-    gathered = {name: _gather(comm, value.ravel()) for name, value in values.items()}
-    if points is None:
+def point_grid(positions: Array, values: Mapping[str, Array]) -> Grid | None:
+    """This rank's contact points as they are: positions (f, q, d), m, with `values` (f, q)."""
+    points = _in_space(positions.reshape(-1, positions.shape[-1]))
+    if not len(points):
         return None
-    data = {name: value for name, value in gathered.items() if value is not None}
+    data = {name: value.ravel() for name, value in values.items()}
     return Grid(points, "vertex", np.arange(len(points))[:, None], data, {})
 
 
@@ -288,9 +274,3 @@ def _in_space(vectors: Array) -> Array:
 
 def _dim(rubber: HyperelasticBody) -> int:
     return int(rubber.mesh.geometry.dim)
-
-
-def _gather(comm: MPI.Comm, local: NDArray[Scalar]) -> NDArray[Scalar] | None:
-    """Rows of all ranks one after the other on rank 0, None on the others. Collective."""
-    parts = comm.gather(np.ascontiguousarray(local), root=0)
-    return None if parts is None else np.concatenate(parts)

@@ -58,7 +58,7 @@ class FieldSeries:
     def __call__(self, step: Observation) -> None:
         """Write the fields if they are due."""
         if self._due(step.time) and (grids := self._fields.grids(step.accepted)):
-            self._files.write(step.time, grids, self._fields.shared)
+            self._files.write(step.time, grids)
             self._log("fields", time_s=step.time)
 
 

@@ -12,7 +12,6 @@ from rich.table import Table
 
 from iceslide_fem.preprocess.footprint import empirical
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.colours import FAR
 from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.jaeger import (
     TABLE_1_ICE,
@@ -29,6 +28,7 @@ from iceslide_fem.preprocess.footprint.macroscopic import (
     heat_balance,
 )
 from iceslide_fem.preprocess.footprint.passing import Ride
+from iceslide_fem.preprocess.footprint.picture import FAR
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint, read_footprint
 from iceslide_fem.preprocess.footprint.survey import survey

@@ -20,6 +20,7 @@ from iceslide_fem.postprocess.results.quantities import MISES, PRESSURE
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SceneError
 
+SAME_POINT = 1e-9  # of the size of a grid
 # Quadratic cells list their corners first: (corners, VTK's linear cell).
 _LINEAR = {
     pv.CellType.QUADRATIC_TRIANGLE: (3, pv.CellType.TRIANGLE),
@@ -70,7 +71,7 @@ def times(directory: Path) -> Array:
 
 def read_mises(directory: Path, number: int) -> Array | None:
     """Von Mises stresses (Pa) at the rubber's nodes, if they were written."""
-    data = _read(field_files(directory, "rubber")[number][1]).point_data
+    data = _read(field_parts(directory, "rubber")[number][1]).point_data
     return np.asarray(data[MISES]) if MISES in data else None
 
 
@@ -85,11 +86,17 @@ def _as_written(directory: Path) -> Iterator[None]:
         ) from None
 
 
-def _read(path: Path) -> Any:
-    """The grid in a VTK file; of one that is cut VTK would complain at length, and go on."""
-    if b"</VTKFile>" not in path.read_bytes()[-40:]:
-        raise SceneError(f"{path} is not whole: its end is missing")
-    return pv.read(path)
+def _read(parts: list[Path]) -> Any:
+    """The grid in the VTK files of its parts; of one that is cut VTK would complain at length, and
+    go on.
+    """
+    for path in parts:
+        if b"</VTKFile>" not in path.read_bytes()[-40:]:
+            raise SceneError(f"{path} is not whole: its end is missing")
+    if len(parts) == 1:
+        return pv.read(parts[0])
+    # Points on the border of two parts are one.
+    return pv.merge([pv.read(path) for path in parts]).clean(tolerance=SAME_POINT)
 
 
 def read_interface(directory: Path, number: int) -> Interface:
@@ -98,7 +105,7 @@ def read_interface(directory: Path, number: int) -> Interface:
     Raises SceneError if a file is damaged.
     """
     with _as_written(directory):
-        grid = _read(field_files(directory, "interface")[number][1])
+        grid = _read(field_parts(directory, "interface")[number][1])
         connectivity = grid.cell_connectivity.reshape(grid.n_cells, -1)
         values = {name: np.asarray(grid.cell_data[name]) for name in grid.cell_data}
         return Interface(np.asarray(grid.points)[connectivity], values)
@@ -107,9 +114,9 @@ def read_interface(directory: Path, number: int) -> Interface:
 def read_snapshot(directory: Path, number: int) -> Snapshot:
     """The fields that were written as `number` (0, 1, ...). Raises SceneError if one is damaged."""
     with _as_written(directory):
-        time, _ = field_files(directory, "interface")[number]
+        time, _ = field_parts(directory, "interface")[number]
         interface = read_interface(directory, number)
-        grid = _read_linear(field_files(directory, "rubber")[number][1])
+        grid = _read_linear(field_parts(directory, "rubber")[number][1])
         undeformed = np.array([grid.points.min(axis=0), grid.points.max(axis=0)])
         grid.points = grid.points + grid.point_data["displacement"]
         rubber = grid.extract_surface(algorithm="geometry")
@@ -125,16 +132,16 @@ def read_snapshot(directory: Path, number: int) -> Snapshot:
 
 def _ice_section(parts: list[Path], flat: bool) -> pv.PolyData:
     """Triangles of the ice in the plane y = 0."""
-    grid = pv.merge([_read(part) for part in parts])
+    grid = _read(parts)
     if flat:
         return grid.extract_surface(algorithm="geometry").triangulate()
     # just inside the cells, whose faces lie in the plane of symmetry itself
     return grid.slice("y", origin=(0.0, 1e-6 * grid.length, 0.0)).triangulate()
 
 
-def _read_linear(path: Path) -> pv.UnstructuredGrid:
+def _read_linear(parts: list[Path]) -> pv.UnstructuredGrid:
     """Cells by their corners."""
-    grid = _read(path)
+    grid = _read(parts)
     corners, kind = _LINEAR[pv.CellType(grid.celltypes[0])]
     cells = grid.cell_connectivity.reshape(grid.n_cells, -1)[:, :corners]
     used, cells = np.unique(cells, return_inverse=True)

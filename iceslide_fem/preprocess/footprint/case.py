@@ -10,11 +10,11 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, ConfigDict, Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from iceslide_fem.preprocess.footprint.image import Box
 from iceslide_fem.preprocess.footprint.jaeger import TABLE_1_ICE, TABLE_1_RUBBER
 from iceslide_fem.preprocess.footprint.line import LINE_PIXELS
 from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic
 from iceslide_fem.preprocess.footprint.passing import Ride
+from iceslide_fem.preprocess.footprint.picture import Box
 from iceslide_fem.preprocess.footprint.pressures import UNITS
 from iceslide_fem.runtime.units import si_unit
 from iceslide_fem.scene.command_options import CommandOptions, Number, as_number, option_names

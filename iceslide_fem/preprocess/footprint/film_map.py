@@ -24,14 +24,14 @@ def film_map(
     contact_of: ContactTable | ConstantContact,
     tolerance: float = 1e-2,
     ice: Callable[..., Column] = Column,
-    tell: Callable[[float], None] = lambda share: None,
+    tell: Callable[[float], None] = lambda fraction: None,
 ) -> FilmMap:
     """Film, temperature and friction at every pixel of the footprint.
 
     `contact_of` gives k, D and H_V of the local pressure; `tolerance` is the relative error of
     mu aimed at; `ice` makes the columns of a temperature (K), a duration (s) and the ride's solid;
-    `tell` is called with the share of the pixels in contact that is done. Raises SimulationStopped
-    where a step cannot be made.
+    `tell` is called with the fraction of the pixels in contact that is done. Raises
+    SimulationStopped where a step cannot be made.
     """
     rows, columns = footprint.pressure.shape
     result = FilmMap.untouched((rows, columns), ride)

@@ -9,16 +9,19 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.colours import (
+from iceslide_fem.preprocess.footprint.line import as_map, gaussian_profile
+from iceslide_fem.preprocess.footprint.macroscopic import State, States
+from iceslide_fem.preprocess.footprint.picture import (
+    colour,
+    cut,
     legend_bar,
     lowest_colour,
     named_bar,
     read_colours,
     read_grey,
+    read_picture,
+    rotate,
 )
-from iceslide_fem.preprocess.footprint.image import colour, cut, read_picture, rotate
-from iceslide_fem.preprocess.footprint.line import as_map, gaussian_profile
-from iceslide_fem.preprocess.footprint.macroscopic import State, States
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap, pressure_from_values
 from iceslide_fem.preprocess.footprint.pressures import HIGHEST, check_pressures
 from iceslide_fem.preprocess.footprint.tables import (
@@ -156,41 +159,46 @@ def _read_line(path: Path, case: FootprintCase) -> ReadFootprint:
     """A profile as a map of one row, 1 m wide."""
     profile = read_profile(path, case.pressure_unit)
     line = as_map(_touching(profile.pressure, case), profile.dx)
-    state = None if profile.state is None else profile.state[None]
-    _check_states(state, line.contact, f"state of --line {path}")
-    temperature = None if profile.temperature is None else profile.temperature[None]
-    left = profile.first - 0.5 * profile.dx
-    return ReadFootprint(line, temperature=temperature, state=state, left=left)
+    read = ReadFootprint(line, left=profile.first - 0.5 * profile.dx)
+    if profile.temperature is not None:
+        read = read._replace(temperature=profile.temperature[None])
+    if profile.state is not None:
+        _check_states(profile.state[None], line.contact, f"state of --line {path}")
+        read = read._replace(state=profile.state[None])
+    return read
 
 
-def _check_states(state: States | None, contact: Mask, said: str) -> None:
+def _check_states(state: States, contact: Mask, said: str) -> None:
     """Raise SceneError where states that were given contradict the pressure."""
-    if state is not None and (state[contact] == State.NO_CONTACT).any():
+    if (state[contact] == State.NO_CONTACT).any():
         raise SceneError(f"{said} has no contact (0) where the pressure is above 0")
 
 
 def _with_own_maps(read: ReadFootprint, case: FootprintCase) -> ReadFootprint:
     """With the temperatures and states that were given, which must have the same pixels."""
-    contact, notes, maps = read.pressure_map.contact, read.notes, {}
-    for option, path, reader in (
-        ("--temperature-map", case.temperature_map, read_temperatures),
-        ("--state-map", case.state_map, read_states),
-    ):
-        if path is None:
-            continue
-        given = reader(path)
-        if given.values.shape != contact.shape:
-            raise SceneError(
-                f"{option} has {given.values.shape[1]} x {given.values.shape[0]} pixels, the "
-                f"pressure {contact.shape[1]} x {contact.shape[0]}: they must be the same"
-            )
-        maps[option], notes = given.values[::-1], notes + given.notes
-    temperature, state = maps.get("--temperature-map"), maps.get("--state-map")
-    if temperature is not None and np.isnan(temperature[contact]).any():
-        raise SceneError("--temperature-map has no number where the pressure is above 0")
-    states = None if state is None else state.astype(np.uint8)
-    _check_states(states, contact, "--state-map")
-    return read._replace(temperature=temperature, state=states, notes=notes)
+    contact = read.pressure_map.contact
+    if case.temperature_map is not None:
+        given = read_temperatures(case.temperature_map)
+        temperature = _fitting(given.values, contact, "--temperature-map")
+        if np.isnan(temperature[contact]).any():
+            raise SceneError("--temperature-map has no number where the pressure is above 0")
+        read = read._replace(temperature=temperature, notes=read.notes + given.notes)
+    if case.state_map is not None:
+        given = read_states(case.state_map)
+        state = _fitting(given.values, contact, "--state-map").astype(np.uint8)
+        _check_states(state, contact, "--state-map")
+        read = read._replace(state=state, notes=read.notes + given.notes)
+    return read
+
+
+def _fitting(values: Array, contact: Mask, option: str) -> Array:
+    """A map of the pixels of `contact`, whose first row is on top, from below."""
+    if values.shape != contact.shape:
+        raise SceneError(
+            f"{option} has {values.shape[1]} x {values.shape[0]} pixels, the pressure "
+            f"{contact.shape[1]} x {contact.shape[0]}: they must be the same"
+        )
+    return values[::-1]
 
 
 def _one_row(read: ReadFootprint, row: int) -> ReadFootprint:

@@ -9,7 +9,6 @@ import numpy as np
 
 from iceslide_fem.film.doubts import doubts, partly_dry
 from iceslide_fem.preprocess.footprint.case import FootprintCase
-from iceslide_fem.preprocess.footprint.colours import FAR
 from iceslide_fem.preprocess.footprint.macroscopic import (
     STATES,
     Edges,
@@ -17,6 +16,7 @@ from iceslide_fem.preprocess.footprint.macroscopic import (
     States,
     edge_temperatures,
 )
+from iceslide_fem.preprocess.footprint.picture import FAR
 from iceslide_fem.preprocess.footprint.pressure_map import gaussian_centre_line
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint
 from iceslide_fem.preprocess.footprint.survey import Survey

@@ -69,7 +69,7 @@ class Survey(NamedTuple):
 
 
 def survey(
-    case: FootprintCase, read: ReadFootprint, tell: Callable[[float], None] = lambda share: None
+    case: FootprintCase, read: ReadFootprint, tell: Callable[[float], None] = lambda fraction: None
 ) -> Survey:
     """Modules 2 and 3 by both heat models, the film under every pixel, and mean friction over the
     ice's temperature.

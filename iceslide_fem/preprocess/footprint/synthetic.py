@@ -14,7 +14,7 @@ import numpy as np
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
-from iceslide_fem.preprocess.footprint.image import Box, Picture
+from iceslide_fem.preprocess.footprint.picture import Box, Picture
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene.materials import BAR

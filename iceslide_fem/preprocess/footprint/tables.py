@@ -10,8 +10,12 @@ from zipfile import BadZipFile
 import numpy as np
 
 from iceslide_fem.preprocess.footprint.macroscopic import State, States
-from iceslide_fem.preprocess.footprint.pressures import check_pressures, pressure_unit, units_named
-from iceslide_fem.preprocess.footprint.sensor_frames import is_sensor_text, read_frame
+from iceslide_fem.preprocess.footprint.pressures import (
+    check_pressures,
+    is_sensor_text,
+    pressure_unit,
+    read_frame,
+)
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import check_regular
@@ -22,6 +26,7 @@ from iceslide_fem.runtime.tables.columns import (
     find_columns,
     has_index,
     to_si_units,
+    units_named,
 )
 from iceslide_fem.runtime.tables.grid import grid, is_list_of_points
 from iceslide_fem.runtime.tables.layout import parse, read_table
@@ -99,7 +104,7 @@ def read_profile(path: Path, unit: str | None = None) -> Profile:
     found = find_columns(table, COLUMNS, ("x", "pressure"))
     if len(table.heading) > len(found) + has_index(table):
         known = ", ".join(column.heading for column in COLUMNS)
-        table.refuse(f'has a column "{_unknown(table)[:40]}"; allowed: {known}')
+        table.refuse(f"has the columns {', '.join(table.heading)[:120]}; allowed: {known}")
     x, pressure = found["x"], found["pressure"]
     if len(x) < 2:
         table.refuse(f"has {len(x)} row of numbers; allowed: two or more")
@@ -132,15 +137,6 @@ def _with_pressure_unit(table: TextTable, unit: str | None) -> tuple[TextTable, 
         heading = tuple(f"pressure ({unit})" if bare else name for name, bare in names)
         table = replace(table, heading=heading)
     return table, pressure_unit(named, unit, table.said)
-
-
-def _unknown(table: TextTable) -> str:
-    """The first heading that is none of a profile."""
-    for i, name in enumerate(table.heading):
-        one = replace(table, heading=tuple("" if j != i else name for j in range(table.width)))
-        if i >= has_index(table) and not find_columns(one, COLUMNS, ()):
-            return name
-    return ""
 
 
 def _read_map(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 
@@ -13,16 +12,17 @@ from iceslide_fem.preprocess.roughness.surface import spectrum, spectrum_fit
 from iceslide_fem.preprocess.roughness.survey import Survey
 from iceslide_fem.scene.materials import BAR, CONTACT_TABLES
 
+DPI = 120
 PRINTED = "compound B, published"
 READ = "k at 5 bar: 0.405 is a reading of 0.105"
 
 
 def draw(result: Survey, out: Path) -> None:
     """Write map.png, contact.png, parameters.png and spectrum.png to `out`."""
-    for drawn in (_map, _contact, _parameters, _spectrum):
-        figure = drawn(result)
-        FigureCanvasAgg(figure)
-        figure.savefig(out / f"{drawn.__name__[1:]}.png", dpi=120)
+    _map(result).savefig(out / "map.png", dpi=DPI)
+    _contact(result).savefig(out / "contact.png", dpi=DPI)
+    _parameters(result).savefig(out / "parameters.png", dpi=DPI)
+    _spectrum(result).savefig(out / "spectrum.png", dpi=DPI)
 
 
 def _map(result: Survey) -> Figure:

@@ -1,4 +1,4 @@
-"""Height maps as text: a matrix, points x, y, z, or an Esri grid; and what their headers say."""
+"""Height maps as text: a matrix, or points x, y, z; and what their headers say."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from iceslide_fem.preprocess.roughness.height_map import HeightMap
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.tables.cells import TextTable, number
-from iceslide_fem.runtime.tables.columns import column_unit, has_index
+from iceslide_fem.runtime.tables.columns import column_unit, has_index, units_named
 from iceslide_fem.runtime.tables.grid import grid
 from iceslide_fem.runtime.tables.layout import parse
 from iceslide_fem.runtime.tables.text import LARGEST_MAP, read_text
@@ -22,11 +22,6 @@ _VALUE = re.compile(r"\s*([^:=\d]*?)\s*[:=]?\s*([-+0-9.,eE]+)\s*([^\s\d]*)\s*")
 _UNIT_OF_KEY = re.compile(r"(.*?)\s*[\[(]\s*(.+?)\s*[\])]")
 _HEIGHTS = re.compile(
     r"heights?|höhe|topograph\w*|values?|\bz\b|data|valor\w*|hodnot|einheiten|unités", re.IGNORECASE
-)
-_IN_UNIT = re.compile(
-    r"[\[(]\s*(\S{1,10}?)\s*[\])]|\bin\s+(\S{1,10}?)(?=[\s.,;]|$)|\b(?:units?|einheiten|unités|valore?|hodnot)\b"
-    r"[\s:=]+(\S{1,10})",
-    re.IGNORECASE,
 )
 # "Width" and "Height" in the languages in which Gwyddion writes them.
 _WIDTHS = ("width", "breite", "largeur", "larghezza", "anchura", "largura", "šířka")
@@ -38,17 +33,12 @@ _ONE = {"pixel width": 0, "dx": 0, "x step": 0, "x spacing": 0, "x pixel size": 
 _ONE |= {"pixel height": 1, "dy": 1, "y step": 1, "y spacing": 1, "y pixel size": 1, "spacing y": 1}
 _BOTH = {"pixel size", "pixel", "pixelsize", "spacing", "sampling interval", "lateral resolution"}
 _BOTH |= {"xy resolution", "xy calibration", "pixelgröße", "pixelgrösse", "cellsize"}
-_ESRI = re.compile(
-    r"\s*(ncols|nrows|[xy]ll(?:corner|center)|cellsize|d[xy]|nodata_value)[ \t]+(\S+)", re.I
-)
 _OF_INSTRUMENTS = re.compile("\ufeff?(Zygo|Wyko) (?:XYZ|ASCII) Data File")
 
 
 def read_text_map(path: Path, unit: float | None) -> HeightMap:
     """The map in a text file. unit: m, of heights that do not say, else 1 m. Raises SceneError."""
     text = read_text(path, "the map", LARGEST_MAP)
-    if re.match(r"\s*(ncols|nrows)[ \t]+[0-9]", text, re.IGNORECASE):
-        return _esri(text, str(path), unit)
     if (head := _OF_INSTRUMENTS.match(text)) is not None:
         raise SceneError(
             f"{path} is a {head[1]} text file, which is not read; allowed: a matrix, columns x, y, "
@@ -60,7 +50,8 @@ def read_text_map(path: Path, unit: float | None) -> HeightMap:
         return _points(table, places, unit)
     values, left_out = grid(table)
     lines = [*table.above, *(table.heading if len(set(table.heading)) == 1 else ())]
-    factor, notes = _height_unit(lines, str(path), unit)
+    of_heights = (line for line in lines if _HEIGHTS.search(line) and not _VALUE.fullmatch(line))
+    factor, notes = _height_unit(units_named(of_heights, "m"), str(path), unit)
     sides = _sides(lines, values.shape)
     notes += left_out
     if sides is not None:
@@ -69,30 +60,21 @@ def read_text_map(path: Path, unit: float | None) -> HeightMap:
 
 
 def _height_unit(
-    lines: Sequence[str], said: str, option: float | None
+    named: Sequence[str], said: str, option: float | None
 ) -> tuple[float, tuple[str, ...]]:
-    """The unit of heights (m): that of the header, else the option, else 1 m; and a note."""
-    named: dict[float, str] = {}
-    for line in lines:
-        if not _HEIGHTS.search(line) or _VALUE.fullmatch(line):
-            continue
-        for match in _IN_UNIT.finditer(line):
-            written = next(part for part in match.groups() if part is not None)
-            if (given := si_unit(written, "m")) is not None:
-                named[to_si(f"1 {given}", "m")] = given
-    return _one_unit(named, said, option)
+    """The unit of heights (m): that which the file has named, else the option, else 1 m; a note.
 
-
-def _one_unit(
-    named: dict[float, str], said: str, option: float | None
-) -> tuple[float, tuple[str, ...]]:
-    """The unit (m) that a file has named, or the option. Raises SceneError if they differ."""
-    if len(named) > 1 and option is None:
-        units = " and ".join(named.values())
-        raise SceneError(f"{said} names the units {units} of heights; --height-unit says which")
-    if len(named) != 1:
+    Raises SceneError if they differ.
+    """
+    units = {to_si(f"1 {unit}", "m"): unit for unit in named}
+    if len(units) > 1 and option is None:
+        raise SceneError(
+            f"{said} names the units {' and '.join(units.values())} of heights; --height-unit says "
+            "which"
+        )
+    if len(units) != 1:
         return option or 1.0, ()
-    ((factor, name),) = named.items()
+    ((factor, name),) = units.items()
     if option is not None and abs(option / factor - 1.0) > 1e-9:
         raise SceneError(f"--height-unit contradicts {said}, whose heights are in {name}")
     return factor, (f"its header has heights in {name}",)
@@ -144,9 +126,8 @@ def _point_columns(table: TextTable) -> tuple[int, int, int] | None:
 def _points(table: TextTable, places: tuple[int, int, int], option: float | None) -> HeightMap:
     """A map from points x, y, z on a regular grid; places without a point are missing."""
     named = [column_unit(table, i, "m") for i in places]
-    above = {to_si(f"1 {unit}", "m"): unit for unit in _units_above(table.above)}
-    given = {to_si(f"1 {named[2]}", "m"): named[2]} if named[2] is not None else above
-    z_unit, notes = _one_unit(given, table.said, option)
+    given = [named[2]] if named[2] is not None else units_named(table.above, "m")
+    z_unit, notes = _height_unit(given, table.said, option)
     x_unit, y_unit = (to_si(f"1 {unit}", "m") if unit is not None else z_unit for unit in named[:2])
     if any(named):
         units = ", ".join(
@@ -171,15 +152,6 @@ def _points(table: TextTable, places: tuple[int, int, int], option: float | None
     return HeightMap(heights, (dx * x_unit, dy * y_unit), notes)
 
 
-def _units_above(lines: Sequence[str]) -> list[str]:
-    found = []
-    for line in lines:
-        for match in _IN_UNIT.finditer(line):
-            given = si_unit(next(part for part in match.groups() if part is not None), "m")
-            found += [given] if given is not None else []
-    return found
-
-
 def _places(said: str, values: Array, name: str) -> tuple[np.ndarray, float]:
     """Number of each value on a regular grid, and the grid's distance."""
     levels = np.unique(values)
@@ -194,41 +166,3 @@ def _places(said: str, values: Array, name: str) -> tuple[np.ndarray, float]:
     if np.abs((values - levels[0]) / step - number_).max() > 0.1:
         raise SceneError(f"{said}: its points do not lie on a regular grid")
     return number_, float(step)
-
-
-def _esri(text: str, said: str, unit: float | None) -> HeightMap:
-    """An Esri ASCII grid: lengths and heights in one unit, its first row on top."""
-    lines = text.splitlines()
-    head: dict[str, float] = {}
-    while lines and (match := _ESRI.match(lines[0])) is not None:
-        try:
-            head[match[1].casefold()] = number(match[2].replace(",", "."))
-        except ValueError:
-            raise SceneError(f'{said}: {match[1]} = "{match[2]}" is not a number') from None
-        del lines[0]
-    for key in ("ncols", "nrows"):
-        if not head.get(key, 0.0) >= 1.0:
-            raise SceneError(f"{said} has no {key} in its header")
-    dx, dy = (head.get(key, head.get("cellsize")) for key in ("dx", "dy"))
-    if dx is None or dy is None:
-        raise SceneError(f"{said} has no cellsize in its header")
-    shape = int(head["nrows"]), int(head["ncols"])
-    body = " ".join(lines)
-    cells, decimal = body.split(), "," if "," in body and "." not in body else "."
-    if len(cells) != shape[0] * shape[1]:
-        raise SceneError(
-            f"{said} has {len(cells)} heights; its header says {shape[0]} rows of {shape[1]}"
-        )
-    values = []
-    for cell in cells:
-        try:
-            values.append(number(cell, decimal))
-        except ValueError:
-            raise SceneError(f'{said}: "{cell[:40]}" is not a number') from None
-    heights = np.array(values).reshape(shape)
-    heights[heights == head.get("nodata_value", -9999.0)] = np.nan
-    factor = 1.0 if unit is None else unit
-    note = "its cellsize and heights are taken to be in " + (
-        "m (--height-unit says otherwise)" if unit is None else "the unit of --height-unit"
-    )
-    return HeightMap(heights * factor, (dx * factor, dy * factor), (note,))

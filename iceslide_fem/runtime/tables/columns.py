@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
@@ -14,6 +14,11 @@ from iceslide_fem.runtime.tables.layout import read_table
 from iceslide_fem.runtime.units import si_unit, to_si
 
 _IN_BRACKETS = re.compile(r"\s*(.*?)\s*(?:\(\s*(.*?)\s*\)|\[\s*(.*?)\s*\]|<(.*)>)\s*")
+_IN_TEXT = re.compile(
+    r"[\[(]\s*([^\])]{1,12}?)\s*[\])]|_([A-Za-z0-9/^]{2,7})\b"
+    r"|\b(?:in|units?|einheiten|unités|valore?|hodnot)\b[\s:=]*([^\s,;:]{1,12})",
+    re.IGNORECASE,
+)
 _AFTER = re.compile(r"\s*(.*?)\s(?:/\s*|in\s)(\S+)\s*")  # pressure / bar, pressure in bar
 
 
@@ -43,6 +48,20 @@ def heading_unit(heading: str, unit: str) -> str | None:
     "speed (m/s)", "speed [m/s]", "speed / m/s", "speed in m/s", "speed_m_per_s".
     """
     return _named(heading, unit)[1]
+
+
+def units_named(lines: Iterable[str], unit: str) -> list[str]:
+    """Units of the dimension of the SI `unit` that lines above a table name, each once.
+
+    As in "Pressure (kPa)", "Units: kPa", "p in bar", "p_bar".
+    """
+    found: list[str] = []
+    for match in (match for line in lines for match in _IN_TEXT.finditer(line)):
+        written = next(part for part in match.groups() if part is not None)
+        given = si_unit(written.rstrip("."), unit)
+        if given is not None and given not in found:
+            found.append(given)
+    return found
 
 
 def find_columns(

@@ -78,7 +78,7 @@ def friction_against(dataset: xr.Dataset, key: str) -> Figure:
     mean, rest = _middle(dataset["mu_mean"], others[2:])
     panels = _spread(dataset[panel].values, MOST_PANELS) if panel else [None]
     if panel and len(panels) < dataset.sizes[panel]:
-        name = _quantity(panel).label.partition(" (")[0]
+        name = quantity_of(panel).label.partition(" (")[0]
         share = f"{len(panels)} of {dataset.sizes[panel]} values of {name}"
         rest = ", ".join(filter(None, [share, rest]))
     figure = Figure(figsize=(2.0 + 3.6 * len(panels), 4.0), layout="constrained")
@@ -91,7 +91,7 @@ def friction_against(dataset: xr.Dataset, key: str) -> Figure:
     axes[0].set_ylabel(r"mean friction coefficient $\bar\mu$")
     axes[0].set_ylim(bottom=0.0)
     if colour is not None:
-        title, drawn, there = _quantity(colour).label, len(axes[-1].lines), dataset.sizes[colour]
+        title, drawn, there = quantity_of(colour).label, len(axes[-1].lines), dataset.sizes[colour]
         title += f"\n{drawn} of {there} values" if drawn < there else ""
         axes[-1].legend(title=title, frameon=False, fontsize=8, title_fontsize=9)
     figure.suptitle(_title(dataset, "Friction", rest))
@@ -109,7 +109,7 @@ def maps(dataset: xr.Dataset, first: str, second: str) -> Figure:
     }
     figure = Figure(figsize=(13.0, 4.2), layout="constrained")
     axes = figure.subplots(1, len(panels), sharey=True)
-    x, y = _quantity(first), _quantity(second)
+    x, y = quantity_of(first), quantity_of(second)
     across, up = x(dataset[first].values), y(dataset[second].values)
     rest = ""
     for ax, (name, values) in zip(axes, panels.items(), strict=True):
@@ -127,7 +127,7 @@ def maps(dataset: xr.Dataset, first: str, second: str) -> Figure:
 
 
 def _lines(ax: Axes, values: xr.DataArray, key: str, colour: str | None) -> None:
-    x = _quantity(key)(values[key].values)
+    x = quantity_of(key)(values[key].values)
     if colour is None:
         ax.plot(x, values.to_numpy(), "o-", color=BLUE)
     else:
@@ -136,7 +136,7 @@ def _lines(ax: Axes, values: xr.DataArray, key: str, colour: str | None) -> None
         for shade, at in zip(shades, chosen, strict=True):
             line, label = values.sel({colour: at}).to_numpy(), _number(colour, at)
             ax.plot(x, line, "o-", color=shade, label=label, markersize=4)
-    ax.set_xlabel(_quantity(key).label)
+    ax.set_xlabel(quantity_of(key).label)
     ax.grid(alpha=0.25)
     ax.spines[["top", "right"]].set_visible(False)
 
@@ -162,19 +162,20 @@ def _spread(values: Array, most: int) -> list[Any]:
     return [values[number] for number in chosen]
 
 
-def _quantity(key: Hashable) -> SummaryQuantity:
+def quantity_of(key: Hashable) -> SummaryQuantity:
+    """How a dotted key is shown."""
     return SHOWN.get(str(key), SummaryQuantity(str(key)))
 
 
 def _number(key: str, value: Any) -> str:
     if isinstance(value, str | bool | np.bool_):
         return str(value).lower()
-    return f"{_quantity(key)(value):.4g}"
+    return f"{quantity_of(key)(value):.4g}"
 
 
 def _told(key: str, value: Any) -> str:
     """ "pressure 2 bar" """
-    name, _, unit = _quantity(key).label.partition(" (")
+    name, _, unit = quantity_of(key).label.partition(" (")
     return f"{name} {_number(key, value)} {unit.rstrip(')')}".strip()
 
 

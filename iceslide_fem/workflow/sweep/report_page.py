@@ -23,7 +23,7 @@ from iceslide_fem.postprocess.report.page import (
 )
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.workflow.sweep.outcome import DONE
-from iceslide_fem.workflow.sweep.plots import SHOWN, SummaryQuantity
+from iceslide_fem.workflow.sweep.plots import SummaryQuantity, quantity_of
 from iceslide_fem.workflow.sweep.table import read_sweep
 
 MORE = (
@@ -156,11 +156,12 @@ def _warnings(data: xr.Dataset, table: pd.DataFrame) -> list[Text]:
 
 
 def _scene(data: xr.Dataset, keys: list[str]) -> list[Text]:
-    """The scene of the first case as a file."""
+    """The scene of the first case as a file, or what sweeps of earlier versions say of it."""
+    if "scene" not in data.attrs:
+        return [Text(str(data.attrs.get("inputs", "")).replace(" ", "\n"), "code")]
     name = data.attrs.get("name") or "SCENE"
     varied = f" ({', '.join(keys)} as in the first case)" if keys else ""
-    text = str(data.attrs.get("scene", ""))
-    return [Text(f"As a file, {name}.toml{varied}:"), Text(text, "code")]
+    return [Text(f"As a file, {name}.toml{varied}:"), Text(str(data.attrs["scene"]), "code")]
 
 
 def _versions(table: pd.DataFrame) -> list[Table]:
@@ -180,7 +181,7 @@ def _command(data: xr.Dataset, keys: list[str]) -> str:
 
 
 def _shown(key: str) -> SummaryQuantity:
-    known = SHOWN.get(key, SummaryQuantity(key))
+    known = quantity_of(key)
     return known._replace(label=known.label.replace("$", ""))
 
 

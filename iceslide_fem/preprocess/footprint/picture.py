@@ -1,19 +1,30 @@
-"""From colours to values between 0 and 1: grey scales, named colour maps, legends in a picture."""
+"""The picture of a footprint: reading, turning, cutting, and from its colours to values 0 to 1.
+
+Pictures are arrays (rows, columns, 3) of bytes. Colours are read by grey scales, by named colour
+maps, or by a legend in the picture.
+"""
 
 from __future__ import annotations
 
 import difflib
+import warnings
+from pathlib import Path
 from typing import NamedTuple
 
 import matplotlib
 import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageOps, UnidentifiedImageError
+from PIL.ImageColor import getrgb
 from scipy.ndimage import binary_dilation, distance_transform_edt
 from scipy.spatial import cKDTree
 
-from iceslide_fem.preprocess.footprint.image import Picture
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.files import check_regular
 
+Picture = NDArray[np.uint8]
+FORMATS = ("PNG", "JPEG", "TIFF")
 # Distances between colours are relative to the full range of one channel.
 FAR = 0.15  # from the bar: such a pixel mixes colours, or the bar is not the picture's
 NEAR = 0.015  # a colour of the bar up to the rounding to bytes
@@ -22,6 +33,89 @@ MOST_COLOURED = 0.01  # of pixels that are not grey in a picture taken as a grey
 BAR_COLOURS = 2048
 SQUARE = np.ones((3, 3))  # a pixel and its neighbours
 MAX_REACH = 4.0  # pixels over which an unclear pixel takes the value of a clear one
+
+
+class Box(NamedTuple):
+    """A rectangle of pixels: left and top inside, right and bottom outside, from the top left."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+
+def read_picture(path: Path | str, behind: tuple[int, int, int] = (255, 255, 255)) -> Picture:
+    """The picture as red, green and blue from 0 to 255; 16-bit grey is scaled to that.
+
+    It stands as programs show it, which turn what a camera calls turned. Transparent pixels become
+    `behind`. Raises SceneError if it is not a readable PNG, JPEG or TIFF, or has values that are no
+    colours.
+    """
+    check_regular(Path(path), "the picture")
+    try:
+        with warnings.catch_warnings(action="ignore"), Image.open(path, formats=FORMATS) as image:
+            # Warnings are of damage that leaves a readable picture.
+            image = ImageOps.exif_transpose(image) or image
+            if image.mode[0] in "IF":
+                low, high = np.asarray(image).min(), np.asarray(image).max()
+                if image.mode == "F" or not 0 <= low <= high <= 65535:
+                    raise ValueError(
+                        f"its values, {low:g} to {high:g}, are no grey of 8 or 16 bits; pressures "
+                        "as numbers go into --pressure-map"
+                    )
+                grey = np.asarray(image, dtype=float) * (255.0 / 65535.0)
+                image = Image.fromarray(np.rint(grey).astype(np.uint8))
+            elif "A" in image.getbands() or "transparency" in image.info:
+                seen = image.convert("RGBA")
+                image = Image.alpha_composite(Image.new("RGBA", seen.size, behind), seen)
+            return np.array(image.convert("RGB"))
+    except UnidentifiedImageError:
+        raise SceneError(f"{path} is not a picture; allowed: {', '.join(FORMATS)}") from None
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise SceneError(f"cannot read the picture {path}: {reason}") from None
+
+
+def colour(name: str) -> tuple[int, int, int]:
+    """Red, green, blue of a colour's name or #rrggbb. Raises SceneError if it is neither."""
+    try:
+        red, green, blue = getrgb(name)[:3]
+    except ValueError:
+        raise SceneError(
+            f'the background "{name}" is not a colour; allowed: a name such as "white", "#rrggbb", '
+            'or "none"'
+        ) from None
+    return red, green, blue
+
+
+def rotate(picture: Picture, degrees: float, fill: tuple[int, int, int]) -> Picture:
+    """The picture turned counter-clockwise, grown so that its corners fit; `fill` around it.
+
+    Colours are not mixed: each pixel is one of the original.
+    """
+    if degrees % 360.0 == 0.0:
+        return picture
+    image = Image.fromarray(picture)
+    return np.array(image.rotate(degrees, Image.Resampling.NEAREST, expand=True, fillcolor=fill))
+
+
+def cut(picture: Picture, box: Box, what: str) -> Picture:
+    """The part of the picture in `box`. Raises SceneError, with `what`, if it is not inside."""
+    height, width = picture.shape[:2]
+    if box.left >= box.right or box.top >= box.bottom:
+        raise SceneError(
+            f"the {what} box {_text(box)} is empty: it is LEFT,TOP,RIGHT,BOTTOM in pixels"
+        )
+    if box.left < 0 or box.top < 0 or box.right > width or box.bottom > height:
+        raise SceneError(
+            f"the {what} box {_text(box)} is outside the picture, which has {width} x {height} "
+            "pixels"
+        )
+    return picture[box.top : box.bottom, box.left : box.right]
+
+
+def _text(box: Box) -> str:
+    return ",".join(str(edge) for edge in box)
 
 
 class Reading(NamedTuple):
