@@ -38,7 +38,7 @@ STEEPEST = {2: 0.3, 3: 1.0}
 # A cut edge of radius r has its own cells within ZONE r of the corner that it replaces, of which
 # the lowest LAYER r are a layer along it.
 ZONE, LAYER = 2.0, 0.6
-LAYER_SHARE = 0.4  # cells across that layer, of those along half of it
+LAYER_FRACTION = 0.4  # cells across that layer, of those along half of it
 # Cells on half of an arc, on refined meshes more, and their largest size in cells of an edge.
 FEWEST_OF_ARC, CELL_OF_ARC = {2: 2, 3: 1}, {2: 0.75, 3: 1.0}
 CELLS_OF_A_WAVE, FEWEST_OF_A_WAVE = 8.0, 4.0
@@ -231,7 +231,7 @@ def _edge_cells(block: BlockShape, cell: float, refinement: float) -> EdgeCells 
     fewest = math.ceil(FEWEST_OF_ARC[dimension] * max(refinement, 1.0))
     largest = CELL_OF_ARC[dimension] * EDGE_CELL * cell
     arc = max(fewest, math.ceil(math.pi / 4 * block.edge / largest))
-    return EdgeCells(block.edge, arc, max(1, round(LAYER_SHARE * 2 * arc)))
+    return EdgeCells(block.edge, arc, max(1, round(LAYER_FRACTION * 2 * arc)))
 
 
 def _rows(block: BlockShape, sized: Grading) -> list[Lines]:

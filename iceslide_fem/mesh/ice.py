@@ -63,7 +63,7 @@ def patch_lines(
 
 
 def window_cell(scene: Any) -> float:
-    """Width (m) of the cells of sliding ice: `ice.cell`, or a share of the block's length."""
+    """Width (m) of the cells of sliding ice: `ice.cell`, or a fraction of the block's length."""
     (low, high), *_ = block_shape(scene).ranges
     return scene.ice.cell or (high - low) / (WINDOW_CELLS * scene.numerics.refinement)
 
@@ -76,7 +76,7 @@ def cells_in_a_step(scene: Any) -> int:
 def window_lines(scene: Any, footprint: Sequence[tuple[float, float]]) -> list[Lines]:
     """Surface lines (x, and y in a block) of the window of sliding ice that follows the block.
 
-    Equal cells in x, so that the content can be shifted by whole cells: below the contact and
+    Equal cells in x, so that the window can be shifted by whole cells: below the contact and
     below the undeformed block, to which it returns where friction falls, and some more for what
     moves it further; behind it also over `ice.trail`. y as in `patch_lines`, and some more.
     """

@@ -22,7 +22,7 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.outline_file import area
 
-MISSING = 1e-6  # share of the footprint that may be without ice, for rounding
+MISSING = 1e-6  # fraction of the footprint that may be without ice, for rounding
 # Corners of a cell as gmsh numbers them, in the order of its axes: the last index counts fastest.
 _CORNERS = {
     "quadrilateral": np.array([0, 3, 1, 2]).reshape(2, 2),
@@ -81,7 +81,7 @@ def upright_edges(tagged: TaggedMesh) -> IntArray:
 
 
 def covered(corners: Array, ranges: Sequence[tuple[float, float]]) -> float:
-    """Share of the rectangle (of the line in a slice) with these `ranges`, m, that convex facets
+    """Fraction of the rectangle (of the line in a slice) with these `ranges`, m, that convex facets
     with `corners` (n, k, d-1), m, cover, which do not overlap.
     """
     from matplotlib import path, transforms  # takes long to import
@@ -118,14 +118,14 @@ def _user_ice(scene: Scene, path: Path) -> TaggedMesh:
             f'ice.mesh {path} has facets tagged "symmetry", and rubber.mesh is a whole block; '
             "allowed: halves of both, or the whole of both"
         )
-    share = covered(tagged.points[tagged.facets["surface"], :-1], block.ranges)
-    if share < 1.0 - MISSING:
+    fraction = covered(tagged.points[tagged.facets["surface"], :-1], block.ranges)
+    if fraction < 1.0 - MISSING:
         over = " and ".join(
             f"{axis} from {1e3 * low:.6g} to {1e3 * high:.6g} mm"
             for axis, (low, high) in zip("xy", block.ranges, strict=False)
         )
         raise SceneError(
-            f'ice.mesh {path}: facets tagged "surface" leave {100.0 * (1.0 - share):.2g} % of '
+            f'ice.mesh {path}: facets tagged "surface" leave {100.0 * (1.0 - fraction):.2g} % of '
             f"the rubber's footprint, {over}, without ice; they must cover all of it"
         )
     return upright(tagged)

@@ -246,11 +246,11 @@ def _check_straight(file: MeshFile, block: Block, points: Array) -> None:
     kind = first_order(block.kind)
     if kind == block.kind:
         return
-    corners, shares = KINDS[kind].nodes, _middles(kind)
+    corners, weights = KINDS[kind].nodes, _middles(kind)
     for start in range(0, len(points), CHUNK):
         some = points[start : start + CHUNK]
         size = np.linalg.norm(np.ptp(some[:, :corners], axis=1), axis=1)
-        apart = some[:, corners:, None] - (shares @ some[:, :corners])[:, None]
+        apart = some[:, corners:, None] - (weights @ some[:, :corners])[:, None]
         wrong = np.argwhere(
             ~(np.linalg.norm(apart, axis=3).min(axis=2) <= STRAIGHT * size[:, None])
         )
@@ -264,7 +264,7 @@ def _check_straight(file: MeshFile, block: Block, points: Array) -> None:
 
 
 def _middles(kind: str) -> Array:
-    """Shares of the corners in the middles of edges, faces and the cell: (middles, corners)."""
+    """Weights of the corners in the middles of edges, faces and the cell: (middles, corners)."""
     corners, faces = range(KINDS[kind].nodes), FACETS[kind]
     edges = [edge for face in faces for edge in zip(face, face[1:] + face[:1], strict=True)]
     groups = [*edges, *faces, tuple(corners)]

@@ -240,8 +240,8 @@ def _distance(points: Array, corners: Array) -> Array:
     base, edges = corners[:, 0], corners[:, 1:] - corners[:, :1]
     gram = np.einsum("nai,nbi->nab", edges, edges)
     right = np.einsum("nai,ni->na", edges, points - base)
-    shares = np.linalg.solve(gram, right[..., None])[..., 0]
-    shares = np.concatenate([1.0 - shares.sum(axis=1, keepdims=True), shares], axis=1)
-    nearest = np.einsum("na,nai->ni", shares, corners)
-    inside = (shares >= -TOUCH).all(axis=1)
+    weights = np.linalg.solve(gram, right[..., None])[..., 0]
+    weights = np.concatenate([1.0 - weights.sum(axis=1, keepdims=True), weights], axis=1)
+    nearest = np.einsum("na,nai->ni", weights, corners)
+    inside = (weights >= -TOUCH).all(axis=1)
     return np.where(inside, np.linalg.norm(points - nearest, axis=1), np.inf)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import base64
 import gzip
-import importlib.util
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -21,7 +20,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import iceslide_fem
-from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import replace_file
 
 DIGITS = 6  # of numbers that are drawn
@@ -132,7 +130,7 @@ class Page(NamedTuple):
 
 
 def write_page(path: Path, page: Page) -> Path:
-    """Write the page to `path`, as a whole. Raises OutputError, SceneError without plotly."""
+    """Write the page to `path`, as a whole. Raises OutputError."""
     replace_file(path, html(page))
     return path
 
@@ -227,13 +225,7 @@ def _is_wide(part: Chart | HeatMap) -> bool:
 
 def _curve(curve: Curve) -> dict[str, Any]:
     x, y = thinned(curve.x, curve.y)
-    return {
-        "name": curve.name,
-        "x": plain(x),
-        "y": plain(y),
-        "look": curve.look,
-        "marks": curve.marks,
-    }
+    return curve._asdict() | {"x": plain(x), "y": plain(y)}
 
 
 def _listed(chart: Chart) -> Iterable[list[str]]:
@@ -254,10 +246,9 @@ def _listed(chart: Chart) -> Iterable[list[str]]:
 @cache
 def _plotly() -> str:
     """plotly.js, compressed, as the Python package plotly brings it."""
-    found = importlib.util.find_spec("plotly")
-    if found is None or found.origin is None:
-        raise SceneError("a report needs the Python package plotly, which is not installed")
-    return _packed((Path(found.origin).parent / "package_data" / "plotly.min.js").read_bytes())
+    from plotly.offline import get_plotlyjs
+
+    return _packed(get_plotlyjs().encode())
 
 
 def _packed(content: bytes) -> str:

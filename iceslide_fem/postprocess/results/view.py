@@ -6,7 +6,6 @@ Needs no display. Run it in a process that has not imported DOLFINx (see `snapsh
 from __future__ import annotations
 
 import contextlib
-import importlib.util
 from pathlib import Path
 from typing import Any
 
@@ -44,17 +43,16 @@ def view(directory: Path | str, animate: bool = False) -> list[Path]:
 
 
 def _animate(run: Run, scales: Scales, n_times: int) -> list[Path]:
-    """Animation of all times as GIF and, where its encoder is there, as MP4."""
-    writers: dict[str, dict[str, Any]] = {
-        "gif": {"loop": 0, "duration": 1000.0 / FRAMES_PER_SECOND}
+    """Animation of all times as GIF and as MP4."""
+    options: dict[str, dict[str, Any]] = {
+        "gif": {"loop": 0, "duration": 1000.0 / FRAMES_PER_SECOND},
+        "mp4": {"fps": FRAMES_PER_SECOND},
     }
-    if importlib.util.find_spec("imageio_ffmpeg") is not None:
-        writers["mp4"] = {"fps": FRAMES_PER_SECOND}
-    paths = [run.directory / f"view.{kind}" for kind in writers]
+    paths = [run.directory / f"view.{kind}" for kind in options]
     with contextlib.ExitStack() as stack, LongTask(n_times) as shown:
         movies: list[Any] = [
-            stack.enter_context(imageio.get_writer(path, **options))
-            for path, options in zip(paths, writers.values(), strict=True)
+            stack.enter_context(imageio.get_writer(path, **options[path.suffix[1:]]))
+            for path in paths
         ]
         for number in range(n_times):
             canvas = FigureCanvasAgg(draw(run, read_snapshot(run.directory, number), scales))

@@ -100,6 +100,6 @@ def expected_steps(scene: Scene) -> int:
     if scene.ice.motion == "sliding":  # a step is at most the passage of some cells
         from iceslide_fem.mesh.ice import cells_in_a_step, window_cell
 
-        way = cells_in_a_step(scene) * window_cell(scene)
-        fewest = max(fewest, duration * scene.load.speeds.largest / way)
+        distance = cells_in_a_step(scene) * window_cell(scene)
+        fewest = max(fewest, duration * scene.load.speeds.largest / distance)
     return ceil(fewest - 1e-6)  # not one more for rounding

@@ -30,7 +30,7 @@ class Row(NamedTuple):
 # sqrt(alpha t) over the contact's shortest side up to which columns of ice are good enough. At
 # 0.09 they change mean mu by 0.8 % and cold ice beside the contact changes it by 2.7 % (slice of
 # thesis_1bar; docs/comparison.md).
-LATERAL_SHARE = 0.1
+LATERAL_FRACTION = 0.1
 
 
 def describe(scene: Scene) -> list[Row]:
@@ -62,15 +62,15 @@ def _load(scene: Scene) -> list[Row]:
             mean = f"mean {readable(course.mean, unit)}, {len(corners)} corners"
             found.append(Row("load", name, f"{low} to {high}", mean))
     if found:
-        way = readable(scene.load.speeds.integral(scene.load.duration), "m")
-        found.append(Row("load", "way", way, "slid by the end"))
+        distance = readable(scene.load.speeds.integral(scene.load.duration), "m")
+        found.append(Row("load", "way", distance, "slid by the end"))
     return found
 
 
 def _heat(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     """Depth sqrt(alpha t) warmed in time t, and Peclet number v L / alpha.
 
-    Heat spreads sideways as far as it goes down, so columns of ice are exact up to a share of
+    Heat spreads sideways as far as it goes down, so columns of ice are exact up to a fraction of
     the contact of the order of sqrt(alpha t) over its shortest side.
     """
     v, L, duration = scene.load.speeds.mean, size[0], scene.load.duration
@@ -82,7 +82,7 @@ def _heat(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     in_rubber = sqrt(scene.rubber.solid.diffusivity * duration)
     lateral = thermal / min(size[:-1])
     sideways = "take continuum ice" if scene.ice.is_half_space else "take ice on a mesh"
-    enough = "columns of ice suffice" if lateral <= LATERAL_SHARE else sideways
+    enough = "columns of ice suffice" if lateral <= LATERAL_FRACTION else sideways
     worth = f"√(α t) / L: {enough}; at 0.09 worth 0.8 % of mean μ, 3 % with cold ice beside"
     return [
         Row("heat", "warm layer in ice", readable(thermal, "m"), when),
@@ -167,7 +167,7 @@ def _table(scene: Scene, size: tuple[float, ...], mu: float) -> list[Row]:
 
 
 def covered_load(table: ContactTable, pressure: float, tilt: float) -> float:
-    """Share of the load under local pressures that the table covers.
+    """Fraction of the load under local pressures that the table covers.
 
     `pressure` (Pa) is its mean over the contact: along the block it is the line 1 + tilt x, x from
     -1 to 1, cut off at 0 where the edge lifts. The edges' peaks are left out.
