@@ -16,7 +16,7 @@ from iceslide_fem.postprocess.results import Run, read_run
 from iceslide_fem.postprocess.results.report import report
 from iceslide_fem.run.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.run.checkpoint import Checkpoint, finish
-from iceslide_fem.run.rungs import resolved
+from iceslide_fem.run.model_levels import resolved
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import writing
 from iceslide_fem.runtime.folders import claimed, clear_results, results_in

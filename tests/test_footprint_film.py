@@ -1,4 +1,4 @@
-"""The film under every pixel: against the point rung, across gaps, line by line."""
+"""The film under every pixel: against the point level, across gaps, line by line."""
 
 import tomllib
 
@@ -38,7 +38,7 @@ def strip(pressure, pixels=80, length=20e-3):
     return PressureMap(np.tile(pressure, (pixels, 1)).T.copy(), length / pixels, 1e-3)
 
 
-def test_uniform_lines_are_the_point_rung_in_time_of_contact():
+def test_uniform_lines_are_the_point_level_in_time_of_contact():
     pressures = np.array([1e5, 2e5, 5e5])
     footprint = strip(pressures)
     passing = footprint.dx / LOCKED.speed

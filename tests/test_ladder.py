@@ -1,4 +1,4 @@
-"""Estimates of what may be neglected, the rungs that follow, and the ladder that is run."""
+"""Estimates of what may be neglected, the levels that follow, and the ladder that is run."""
 
 import csv
 from pathlib import Path
@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from iceslide_fem.run.rungs import Rung, cheapest, on_rung, resolved
+from iceslide_fem.run.model_levels import ModelLevel, cheapest, on_level, resolved
 from iceslide_fem.run.simplifications import simplifications
 from iceslide_fem.scene import load_scene
-from iceslide_fem.workflow.ladder.runs import rungs
+from iceslide_fem.workflow.ladder.runs import levels
 
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 # A stiff, thin block without transverse strain: pressure is uniform but for its edges.
@@ -28,7 +28,7 @@ def test_a_cube_of_soft_rubber_may_neglect_nothing():
     assert found.bending.number > 1.0  # an edge lifts off
     assert all(one.effect > 1e-3 for one in found)
     assert found.inertia.number == pytest.approx(0.03, abs=0.01)  # a shear wave takes 45 us
-    assert cheapest(thesis()) == Rung("block", "continuum", 1.0)
+    assert cheapest(thesis()) == ModelLevel("block", "continuum", 1.0)
 
 
 @pytest.mark.quick
@@ -63,7 +63,7 @@ def test_the_closed_form_is_exact_until_something_melts():
 def test_other_models_are_left_alone():
     scene = thesis("model=slice")
     assert resolved(scene) is scene
-    assert on_rung(scene, Rung("point", "column", 1.0)).model == "point"
+    assert on_level(scene, ModelLevel("point", "column", 1.0)).model == "point"
 
 
 @pytest.mark.parametrize(
@@ -74,27 +74,27 @@ def test_other_models_are_left_alone():
         (["ice.heat=mesh", "ice.depth=1mm"], ["column", "mesh"]),
     ],
 )
-def test_ice_on_a_mesh_is_the_top_rung_where_the_scene_has_it(changes, kinds):
+def test_ice_on_a_mesh_is_the_top_level_where_the_scene_has_it(changes, kinds):
     scene = thesis(*changes)
-    chosen, skipped = rungs(scene, simplifications(scene), (1.0,))
-    assert chosen[-1] == Rung("block", kinds[-1], 1.0)
-    assert {rung.heat for rung in [*chosen, *skipped]} == set(kinds)
+    chosen, skipped = levels(scene, simplifications(scene), (1.0,))
+    assert chosen[-1] == ModelLevel("block", kinds[-1], 1.0)
+    assert {level.heat for level in [*chosen, *skipped]} == set(kinds)
 
 
 @pytest.mark.quick
-def test_every_rung_is_a_valid_scene():
+def test_every_level_is_a_valid_scene():
     """With heat in the rubber there is no half-space; refinements stay where scenes allow them."""
     for changes in ["rubber.heat=true"], ["numerics.refinement=0.25"], ["numerics.refinement=8"]:
         scene = thesis(*changes)
-        chosen, skipped = rungs(scene, simplifications(scene), (0.5, 1.0, 2.0))
+        chosen, skipped = levels(scene, simplifications(scene), (0.5, 1.0, 2.0))
         assert chosen
-        for rung in [*chosen, *skipped]:
-            assert on_rung(scene, rung).numerics.refinement == rung.refinement
+        for level in [*chosen, *skipped]:
+            assert on_level(scene, level).numerics.refinement == level.refinement
 
 
 @pytest.mark.fe
 @pytest.mark.once
-def test_ladder_says_which_rung_is_enough_and_writes_it(tmp_path, capsys):
+def test_ladder_says_which_level_is_enough_and_writes_it(tmp_path, capsys):
     pytest.importorskip("iceslide_fem.fenics.compat")
     from iceslide_fem.cli import main
     from iceslide_fem.postprocess.results import read_run
@@ -114,7 +114,7 @@ def test_ladder_says_which_rung_is_enough_and_writes_it(tmp_path, capsys):
     assert "# The thesis's LS-DYNA run" in (tmp_path / "thesis_1bar.toml").read_text()
     assert written.model == "point" and written.rubber.width == 1.0
     assert written.load.duration == pytest.approx(3e-4)
-    # and it is within the tolerance of the finest rung
+    # and it is within the tolerance of the finest level
     point, finest = (read_run(tmp_path / name) for name in ("point_column", "slice_column_x0.25"))
     for time in np.linspace(0.0, 3e-4, 7):
         assert point.at("mu", time) == pytest.approx(finest.at("mu", time), rel=0.05)

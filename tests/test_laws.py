@@ -25,7 +25,7 @@ LAWS = ROOT / "cases" / "laws"
 
 
 def history(name, *changes):
-    """Columns of a case on the point rung."""
+    """Columns of a case on the point level."""
     rows, entries = point_history(load_scene(LAWS / f"{name}.toml", ["model=point", *changes]))
     columns = zip(*rows, strict=True)
     return dict(zip(rows[0]._fields, map(np.array, columns), strict=True)), entries

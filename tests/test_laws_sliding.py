@@ -67,7 +67,7 @@ def test_friction_that_grows_from_nothing_or_dies_away(start, end, tmp_path):
 
 
 @pytest.mark.parametrize("case", sorted(path.stem for path in LAWS.glob("*.toml")))
-def test_laws_of_the_cases_run_on_their_own_rung(case):
+def test_laws_of_the_cases_run_on_their_own_level(case):
     scene = load_scene(LAWS / f"{case}.toml", COARSE)
     if scene.model == "slice":
         rows = slide(scene)

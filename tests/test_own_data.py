@@ -240,7 +240,7 @@ ROWS = [["-10 degC", "2.64 mPa*s"], ["-5 degC", "2.14 mPa*s"], ["0 degC", "1.79 
 
 
 def history(**tables):
-    """Columns of a scene on the point rung, and its results."""
+    """Columns of a scene on the point level, and its results."""
     rows, entries = point_history(scene(**tables))
     columns = zip(*rows, strict=True)
     return dict(zip(rows[0]._fields, map(np.array, columns), strict=True)), entries

@@ -134,7 +134,7 @@ def test_transit_time_equivalence(heat):
     error = np.abs(height / np.interp(age, times, expected) - 1.0)[inside]
     assert error.mean() < 0.001
     assert error.max() < 0.01
-    # The point rung says the same of the whole slide: the contact begins on fresh ice.
+    # The point level says the same of the whole slide: the contact begins on fresh ice.
     alone = scene.model_copy(update={"model": "point"})
     rows, results = point_history(alone)
     time, mu = np.array(friction).T

@@ -1,4 +1,4 @@
-"""The point rung: reference values, tolerance, events, conservation, failure, and its histories."""
+"""The point: reference values, tolerance, events, conservation, failure, and its histories."""
 
 from functools import partial
 

@@ -42,7 +42,7 @@ def test_points_over_nodes_take_the_heat_that_the_nodes_give():
 
 
 @pytest.mark.parametrize("heat", ["column", "continuum"])
-def test_uniform_pressure_gives_the_point_rung(heat):
+def test_uniform_pressure_gives_the_point_level(heat):
     scene = uniform(heat)
     rubber = scene.rubber.model_copy(update={"heat": True, "height": 8e-5})
     load = scene.load.model_copy(update={"duration": 3e-3})

@@ -1,4 +1,4 @@
-"""The coupled step: against the point rung, its ledger, its rejected steps, its ranks."""
+"""The coupled step: against the point level, its ledger, its rejected steps, its ranks."""
 
 import csv
 import itertools
@@ -79,7 +79,7 @@ def uniform(heat):
 
 
 @pytest.mark.parametrize("heat", ["column", "half-space", "continuum"])
-def test_uniform_pressure_gives_the_point_rung(heat):
+def test_uniform_pressure_gives_the_point_level(heat):
     scene = uniform(heat)
     rows = slide(scene)
     conditions = Conditions.of(
@@ -92,8 +92,8 @@ def test_uniform_pressure_gives_the_point_rung(heat):
         initial_height=70e-9,
         duration=6e-3,
     )
-    rung = "half-space" if heat == "half-space" else "column"
-    point = simulate(conditions, rung, tolerance=1e-5, times=rows["time_s"])
+    level = "half-space" if heat == "half-space" else "column"
+    point = simulate(conditions, level, tolerance=1e-5, times=rows["time_s"])
     difference = np.abs(rows["mu"] / point.samples[:, 0] - 1.0)
     assert difference.max() < (7e-3 if heat == "continuum" else 2e-3)
     assert difference.mean() < 2e-3

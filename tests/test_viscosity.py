@@ -94,7 +94,7 @@ def test_a_level_table_is_the_constant(carrier):
     np.testing.assert_allclose(level["mu"], usual["mu"], rtol=1e-9)
 
 
-def test_even_pressure_gives_the_point_rung():
+def test_even_pressure_gives_the_point_level():
     tables = uniform("column").as_dict()
     tables["water"]["viscosity"] = ROWS
     tables["load"]["duration"] = 2e-3  # it melts from 0.8 ms on

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from iceslide_fem.run.checkpoint import FILE as CHECKPOINT
-from iceslide_fem.run.rungs import resolved
+from iceslide_fem.run.model_levels import resolved
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import check_writable
 from iceslide_fem.runtime.folders import check_folder

@@ -1,4 +1,4 @@
-"""`iceslide ladder`: a scene on every rung."""
+"""`iceslide ladder`: a scene on every level."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def ladder(
     ] = None,
     no_report: NoReport = False,
 ) -> None:
-    """Run a scene on every rung that matters: error, time, memory, and which is enough."""
+    """Run a scene on every level that matters: error, time, memory, and which is enough."""
     from iceslide_fem.scene import load_scene
 
     scene = load_scene(scene_file, overrides or [])
@@ -60,15 +60,15 @@ def ladder(
         typer.echo(sentence)
     best, finest = cheapest_of(outcomes, tolerance), finest_of(outcomes)
     if best is None or finest is None:
-        raise SimulationStopped("no rung of the ladder ran to its end")
+        raise SimulationStopped("no level of the ladder ran to its end")
     typer.echo(
         f"Within {tolerance:g} of {finest.name} at every time: {best.name} is the cheapest."
         if best is not finest
-        else f"No cheaper rung is within {tolerance:g} of {finest.name} at every time."
+        else f"No cheaper level is within {tolerance:g} of {finest.name} at every time."
     )
     if rank() == 0:
-        ladder_chart(f"{scene.name}: every rung", outcomes, tolerance, best, out / "ladder.png")
-        write_scene(scene_file, overrides or [], best.rung, out / f"{scene.name}.toml")
+        ladder_chart(f"{scene.name}: every level", outcomes, tolerance, best, out / "ladder.png")
+        write_scene(scene_file, overrides or [], best.level, out / f"{scene.name}.toml")
     if not no_report:
         leave_report(out)
     for path in (out / "ladder.png", *out.glob("report.html"), out / f"{scene.name}.toml"):

@@ -1,4 +1,4 @@
-"""The point rung: the film law and the ice below it at one pressure, for many conditions at once.
+"""The point level: the film law and the ice below it at one pressure, for many conditions at once.
 
 Every condition has a time and a step of its own; steps end on melt onset and on saturation, so
 that the integrator keeps its order through both.

@@ -1,4 +1,4 @@
-"""One scene on the rungs with rubber: from the undeformed block to the end of its sliding."""
+"""One scene on the levels with rubber: from the undeformed block to the end of its sliding."""
 
 from __future__ import annotations
 

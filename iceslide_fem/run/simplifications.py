@@ -2,8 +2,8 @@
 
 Every simplification of the model ladder has a number that measures what it leaves out, and an
 estimate of how much that moves mu(t), relative. Where pressure is uneven, the film law itself
-says what that does: the point rung is evaluated at the pressures of the profile expected. The
-estimates are upper bounds or first-order terms; tests hold them against runs of the rungs.
+says what that does: the point level is evaluated at the pressures of the profile expected. The
+estimates are upper bounds or first-order terms; tests hold them against runs of the levels.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from iceslide_fem.scene.materials import Ground
 
 TIMES = 200  # at which mu(t) is compared
 PLACES = 12  # Gauss points along the block
-ACCURACY, OWN_ACCURACY = 1e-3, 1e-2  # of the point rung that is evaluated, under other laws
+ACCURACY, OWN_ACCURACY = 1e-3, 1e-2  # of the point level that is evaluated, under other laws
 NO_FRICTION = 1e-6  # a coefficient of friction that counts as none
 LIFTED = 1e-3  # fraction of the nominal pressure left where an edge has lifted off
 
@@ -41,7 +41,7 @@ class Simplification(NamedTuple):
 
 
 class Simplifications(NamedTuple):
-    """Everything that a rung may neglect; the last is neglected by all of them."""
+    """Everything that a level may neglect; the last is neglected by all of them."""
 
     closed_form: Simplification
     compression: Simplification

@@ -157,9 +157,9 @@ class Output(Table):
 
 
 class Scene(Table):
-    """A complete scene: the rung of the model ladder and everything that it needs.
+    """A complete scene: the level of the model ladder and everything that it needs.
 
-    With model "auto" a run takes the cheapest rung that suffices (`rung.resolved`).
+    With model "auto" a run takes the cheapest level that suffices (`level.resolved`).
     """
 
     name: Name

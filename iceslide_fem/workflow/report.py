@@ -55,11 +55,11 @@ def page_of(folders: Sequence[Path]) -> Page:
         from iceslide_fem.workflow.sweep.report_page import page_of_sweep
 
         return page_of_sweep(folder)
-    rungs = [path for path in sorted(folder.glob("*/summary.json")) if _is_rung(path)]
-    if rungs:
+    levels = [path for path in sorted(folder.glob("*/summary.json")) if _is_level(path)]
+    if levels:
         from iceslide_fem.postprocess.report.of_runs import page_of_ladder
 
-        return page_of_ladder(folder, rungs)
+        return page_of_ladder(folder, levels)
     from iceslide_fem.postprocess.report.of_run import is_unfinished, page_of_unfinished
 
     if is_unfinished(folder):
@@ -81,5 +81,5 @@ def _summary(folder: Path) -> dict[str, object]:
     return summary
 
 
-def _is_rung(path: Path) -> bool:
+def _is_level(path: Path) -> bool:
     return path.parent.name.startswith(("point_", "slice_", "block_"))

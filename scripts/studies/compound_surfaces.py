@@ -118,7 +118,7 @@ def main() -> None:
     head = ["table of", *(f"{bar:g} bar" for bar in at)]
     table(head, [[name, *np.round(friction(one, at)[0], 3)] for name, one in tables.items()])
     print(
-        "Mean mu over 7 ms, point rung, 3 m/s, -4 degC; A and C: predicted, surface of B assumed."
+        "Mean mu over 7 ms, point level, 3 m/s, -4 degC; A and C: predicted, surface of B assumed."
     )
     print(f"k of A and C is that of B at p E_B / E within {check_scaling(tables):.1e}.")
 
@@ -135,7 +135,7 @@ def main() -> None:
         left.plot(bars, friction(one, bars)[0], style, label=labels[name])
         for axes, bar in zip(right, (1.0, 5.0), strict=True):
             axes.plot(1e3 * TIMES, friction(one, np.array([bar]))[1][:, 0], style)
-    left.set(xscale="log", xlabel="pressure (bar)", ylabel="mean µ over 7 ms", title="point rung")
+    left.set(xscale="log", xlabel="pressure (bar)", ylabel="mean µ over 7 ms", title="point level")
     left.set_xticks([0.3, 0.5, 1, 2, 5], ["0.3", "0.5", "1", "2", "5"])
     left.xaxis.set_minor_formatter("")
     left.axvspan(1.0, 5.0, color="0.9", label="range of the published table")

@@ -1,4 +1,4 @@
-"""The point rung at its default tolerance against the reference values, with deviations.
+"""The point level at its default tolerance against the reference values, with deviations.
 
 The values come from two independent solvers of the same model and are rounded to the digits
 shown.
@@ -26,7 +26,7 @@ REFERENCE = {
 
 
 def values(ice: str, pressure: float, speed: float) -> np.ndarray:
-    """The quantities by the point rung."""
+    """The quantities by the point level."""
     result = simulate(conditions(pressure, speed), ice=ice, times=TIMES)
     onset, saturation = 1e3 * result.melt_onset[0], 1e3 * result.saturation[0]
     return np.array([onset, result.mu_peak[0], *result.samples[:, 0], saturation])

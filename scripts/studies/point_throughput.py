@@ -1,7 +1,7 @@
-"""10,000 conditions on the point rung in one call, against SciPy's Radau one by one on a sample.
+"""10,000 conditions on the point level in one call, against SciPy's Radau one by one on a sample.
 
 Both integrate the same equations with the same column, and both are compared with a run of the
-point rung at a tolerance of 1e-6: mu at 70 times of each condition. Radau runs as SciPy has it,
+point level at a tolerance of 1e-6: mu at 70 times of each condition. Radau runs as SciPy has it,
 with a Jacobian by differences, and once more with the exact one; it is restarted at melt onset
 and saturation, and its rtol is the loosest listed that keeps its error below the target. Times
 are of the processor, on one core, each the least of five: whatever else runs only adds to it. The
@@ -27,9 +27,9 @@ Result = TypeVar("Result")
 DURATION = 7e-3  # s
 TIMES = np.linspace(0.0, DURATION, 71)
 TARGET = 5e-3  # relative error of mu
-TOLERANCE = 0.07  # of the point rung: the loosest whose error stays below the target
+TOLERANCE = 0.07  # of the point level: the loosest whose error stays below the target
 RTOLS = (2e-3, 1e-3, 5e-4, 2e-4, 1e-4)
-SAMPLE = 400  # conditions on which the point rung is checked
+SAMPLE = 400  # conditions on which the point level is checked
 RADAU_SAMPLE = 40  # and on which Radau is run
 REPEATS = 5
 
@@ -157,7 +157,7 @@ def main() -> None:
     error = np.abs(result.samples[:, sample] / exact - 1.0).max()
     table = Table("method", "largest error of mu", "ms per condition", "s for 10,000")
     table.add_row(
-        f"point rung, tolerance {TOLERANCE:g}",
+        f"point level, tolerance {TOLERANCE:g}",
         f"{error:.3%}",
         f"{1e3 * seconds:.4f}",
         f"{n * seconds:.3f}",

@@ -1,6 +1,6 @@
 """mu(t) at 5 bar for four readings of k, which the thesis's table 8 prints as 0.105.
 
-The point rung with columns of ice; D = 46.5 um and H_V = 0.56 um as printed.
+The point level with columns of ice; D = 46.5 um and H_V = 0.56 um as printed.
 """
 
 from __future__ import annotations

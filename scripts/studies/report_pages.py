@@ -46,7 +46,7 @@ def _suffix(name: str) -> str:
 
 
 def pages(folder: Path, scenes: dict[str, Scene]) -> None:
-    """Size and processor seconds of the page of a run on each rung."""
+    """Size and processor seconds of the page of a run on each level."""
     rows = []
     for name, scene in scenes.items():
         out = folder / name

@@ -112,7 +112,7 @@ def closed_forms(quick: bool) -> None:
 
 
 def mean_friction(found: Parameters[Array], speed: float = 3.0) -> tuple[Array, Array]:
-    """Mean and peak mu over 7 ms at both pressures, -4 degC, by the point rung."""
+    """Mean and peak mu over 7 ms at both pressures, -4 degC, by the point level."""
     result = point.simulate(
         point.Conditions.of(
             pressure=PRESSURES, speed=speed, temperature=269.15, k=found.k, D=found.D,

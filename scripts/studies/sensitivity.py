@@ -1,4 +1,4 @@
-"""Which inputs of the film law matter: Sobol indices of mu on the point rung, as one picture.
+"""Which inputs of the film law matter: Sobol indices of mu on the point level, as one picture.
 
 Inputs vary evenly by 20 % around their values, also the distance of the melting temperature, and
 the conductance of the film by a factor of two each way. The first-order index is the share of mu's

@@ -1,6 +1,6 @@
 """The thesis's friction subroutine as printed, and with its slips undone one by one.
 
-Runs cases/laws/thesis_subroutine_1bar and _5bar on the point rung, at 5 bar with k of three
+Runs cases/laws/thesis_subroutine_1bar and _5bar on the point level, at 5 bar with k of three
 readings, and prints mu at 0.8 ms, its peak behind 0.05 ms, mu at 7 ms and when the free volume
 is full. With --slices the same scenes as slices, where points have the local pressure and speed, or
 what the block does not hold.

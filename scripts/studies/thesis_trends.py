@@ -1,4 +1,4 @@
-"""Trends of mean friction with pressure, speed and temperature, on the point rung, as one picture.
+"""Trends of mean friction with pressure, speed and temperature, on the point level, as one picture.
 
 Means are (5.35) over the time that ice is under a block of length L: [0, L / v]. The thesis shows
 these trends in its figures 33 to 35 (compound B; after Klapproth et al., 2016).

@@ -1,7 +1,7 @@
 """Transit time: a long block in steady sliding is the attached sample at t = x / v.
 
 A stiff, thin block without transverse strain (20 mm x 0.1 mm, 2 bar, 5 m/s, k 0.32, D 36 um,
-H_V 0.5 um) on ice that comes in fresh, against the point rung, through melting (0.68 ms) and
+H_V 0.5 um) on ice that comes in fresh, against the point level, through melting (0.68 ms) and
 saturation (3.85 ms): mean friction, and largest and mean difference of the film's profile h(x). At
 the edges of a taller block (--height 0.5mm) the pressure is not even.
 """

@@ -1,4 +1,4 @@
-"""Uniform pressure: a thin, stiff block without transverse strain against the point rung.
+"""Uniform pressure: a thin, stiff block without transverse strain against the point level.
 
 Prints the largest and the mean relative difference of mu(t) between `slice` or `block` and
 `point`, before and after melting and through saturation, for every ice model and refinement.

@@ -1,4 +1,4 @@
-"""Pages of several runs: side by side, or the rungs of a ladder against the finest."""
+"""Pages of several runs: side by side, or the levels of a ladder against the finest."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from iceslide_fem.postprocess.report.words import (
 )
 from iceslide_fem.postprocess.results import Run, read_run
 from iceslide_fem.postprocess.results.run_directory import largest_and_rms
-from iceslide_fem.run.rungs import Rung, fineness
+from iceslide_fem.run.model_levels import ModelLevel, fineness
 from iceslide_fem.runtime.errors import SceneError
 
 
@@ -97,7 +97,7 @@ def _distances(others: dict[str, Run], first: Run) -> Table:
 
 
 def page_of_ladder(folder: Path, summaries: list[Path]) -> Page:
-    """The rungs that a ladder has run: error against the finest, and time."""
+    """The levels that a ladder has run: error against the finest, and time."""
     runs = sorted((read_run(path.parent) for path in summaries), key=_fineness)
     finest = runs[-1]
     tolerance = finest.scene["numerics"]["tolerance"]
@@ -112,41 +112,41 @@ def page_of_ladder(folder: Path, summaries: list[Path]) -> Page:
         if run is not finest:
             errors.append(max(largest, 1e-2 * tolerance))
             seconds.append(wall)
-    head = ["rung", "mean mu", "largest difference", "rms", "seconds", ""]
+    head = ["level", "mean mu", "largest difference", "rms", "seconds", ""]
     cost = Chart(
         "cost",
         "Error against time",
-        f"Largest difference of mu(t) to the finest rung, {finest.directory.name}, over the "
-        f"seconds that a rung took; the tolerance is {tolerance:g}",
+        f"Largest difference of mu(t) to the finest level, {finest.directory.name}, over the "
+        f"seconds that a level took; the tolerance is {tolerance:g}",
         "seconds",
         "difference of mu(t)",
         [
-            Curve("rungs", seconds, errors, marks=True),
+            Curve("levels", seconds, errors, marks=True),
             Curve("tolerance", [min(seconds), max(seconds)], [tolerance] * 2, 1),
         ],
         logarithmic="xy",
     )
     return Page(
-        title=f"{finest.scene['name']}: every rung",
-        summary="The same scene on every rung of the model ladder that was worth running. "
+        title=f"{finest.scene['name']}: every level",
+        summary="The same scene on every level of the model ladder that was worth running. "
         f"The finest, with which the others are compared: {in_words(finest.scene)}",
         sections=[
             Section(
                 "results",
                 "The ladder",
-                [Table("Rungs in the order of what they leave out", head, rows)],
+                [Table("Levels in the order of what they leave out", head, rows)],
             ),
             Section("curves", "Curves", [*([cost] if seconds else []), *charts_of(named)]),
             _warnings(named),
-            Section("neglected", "What the finest rung leaves out", neglected(left_out(finest))),
+            Section("neglected", "What the finest level leaves out", neglected(left_out(finest))),
             Section(
                 "again",
                 "Run it again",
                 [
                     *again(finest.scene, "ladder"),
                     Text(
-                        f"iceslide report {folder}/RUNG, for each folder in it, makes the page of "
-                        "that rung."
+                        f"iceslide report {folder}/LEVEL, for each folder in it, makes the page of "
+                        "that level."
                     ),
                     versions_of({finest.directory.name: finest.summary}),
                 ],
@@ -156,7 +156,7 @@ def page_of_ladder(folder: Path, summaries: list[Path]) -> Page:
 
 
 def verdict(run: Run, finest: Run, largest: float) -> str:
-    """Whether a rung's `largest` difference to the `finest` is small enough."""
+    """Whether a level's `largest` difference to the `finest` is small enough."""
     if run.summary.get("stopped"):
         return "stopped before its end"
     tolerance = finest.scene["numerics"]["tolerance"]
@@ -166,4 +166,4 @@ def verdict(run: Run, finest: Run, largest: float) -> str:
 def _fineness(run: Run) -> Any:
     scene = run.scene
     refinement = 1.0 if scene["model"] == "point" else scene["numerics"]["refinement"]
-    return fineness(Rung(scene["model"], scene["ice"]["heat"], refinement))
+    return fineness(ModelLevel(scene["model"], scene["ice"]["heat"], refinement))

@@ -1,4 +1,4 @@
-"""The model ladder: one scene on every rung, error against cost.
+"""The model ladder: one scene on every level, error against cost.
 
 Imports `simulate`, `results`, `planning` and what is below them.
 """

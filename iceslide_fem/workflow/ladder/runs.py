@@ -1,6 +1,6 @@
-"""One scene on every rung of the model ladder: error and cost, and the cheapest that suffices.
+"""One scene on every level of the model ladder: error and cost, and the cheapest that suffices.
 
-Rungs that the estimates of `neglect` show to differ by less than the tolerance from another are
+Levels that the estimates of `neglect` show to differ by less than the tolerance from another are
 not run. The others are run in the order of their cost; the finest is what all are compared with.
 """
 
@@ -22,7 +22,14 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.mesh.size import check_memory, shortage
 from iceslide_fem.postprocess.results import Run, read_run
 from iceslide_fem.postprocess.results.run_directory import largest_and_rms
-from iceslide_fem.run.rungs import MODELS, SIDEWAYS, Rung, fineness, on_rung, rung_name
+from iceslide_fem.run.model_levels import (
+    MODELS,
+    SIDEWAYS,
+    ModelLevel,
+    fineness,
+    level_name,
+    on_level,
+)
 from iceslide_fem.run.simplifications import Simplifications, simplifications
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.runtime.folders import claimed, clear_results
@@ -32,13 +39,13 @@ from iceslide_fem.scene.input_file import read_text
 from iceslide_fem.simulate import difference, run
 
 
-class RungResult(NamedTuple):
-    """A rung: its run, or why there is none; memory (bytes, all ranks).
+class LevelResult(NamedTuple):
+    """A level: its run, or why there is none; memory (bytes, all ranks).
 
-    largest, rms: relative difference of mu(t) to the finest rung's; NaN without a run.
+    largest, rms: relative difference of mu(t) to the finest level's; NaN without a run.
     """
 
-    rung: Rung
+    level: ModelLevel
     run: Run | None
     note: str
     memory: float
@@ -48,13 +55,13 @@ class RungResult(NamedTuple):
     @property
     def name(self) -> str:
         """Model, heat and refinement, as in directories and charts."""
-        return rung_name(self.rung)
+        return level_name(self.level)
 
 
-def rungs(
+def levels(
     scene: Scene, found: Simplifications, factors: Sequence[float]
-) -> tuple[list[Rung], dict[Rung, str]]:
-    """Rungs worth running, cheap ones first, and the others with the reason.
+) -> tuple[list[ModelLevel], dict[ModelLevel, str]]:
+    """Levels worth running, cheap ones first, and the others with the reason.
 
     `factors` multiply the scene's refinement, as far as scenes allow it.
     """
@@ -68,20 +75,20 @@ def rungs(
     if own_mesh:
         refinements = [numerics.refinement]
     heats = _heats(scene)
-    chosen: list[Rung] = []
-    skipped: dict[Rung, str] = {}
+    chosen: list[ModelLevel] = []
+    skipped: dict[ModelLevel, str] = {}
     for model, heat in itertools.product(MODELS, heats):
         if model == "point" and (not has_point or heat in SIDEWAYS):
             continue
         if model == "slice" and own_mesh:
             continue
         for refinement in [1.0] if model == "point" else refinements:
-            rung = Rung(model, heat, refinement)
-            reason = _needless(rung, found, numerics.tolerance) if len(heats) > 1 else ""
+            level = ModelLevel(model, heat, refinement)
+            reason = _needless(level, found, numerics.tolerance) if len(heats) > 1 else ""
             if reason:
-                skipped[rung] = reason
+                skipped[level] = reason
             else:
-                chosen.append(rung)
+                chosen.append(level)
     return chosen, skipped
 
 
@@ -97,22 +104,22 @@ def _heats(scene: Scene) -> tuple[str, ...]:
     return (*closed_form, "column", "continuum", *meshed)
 
 
-def _needless(rung: Rung, found: Simplifications, tolerance: float) -> str:
-    """Which rung gives the same as this one, by the estimates; empty if none does."""
+def _needless(level: ModelLevel, found: Simplifications, tolerance: float) -> str:
+    """Which level gives the same as this one, by the estimates; empty if none does."""
 
     def same(other: str, what: str, effect: float) -> str:
         small = effect <= tolerance
         return f"not run, same as {other}: {what} moves mu by {effect:.1g}" if small else ""
 
-    if rung.model != "point" and found.sideways.effect <= tolerance:
+    if level.model != "point" and found.sideways.effect <= tolerance:
         if reason := same("the point", "uneven pressure", found.uniform_pressure):
             return reason
-    if rung.model == "block":
+    if level.model == "block":
         if reason := same("the slice", "the third dimension", found.plane_strain.effect):
             return reason
-    if rung.heat == "half-space":
+    if level.heat == "half-space":
         return same("columns", "the closed form", found.closed_form.effect)
-    if rung.heat in SIDEWAYS:
+    if level.heat in SIDEWAYS:
         return same("columns", "heat that goes sideways", found.sideways.effect)
     return ""
 
@@ -123,8 +130,8 @@ def climb(
     factors: Sequence[float],
     tell: Callable[[str], None],
     force: bool = False,
-) -> tuple[list[RungResult], Simplifications]:
-    """Run `scene` on every rung worth it, into directories below `out`. Collective.
+) -> tuple[list[LevelResult], Simplifications]:
+    """Run `scene` on every level worth it, into directories below `out`. Collective.
 
     `tell` is called with a line before every run; `force`: replace what else `out` holds. Raises
     SceneError where it may not write there, or the user's mesh can't be used.
@@ -133,7 +140,7 @@ def climb(
 
         def take() -> None:
             if scene.rubber.mesh is not None:
-                check_memory(on_rung(scene, Rung("block", scene.ice.heat, 1.0)))
+                check_memory(on_level(scene, ModelLevel("block", scene.ice.heat, 1.0)))
             read = list(scene.files.values())
             claim.enter_context(claimed(out, partial(_other_results, scene), force, read))
             clear_results(out)
@@ -143,7 +150,7 @@ def climb(
 
 
 def _other_results(scene: Scene, out: Path) -> str | None:
-    """What the results in `out` are, unless rungs of this scene."""
+    """What the results in `out` are, unless levels of this scene."""
     free = ("model", "ice.heat", "numerics.refinement")
     summaries = [json.loads(path.read_bytes()) for path in out.glob("*/summary.json")]
     if not summaries or (out / "summary.json").is_file():
@@ -154,27 +161,27 @@ def _other_results(scene: Scene, out: Path) -> str | None:
 
 def _climb(
     scene: Scene, out: Path, factors: Sequence[float], tell: Callable[[str], None]
-) -> tuple[list[RungResult], Simplifications]:
+) -> tuple[list[LevelResult], Simplifications]:
     found = simplifications(scene)
-    chosen, skipped = rungs(scene, found, factors)
-    for rung in chosen.copy():
-        short = from_root(partial(shortage, on_rung(scene, rung)), MPI.COMM_WORLD)
+    chosen, skipped = levels(scene, found, factors)
+    for level in chosen.copy():
+        short = from_root(partial(shortage, on_level(scene, level)), MPI.COMM_WORLD)
         if short:
-            chosen.remove(rung)
-            skipped[rung] = f"not run: it {short}"
+            chosen.remove(level)
+            skipped[level] = f"not run: it {short}"
     outcomes = []
     warm: set[tuple[str, str]] = set()
-    for number, rung in enumerate(chosen, 1):
-        tell(f"{number} of {len(chosen)}: {rung_name(rung)}")
-        if rung.model != "point" and (rung.model, rung.heat) not in warm:
-            warm.add((rung.model, rung.heat))
-            _compile(scene, rung)
-        outcomes.append(_outcome(scene, rung, out))
-    outcomes += [RungResult(rung, None, reason, np.nan) for rung, reason in skipped.items()]
+    for number, level in enumerate(chosen, 1):
+        tell(f"{number} of {len(chosen)}: {level_name(level)}")
+        if level.model != "point" and (level.model, level.heat) not in warm:
+            warm.add((level.model, level.heat))
+            _compile(scene, level)
+        outcomes.append(_outcome(scene, level, out))
+    outcomes += [LevelResult(level, None, reason, np.nan) for level, reason in skipped.items()]
     return compared(outcomes), found
 
 
-def compared(outcomes: Sequence[RungResult]) -> list[RungResult]:
+def compared(outcomes: Sequence[LevelResult]) -> list[LevelResult]:
     """The outcomes with their differences to the finest run among them."""
     finest = finest_of(outcomes)
     if finest is None or finest.run is None:
@@ -188,20 +195,20 @@ def compared(outcomes: Sequence[RungResult]) -> list[RungResult]:
     return result
 
 
-def finest_of(outcomes: Sequence[RungResult]) -> RungResult | None:
-    """The finest rung that was run to its end."""
+def finest_of(outcomes: Sequence[LevelResult]) -> LevelResult | None:
+    """The finest level that was run to its end."""
     done = (one for one in outcomes if one.run is not None)
-    return max(done, key=lambda one: fineness(one.rung), default=None)
+    return max(done, key=lambda one: fineness(one.level), default=None)
 
 
-def cheapest_of(outcomes: Sequence[RungResult], tolerance: float) -> RungResult | None:
+def cheapest_of(outcomes: Sequence[LevelResult], tolerance: float) -> LevelResult | None:
     """The quickest run whose largest difference is within `tolerance`."""
     good = [one for one in outcomes if one.run is not None and one.largest <= tolerance]
     return min(good, key=lambda one: one.run.summary["wall_s"] if one.run else 0.0, default=None)
 
 
-def write_scene(source: Path, overrides: Sequence[str], rung: Rung, path: Path) -> None:
-    """Write the scene file `source` with `overrides` on `rung`; comments and units stay."""
+def write_scene(source: Path, overrides: Sequence[str], level: ModelLevel, path: Path) -> None:
+    """Write the scene file `source` with `overrides` on `level`; comments and units stay."""
     document = tomlkit.parse(read_text(source, "the scene file"))
     for change in overrides:
         override(document, change)
@@ -210,41 +217,41 @@ def write_scene(source: Path, overrides: Sequence[str], rung: Rung, path: Path) 
         put(document, f"{table}.{key}", str(file.resolve()))
     if ":" in scene.friction.law:
         put(document, "friction.law", scene.friction.law)
-    document["model"] = rung.model
-    changes = [f"ice.heat={rung.heat}"]
-    if rung.model != "point" and rung.refinement != scene.numerics.refinement:
-        changes.append(f"numerics.refinement={rung.refinement}")
+    document["model"] = level.model
+    changes = [f"ice.heat={level.heat}"]
+    if level.model != "point" and level.refinement != scene.numerics.refinement:
+        changes.append(f"numerics.refinement={level.refinement}")
     for change in changes:
         override(document, change)
     path.write_text(tomlkit.dumps(document), encoding="utf-8")
 
 
-def _outcome(scene: Scene, rung: Rung, out: Path) -> RungResult:
-    """Run the scene on one rung. Collective."""
-    folder = out / rung_name(rung)
+def _outcome(scene: Scene, level: ModelLevel, out: Path) -> LevelResult:
+    """Run the scene on one level. Collective."""
+    folder = out / level_name(level)
     _reset_peak_memory()
     try:
-        run(on_rung(scene, rung), folder)
+        run(on_level(scene, level), folder)
     except SimulationStopped as reason:
-        return RungResult(rung, None, f"stopped: {reason}", _peak_memory())
+        return LevelResult(level, None, f"stopped: {reason}", _peak_memory())
     memory = _peak_memory()
     MPI.COMM_WORLD.barrier()  # rank 0 has written everything
-    return RungResult(rung, read_run(folder), "", memory)
+    return LevelResult(level, read_run(folder), "", memory)
 
 
-def _compile(scene: Scene, rung: Rung) -> None:
-    """Compile the forms of a rung by a short, coarse run, so that it doesn't count. Collective."""
+def _compile(scene: Scene, level: ModelLevel) -> None:
+    """Compile the forms of a level by a short, coarse run, so that it doesn't count. Collective."""
     duration = max(1e-6, 1e-3 * scene.load.duration)
     short = scene.model_copy(update={"load": scene.load.model_copy(update={"duration": duration})})
     comm = MPI.COMM_WORLD
     with tempfile.TemporaryDirectory() as folder:
         with suppress(SimulationStopped):  # too coarse to find equilibrium: compiled all the same
-            run(on_rung(short, rung._replace(refinement=0.25)), comm.bcast(folder))
+            run(on_level(short, level._replace(refinement=0.25)), comm.bcast(folder))
         comm.barrier()
 
 
 def _reset_peak_memory() -> None:
-    """Let Linux forget this process's peak of memory; else it is that of all rungs until now."""
+    """Let Linux forget this process's peak of memory; else it is that of all levels until now."""
     with suppress(OSError):
         Path("/proc/self/clear_refs").write_text("5")
 

@@ -1,4 +1,4 @@
-"""What `iceslide ladder` shows: tables, and mu(t) and error against seconds of every rung."""
+"""What `iceslide ladder` shows: tables, and mu(t) and error against seconds of every level."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rich.table import Table
 
 from iceslide_fem.postprocess.results.style import BLACK, BLUE, GREEN, ORANGE, RED
 from iceslide_fem.run.simplifications import Simplifications
-from iceslide_fem.workflow.ladder.runs import RungResult, finest_of
+from iceslide_fem.workflow.ladder.runs import LevelResult, finest_of
 
 MS = 1e3
 COLORS = {"point": ORANGE, "slice": BLUE, "block": GREEN}
@@ -20,9 +20,9 @@ LINES = {"half-space": ":", "column": "--", "continuum": "-", "mesh": "-."}
 
 def ladder_chart(
     title: str,
-    outcomes: Sequence[RungResult],
+    outcomes: Sequence[LevelResult],
     tolerance: float,
-    best: RungResult | None,
+    best: LevelResult | None,
     path: Path,
 ) -> None:
     """Draw the chart to `path` (PNG)."""
@@ -34,25 +34,25 @@ def ladder_chart(
     for outcome in outcomes:
         if outcome.run is None:
             continue
-        rung, history, seconds = outcome.rung, outcome.run.history, outcome.run.summary["wall_s"]
-        color = BLACK if outcome is finest else COLORS[rung.model]
-        label = f"{rung.model}, {rung.heat}"
-        label += "" if rung.model == "point" else f", refinement {rung.refinement:g}"
+        level, history, seconds = outcome.level, outcome.run.history, outcome.run.summary["wall_s"]
+        color = BLACK if outcome is finest else COLORS[level.model]
+        label = f"{level.model}, {level.heat}"
+        label += "" if level.model == "point" else f", refinement {level.refinement:g}"
         curves.plot(
             MS * history["time_s"],
             history["mu"],
-            LINES[rung.heat],
+            LINES[level.heat],
             color=color,
-            linewidth=2.0 if outcome is finest else 0.6 + 0.8 * min(rung.refinement, 2.0),
+            linewidth=2.0 if outcome is finest else 0.6 + 0.8 * min(level.refinement, 2.0),
             label=label + (" (finest)" if outcome is finest else ""),
         )
         if outcome is finest:
             costs.axvline(seconds, color=BLACK, linestyle=":", linewidth=1.0)
             costs.annotate(
-                "finest rung",
+                "finest level",
                 (seconds, 1.0),
                 (-4, -2),
-                xycoords=("data", "axes fraction"),  # slow rungs have small errors: none up here
+                xycoords=("data", "axes fraction"),  # slow levels have small errors: none up here
                 textcoords="offset points",
                 ha="right",
                 va="top",
@@ -60,8 +60,8 @@ def ladder_chart(
             continue
         largest, rms = max(outcome.largest, floor), max(outcome.rms, floor)
         costs.plot([seconds, seconds], [rms, largest], color=color, linewidth=1.0, zorder=1)
-        size = 5.0 + 3.0 * min(rung.refinement, 2.0)
-        costs.plot(seconds, largest, MARKS[rung.heat], color=color, markersize=size)
+        size = 5.0 + 3.0 * min(level.refinement, 2.0)
+        costs.plot(seconds, largest, MARKS[level.heat], color=color, markersize=size)
         costs.plot(seconds, rms, "_", color=color, markersize=9)
         if outcome is best:
             costs.plot(seconds, largest, "o", color=RED, markersize=18, fillstyle="none")
@@ -79,7 +79,7 @@ def ladder_chart(
         xscale="log",
         yscale="log",
         xlabel="seconds",
-        ylabel=r"relative difference of $\mu(t)$ to the finest rung",
+        ylabel=r"relative difference of $\mu(t)$ to the finest level",
         title="Error (mark: largest, bar: rms) against time",
     )
     for mark, heat in zip(MARKS.values(), MARKS, strict=True):
@@ -97,7 +97,7 @@ def ladder_chart(
 
 
 def simplification_table(found: Simplifications, tolerance: float) -> Table:
-    """What the rungs leave out, as estimated before anything was run."""
+    """What the levels leave out, as estimated before anything was run."""
     table = Table(title="What may be neglected? (estimates)", title_justify="left")
     for heading in ("neglecting with", "number", "", "moves mu by", ""):
         table.add_column(heading, justify="right" if heading in ("", "moves mu by") else "left")
@@ -107,11 +107,11 @@ def simplification_table(found: Simplifications, tolerance: float) -> Table:
     return table
 
 
-def ladder_table(outcomes: Sequence[RungResult]) -> Table:
-    """Every rung that was run: friction, difference of mu(t) to the finest, time and memory."""
+def ladder_table(outcomes: Sequence[LevelResult]) -> Table:
+    """Every level that was run: friction, difference of mu(t) to the finest, time and memory."""
     table = Table(title="The ladder", title_justify="left")
-    for heading in ("rung", "mean mu", "largest", "rms", "seconds", "MB"):
-        table.add_column(heading, justify="left" if heading == "rung" else "right", no_wrap=True)
+    for heading in ("level", "mean mu", "largest", "rms", "seconds", "MB"):
+        table.add_column(heading, justify="left" if heading == "level" else "right", no_wrap=True)
     finest = finest_of(outcomes)
     for outcome in outcomes:
         if outcome.run is None:
@@ -127,8 +127,8 @@ def ladder_table(outcomes: Sequence[RungResult]) -> Table:
     return table
 
 
-def not_run(outcomes: Sequence[RungResult]) -> list[str]:
-    """A sentence for each reason why rungs were not run, or not to their end."""
+def not_run(outcomes: Sequence[LevelResult]) -> list[str]:
+    """A sentence for each reason why levels were not run, or not to their end."""
     reasons: dict[str, list[str]] = {}
     for outcome in outcomes:
         if outcome.run is None:

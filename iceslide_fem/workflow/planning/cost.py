@@ -1,6 +1,6 @@
 """What a run will cost, roughly: steps, unknowns, memory, and time on one core.
 
-Steps follow the film and the heat below it, so they are counted on the point rung at the same
+Steps follow the film and the heat below it, so they are counted on the point level at the same
 tolerance, which takes a tenth of a second; a block, which is solved where its own motion asks for
 it, needs some dozens and then half as many at 1e-2, more at smaller tolerances. Where ice slides a
 step is no longer than the passage of some of its cells. Memory and time per step follow the
@@ -75,7 +75,7 @@ def work_power(dimensions: int) -> float:
 
 @lru_cache(maxsize=1)
 def point_rows(scene: Scene) -> list[HistoryRow]:
-    """History of the scene's point rung, at the nominal pressure."""
+    """History of the scene's point level, at the nominal pressure."""
     # a block is solved for as long as it slides, whatever the time that ice is below it
     motion = scene.ice.motion if scene.model == "point" else "attached"
     ice = scene.ice.model_copy(update={"motion": motion})

@@ -240,7 +240,7 @@ def _ice_mesh(scene: Scene) -> list[Row]:
 def _cost(scene: Scene) -> list[Row]:
     """What a run takes; see `cost` for what the estimates are worth."""
     cost = estimate(scene)
-    meaning, rows = "of the point rung at this tolerance", []
+    meaning, rows = "of the point level at this tolerance", []
     if cost.rubber_unknowns:
         meaning = "from those of a point at this tolerance"
         rows = [

@@ -1,4 +1,4 @@
-"""Rungs of the model ladder: how a scene is put on one, and which is the cheapest that will do."""
+"""Levels of the model ladder: how a scene is put on one, and which is the cheapest that will do."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ HEATS = "half-space", "column", "continuum", "mesh"
 SIDEWAYS = "continuum", "mesh"  # heat conducts along the surface, too, which a point does not have
 
 
-class Rung(NamedTuple):
+class ModelLevel(NamedTuple):
     """Model of the rubber and of the ice's heat; refinement of the meshes (1 for a point)."""
 
     model: str
@@ -20,19 +20,19 @@ class Rung(NamedTuple):
     refinement: float
 
 
-def fineness(rung: Rung) -> tuple[int, int, float]:
-    """By which rungs are put in order: the finest leaves out least."""
-    return MODELS.index(rung.model), HEATS.index(rung.heat), rung.refinement
+def fineness(level: ModelLevel) -> tuple[int, int, float]:
+    """By which levels are put in order: the finest leaves out least."""
+    return MODELS.index(level.model), HEATS.index(level.heat), level.refinement
 
 
-def rung_name(rung: Rung) -> str:
+def level_name(level: ModelLevel) -> str:
     """Model, heat and refinement in one word."""
-    name = f"{rung.model}_{rung.heat}"
-    return name if rung.model == "point" else f"{name}_x{rung.refinement:g}"
+    name = f"{level.model}_{level.heat}"
+    return name if level.model == "point" else f"{name}_x{level.refinement:g}"
 
 
-def cheapest(scene: Scene) -> Rung:
-    """The cheapest rung whose simplifications are below the scene's tolerance, by the estimates.
+def cheapest(scene: Scene) -> ModelLevel:
+    """The cheapest level whose simplifications are below the scene's tolerance, by the estimates.
 
     `ice.heat` is chosen, too, unless the scene gives it.
     """
@@ -44,24 +44,24 @@ def cheapest(scene: Scene) -> Rung:
         heat = scene.ice.heat
     rubber = scene.rubber
     if rubber.mesh is not None or rubber.outline is not None or rubber.grooves:
-        return Rung("block", heat, scene.numerics.refinement)
+        return ModelLevel("block", heat, scene.numerics.refinement)
     attached = scene.ice.motion == "attached"  # estimates of passing ice are rougher
     if attached and found.uniform_pressure <= tolerance and heat not in SIDEWAYS:
-        return Rung("point", heat, 1.0)
+        return ModelLevel("point", heat, 1.0)
     model = "slice" if found.plane_strain.effect <= tolerance else "block"
-    return Rung(model, heat, scene.numerics.refinement)
+    return ModelLevel(model, heat, scene.numerics.refinement)
 
 
-def on_rung(scene: Scene, rung: Rung) -> Scene:
-    """The scene on another rung. Raises SceneError where they contradict each other."""
+def on_level(scene: Scene, level: ModelLevel) -> Scene:
+    """The scene on another level. Raises SceneError where they contradict each other."""
     data = scene.as_dict()
-    data["model"], data["ice"]["heat"] = rung.model, rung.heat
-    data["numerics"]["refinement"] = rung.refinement
+    data["model"], data["ice"]["heat"] = level.model, level.heat
+    data["numerics"]["refinement"] = level.refinement
     return scene_from_dict(data)
 
 
 def resolved(scene: Scene) -> Scene:
-    """The scene itself, or with `model = "auto"` on the cheapest rung by the estimates."""
+    """The scene itself, or with `model = "auto"` on the cheapest level by the estimates."""
     if scene.model != "auto":
         return scene
-    return on_rung(scene, cheapest(scene)._replace(refinement=scene.numerics.refinement))
+    return on_level(scene, cheapest(scene)._replace(refinement=scene.numerics.refinement))
