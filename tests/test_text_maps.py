@@ -61,10 +61,44 @@ def test_a_header_and_an_option_that_contradict_each_other(tmp_path):
         read_surface(tmp_path / "b.txt", 9e-6, None)
 
 
-def test_an_esri_grid_is_a_matrix_whose_pixel_is_given(tmp_path):
-    head = "ncols 24\nnrows 18\nxllcorner 0\nyllcorner 0.0\ncellsize 2.5\nNODATA_value -9999\n"
-    (tmp_path / "a.asc").write_text(head + rows(1e6 * HEIGHTS, " "))
-    check(tmp_path / "a.asc", SIDE, 1e-6)
+ESRI = "ncols 24\nnrows 18\nxllcorner 0\nyllcorner 0.0\ncellsize 2.5\nNODATA_value -9999\n"
+
+
+@pytest.mark.parametrize("comma", [False, True])
+def test_esri_grids(comma, tmp_path):
+    values = 1e6 * HEIGHTS
+    values[3, 4] = -9999
+    text = ESRI + rows(values, " ")
+    if comma:
+        text = text.replace(".", ",").upper().replace("E-", "e-")
+    (tmp_path / "a.asc").write_text(text)
+    found = read_surface(tmp_path / "a.asc", None, 1e-6)
+    assert found.pixel == pytest.approx(SIDE) and np.isnan(found.heights[3, 4])
+    there = np.isfinite(found.heights)
+    assert there.sum() == HEIGHTS.size - 1
+    assert found.heights[there] == pytest.approx(HEIGHTS[there], abs=1e-11)
+    wrapped = " ".join(f"{value:.6g}" for value in values.ravel()).replace(" ", "\n", 5)
+    (tmp_path / "b.asc").write_text(ESRI + wrapped)
+    assert read_surface(tmp_path / "b.asc", None, 1e-6).heights.shape == (ROWS, COLUMNS)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("nrows 18", "nrows 17", "has 432 heights; its header says 17 rows of 24"),
+        ("cellsize 2.5\n", "", "has no cellsize in its header"),
+        ("nrows 18\n", "", "has no nrows in its header"),
+        ("ncols 24", "ncols many", "line 1"),
+        ("cellsize 2.5", "cellsize small", 'cellsize = "small" is not a number'),
+    ],
+)
+def test_esri_grids_that_cannot_be_read(old, new, words, tmp_path):
+    (tmp_path / "a.asc").write_text(ESRI.replace(old, new) + rows(HEIGHTS, " "))
+    with pytest.raises(SceneError) as refusal:
+        read_surface(tmp_path / "a.asc", None, None)
+    if words != "line 1":
+        assert words in str(refusal.value)
+    assert "\n" not in str(refusal.value)
 
 
 @pytest.mark.parametrize(
@@ -222,3 +256,11 @@ def test_text_files_of_instruments_are_not_read_as_maps(head, tmp_path):
 def test_heads_of_other_programs_and_languages(head, tmp_path):
     (tmp_path / "a.txt").write_text(head + rows(1e9 * HEIGHTS), encoding="utf-8")
     check(tmp_path / "a.txt")
+
+
+def test_esri_grids_of_unequal_sides(tmp_path):
+    text = ESRI.replace("cellsize 2.5", "dx 2.5\ndy 5.0").replace("nrows 18", "nrows 9")
+    (tmp_path / "a.asc").write_text(text + rows(1e6 * HEIGHTS[::2], " "))
+    found = read_surface(tmp_path / "a.asc", None, 1e-6)
+    assert found.pixel == pytest.approx(SIDE) and found.heights.shape == (17, 24)
+    assert found.heights[::2] == pytest.approx(HEIGHTS[::2], abs=1e-11)

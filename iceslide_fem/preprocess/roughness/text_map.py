@@ -1,4 +1,4 @@
-"""Height maps as text: a matrix, or points x, y, z; and what their headers say."""
+"""Height maps as text: a matrix, points x, y, z, or an Esri grid; and what their headers say."""
 
 from __future__ import annotations
 
@@ -33,12 +33,17 @@ _ONE = {"pixel width": 0, "dx": 0, "x step": 0, "x spacing": 0, "x pixel size": 
 _ONE |= {"pixel height": 1, "dy": 1, "y step": 1, "y spacing": 1, "y pixel size": 1, "spacing y": 1}
 _BOTH = {"pixel size", "pixel", "pixelsize", "spacing", "sampling interval", "lateral resolution"}
 _BOTH |= {"xy resolution", "xy calibration", "pixelgröße", "pixelgrösse", "cellsize"}
+_ESRI = re.compile(
+    r"\s*(ncols|nrows|[xy]ll(?:corner|center)|cellsize|d[xy]|nodata_value)[ \t]+(\S+)", re.I
+)
 _OF_INSTRUMENTS = re.compile("\ufeff?(Zygo|Wyko) (?:XYZ|ASCII) Data File")
 
 
 def read_text_map(path: Path, unit: float | None) -> HeightMap:
     """The map in a text file. unit: m, of heights that do not say, else 1 m. Raises SceneError."""
     text = read_text(path, "the map", LARGEST_MAP)
+    if re.match(r"\s*(ncols|nrows)[ \t]+[0-9]", text, re.IGNORECASE):
+        return _esri(text, str(path), unit)
     if (head := _OF_INSTRUMENTS.match(text)) is not None:
         raise SceneError(
             f"{path} is a {head[1]} text file, which is not read; allowed: a matrix, columns x, y, "
@@ -166,3 +171,41 @@ def _places(said: str, values: Array, name: str) -> tuple[np.ndarray, float]:
     if np.abs((values - levels[0]) / step - number_).max() > 0.1:
         raise SceneError(f"{said}: its points do not lie on a regular grid")
     return number_, float(step)
+
+
+def _esri(text: str, said: str, unit: float | None) -> HeightMap:
+    """An Esri ASCII grid: lengths and heights in one unit, its first row on top."""
+    lines = text.splitlines()
+    head: dict[str, float] = {}
+    while lines and (match := _ESRI.match(lines[0])) is not None:
+        try:
+            head[match[1].casefold()] = number(match[2].replace(",", "."))
+        except ValueError:
+            raise SceneError(f'{said}: {match[1]} = "{match[2]}" is not a number') from None
+        del lines[0]
+    for key in ("ncols", "nrows"):
+        if not head.get(key, 0.0) >= 1.0:
+            raise SceneError(f"{said} has no {key} in its header")
+    dx, dy = (head.get(key, head.get("cellsize")) for key in ("dx", "dy"))
+    if dx is None or dy is None:
+        raise SceneError(f"{said} has no cellsize in its header")
+    shape = int(head["nrows"]), int(head["ncols"])
+    body = " ".join(lines)
+    cells, decimal = body.split(), "," if "," in body and "." not in body else "."
+    if len(cells) != shape[0] * shape[1]:
+        raise SceneError(
+            f"{said} has {len(cells)} heights; its header says {shape[0]} rows of {shape[1]}"
+        )
+    values = []
+    for cell in cells:
+        try:
+            values.append(number(cell, decimal))
+        except ValueError:
+            raise SceneError(f'{said}: "{cell[:40]}" is not a number') from None
+    heights = np.array(values).reshape(shape)
+    heights[heights == head.get("nodata_value", -9999.0)] = np.nan
+    factor = 1.0 if unit is None else unit
+    note = "its cellsize and heights are taken to be in " + (
+        "m (--height-unit says otherwise)" if unit is None else "the unit of --height-unit"
+    )
+    return HeightMap(heights * factor, (dx * factor, dy * factor), (note,))
