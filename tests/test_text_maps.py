@@ -236,11 +236,55 @@ def test_a_pixel_rounded_in_its_file_has_four_to_the_wave(tmp_path):
     assert figures["rms_height_m"] <= figures["measured"]["rms_height"]
 
 
-@pytest.mark.parametrize("head", ["Zygo XYZ Data File - Format 1", "Wyko ASCII Data File Format 0"])
-def test_text_files_of_instruments_are_not_read_as_maps(head, tmp_path):
-    (tmp_path / "a.asc").write_text(head + "\n0 3 0\n#\n1 2 3\n#\n")
-    with pytest.raises(SceneError, match="text file, which is not read; allowed: .* own .dat or"):
-        read_surface(tmp_path / "a.asc", None, None)
+ZYGO = """Zygo XYZ Data File - Format 1
+0 3 0 0 "Fri Nov 27 10:00:00 2026"
+0 0 24 18 1 255
+10 20 24 18
+""
+""
+""
+0 0.5 6.328e-07 0.5 1 0 2.5e-06 1787677163
+3 2 0 0 0 666666 0 ""
+0 0 1 33 0 0 0.1 60.4318 2 50
+0 1 100 0 0 0 0 0 0 0
+0 ""
+1 5 0
+#
+"""
+
+
+def test_xyz_files_of_zygo_have_their_pixel_in_the_head(tmp_path):
+    points = np.column_stack([X.ravel() + 10, Y.ravel() + 20, 1e6 * HEIGHTS.ravel()])
+    body = "".join(f"{x:.0f} {y:.0f} {z:.9g}\n" for x, y, z in points)
+    (tmp_path / "a.xyz").write_text(ZYGO + body + "#\n")
+    assert "read as um, as MetroPro writes" in check(tmp_path / "a.xyz").notes[0]
+    holes = body.split("\n")
+    holes[5] = "15 20 No Data"
+    (tmp_path / "b.xyz").write_text(ZYGO + "\n".join(holes) + "#\n")
+    found = read_surface(tmp_path / "b.xyz", None, 1e-6)
+    assert np.isnan(found.heights[0, 5]) and np.isfinite(found.heights).sum() == HEIGHTS.size - 1
+    (tmp_path / "c.xyz").write_text(ZYGO.replace("2.5e-06", "0") + body)
+    with pytest.raises(SceneError, match="has no pixel size in its head"):
+        read_surface(tmp_path / "c.xyz", None, None)
+    (tmp_path / "d.asc").write_text("Zygo ASCII Data File - Format 2\n0 3 0 0\n#\n1 2 3\n#\n")
+    with pytest.raises(SceneError, match="is a Zygo ASCII file, which is not read"):
+        read_surface(tmp_path / "d.asc", None, None)
+
+
+@pytest.mark.parametrize("in_nm", [0, 1])
+def test_ascii_files_of_wyko(in_nm, tmp_path):
+    factor = 1e9 if in_nm else 1e9 / (632.8 / 2)
+    values = factor * HEIGHTS[::-1].T  # lines are columns, from below
+    text = f"Wyko ASCII Data File Format 0\t{in_nm}\t1\nX Size\t{COLUMNS}\nY Size\t{ROWS}\n"
+    text += "Block Name\tType\tLength\tValue\nPixel_size\t7\t4\t0.0025\nWavelength\t7\t4\t632.8\n"
+    text += "Mult\t7\t4\t2\nRAW_DATA\t3\t48\t\n" + rows(values)
+    (tmp_path / "a.asc").write_text(text + "Intensity\t3\t48\t\n" + rows(values))
+    check(tmp_path / "a.asc")
+    (tmp_path / "b.asc").write_text(text.replace(f"{values[3, 4]:.9g}", "Bad"))
+    assert np.isnan(read_surface(tmp_path / "b.asc", None, None).heights).sum() == 1
+    (tmp_path / "c.asc").write_text(text.replace("Mult", "Malt").replace("Pixel_size", "Size"))
+    with pytest.raises(SceneError, match="head of a Wyko ASCII file that is not whole"):
+        read_surface(tmp_path / "c.asc", None, None)
 
 
 @pytest.mark.parametrize(

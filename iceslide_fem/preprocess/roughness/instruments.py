@@ -1,8 +1,7 @@
-"""Height maps in files of instruments: MetroPro and X3P read here, all others by surfalize."""
+"""Height maps in files of instruments: X3P read here, others by surfalize."""
 
 from __future__ import annotations
 
-import struct
 import warnings
 import zipfile
 import zlib
@@ -14,9 +13,6 @@ import numpy as np
 from iceslide_fem.preprocess.roughness.height_map import HeightMap
 from iceslide_fem.runtime.errors import SceneError
 
-_METROPRO = (b"\x88\x1b\x03\x6f", b"\x88\x1b\x03\x70", b"\x88\x1b\x03\x71")
-_PHASE_RESOLUTION = {0: 4096, 1: 32768, 2: 131072}  # of a fringe, by the header's phase_res
-_NO_PHASE = 2147483640
 _X3P_TYPES = {"I": "<i2", "L": "<i4", "F": "<f4", "D": "<f8"}
 # Formats of surfalize whose sizes and heights tests hold against files of known ones.
 VERIFIED = {".al3d", ".gwy", ".opd", ".os3d", ".plux", ".sdf", ".sur", ".vk3", ".vk4"}
@@ -25,39 +21,6 @@ _OPD_BAD = 32766  # marks a missing height of 16 bits, as 32767 does (Gwyddion's
 # By surfalize: some are read here, some it reads wrongly; of .nms and .tmd the sources contradict
 # each other on the unit.
 NOT_READ = {".xyz", ".sflz", ".x3p", ".dat", ".plu", ".tmd", ".zmg", ".nms"}
-
-
-def read_metropro(path: Path) -> HeightMap:
-    """The map in a .dat file of Zygo's MetroPro.
-
-    Height = phase scale obliquity wavelength / resolution; the header's layout is that of the
-    MetroPro Reference Guide, OMP-0347, and of Gwyddion's metropro.c. Raises SceneError.
-    """
-    data = path.read_bytes()
-    if data[:4] not in _METROPRO:
-        raise SceneError(
-            f"{path} is not a .dat file of MetroPro, the one kind of .dat that is read"
-        )
-    try:
-        (start,) = struct.unpack_from(">I", data, 6)
-        width, height, buckets = struct.unpack_from(">3H", data, 52)
-        columns, rows = struct.unpack_from(">2H", data, 68)
-        scale, wavelength = struct.unpack_from(">2f", data, 164)
-        obliquity, _, side = struct.unpack_from(">3f", data, 176)
-        (resolution,) = struct.unpack_from(">h", data, 218)
-        (inverted,) = struct.unpack_from(">h", data, 232)
-        first = start + 2 * width * height * buckets
-        phase = np.frombuffer(data, ">i4", rows * columns, first).reshape(rows, columns)
-    except (struct.error, ValueError):
-        raise SceneError(f"{path} is a MetroPro file that is cut off") from None
-    if resolution not in _PHASE_RESOLUTION or phase.size == 0:
-        raise SceneError(
-            f"{path} has the phase resolution {resolution} and {columns} x {rows} heights; "
-            "allowed: 0, 1 or 2, and some heights"
-        )
-    factor = scale * obliquity * wavelength / _PHASE_RESOLUTION[resolution]
-    heights = np.where(phase >= _NO_PHASE, np.nan, phase * (-factor if inverted else factor))
-    return HeightMap(heights, (float(side), float(side)))
 
 
 def read_x3p(path: Path, unit: float | None) -> HeightMap:

@@ -8,13 +8,25 @@ from pathlib import Path
 import numpy as np
 
 from iceslide_fem.preprocess.roughness.height_map import SQUARE, HeightMap, check_heights, squared
-from iceslide_fem.preprocess.roughness.instruments import read_by_surfalize, read_metropro, read_x3p
+from iceslide_fem.preprocess.roughness.instrument_binary import (
+    read_metropro,
+    read_sensofar,
+    read_truemap,
+    read_zeta,
+)
+from iceslide_fem.preprocess.roughness.instruments import read_by_surfalize, read_x3p
 from iceslide_fem.preprocess.roughness.surface import Surface
 from iceslide_fem.preprocess.roughness.text_map import read_text_map
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import is_regular
 
 SMALLEST, LARGEST = 1e-9, 1e-2  # sides of a pixel, m
+_INSTRUMENTS = {
+    ".dat": read_metropro,
+    ".plu": read_sensofar,
+    ".tmd": read_truemap,
+    ".zmg": read_zeta,
+}
 IN_UNITS = {".npy", ".csv", ".txt", ".xyz", ".asc", ".x3p"}  # --height-unit is of these
 
 
@@ -64,7 +76,7 @@ def _read(path: Path, suffix: str, unit: float | None) -> HeightMap:
         return read_x3p(path, unit)
     if suffix in IN_UNITS:
         return read_text_map(path, unit)
-    return read_metropro(path) if suffix == ".dat" else read_by_surfalize(path)
+    return _INSTRUMENTS.get(suffix, read_by_surfalize)(path)
 
 
 def _numpy(path: Path, unit: float | None) -> HeightMap:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from iceslide_fem.preprocess.roughness.height_map import HeightMap
+from iceslide_fem.preprocess.roughness.instrument_text import read_instrument_text
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.tables.cells import TextTable, number
@@ -36,7 +37,6 @@ _BOTH |= {"xy resolution", "xy calibration", "pixelgröße", "pixelgrösse", "ce
 _ESRI = re.compile(
     r"\s*(ncols|nrows|[xy]ll(?:corner|center)|cellsize|d[xy]|nodata_value)[ \t]+(\S+)", re.I
 )
-_OF_INSTRUMENTS = re.compile("\ufeff?(Zygo|Wyko) (?:XYZ|ASCII) Data File")
 
 
 def read_text_map(path: Path, unit: float | None) -> HeightMap:
@@ -44,11 +44,8 @@ def read_text_map(path: Path, unit: float | None) -> HeightMap:
     text = read_text(path, "the map", LARGEST_MAP)
     if re.match(r"\s*(ncols|nrows)[ \t]+[0-9]", text, re.IGNORECASE):
         return _esri(text, str(path), unit)
-    if (head := _OF_INSTRUMENTS.match(text)) is not None:
-        raise SceneError(
-            f"{path} is a {head[1]} text file, which is not read; allowed: a matrix, columns x, y, "
-            "z, X3P, or the instrument's own .dat or .opd"
-        )
+    if (found := read_instrument_text(text, str(path), unit)) is not None:
+        return found
     table = parse(text, str(path))
     places = _point_columns(table)
     if places is not None:
