@@ -59,15 +59,19 @@ def _run(words: Sequence[str], **settings: Any) -> int:
     times a second. Raises CalledProcessError.
     """
     largest = 0
-    with subprocess.Popen(words, stdout=subprocess.DEVNULL, **settings) as command:
+    with (
+        tempfile.TemporaryFile() as said,
+        subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=said, **settings) as command,
+    ):
         process = psutil.Process(command.pid)
         while command.poll() is None:
             with contextlib.suppress(psutil.Error):
                 for one in [process, *process.children(recursive=True)]:
                     largest = max(largest, one.memory_info().rss)
             time.sleep(0.1)
-    if command.returncode:
-        raise subprocess.CalledProcessError(command.returncode, words)
+        if command.returncode:
+            said.seek(0)
+            raise subprocess.CalledProcessError(command.returncode, words, stderr=said.read())
     return largest
 
 

@@ -25,7 +25,7 @@ from iceslide_fem.scene import Scene
 from scripts.studies.blocks import Slide, slid
 from scripts.studies.common import case, options, table
 
-CASES = ("thesis_1bar", "thesis_5bar", "siped_block", "braking_wheel")
+CASES = ("thesis_1bar", "thesis_5bar")
 METHODS: dict[str, dict[str, Any] | None] = {
     "Newton, lagged": None,
     "Newton, full": {"lag": 0},
