@@ -140,6 +140,9 @@ def picture(series: dict[tuple[str, int], list[Point]]) -> Figure:
                 "o-" if solver == "direct" else "s--",
                 label=f"{solver}, {ranks} rank{'s' if ranks > 1 else ''}",
             )
+        unknowns = sorted({point.rubber for points in series.values() for point in points})
+        axes.set_xticks(unknowns, [f"{number:,}" for number in unknowns])
+        axes.set_xticks([], minor=True)
         axes.set(xlabel="unknowns of the rubber", ylabel=name)
         axes.grid(which="both", alpha=0.3)
         axes.legend(fontsize=8)
