@@ -28,11 +28,12 @@ SOLVERS = {  # PETSc's options by what they are called here
 }
 
 
-def rows(ranks: Sequence[int], moment: Sequence[str]) -> Iterator[tuple[object, ...]]:
-    """Continuum ice, and meshed ice with each solver, on every number of ranks."""
+def rows(
+    names: Sequence[str], ranks: Sequence[int], moment: Sequence[str]
+) -> Iterator[tuple[object, ...]]:
+    """Continuum ice, and meshed ice with each solver of these names, on every number of ranks."""
     exact: Found | None = None
-    solvers = list(SOLVERS.items())[:: 2 if moment else 1]
-    cases = [("mesh", name, solver) for name, solver in solvers]
+    cases = [("mesh", name, SOLVERS[name]) for name in names]
     for heat, name, solver in [*cases, ("continuum", "", "")]:
         for number in ranks:
             changes = (*BLOCK, f"ice.heat={heat}", *moment)
@@ -50,8 +51,12 @@ def main() -> None:
     parser = options(__doc__)
     parser.add_argument("--quick", action="store_true", help="a moment on coarse meshes, one rank")
     parser.add_argument("--ranks", nargs="+", type=int, default=[1, 2])
+    parser.add_argument("--solvers", nargs="+", choices=tuple(SOLVERS), default=tuple(SOLVERS))
     arguments = parser.parse_args()
-    table(HEAD, rows(*(([1], (*MOMENT, MELTING)) if arguments.quick else (arguments.ranks, ()))))
+    if arguments.quick:
+        table(HEAD, rows(tuple(SOLVERS)[::2], [1], (*MOMENT, MELTING)))
+    else:
+        table(HEAD, rows(arguments.solvers, arguments.ranks, ()))
 
 
 if __name__ == "__main__":
