@@ -65,7 +65,7 @@ class RubberGrid:
         self._used, numbers = np.unique(self._dofs, return_inverse=True)
         self._cells = numbers.reshape(self._dofs.shape)[:, order].astype(np.int64)
         self._points = _in_space(space.tabulate_dof_coordinates()[self._used, : _dim(rubber)])
-        self._recovery = StressRecovery(rubber)
+        self._recovery, self._between = StressRecovery(rubber), from_vertices(rubber)
 
     def grid(
         self,
@@ -105,7 +105,7 @@ class RubberGrid:
         sums = self._over_ranks(sums)
         means = sums[vertices, :count] / sums[vertices, count:]
         at_nodes = np.zeros((len(sums), count))
-        at_nodes[self._dofs] = from_vertices(self._rubber) @ means
+        at_nodes[self._dofs] = self._between @ means
         return at_nodes
 
     def _over_ranks(self, values: Array) -> Array:
