@@ -11,7 +11,7 @@ from test_passing import passing  # noqa: E402
 from test_sliding import slide, started, thesis  # noqa: E402
 
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
-from iceslide_fem.coupling.restart import remembered, resumed  # noqa: E402
+from iceslide_fem.coupling.restart import checkpoint_tables, resumed  # noqa: E402
 from iceslide_fem.coupling.step_error import StepError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.laws.table import law_of  # noqa: E402
@@ -92,7 +92,7 @@ def test_what_a_law_remembers_has_its_column_its_field_and_goes_on(tmp_path):
     ledger = Ledger(sliding)
     for _ in range(3):
         ledger.add(sliding.advance())
-    saved = remembered(sliding)
+    saved = checkpoint_tables(sliding)
     step = sliding.advance()
     row = slide_row(sliding, ledger, step)
     work = row.slip_m * 1e5 * 0.4 / row.contact_fraction  # by the mean pressure
@@ -138,7 +138,7 @@ def test_what_the_ice_remembers_passes_with_it(tmp_path):
         ledger.add(accepted)
         rows.append(slide_row(sliding, ledger, accepted))
         if number == 20:
-            saved, middle = remembered(sliding), rows[-1]
+            saved, middle = checkpoint_tables(sliding), rows[-1]
     time, mu, fresh = np.array([(row.time_s, row.mu, row.law_fresh) for row in rows]).T
     np.testing.assert_allclose(mu, aged(time, 2e-3), rtol=0.01)
     np.testing.assert_allclose(mu[time > 2.1e-3], aged(3e-3, 2e-3), rtol=3e-3)

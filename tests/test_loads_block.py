@@ -13,7 +13,7 @@ from test_sliding import slide, started  # noqa: E402
 
 from iceslide_fem.coupling.accept import Acceptance  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
-from iceslide_fem.coupling.restart import remembered, resumed  # noqa: E402
+from iceslide_fem.coupling.restart import checkpoint_tables, resumed  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.rubber.block import build_block  # noqa: E402
 from iceslide_fem.runtime.errors import SimulationStopped  # noqa: E402
@@ -82,7 +82,7 @@ def test_a_step_in_speed_is_two_runs_joined_by_a_restart():
         first.advance()
     assert first.current.time == pytest.approx(1e-3 * change, rel=1e-12)
     block = build_block(a_slice(speed="3 m/s"), MPI.COMM_SELF)
-    joined = resumed(block, remembered(first))
+    joined = resumed(block, checkpoint_tables(first))
     times, mu = [], []
     ledger = Ledger(joined)
     for accepted in joined.steps():
@@ -100,7 +100,7 @@ def test_a_restart_on_a_ramp_gives_the_same():
     whole = started(made)
     while whole.current.time < 0.35e-3:
         whole.advance()
-    again = resumed(build_block(made, MPI.COMM_SELF), remembered(whole))
+    again = resumed(build_block(made, MPI.COMM_SELF), checkpoint_tables(whole))
     whole.block.equilibrium.forget()  # as one that goes on: other iterations lead to other steps
     for sliding in (whole, again):
         for _ in sliding.steps():

@@ -7,7 +7,7 @@ pytest.importorskip("dolfinx")
 from test_sliding import slide, started, thesis, uniform  # noqa: E402
 
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
-from iceslide_fem.coupling.restart import remembered, resumed  # noqa: E402
+from iceslide_fem.coupling.restart import checkpoint_tables, resumed  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
@@ -55,7 +55,7 @@ def test_films_have_the_viscosity_of_their_temperature(carrier):
     row = slide_row(sliding, Ledger(sliding), accepted[-1])
     warmest = scene.viscosity * np.exp(sliding.current.interface.internal[0].min())
     assert warmest < row.film_viscosity_Pa_s < 0.999 * scene.viscosity
-    saved = remembered(sliding)
+    saved = checkpoint_tables(sliding)
     sliding.advance()
     again = resumed(build_block(scene, MPI.COMM_SELF), saved)
     again.advance()

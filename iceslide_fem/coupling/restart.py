@@ -140,7 +140,8 @@ def _extent(x: Array, comm: MPI.Comm) -> float:
 
 
 class Layouts(NamedTuple):
-    """The rubber's nodes and contact points, films, memory, and the content of ice and rubber.
+    """The rubber's nodes and contact points, films, internal variables, and the heat states of ice
+    and rubber.
 
     Rubber conducts heat above its contact points, wherever the films live; walls are its walls'
     own points.
@@ -192,7 +193,7 @@ def _of_ice(ice: Ice, layout: Callable[[OwnNodes | None], Layout], comm: MPI.Com
     return UnknownLayout(ice.places, len(ice.places), comm)
 
 
-def remembered(sliding: Sliding) -> dict[str, Any]:
+def checkpoint_tables(sliding: Sliding) -> dict[str, Any]:
     """All that later steps depend on, in tables: of arrays this rank's own. Collective."""
     block, frame, now = sliding.block, sliding.frame, sliding.checkpoint_state()
     layouts, dim = layouts_of(block, frame), block.rubber.mesh.geometry.dim
@@ -222,7 +223,8 @@ def remembered(sliding: Sliding) -> dict[str, Any]:
 def resumed(
     block: Block, state: Mapping[str, Any], others: Sequence[Callable[[str], Arrays]] = ()
 ) -> Sliding:
-    """The slide whose tables `remembered` gave, at its moment, on any number of ranks. Collective.
+    """The slide whose tables `checkpoint_tables` gave, at its moment, on any number of ranks.
+    Collective.
 
     state: what one rank gave; others: tables of arrays, by their names, that each other one gave.
 

@@ -1,5 +1,4 @@
-"""All that touches DOLFINx versions, PETSc's and MUMPS's factors, compiled forms and compiled C.
+"""All that touches DOLFINx versions, PETSc's and MUMPS's factors, and compiled forms.
 
-The rest of the package takes DOLFINx from `fenics.compat`. Imports `errors`, `files` and
-`parallel`.
+The rest of the package takes DOLFINx from `fenics.compat`. Imports `runtime` only.
 """

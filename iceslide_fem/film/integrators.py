@@ -17,8 +17,8 @@ from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.law import (
     Film,
+    FilmHistory,
     FilmStage,
-    Remembered,
     explicit_stage,
     implicit_stage,
     log_shearing,
@@ -85,8 +85,8 @@ INTEGRATORS = {
 class InterfaceState(NamedTuple):
     """History of the interface: ln h and H_s (m) per film, heat states of ice and rubber.
 
-    memory: (m, n), see `film.law.Remembered`; of the film law only where the viscosity follows its
-    temperature.
+    internal: (m, n), see `film.law.FilmHistory`; of the film law only where the viscosity follows
+    its temperature.
     """
 
     log_height: Array
@@ -111,15 +111,15 @@ class Loads(Protocol):
 
     def film(
         self,
-        start: Remembered,
-        before: Remembered,
+        start: FilmHistory,
+        before: FilmHistory,
         dt: Array | float,
         stage: Callable[..., FilmStage],
     ) -> Film:
         """The law in an implicit stage of `dt` (s) from `start`, in a step that begins `before`."""
 
-    def remembered(self, before: Array, stage: FilmStage) -> Array:
-        """Memory of the state after the `stage`, of which it was `before` at its start."""
+    def internal_after(self, before: Array, stage: FilmStage) -> Array:
+        """Internal variables after the `stage`, which were `before` at its start."""
 
     def take(self, index: Index) -> Self:
         """The loads at `index`."""
@@ -245,7 +245,7 @@ def advance(
             stage.squeezed_height,
             new_ice,
             rubber.heated(begin.rubber, stage_dt, stage.rubber_flux),
-            acting.remembered(begin.internal, stage),
+            acting.internal_after(begin.internal, stage),
         )
         stages.append(stage)
         changes.append(InterfaceState(*(b - a for a, b in zip(begin, new, strict=True))))

@@ -32,9 +32,9 @@ from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene.materials import ICE, Solid
 
 
-class Remembered(Protocol):
-    """History of films: ln h and H_s (m), and memory (m, n): ln(eta / eta_0) where the viscosity
-    follows the temperature, or the internal variables of another law.
+class FilmHistory(Protocol):
+    """History of films: ln h and H_s (m), and internal variables (m, n): ln(eta / eta_0) where the
+    viscosity follows the temperature, or the internal variables of another law.
     """
 
     @property
@@ -70,7 +70,7 @@ class FilmForcing(Protocol):
         """H_V, m."""
 
 
-def log_shearing(state: Remembered) -> Array:
+def log_shearing(state: FilmHistory) -> Array:
     """ln(eta / (eta_0 h)) of films (h in m), so that tau = c times its exponential, (n,).
 
     Linear in the state, and so it is of changes of states, too.
@@ -107,7 +107,7 @@ class FilmStage(NamedTuple):
     overfill: how far H_s would be above H_V (m, negative below) with unlimited free volume;
     ice_slope: resistance times the fall of q_ice with the surface's offset (1), 1 where it melts
     and 0 elsewhere; rubber_flux: q_rubber (W/m2), a part of q_f, too, with heat in the rubber;
-    memory: as in `Remembered`, (m, n); shearing: eta / (eta_0 h) of a film (1/m).
+    internal: as in `FilmHistory`, (m, n); shearing: eta / (eta_0 h) of a film (1/m).
     """
 
     log_height: Array

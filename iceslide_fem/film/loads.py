@@ -16,7 +16,7 @@ import numpy as np
 
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import InterfaceState, Step, error_norms
-from iceslide_fem.film.law import FilmStage, Remembered, Surface, log_shearing
+from iceslide_fem.film.law import FilmHistory, FilmStage, Surface, log_shearing
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.viscosity import VariableViscosity, consistent_viscosity
 from iceslide_fem.runtime.arrays import Array, Index
@@ -51,8 +51,8 @@ class FilmLoads(NamedTuple):
 
     def film(
         self,
-        start: Remembered,
-        before: Remembered,
+        start: FilmHistory,
+        before: FilmHistory,
         dt: Array | float,
         stage: Callable[..., FilmStage],
     ) -> FilmOnIce:
@@ -65,8 +65,8 @@ class FilmLoads(NamedTuple):
         history = start.log_height, start.squeezed_height, dt, loads, start.internal
         return FilmOnIce(stage, *history)
 
-    def remembered(self, before: Array, stage: FilmStage) -> Array:
-        """Memory after the `stage`, of which it was `before` at its start."""
+    def internal_after(self, before: Array, stage: FilmStage) -> Array:
+        """Internal variables after the `stage`, which were `before` at its start."""
         return stage.internal if len(before) else before
 
     def shear(self, state: InterfaceState, ice: IceHeat) -> Array:
@@ -122,7 +122,8 @@ def interpolate(start: FilmLoads, end: FilmLoads, fraction: float) -> FilmLoads:
 class FilmOnIce(NamedTuple):
     """A film below rubber that takes no heat: where the stage starts from, and its loads.
 
-    law: `implicit_stage` or `explicit_stage`; the others are its arguments, and the memory there.
+    law: `implicit_stage` or `explicit_stage`; the others are its arguments, and the internal
+    variables there.
     """
 
     law: Callable[..., FilmStage]

@@ -24,7 +24,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.law import Film, FilmStage, Remembered, Surface, log_shearing
+from iceslide_fem.film.law import Film, FilmHistory, FilmStage, Surface, log_shearing
 from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.scene.materials import MELTING_TEMPERATURE, WATER_CONDUCTIVITY, Solid
 
@@ -50,7 +50,7 @@ class RubberHeat(Protocol):
         """Temperature of the rubber's surface where the films live (K)."""
 
     def film_temperature(
-        self, ice: Array, heat_state: Array, heating: Array, films: Remembered
+        self, ice: Array, heat_state: Array, heating: Array, films: FilmHistory
     ) -> Array:
         """T_f (K) between ice whose surface has `ice` (K) and this rubber.
 
@@ -81,7 +81,7 @@ class Insulated:
         return np.zeros(1)
 
     def film_temperature(
-        self, ice: Array, heat_state: Array, heating: Array, films: Remembered
+        self, ice: Array, heat_state: Array, heating: Array, films: FilmHistory
     ) -> Array:
         """That of the ice."""
         return ice
@@ -184,7 +184,7 @@ class RubberColumns:
         return self.column.surface_temperature(heat_state)
 
     def film_temperature(
-        self, ice: Array, heat_state: Array, heating: Array, films: Remembered
+        self, ice: Array, heat_state: Array, heating: Array, films: FilmHistory
     ) -> Array:
         """T_f = min(T_m, (T_i + T_r + q_f / G) / 2) at the points (K)."""
         power = heating * np.exp(log_shearing(films))

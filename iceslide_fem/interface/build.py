@@ -1,4 +1,4 @@
-"""The interface that a scene asks for: who carries the film, on which ice, where the points lie."""
+"""The interface that a scene asks for: where films live, on which ice, where the points lie."""
 
 from __future__ import annotations
 

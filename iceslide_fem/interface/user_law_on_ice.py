@@ -1,9 +1,9 @@
 """Internal variables of a user's law on the nodes of ice that passes; its points rub.
 
-A point reads the memory of the nodes around it, as it reads their temperature, and gives them what
-a step has changed of it, by the same weights. Only changes go over, so that nothing is smeared
-that does not change. A cell that is covered in part gets that part, so that its memory is as old
-as it should be when an edge has passed.
+A point reads the variables of the nodes around it, as it reads their temperature, and gives them
+what a step has changed of it, by the same weights. Only changes go over, so that nothing is smeared
+that does not change. A cell that is covered in part gets that part, so that they are as old as it
+should be when an edge has passed.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Nodes:
 
 
 class UserLawOnIce(OnRubber):
-    """Points of the rubber rub by a law whose memory lies on the nodes of the ice."""
+    """Points of the rubber rub by a law whose internal variables lie on the nodes of the ice."""
 
     _law: UserLaw
 
@@ -50,12 +50,12 @@ class UserLawOnIce(OnRubber):
         return self.ice.grid.nodes
 
     def start(self, film_height: float, n_points: int) -> InterfaceState:
-        """The law's memory at the start on all nodes; cold ice, rubber as cold."""
+        """The internal variables at the start on all nodes; cold ice, rubber as cold."""
         state = super().start(film_height, n_points)
         return state._replace(internal=self._law.initial(film_height, self.ice.grid.own.size)[2])
 
     def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
-        """Shear by the memory around each point. Collective."""
+        """Shear by the variables around each point. Collective."""
         here = state._replace(internal=self.internal_at_points(state, contact))
         return self._law.sheared(here, lambda: self.ice_temperature(state, contact))
 
@@ -65,7 +65,7 @@ class UserLawOnIce(OnRubber):
         return Nodes(self.ice.grid, contacts).at_points(state.internal)
 
     def shift_window(self, state: InterfaceState, offset: float) -> Shifted:
-        """Shift the ice with its memory. Collective."""
+        """Shift the ice with its variables. Collective."""
         grid = self.ice.grid
         cells, rest = whole_cells(grid, offset)
         if cells == 0:

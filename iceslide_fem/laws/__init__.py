@@ -5,5 +5,5 @@
 interface law of it, `law_file` loads it; `coulomb` is Coulomb's friction by that protocol.
 `weakening` refuses friction that no block can follow, `points` steps any law at points.
 
-Imports `film`, `scene`, `materials` and what is below them.
+Imports `film`, `scene` and what is below them.
 """

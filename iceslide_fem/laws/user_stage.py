@@ -14,7 +14,7 @@ import numpy as np
 
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import InterfaceState, Step, surface_errors
-from iceslide_fem.film.law import Film, FilmStage, Remembered, Surface
+from iceslide_fem.film.law import Film, FilmHistory, FilmStage, Surface
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.laws import protocol
 from iceslide_fem.runtime.arrays import Array, Index
@@ -82,8 +82,8 @@ class UserLoads(NamedTuple):
 
     def film(
         self,
-        start: Remembered,
-        before: Remembered,
+        start: FilmHistory,
+        before: FilmHistory,
         dt: Array | float,
         stage: Callable[..., FilmStage],
     ) -> Film:
@@ -91,7 +91,7 @@ class UserLoads(NamedTuple):
         internal = self._at_points(start.internal)
         return UserStage(start.log_height, start.squeezed_height, internal, dt, self)
 
-    def remembered(self, before: Array, stage: FilmStage) -> Array:
+    def internal_after(self, before: Array, stage: FilmStage) -> Array:
         """Internal variables of the places after the `stage`, which had those `before` it."""
         if self.places is None:
             return stage.internal

@@ -88,8 +88,8 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: AcceptedStep | None) -
         water_left_m3=beside + ledger.lost_water,
         newton_iterations=accepted.iterations if accepted else 0,
     )
-    remembered = _remembered(sliding, _internal_at_points(sliding))
-    internal = {name: mean(field) for name, field in remembered.items()}
+    reported = _reported(sliding, _internal_at_points(sliding))
+    internal = {name: mean(field) for name, field in reported.items()}
     return row_of(values._asdict(), internal)
 
 
@@ -112,7 +112,7 @@ def interface_fields(sliding: Sliding, accepted: AcceptedStep | None) -> dict[st
         "melted (1)": melted,
         "saturated (1)": saturated,
     }
-    fields |= remembered_fields(sliding, _internal_at_points(sliding))
+    fields |= internal_fields(sliding, _internal_at_points(sliding))
     touching = current.contact.pressure > 0.0
     return {
         name: np.where(touching | (name in always), np.reshape(values, shape), np.nan)
@@ -120,26 +120,26 @@ def interface_fields(sliding: Sliding, accepted: AcceptedStep | None) -> dict[st
     }
 
 
-def memory_names(sliding: Sliding) -> tuple[str, ...]:
+def internal_names(sliding: Sliding) -> tuple[str, ...]:
     """Columns of the law's internal variables."""
     return sliding.block.law.columns
 
 
-def remembered_fields(sliding: Sliding, internal: Array) -> dict[str, Array]:
+def internal_fields(sliding: Sliding, internal: Array) -> dict[str, Array]:
     """Rows of the law's `internal` (m, n), wherever they live, by what fields call them."""
-    values = _remembered(sliding, internal)
+    values = _reported(sliding, internal)
     return {_FIELDS.get(name, name): field for name, field in values.items()}
 
 
-def _remembered(sliding: Sliding, internal: Array) -> dict[str, Array]:
+def _reported(sliding: Sliding, internal: Array) -> dict[str, Array]:
     """Rows of the law's `internal` (m, n) by their columns, in SI."""
     return dict(sliding.block.law.reported(internal))
 
 
 def _internal_at_points(sliding: Sliding) -> Array:
-    """The law's memory at the points, (m, n)."""
+    """The law's internal variables at the points, (m, n)."""
     current = sliding.current
-    if not memory_names(sliding):
+    if not internal_names(sliding):
         return np.empty((0, current.contact.pressure.size))
     return sliding.frame.internal_at_points(current.interface, current.loads)
 

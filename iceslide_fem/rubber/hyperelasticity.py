@@ -136,20 +136,20 @@ class HyperelasticBody:
             if self.beside is not None:
                 self.plate_reaction = self.beside.add_forces(self.displacements, forces)
 
-    def tangent(self, matrix: PETSc.Mat, self_contact: csr_matrix | None = None) -> None:
+    def tangent(self, matrix: PETSc.Mat, walls: csr_matrix | None = None) -> None:
         """Overwrite `matrix` with the derivative of the internal forces at `u`.
 
         walls: the stiffness of those that meet, N/m, `wall_stiffness` if it is not given.
         """
         compat.assemble_matrix(matrix, self._tangent)
-        stiffness = self.wall_stiffness() if self_contact is None else self_contact
+        stiffness = self.wall_stiffness() if walls is None else walls
         if self.self_contact is not None and stiffness is not None:
             self.self_contact.add_tangent(stiffness, matrix)
         if self.beside is not None:
             self.beside.add_tangent(self.displacements, matrix)
 
     def wall_stiffness(self) -> csr_matrix | None:
-        """What walls that meet have in the tangent at `u` (`Walls.stiffness`). Collective."""
+        """What walls that meet have in the tangent at `u` (`SelfContact.stiffness`). Collective."""
         return (
             None if self.self_contact is None else self.self_contact.stiffness(self.displacements)
         )

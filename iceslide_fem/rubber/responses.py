@@ -67,11 +67,11 @@ class Responses:
         self._recycled = 0
         self._spent, self._changes, self.stale = self._cost, 0, False
 
-    def differ(self, difference: Array, self_contact: csr_matrix | None = None) -> None:
+    def differ(self, difference: Array, walls: csr_matrix | None = None) -> None:
         """The contact of the factors less the present one, as a tangent (f, a d, a d), N/m, and the
-        stiffness of the `self_contact` now less that of the factors. Collective.
+        stiffness of the `walls` now less that of the factors. Collective.
         """
-        between = None if self_contact is None else self._nodes.between_walls(self_contact)
+        between = None if walls is None else self._nodes.between_walls(walls)
         self._differing = np.flatnonzero(difference.any(axis=(1, 2)))
         self._difference = difference[self._differing]
         kept = self._loads[: self._recycled]

@@ -12,7 +12,7 @@ the nearest point's shape functions, and y found from t_a . r = 0 (its tangents 
     M_ab = t_a . t_b - r . y_,ab,  G_a = -B^T t_a + (dB/dxi_a)^T r
 
 without the second part where y lies on a facet's rim. Friction (`wall_friction`) adds half its
-traction to the point's force, and the opposite one to its anchor. Walls are small: every rank
+traction to the point's force, and the opposite one to its stick point. Walls are small: every rank
 knows all of them, computes all that they do to each other, and keeps what acts on its own nodes.
 
 Shapes: F facets, q points each, a nodes, d components; P points that press (`facing`).
@@ -63,7 +63,7 @@ class SelfContact:
     walls' displacements, one after the other, of which this rank has `own` (a mask); they are those
     of its vectors, which begin at `unknowns_before`.
 
-    grip: what friction remembers of the last accepted equilibrium, None without friction; whoever
+    stick_points: those of the last accepted equilibrium, None without friction; whoever
     accepts one sets it to what `followed` gives.
     """
 
@@ -145,7 +145,9 @@ class SelfContact:
             self._add(vector, sticking.pressing, traction, sticking.facet, springs.shape)
 
     def add_tangent(self, stiffness: csr_matrix, matrix: PETSc.Mat) -> None:
-        """Add a `stiffness`, as `Walls.stiffness`, to this rank's rows of `matrix`. Collective."""
+        """Add a `stiffness`, as `SelfContact.stiffness`, to this rank's rows of `matrix`.
+        Collective.
+        """
         if not stiffness.nnz:  # on every rank
             return
         dofs = self.unknowns.astype(PETSc.IntType)

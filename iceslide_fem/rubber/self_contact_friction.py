@@ -1,4 +1,4 @@
-"""Friction of walls that press on each other: Coulomb's law with a memory of where they stuck.
+"""Friction of walls that press on each other: Coulomb's law with the points where they stuck.
 
 A point x that presses with p is tied to a material point y of the facing wall, its anchor, by a
 spring of the walls' penalty eps along that wall's tangents there. With the projector P on them,
@@ -25,7 +25,7 @@ from iceslide_fem.runtime.arrays import Array, Index
 
 
 class StickPoints(NamedTuple):
-    """What the points (F, q) of all walls remember, the same on all ranks.
+    """Stick points of the points (F, q) of all walls, the same on all ranks.
 
     facet: on which their anchors lie, -1 without one; place (F, q, s): where on it; bound: mu p
     when they were set, Pa.

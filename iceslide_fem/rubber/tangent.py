@@ -118,13 +118,11 @@ class Tangent:
         Raises NotConverged where the linear solver fails.
         """
         matrix, dim, dofs = self._matrix, self._dim, self._surface.dofs[self._surface.firsts]
-        self_contact = self._rubber.wall_stiffness()
-        self._factored, self._factored_walls, self._differs = contact, self_contact, False
+        walls = self._rubber.wall_stiffness()
+        self._factored, self._factored_walls, self._differs = contact, walls, False
         if self._symmetric:
             self._factored = _symmetric(contact)
-            self._factored_walls = (
-                None if self_contact is None else (0.5 * (self_contact + self_contact.T)).tocsr()
-            )
+            self._factored_walls = None if walls is None else (0.5 * (walls + walls.T)).tocsr()
         self._rubber.tangent(matrix, self._factored_walls)
         self._responses.clear()
         rows = dofs[:, :, None] * dim + np.arange(dim, dtype=np.int32)
@@ -145,7 +143,7 @@ class Tangent:
         self._solve(self._column, self._border)
         self._forcing = FRESH
         if self._symmetric:
-            self._differ(contact, self_contact)
+            self._differ(contact, walls)
 
     def update_contact(self, contact: Array) -> None:
         """Take the present `contact` (as in `factorise`) from now on, with the same factors."""
@@ -168,13 +166,13 @@ class Tangent:
             answer -= self._responses.correction(answer, limit, self.response)
         return answer
 
-    def _differ(self, contact: Array, self_contact: csr_matrix | None) -> None:
-        """Take this contact and these walls, with factors of others."""
+    def _differ(self, contact: Array, walls: csr_matrix | None) -> None:
+        """Take this contact and this stiffness of the walls, with factors of others."""
         nodes = contact.shape[1] * contact.shape[2]
-        if self_contact is not None:
-            self_contact = self_contact - self._factored_walls
+        if walls is not None:
+            walls = walls - self._factored_walls
         difference = (self._factored - contact).reshape(len(contact), nodes, nodes)
-        self._responses.differ(difference, self_contact)
+        self._responses.differ(difference, walls)
         self._differs = True
 
     @property

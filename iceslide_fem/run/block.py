@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from iceslide_fem.coupling.ledger import Ledger
-from iceslide_fem.coupling.restart import remembered, resumed
+from iceslide_fem.coupling.restart import checkpoint_tables, resumed
 from iceslide_fem.coupling.sliding import Rejection, Sliding
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.heat.linear import check_options
-from iceslide_fem.output.history import memory_names, preload_row, slide_row
+from iceslide_fem.output.history import internal_names, preload_row, slide_row
 from iceslide_fem.output.log import Log
 from iceslide_fem.output.probes import ProbeRow, Probes
 from iceslide_fem.output.summary import notify_next_run
@@ -145,7 +145,7 @@ def _before(
         ledger.restore(state["ledger"])
         results.restore(state["results"])
         size_of_rows(
-            out / "history.csv", row_type(memory_names(sliding))._fields, len(results.rows)
+            out / "history.csv", row_type(internal_names(sliding))._fields, len(results.rows)
         )
         if state["probes"]:
             size_of_rows(out / "probes.csv", ProbeRow._fields, state["probes"])
@@ -163,14 +163,14 @@ def _slide(
     watch.log("slide", time_s=sliding.current.time, unknowns=results.dofs)
     with ExitStack() as open_files:
         rows = len(results.rows) if state else None
-        kind = row_type(memory_names(sliding))
+        kind = row_type(internal_names(sliding))
         history = open_files.enter_context(Table(out / "history.csv", kind, comm.rank, rows))
         earlier = from_root(lambda: fields_there(out, state), comm)
         fields = FieldSeries(out / "fields", sliding, earlier, watch.log)
         probing = ProbeSeries(out / "probes.csv", probes, state.get("probes"), comm.rank)
         open_files.enter_context(probing)
         parts: dict[str, Callable[[], Any]] = {
-            "sliding": functools.partial(remembered, sliding),
+            "sliding": functools.partial(checkpoint_tables, sliding),
             "ledger": ledger.state,
             "results": results.state,
             "fields": fields.state,

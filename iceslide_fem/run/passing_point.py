@@ -32,14 +32,14 @@ def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
     """
     duration, transit = scene.load.duration, transit_time(scene)
     kind = type(rows[0])
-    remembered = kind._fields[len(HistoryRow._fields) :]  # by the law
+    reported = kind._fields[len(HistoryRow._fields) :]  # by the law
     table = {name: np.array(column, dtype=float) for name, column in _columns(rows).items()}
     time = table["time_s"]
     rest = np.maximum(transit - time, 0.0)
     whole = np.zeros_like(time)  # of mu: the work knows it better than its ends do
     speed = scene.load.speeds.first  # it does not change where ice passes below a point
     whole[1:] = table["friction_work_J"][1:] / (speed * table["normal_force_N"][1:])
-    for name in (*MEANS, *remembered, *SWITCHES):
+    for name in (*MEANS, *reported, *SWITCHES):
         values = table[name]
         if name != "mu":
             ends = values[:-1] if name in SWITCHES else 0.5 * (values[1:] + values[:-1])

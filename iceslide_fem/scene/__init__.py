@@ -1,6 +1,7 @@
 """What is simulated: a frozen scene, completely validated, in SI units.
 
-From a TOML file or a dictionary, with units at the edge. Imports `errors` and `materials` only.
+From a TOML file or a dictionary, with units at the edge; data of materials with their sources.
+Imports `runtime` only.
 """
 
 from iceslide_fem.scene.ice import Ice, Water

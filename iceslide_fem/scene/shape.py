@@ -20,7 +20,6 @@ DEEPEST = 0.9  # of the height: more would leave no rubber to hold the lugs
 LARGEST_EDGE = 0.2  # of a lug, of the height, of a depth: what a cut of the edges may take
 SMALLEST_EDGE = 1e-6  # m
 WIDEST = 0.5  # of the evenly spaced sipes' distance
-FEWEST_WAVES = 1.0  # of a sipe's wave in its length
 
 
 class Sipe(Table):

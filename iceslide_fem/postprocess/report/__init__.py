@@ -1,5 +1,6 @@
-"""Pages that say what was computed: of a run, of several, of a sweep, a ladder, a footprint.
+"""Pages that say what was computed: of a run, of several, of a ladder, of an unfinished run.
 
-One file of HTML each, with everything in it. Imports `results`, `planning`, `footprint` and what is
-below them; no DOLFINx, and no library that draws: the page itself does that, by plotly.js.
+One file of HTML each, with everything in it; those of a footprint and of a sweep are made with
+their commands. Imports `results`, `run` and what is below them; no DOLFINx, and no library that
+draws: the page itself does that, by plotly.js.
 """

@@ -1,6 +1,6 @@
 """Finished runs, read and drawn; no DOLFINx.
 
-Imports `errors`, `materials`, `progress` and types only.
+Imports `scene` and `film` (their data) and `runtime` only.
 """
 
 from iceslide_fem.postprocess.results.run_directory import (

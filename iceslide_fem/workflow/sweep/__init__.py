@@ -2,7 +2,7 @@
 
 Points are computed in one vectorised call, finite element cases in processes of their own. A
 case is known by its scene and the versions that compute it, so that a second sweep in the same
-directory computes what is missing, failed or changed. Imports `run`, `results`, `planning` and
+directory computes what is missing, failed or changed. Imports `run`, `postprocess` and
 what is below them; it starts simulations as processes.
 """
 
