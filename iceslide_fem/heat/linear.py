@@ -1,10 +1,7 @@
 """The linear systems of an implicit stage: PETSc's conjugate gradients.
 
-On one rank the preconditioner is an incomplete Cholesky factor in the order of the unknowns, column
-by column: steps are short, heat hardly goes sideways within one, and a handful of iterations
-suffice (docs/theory.md). On several it is the diagonal: where the surface melts, neighbours are
-coupled a thousand times more stiffly than by conduction, and factors of each rank's own block, cut
-there, would take as many iterations and more time. Options begin with `-heat_`.
+The diagonal preconditions them, on any number of ranks: some twenty iterations (docs/theory.md).
+Options begin with `-heat_`.
 """
 
 from __future__ import annotations
@@ -31,10 +28,7 @@ class LinearSolver:
         ksp.setOptionsPrefix("heat_")
         ksp.setType("cg")
         ksp.setTolerances(rtol=RELATIVE, atol=close, max_it=MOST_ITERATIONS)
-        ksp.getPC().setType("bjacobi" if comm.size == 1 else "jacobi")
-        options = PETSc.Options()
-        if not options.hasName("heat_sub_pc_type"):
-            options["heat_sub_pc_type"] = "icc"
+        ksp.getPC().setType("jacobi")
         take_options(ksp)
 
     @property

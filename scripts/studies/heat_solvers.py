@@ -18,10 +18,10 @@ BLOCK = "model=block", "numerics.tolerance=1e-2", "load.duration=4ms"
 MELTING = "ice.temperature=-0.5degC"  # in that moment, too
 HEAD = ("ice", "preconditioner", "ranks", "unknowns", "steps", "wall s", "largest of mu(t)", "mean")
 SOLVERS = {  # PETSc's options by what they are called here
-    "the default": "",
-    "diagonal": "-heat_pc_type jacobi",
-    "blocks, incomplete Cholesky": "-heat_pc_type bjacobi",
-    "overlapping blocks": "-heat_pc_type asm -heat_pc_asm_type basic -heat_pc_asm_overlap 1",
+    "the diagonal": "",
+    "blocks, incomplete Cholesky": "-heat_pc_type bjacobi -heat_sub_pc_type icc",
+    "overlapping blocks": "-heat_pc_type asm -heat_pc_asm_type basic -heat_pc_asm_overlap 1 "
+    "-heat_sub_pc_type icc",
     "hypre": "-heat_pc_type hypre",
     "GAMG": "-heat_pc_type gamg",
     "Cholesky (MUMPS)": "-heat_pc_type cholesky -heat_pc_factor_mat_solver_type mumps",
