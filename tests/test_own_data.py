@@ -46,6 +46,9 @@ class ConstantFlux:
     def __init__(self, flux):
         self.flux = flux
 
+    def height(self, log_height):
+        return np.exp(log_height)
+
     def solve(self, ice, near=None):
         taken = np.broadcast_to(self.flux, ice.offset.shape).copy()
         nothing = np.zeros_like(taken)

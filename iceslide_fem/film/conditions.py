@@ -94,8 +94,11 @@ def scene_conditions(scene: Scene) -> Conditions:
         initial_height=scene.initial_height,
         duration=exposure(scene),
         viscosity=scene.viscosity,
+        strength=scene.shear_strength,
         **scene.ice.solid._asdict(),
     )
+    if scene.shear_strength is not None:
+        here = here.limited(scene.shear_strength, scene.load.speeds.largest)
     return here if speed else here._replace(speed=np.zeros(1))
 
 

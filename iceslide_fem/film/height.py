@@ -6,7 +6,7 @@ where that does not converge by Newton's method within a bracket, at last by bis
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -27,6 +27,29 @@ _DOUBLINGS, _HALVINGS = 6, 60
 # Changes of ln h up to which a root is the one that is meant: of a volume that is full, where its
 # room is far below the height.
 _ONE_ROOT, _NARROW = 1.0, 0.18
+
+
+class LogEquation(Protocol):
+    """An equation of y, the logarithm of a height, at every point; its left side rises with y."""
+
+    @property
+    def start(self) -> Array:
+        """y at the start of the stage."""
+
+    def residual(self, y: Array) -> Array:
+        """The left side at y."""
+
+    def take(self, index: Index) -> Self:
+        """The equation at the points of `index`."""
+
+    def terms(self, y: Array) -> Terms:
+        """The terms at y."""
+
+    def derivatives(self, y: Array, terms: Terms) -> tuple[Array, Array, Array]:
+        """The residual and its first two derivatives, the first at least 0.1."""
+
+    def change(self, y: Array, terms: Terms) -> Array:
+        """Change of y by Halley's method."""
 
 
 class HeightEquation(NamedTuple):
@@ -129,7 +152,7 @@ class Terms(NamedTuple):
 
 
 def log_height_of(
-    equation: HeightEquation, near: Array | None = None, close: float = CLOSE
+    equation: LogEquation, near: Array | None = None, close: float = CLOSE
 ) -> tuple[Array, Array]:
     """Root of the equation and 1/h there, NaN where it has not settled at all.
 
@@ -169,7 +192,7 @@ def log_height_of(
     return root, inverse
 
 
-def _bracketed(equation: HeightEquation) -> Array:
+def _bracketed(equation: LogEquation) -> Array:
     """The root by Newton's method, kept in the bracket that the residual's signs give.
 
     That is where it is far from the root or not settled after a few iterations; where it creeps
@@ -200,7 +223,7 @@ def _bracketed(equation: HeightEquation) -> Array:
     return y
 
 
-def _bisected(equation: HeightEquation, low: Array, high: Array) -> Array:
+def _bisected(equation: LogEquation, low: Array, high: Array) -> Array:
     """A root between `low` and `high`, from where they are infinite sought further and further."""
 
     def above(y: Array) -> Mask:

@@ -8,7 +8,6 @@ the complementarities of melting and saturation hold at the end of every step.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import NamedTuple, Protocol, Self
 
 import numpy as np
@@ -115,8 +114,13 @@ class Loads(Protocol):
         before: FilmHistory,
         dt: Array | float,
         stage: Callable[..., FilmStage],
+        near: Array | None,
+        close: float,
     ) -> Film:
-        """The law in an implicit stage of `dt` (s) from `start`, in a step that begins `before`."""
+        """The law in an implicit stage of `dt` (s) from `start`, in a step that begins `before`.
+
+        `near` and `close` are for the search of heights, as `film.height.log_height_of` has them.
+        """
 
     def internal_after(self, before: Array, stage: FilmStage) -> Array:
         """Internal variables after the `stage`, which were `before` at its start."""
@@ -237,8 +241,7 @@ def advance(
         begin = _combine(state, changes, row, diagonal)
         acting = start.at(end, node)
         near = None if guess is None else begin.log_height + guess
-        law = partial(integrator.stage, near=near, close=close)
-        film = acting.film(begin, state, stage_dt, law)
+        film = acting.film(begin, state, stage_dt, integrator.stage, near, close)
         new_ice, stage = ice.stage(begin.ice, stage_dt, rubber.over(film, begin.rubber))
         new = InterfaceState(
             stage.log_height,

@@ -101,9 +101,10 @@ class Surface(NamedTuple):
 class FilmStage(NamedTuple):
     """Film and energy balance at the end of one implicit stage; arrays of one shape.
 
-    log_height: ln(h / 1 m); squeezed_height: H_s (m); friction_power, ice_flux, melt_power: q_f,
-    q_ice, q_melt (W/m2), with q_f = q_ice + q_melt; dry_temperature: what the surface would have
-    (K) without melting in this stage, to first order; melting, saturated: which switches are on;
+    log_height: ln(h / 1 m), or ln(h + s) (`limiting_shear`); squeezed_height: H_s (m);
+    friction_power, ice_flux, melt_power: q_f, q_ice, q_melt (W/m2), with q_f = q_ice + q_melt;
+    dry_temperature: what the surface would have (K) without melting in this stage, to first order;
+    melting, saturated: which switches are on;
     overfill: how far H_s would be above H_V (m, negative below) with unlimited free volume;
     ice_slope: resistance times the fall of q_ice with the surface's offset (1), 1 where it melts
     and 0 elsewhere; rubber_flux: q_rubber (W/m2), a part of q_f, too, with heat in the rubber;
@@ -138,6 +139,9 @@ class Film(Protocol):
     @property
     def dt(self) -> Array | float:
         """Length of the stage, s."""
+
+    def height(self, log_height: Array) -> Array:
+        """h (m) of what `FilmStage.log_height` says."""
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
         """Film and energy balance above `ice`; iterations may start `near` a ln h."""

@@ -10,13 +10,16 @@ temperature (`viscosity`), loads are those of one viscosity eta_0, and films kee
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import InterfaceState, Step, error_norms
 from iceslide_fem.film.law import FilmHistory, FilmStage, Surface, log_shearing
+from iceslide_fem.film.limiting_shear import LimitingShear, limited_stage
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.viscosity import VariableViscosity, consistent_viscosity
 from iceslide_fem.runtime.arrays import Array, Index
@@ -30,7 +33,7 @@ class FilmLoads(NamedTuple):
 
     viscous: c = k eta v (Pa m), so that tau = c / h; speed: v (m/s); squeeze_rate: K3 (1/(m2 s));
     free_height: H_V (m). With `variable_viscosity` eta follows the film's temperature, and these
-    are of its reference eta_0.
+    are of its reference eta_0; with a `limit` tau is no more than dry rubber and ice bear.
     """
 
     viscous: Array
@@ -38,12 +41,14 @@ class FilmLoads(NamedTuple):
     squeeze_rate: Array
     free_height: Array
     variable_viscosity: VariableViscosity | None = None
+    limit: LimitingShear | None = None
 
     def take(self, index: Index) -> FilmLoads:
         """The loads at `index`."""
         variable_viscosity = self.variable_viscosity and self.variable_viscosity.take(index)
+        limit = self.limit and self.limit.take(index)
         viscous, speed, squeeze, free = (part.take(index, mode="clip") for part in self[:4])
-        return FilmLoads(viscous, speed, squeeze, free, variable_viscosity)
+        return FilmLoads(viscous, speed, squeeze, free, variable_viscosity, limit)
 
     def at(self, end: FilmLoads, fraction: float) -> FilmLoads:
         """Loads at `fraction` of a step that ends with `end`, on straight lines."""
@@ -55,6 +60,8 @@ class FilmLoads(NamedTuple):
         before: FilmHistory,
         dt: Array | float,
         stage: Callable[..., FilmStage],
+        near: Array | None = None,
+        close: float = CLOSE,
     ) -> FilmOnIce:
         """The film in a `stage` of `dt` (s) from `start`, in a step that begins `before`.
 
@@ -63,7 +70,12 @@ class FilmLoads(NamedTuple):
         free = np.maximum(self.free_height, before.squeezed_height)
         loads = self._replace(free_height=free)
         history = start.log_height, start.squeezed_height, dt, loads, start.internal
-        return FilmOnIce(stage, *history)
+        law = stage if self.limit is None else partial(limited_stage, self.limit)
+        return FilmOnIce(partial(law, near=near, close=close), *history)
+
+    def height(self, log_height: Array) -> Array:
+        """h (m) of films whose ln h, or with a limit ln(h + s), is given."""
+        return np.exp(log_height) if self.limit is None else self.limit.height(log_height)
 
     def internal_after(self, before: Array, stage: FilmStage) -> Array:
         """Internal variables after the `stage`, which were `before` at its start."""
@@ -71,19 +83,31 @@ class FilmLoads(NamedTuple):
 
     def shear(self, state: InterfaceState, ice: IceHeat) -> Array:
         """tau (Pa), (n,), of films in `state`, whatever the ice."""
-        return np.asarray(self.viscous * np.exp(log_shearing(state)))
+        return np.asarray(self.viscous * np.exp(self.log_shearing(state)))
 
     def force(self, step: Step) -> Array:
         """Size of tau (Pa) at the end of the `step`, (n,)."""
         return np.asarray(np.abs(self.viscous) * np.exp(log_shearing(step.state)))
 
+    def log_shearing(self, state: FilmHistory) -> Array:
+        """ln of what tau is times c, (n,), of films in `state` at these slip speeds."""
+        if self.limit is None:
+            return log_shearing(state)
+        return self.limit.log_shearing(state, self.speed)
+
     def shear_change(self, state: InterfaceState, other: InterfaceState, ice: IceHeat) -> Array:
         """Relative difference (n,) of the shear of the `other` state from that of `state`."""
-        return log_shearing(other) - log_shearing(state)
+        return self.log_shearing(other) - self.log_shearing(state)
 
     def local_error(self, step: Step, ice: IceHeat, rubber: RubberHeat, scale: Array) -> Array:
         """Relative local errors (n,) of a step that ends here; `scale` of temperatures, K."""
-        return error_norms(step, ice, self.free_height, scale, rubber)
+        return error_norms(step, ice, self.free_height, self.temperature_scale(step, scale), rubber)
+
+    def temperature_scale(self, step: Step, scale: Array) -> Array:
+        """The `scale` (K) of errors of temperatures, or less where they change tau by as much."""
+        if self.limit is None:
+            return scale
+        return np.minimum(scale, self.limit.temperature_scale(step.last, self.speed))
 
 
 def squeeze_rate(pressure: T, D: T, viscosity: Any = WATER_VISCOSITY) -> T:
@@ -100,6 +124,7 @@ def film_loads(
     H_V: Array,
     viscosity: Array | float = WATER_VISCOSITY,
     variable_viscosity: VariableViscosity | None = None,
+    limit: LimitingShear | None = None,
 ) -> FilmLoads:
     """Loads at `pressure` (Pa) and `speed` (m/s) for contact parameters k, D (m), H_V (m).
 
@@ -107,7 +132,7 @@ def film_loads(
     squeeze-out where p <= 0.
     """
     K3 = squeeze_rate(np.maximum(pressure, 0.0), D, viscosity)
-    return FilmLoads(k * viscosity * speed, speed, K3, H_V, variable_viscosity)
+    return FilmLoads(k * viscosity * speed, speed, K3, H_V, variable_viscosity, limit)
 
 
 def interpolate(start: FilmLoads, end: FilmLoads, fraction: float) -> FilmLoads:
@@ -116,7 +141,7 @@ def interpolate(start: FilmLoads, end: FilmLoads, fraction: float) -> FilmLoads:
         return start
     ends = zip(start[:4], end[:4], strict=True)
     viscous, speed, squeeze, free = (a + fraction * (b - a) for a, b in ends)
-    return FilmLoads(viscous, speed, squeeze, free, end.variable_viscosity)
+    return FilmLoads(viscous, speed, squeeze, free, end.variable_viscosity, end.limit)
 
 
 class FilmOnIce(NamedTuple):
@@ -132,6 +157,10 @@ class FilmOnIce(NamedTuple):
     dt: Array | float
     loads: FilmLoads
     internal: Array = np.zeros((0, 1))
+
+    def height(self, log_height: Array) -> Array:
+        """h (m) of what the stage says."""
+        return self.loads.height(log_height)
 
     @property
     def power(self) -> Array:

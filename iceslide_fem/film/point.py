@@ -70,6 +70,8 @@ def simulate(
     for name, value in positive.items():
         if value is not None and not value > 0.0:
             raise ValueError(f"{name} = {value:g} is not possible; allowed: more than 0")
+    if water is not None and conditions.limit is not None:
+        raise ValueError("a viscosity over temperature and a limiting shear contradict each other")
     if water is not None:
         conditions = conditions._replace(viscosity=water(conditions.temperature))
     n, duration = conditions.pressure.size, conditions.duration
@@ -99,7 +101,7 @@ def simulate(
     if fixed_step is not None:
         lengths = AsGiven(fixed_step)
 
-    loads = conditions.loads(water)
+    loads, films = conditions.loads(water), conditions.at_start
     undercooling = conditions.melting_temperature - conditions.temperature
     front = Front(
         active=np.arange(n),
@@ -115,11 +117,11 @@ def simulate(
         here=conditions,
         loads=loads,
         state=InterfaceState(
-            np.log(conditions.initial_height),
+            films.log_height,
             np.zeros(n),
             heat.initial(n),
             rubber.initial(n),
-            np.zeros((0 if water is None else 1, n)),
+            films.internal if water is None else np.zeros((1, n)),
         ),
         ice=heat,
         rubber=rubber,

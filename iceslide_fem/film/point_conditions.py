@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from iceslide_fem.film.law import log_shearing
+from iceslide_fem.film.limiting_shear import LimitingShear, ShearStrength
 from iceslide_fem.film.loads import FilmLoads, film_loads
 from iceslide_fem.film.viscosity import VariableViscosity
 from iceslide_fem.runtime.arrays import Array, Index
@@ -38,6 +41,7 @@ RANGES = {
     "melting_temperature": (193.15, 373.15, "K"),
     "latent_heat": (1.0, 1e8, "J/kg"),
 }
+FROM_NOTHING = 0.0, 1e-5, "m"  # of films that begin without water
 DEFAULTS: dict[str, ArrayLike] = {"viscosity": WATER_VISCOSITY, **ICE._asdict()}
 
 
@@ -46,7 +50,8 @@ class Conditions(NamedTuple):
 
     pressure (Pa), speed (m/s), temperature of the ice (K), k, D (m), H_V (m), initial_height
     (m), duration (s); viscosity of the water (Pa s); of the ice conductivity (W/(m K)), density
-    (kg/m3), heat_capacity (J/(kg K)), melting_temperature (K), latent_heat (J/kg).
+    (kg/m3), heat_capacity (J/(kg K)), melting_temperature (K), latent_heat (J/kg). limit: what the
+    shear is limited by, if it is.
     """
 
     pressure: Array
@@ -63,30 +68,61 @@ class Conditions(NamedTuple):
     heat_capacity: Array
     melting_temperature: Array
     latent_heat: Array
+    limit: LimitingShear | None = None
 
     @classmethod
-    def of(cls, **values: ArrayLike) -> Conditions:
+    def of(cls, strength: ShearStrength | None = None, **values: ArrayLike) -> Conditions:
         """Conditions from anything that broadcasts to one dimension; water and ice as by default.
 
-        Raises ValueError, with a sentence, where a value is missing, unknown, or outside `RANGES`.
+        strength: tau_b of dry rubber on ice, where that limits the shear (`limiting_shear`); then
+        films may begin with the height 0. Raises ValueError, with a sentence, where a value is
+        missing, unknown, or outside `RANGES`.
         """
         values = DEFAULTS | values
-        for name in sorted({*cls._fields} ^ {*values}):
+        for name in sorted({*RANGES} ^ {*values}):
             raise ValueError(f"{name} is {'unknown' if name in values else 'missing'}")
-        for name, (low, high, unit) in RANGES.items():
+        ranges = RANGES if strength is None else RANGES | {"initial_height": FROM_NOTHING}
+        for name, (low, high, unit) in ranges.items():
             given = np.asarray(values[name], dtype=float)
             wrong = given[~((given >= low * (1 - 1e-12)) & (given <= high * (1 + 1e-12)))]
             if wrong.size:
                 allowed = f"{low:g} to {high:g} {unit}"
                 raise ValueError(f"{name} = {wrong.flat[0]:g} is not possible; allowed: {allowed}")
-        arrays = np.broadcast_arrays(*(np.atleast_1d(values[name]) for name in cls._fields))
-        return cls(*(np.array(a, dtype=float).ravel() for a in arrays))
+        arrays = np.broadcast_arrays(*(np.atleast_1d(values[name]) for name in RANGES))
+        numbers = {
+            name: np.array(part, dtype=float).ravel()
+            for name, part in zip(RANGES, arrays, strict=True)
+        }
+        found = cls(**numbers, limit=None)
+        return found if strength is None else found.limited(strength, found.speed)
+
+    @classmethod
+    def together(cls, parts: Sequence[Conditions]) -> Conditions:
+        """All of the points of `parts`, of which either each has a limit or none."""
+        limits = [part.limit for part in parts if part.limit is not None]
+        arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in RANGES}
+        sizes = [part.pressure.size for part in parts]
+        return cls(**arrays, limit=LimitingShear.together(limits, sizes) if limits else None)
+
+    def limited(self, strength: ShearStrength, speed: Array | float) -> Conditions:
+        """The same with a limiting shear stress, at speeds up to `speed` (m/s)."""
+        return self._replace(limit=LimitingShear.of(strength, self.viscosity, speed))
 
     def loads(self, water: ViscosityTable | None = None) -> FilmLoads:
         """The film's loads, constant in time; with `water` the viscosity is that table's at T_0."""
         variable_viscosity = None if water is None else VariableViscosity(water, self.viscosity)
         contact = self.k, self.D, self.H_V
-        return film_loads(self.pressure, self.speed, *contact, self.viscosity, variable_viscosity)
+        other = self.viscosity, variable_viscosity, self.limit
+        return film_loads(self.pressure, self.speed, *contact, *other)
+
+    @property
+    def at_start(self) -> FilmStart:
+        """Films before the first step."""
+        if self.limit is None:
+            return FilmStart(np.log(self.initial_height), np.zeros((0, self.pressure.size)))
+        strength = self.limit.strength(self.melting_temperature - self.temperature)
+        internal = self.limit.internal(self.initial_height, self.speed, strength)
+        return FilmStart(self.limit.log_height(self.initial_height), internal)
 
     @property
     def solid(self) -> Solid:
@@ -94,9 +130,25 @@ class Conditions(NamedTuple):
         parts = (getattr(self, name) for name in Solid._fields)
         return Solid(*(part[0] if (part == part[0]).all() else part for part in parts))
 
+    @property
+    def first_shear(self) -> Array:
+        """tau (Pa) at the start, (n,)."""
+        if self.limit is None:
+            return np.asarray(self.loads().viscous / self.initial_height)
+        return np.asarray(self.loads().viscous * np.exp(log_shearing(self.at_start)))
+
     def take(self, index: Index) -> Conditions:
         """The conditions at `index`."""
-        return Conditions(*(part.take(index, mode="clip") for part in self))
+        arrays = {name: getattr(self, name).take(index, mode="clip") for name in RANGES}
+        return Conditions(**arrays, limit=self.limit and self.limit.take(index))
+
+
+class FilmStart(NamedTuple):
+    """ln h, or ln(h + s) with a limit, and internal variables (m, n) of films at the start."""
+
+    log_height: Array
+    internal: Array
+    squeezed_height: Array = np.zeros(0)
 
 
 class Loading(NamedTuple):

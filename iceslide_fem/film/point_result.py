@@ -39,7 +39,7 @@ class PointResult:
     def at_start(cls, conditions: Conditions, times: Array) -> PointResult:
         """Results at t = 0, with room for mu at `times` (s)."""
         n = conditions.pressure.size
-        mu = conditions.loads().viscous / (conditions.pressure * conditions.initial_height)
+        mu = conditions.first_shear / conditions.pressure
         samples = np.full((n, times.size), np.nan)  # of a point side by side
         samples[:, times <= 0.0] = mu[:, None]
         return cls(
@@ -171,7 +171,7 @@ class Tally:
         result.mu_peak_time[points] = sums.peak_time[over]
         result.mu_mean[points] = sums.work[over] / self._duration[points]
         result.mu_end[points] = mu[over]
-        result.film_height[points] = np.exp(state.log_height[over])
+        result.film_height[points] = record.loads.height(state.log_height)[over]
         result.squeezed_height[points] = state.squeezed_height[over]
         result.steps[points] = sums.steps[over]
         result.rejected[points] = self._tried - sums.steps[over]

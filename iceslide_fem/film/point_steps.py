@@ -9,6 +9,7 @@ import numpy as np
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState, Step
+from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.loads import FilmLoads, interpolate
 from iceslide_fem.film.point_conditions import Conditions, Loading
 from iceslide_fem.film.point_events import Events, Warmth, onset_below, until
@@ -66,8 +67,12 @@ class Front(NamedTuple):
     def melting_at(self, state: InterfaceState, loads: FilmLoads) -> Array:
         """w |w| of the films in `state` under `loads`."""
         on_ice = self.ice.surface_temperature(state.ice)
-        heating = loads.viscous * loads.speed
-        return self.warmth(self.rubber.film_temperature(on_ice, state.rubber, heating, state))
+
+        def films() -> tuple[Array, Array]:
+            power = loads.viscous * loads.speed * np.exp(log_shearing(state))
+            return power, loads.height(state.log_height)
+
+        return self.warmth(self.rubber.film_temperature(on_ice, state.rubber, films))
 
     def cut(self, ahead: Array, event: Events, dt: Array) -> tuple[Array, Index]:
         """How far the next events are (s), `ahead` where none is in the step, and cuts in a row."""
@@ -112,7 +117,7 @@ class ByError(NamedTuple):
         The error of the surface's temperature is about half its first rise, however short that.
         """
         undercooling = conditions.melting_temperature - conditions.temperature
-        power = loads.viscous * loads.speed / conditions.initial_height
+        power = conditions.first_shear * loads.speed
         onset = onset_below(power, undercooling, conditions.solid)
         first = min(FIRST_STEP * self.tolerance, 0.01) * conditions.duration
         return np.minimum(first, (SURFACE_EASE * self.tolerance) ** 2 * onset)

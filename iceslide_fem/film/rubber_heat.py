@@ -17,14 +17,14 @@ contact conductance is given instead.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from copy import copy
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.law import Film, FilmHistory, FilmStage, Surface, log_shearing
+from iceslide_fem.film.law import Film, FilmStage, Surface
 from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.scene.materials import MELTING_TEMPERATURE, WATER_CONDUCTIVITY, Solid
 
@@ -32,6 +32,10 @@ from iceslide_fem.scene.materials import MELTING_TEMPERATURE, WATER_CONDUCTIVITY
 # per cent of the bodies' resistances, so what is left is a hundredth of it.
 HEIGHT_TOLERANCE = 1e-6
 MAX_PASSES = 20
+
+
+# q_f (W/m2) and h (m) of films, (n,) each.
+Heating = Callable[[], tuple[Array, Array]]
 
 
 class RubberHeat(Protocol):
@@ -49,13 +53,8 @@ class RubberHeat(Protocol):
     def surface_temperature(self, heat_state: Array) -> Array:
         """Temperature of the rubber's surface where the films live (K)."""
 
-    def film_temperature(
-        self, ice: Array, heat_state: Array, heating: Array, films: FilmHistory
-    ) -> Array:
-        """T_f (K) between ice whose surface has `ice` (K) and this rubber.
-
-        `heating` is q_f eta_0 h / eta (W/m) of the `films`.
-        """
+    def film_temperature(self, ice: Array, heat_state: Array, films: Heating) -> Array:
+        """T_f (K) of `films` between ice whose surface has `ice` (K) and this rubber."""
 
     def take(self, index: Index) -> RubberHeat:
         """The rubber above the points at `index` only."""
@@ -80,9 +79,7 @@ class Insulated:
         """One for all points, of no consequence."""
         return np.zeros(1)
 
-    def film_temperature(
-        self, ice: Array, heat_state: Array, heating: Array, films: FilmHistory
-    ) -> Array:
+    def film_temperature(self, ice: Array, heat_state: Array, films: Heating) -> Array:
         """That of the ice."""
         return ice
 
@@ -116,11 +113,11 @@ class HalfFilm(NamedTuple):
     conductance: float | None = None
     water: float = WATER_CONDUCTIVITY
 
-    def resistance(self, log_height: Array) -> Array:
-        """1/G (K m2/W) of films of ln h."""
+    def resistance(self, height: Array) -> Array:
+        """1/G (K m2/W) of films of the `height` (m)."""
         if self.conductance is not None:
-            return np.full_like(log_height, 1.0 / self.conductance)
-        return np.asarray(np.exp(log_height) / (2.0 * self.water))
+            return np.full_like(height, 1.0 / self.conductance)
+        return np.asarray(height / (2.0 * self.water))
 
 
 WATER_FILM = HalfFilm()
@@ -183,12 +180,10 @@ class RubberColumns:
         """Temperature at the points (K)."""
         return self.column.surface_temperature(heat_state)
 
-    def film_temperature(
-        self, ice: Array, heat_state: Array, heating: Array, films: FilmHistory
-    ) -> Array:
+    def film_temperature(self, ice: Array, heat_state: Array, films: Heating) -> Array:
         """T_f = min(T_m, (T_i + T_r + q_f / G) / 2) at the points (K)."""
-        power = heating * np.exp(log_shearing(films))
-        rise = power * self.half_film.resistance(films.log_height)
+        power, height = films()
+        rise = power * self.half_film.resistance(height)
         free = 0.5 * (ice + self.surface_temperature(heat_state) + rise)
         return np.minimum(self.melting_temperature, free)
 
@@ -221,9 +216,9 @@ class Parallel(NamedTuple):
     surface: Surface
 
 
-def parallel(ice: Surface, rubber: RubberSurface, log_height: Array) -> Parallel:
-    """What both bodies answer together to a film of height h; only T and R of `ice` count."""
-    half = rubber.half_film.resistance(log_height)
+def parallel(ice: Surface, rubber: RubberSurface, height: Array) -> Parallel:
+    """What both bodies answer together to a film of a `height` (m); only T and R of `ice` count."""
+    half = rubber.half_film.resistance(height)
     to_ice = 1.0 / (ice.resistance + half)
     to_rubber = rubber.cover / (rubber.resistance + half)
     both = to_ice + to_rubber
@@ -248,6 +243,10 @@ class FilmBetween(NamedTuple):
         """Length of the stage, s."""
         return self.film.dt
 
+    def height(self, log_height: Array) -> Array:
+        """h (m) of what the stage says."""
+        return self.film.height(log_height)
+
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
         """Film and conductance in turn, from the stage's own height or `near` another ln h.
 
@@ -255,7 +254,7 @@ class FilmBetween(NamedTuple):
         """
         log_height = self.film.log_height if near is None else near
         for _ in range(MAX_PASSES):
-            bodies = parallel(ice, self.rubber, log_height)
+            bodies = parallel(ice, self.rubber, self.film.height(log_height))
             result = self.film.solve(bodies.surface)
             change = np.abs(result.log_height - log_height)
             log_height = result.log_height

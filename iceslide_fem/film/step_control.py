@@ -76,7 +76,8 @@ class StepControl(NamedTuple):
         if self.tolerance is None:
             return Trial(step, np.isfinite(step.state.log_height), dt)
         free = end.free_height / SQUEEZED
-        error = error_norms(step, ice, free, temperature_scale, rubber, self.dry)
+        scale = end.temperature_scale(step, temperature_scale)
+        error = error_norms(step, ice, free, scale, rubber, self.dry)
         error /= method.allowed * self.tolerance
         factor = step_factor(error, method.estimate_order, GROW_ALONE)
         return Trial(step, error <= 1.0, dt * factor)

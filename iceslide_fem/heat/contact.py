@@ -73,7 +73,7 @@ class BetweenIceAndRubber(NamedTuple):
         ice = Surface.of(below, resistances, self.solid)
         rubber = RubberSurface(above, resistances, cover, self.half_film)
         stage = FilmBetween(film, rubber).solve(ice, near)
-        to_ice, to_rubber, _ = parallel(ice, rubber, stage.log_height)
+        to_ice, to_rubber, _ = parallel(ice, rubber, film.height(stage.log_height))
         through = to_ice * to_rubber / (to_ice + to_rubber)
         own = [np.where(stage.melting, one, through) for one in (to_ice, to_rubber)]
         across = [np.where(stage.melting, 0.0, -through)] * 2

@@ -24,6 +24,7 @@ from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid, own_poin
 from iceslide_fem.interface.user_law_on_ice import UserLawOnIce
 from iceslide_fem.interface.window import PassingIce
 from iceslide_fem.laws.film import FilmLaw
+from iceslide_fem.laws.limited_film import LimitedFilm
 from iceslide_fem.laws.user_law import UserLaw
 from iceslide_fem.mesh.grid import Lines
 from iceslide_fem.mesh.ice import heating_times, patch_lines, window_lines
@@ -155,6 +156,7 @@ def _user_law_on_nodes(block: Block, ice: PassingIce, duration: Array) -> OnRubb
 # What lies on the nodes of passing ice: the films of a law, or its internal variables alone.
 ON_ICE: dict[type, Callable[[Block, PassingIce, Array], OnRubber | OnIce]] = {
     FilmLaw: _films_on_nodes,
+    LimitedFilm: _films_on_nodes,
     UserLaw: _user_law_on_nodes,
 }
 

@@ -89,11 +89,11 @@ class OnIce:
     def sheared(self, state: InterfaceState, contact: ContactLoads) -> Sheared:
         """Shear under the films around each point. Collective."""
         shearing = self.at_points(np.exp(log_shearing(state)), contact)
-        return self._law.over(1.0 / shearing)
+        return self._law.read(shearing, self.internal_at_points(state, contact), contact.speed)
 
     def film_height(self, state: InterfaceState, contact: ContactLoads) -> Array:
-        """Harmonic mean of the films around each point. Collective."""
-        return np.asarray(1.0 / self.at_points(np.exp(-state.log_height), contact))
+        """Mean of the films around each point. Collective."""
+        return self._law.height_at(state, lambda values: self.at_points(values, contact))
 
     def at_points(self, values: Array, contact: ContactLoads) -> Array:
         """Node values read at the points. Collective."""
@@ -163,7 +163,8 @@ class OnIce:
         covered, cell = area > 0.0, grid.cell_area[grid.own]
         speed = np.divide(power, viscous, out=np.zeros_like(power), where=viscous > 0.0)
         free = np.divide(free, area, out=np.ones_like(free), where=covered)
-        of_nodes = FilmLoads(viscous / cell, speed, squeeze / cell, free, loads.variable_viscosity)
+        models = loads.variable_viscosity, loads.limit
+        of_nodes = FilmLoads(viscous / cell, speed, squeeze / cell, free, *models)
         return covered, of_nodes
 
     def _cover(self, contact: ContactLoads) -> Array:
@@ -177,14 +178,15 @@ class OnIce:
         cells, rest = whole_cells(grid, offset)
         if cells == 0:
             return Shifted(state, offset)
+        fresh_height, *_ = self._law.initial(self._fresh_height, 1)
         water = shifted(grid, state.squeezed_height, cells)
         left = float(grid.cell_area @ grid.allgather(state.squeezed_height - water))
         after = InterfaceState(
-            shifted(grid, state.log_height, cells, np.log(self._fresh_height)),
+            shifted(grid, state.log_height, cells, float(fresh_height[0])),
             water,
             self.ice.shifted(state.ice, cells),
             state.rubber,
-            shifted(grid, state.internal, cells),
+            shifted(grid, state.internal, cells, list(self._law.internal_at_start)),
         )
         return Shifted(after, rest, left)
 

@@ -89,6 +89,17 @@ class FilmLaw:
         """h of every film (n,), m."""
         return np.asarray(np.exp(state.log_height))
 
+    def height_at(self, state: InterfaceState, read: Callable[[Array], Array]) -> Array:
+        """Harmonic mean of h (m) of the films around points, which shears as they do together.
+
+        read: values of films around each point. Collective if that is.
+        """
+        return np.asarray(1.0 / read(np.exp(-state.log_height)))
+
+    def read(self, shearing: Array, internal: Array, speed: Array) -> Sheared:
+        """Shear of films around points, of these eta / (eta_0 h) (1/m), (n,)."""
+        return self.over(1.0 / shearing)
+
     def reported(self, internal: Array) -> Mapping[str, Array]:
         """The viscosity (Pa s) of films that keep ln(eta / eta_0), (1, n)."""
         return dict(zip(self.columns, self.viscosity * np.exp(internal), strict=True))
@@ -130,19 +141,21 @@ def film_law(scene: Scene) -> FilmLaw:
     return FilmLaw(
         scene.contact_parameters,
         scene.load.pressures.first if scene.film.pressure == "nominal" else None,
-        scene.numerics.shear_ramp_pressure or default_ramp(scene),
+        scene.numerics.shear_ramp_pressure or default_ramp(scene, scene.initial_height),
         scene.viscosity,
         scene.water.table,
     )
 
 
-def default_ramp(scene: Scene) -> float:
+def default_ramp(scene: Scene, height: float) -> float:
     """Pressure (Pa) up to which shear is faded in, at most the nominal pressure.
 
-    It follows from the shear at h0 and the nominal pressure, k eta v / h0. Of loads that go in time
-    the least pressure and the top speed count.
+    It follows from the shear at first, k eta v / h, with the `height` h (m) that shears then. Of
+    loads that go in time the least pressure and the top speed count.
     """
+    if not height:
+        return scene.load.pressures.smallest
     pressure, speed = scene.load.pressures.smallest, scene.load.speeds.largest
     k = float(scene.contact_parameters(pressure).k)
-    shear = k * scene.viscosity * speed / scene.initial_height
+    shear = k * scene.viscosity * speed / height
     return min(max(RAMP_SHARE * pressure, shear / STEEPEST_RAMP), pressure)

@@ -11,6 +11,7 @@ from iceslide_fem.laws.coulomb import Coulomb
 from iceslide_fem.laws.film import film_law
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.law_file import read_law
+from iceslide_fem.laws.limited_film import limited_film
 from iceslide_fem.laws.protocol import Law
 from iceslide_fem.laws.user_law import UserLaw
 from iceslide_fem.laws.weakening import check_weakening
@@ -43,4 +44,10 @@ def user_law(scene: Scene) -> UserLaw:
     return bound
 
 
-LAWS: dict[str, Callable[[Scene], InterfaceLaw]] = {"film": film_law, "coulomb": user_law}
+def film(scene: Scene) -> InterfaceLaw:
+    """The film law, under a limiting shear stress where the scene has one."""
+    strength = scene.shear_strength
+    return film_law(scene) if strength is None else limited_film(scene, strength)
+
+
+LAWS: dict[str, Callable[[Scene], InterfaceLaw]] = {"film": film, "coulomb": user_law}

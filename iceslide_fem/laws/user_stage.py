@@ -86,6 +86,8 @@ class UserLoads(NamedTuple):
         before: FilmHistory,
         dt: Array | float,
         stage: Callable[..., FilmStage],
+        near: Array | None,
+        close: float,
     ) -> Film:
         """The law in a stage of `dt` (s) from `start`; always implicit."""
         internal = self._at_points(start.internal)
@@ -144,6 +146,10 @@ class UserStage(NamedTuple):
     internal: Array
     dt: Array | float
     loads: UserLoads
+
+    def height(self, log_height: Array) -> Array:
+        """That of a film which is not there."""
+        return np.exp(log_height)
 
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
         """What the law makes of the ice's answer; what would warm it above T_m melts it.

@@ -120,7 +120,7 @@ class BlockFields:
             "heat (J/m^2)": profile.heat,
         }
         if self._sliding.frame.nodes is not None:
-            values["film height (m)"] = grid.allgather(np.exp(state.log_height))
+            values["film height (m)"] = grid.allgather(self._sliding.block.law.film_height(state))
             values["squeezed height (m)"] = grid.allgather(state.squeezed_height)
         if self._sliding.frame.internal_nodes is not None:
             for name, row in internal_fields(self._sliding, state.internal).items():

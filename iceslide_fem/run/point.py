@@ -54,8 +54,7 @@ def _of_film(scene: Scene, law: FilmLaw) -> tuple[list[HistoryRow], dict[str, An
     log_height, squeezed, internal = law.initial(scene.initial_height, 1)
     start = InterfaceState(log_height, squeezed, np.zeros((0, 1)), internal=internal)
     history = PointRows(scene, law)
-    shear = float(conditions.loads().viscous[0]) / scene.initial_height
-    history.add(0.0, start, shear, scene.ice.temperature)
+    history.add(0.0, start, float(conditions.first_shear[0]), scene.ice.temperature)
 
     with LongTask(duration, shown=rank() == 0) as shown:
 

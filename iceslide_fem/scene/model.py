@@ -17,6 +17,7 @@ from pydantic import (
 )
 
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.units import readable
 from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.friction import Friction
 from iceslide_fem.scene.ice import Ice, Water
@@ -33,6 +34,7 @@ from iceslide_fem.scene.materials import (
 from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.rubber import Rubber
 from iceslide_fem.scene.shape import check_room_across
+from iceslide_fem.scene.shear_strength import DRY_STRESS, ShearStrength, check_softens
 from iceslide_fem.scene.table import Name, Table
 from iceslide_fem.scene.thermal_layers import HEATED_LAYERS
 from iceslide_fem.scene.units import Quantity
@@ -42,9 +44,10 @@ Place = Annotated[float, Quantity("m", "-1 m", "1 m")]
 HEIGHT = RowsOf(
     "ice temperature",
     Quantity("K", "-80 degC", "0.01 degC"),
-    Quantity("m", "1 nm", "10 um"),
-    "1 nm",
+    Quantity("m", "0 nm", "10 um"),
+    "0 nm",
 )
+THINNEST = 1e-9  # m, of films that begin with water
 DEEPEST = 0.1  # that contact may sink in, of the height
 REFINEMENTS = (0.25, 8.0)  # allowed of meshes
 FILE_KEYS = (
@@ -59,6 +62,7 @@ TABLE_KEYS = (
     ("load", "pressure"),
     ("load", "speed"),
     ("film", "initial_height"),
+    ("film", "dry_stress"),
     ("ice", "conductivity"),
     ("ice", "heat_capacity"),
     ("water", "viscosity"),
@@ -74,6 +78,11 @@ class Film(Table):
     `conductance` is that from the film to either body with heat in the rubber, W/(m2 K).
     `water_speed` is that of squeezed-out water relative to the rubber, a share of the sliding
     speed: 1 with the ice, 0 with the rubber, 0.5 in Couette flow (docs/theory.md).
+
+    dry_stress: tau_b (Pa) with which dry rubber and ice shear where they touch, a limit of the
+    film's shear: rows of it over the temperature of the ice's surface (K), or a number, which it
+    is on cold ice; it falls over the last `dry_softening` (K) before T_m + `dry_residual` (K).
+    With it films may begin without water, initial_height 0.
     """
 
     carrier: Literal["ice", "rubber"] = "ice"
@@ -85,6 +94,9 @@ class Film(Table):
     initial_height: Annotated[Any, HEIGHT] = 70e-9
     conductance: Annotated[float, Quantity("W/m^2/K", "10 W/m^2/K", "1e9 W/m^2/K")] | None = None
     water_speed: Annotated[float, Quantity("", "0", "1")] = 1.0
+    dry_stress: Annotated[Any, DRY_STRESS] | None = None
+    dry_softening: Annotated[float, Quantity("K", "0.01 K", "200 K")] | None = None
+    dry_residual: Annotated[float, Quantity("K", "0 K", "200 K")] = 0.5
 
     @model_validator(mode="after")
     def _all_or_none(self) -> Self:
@@ -100,6 +112,29 @@ class Film(Table):
                     "the other holds at every pressure; give one of them"
                 )
             read_contact_table(self.contact, "film.contact")
+        return self
+
+    @model_validator(mode="after")
+    def _dry_shear_is_whole(self) -> Self:
+        rows = self.dry_stress
+        table = isinstance(rows, tuple)
+        for key in ("dry_softening", "dry_residual"):
+            given = getattr(self, key) != type(self).model_fields[key].default
+            if given and (table or rows is None):
+                reason = "rows of film.dry_stress" if table else "no film.dry_stress"
+                raise ValueError(
+                    f"film.{key} and {reason} contradict each other: it says how a number of "
+                    "dry_stress falls; allowed: film.dry_stress as a number"
+                )
+        if isinstance(rows, tuple):
+            check_softens(rows, "film.dry_stress")
+        heights = self.initial_height
+        least = min(value for _, value in heights) if isinstance(heights, tuple) else heights
+        if least < THINNEST and self.dry_stress is None:
+            raise ValueError(
+                f"film.initial_height = {readable(least, 'm')} is out of range; allowed: 1 nm to "
+                "10 um, or from 0 on with film.dry_stress, which limits the shear of thin films"
+            )
         return self
 
 
@@ -339,6 +374,17 @@ class Scene(Table):
             return np.full_like(here, given)
         kelvin, heights = zip(*given, strict=True)
         return np.asarray(np.interp(here, kelvin, heights))
+
+    @property
+    def shear_strength(self) -> ShearStrength | None:
+        """tau_b of dry rubber on this ice; None where nothing limits the film's shear."""
+        film, T_m = self.film, self.ice.melting_temperature
+        if film.dry_stress is None:
+            return None
+        if isinstance(film.dry_stress, tuple):
+            return ShearStrength.of_rows(film.dry_stress, T_m)
+        softening = np.inf if film.dry_softening is None else film.dry_softening
+        return ShearStrength.softening(film.dry_stress, softening, film.dry_residual)
 
     @property
     def viscosity(self) -> float:

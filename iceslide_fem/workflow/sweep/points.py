@@ -92,7 +92,7 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
     """Outcomes of scenes with the same settings and duration, by one call."""
     started = monotonic()
     parts = [scene_conditions(scene) for scene in scenes]
-    conditions = Conditions(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+    conditions = Conditions.together(parts)
     times = np.linspace(0.0, scenes[0].load.duration, SAMPLES)
     work, missing = np.zeros((2, len(scenes)))  # energies, J/m2
 

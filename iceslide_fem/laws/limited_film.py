@@ -1,0 +1,119 @@
+"""The film law under a limiting shear stress: dry rubber and ice where films are thin or slow.
+
+The equations are those of `film.limiting_shear`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from iceslide_fem.film.integrators import InterfaceState
+from iceslide_fem.film.limiting_shear import SHEAR_STRENGTH, SLOWEST, LimitingShear
+from iceslide_fem.film.loads import FilmLoads
+from iceslide_fem.laws.film import FilmLaw, default_ramp, film_law
+from iceslide_fem.laws.interface_law import Sheared
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene import Scene
+from iceslide_fem.scene.shear_strength import ShearStrength
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LimitedFilm(FilmLaw):
+    """The film law with a `limit`.
+
+    At the start tau_b is the `first_strength` (Pa), under films of the `first_height` (m) and at
+    the slip speed `first_speed` (m/s).
+    """
+
+    limit: LimitingShear
+    first_strength: float
+    first_speed: float
+    first_height: float
+    name: ClassVar[str] = "film with a limiting shear stress"
+    viscous: ClassVar[bool] = False
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """tau_b."""
+        return (SHEAR_STRENGTH,)
+
+    @property
+    def internal_at_start(self) -> tuple[float, ...]:
+        """Those of `LimitingShear.internal`."""
+        first, strength = self.initial(self.first_height, 1)[2][:, 0]
+        return float(first), float(strength)
+
+    def loads(self, pressure: Array, speed: Array) -> FilmLoads:
+        """Loads of the film at local `pressure` (Pa) and `speed` (m/s)."""
+        return super().loads(pressure, speed)._replace(limit=self.limit)
+
+    def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
+        """Films of the height (m), nothing squeezed out, on ice that is as cold as at first."""
+        height = np.full(n, film_height)
+        strength, speed = np.full(n, self.first_strength), np.full(n, self.first_speed)
+        internal = self.limit.internal(height, speed, strength)
+        return self.limit.log_height(height), np.zeros(n), internal
+
+    def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
+        """Shear of films as they are in `state`, of the strength that they have there."""
+        return self.limited(self.limit.height(state.log_height), state.internal[1])
+
+    def at_start(self, film_height: float, n: int) -> Sheared:
+        """Shear of `n` films of the height (m)."""
+        return self.limited(np.full(n, film_height), np.full(n, self.first_strength))
+
+    def film_height(self, state: InterfaceState) -> Array:
+        """h of every film (n,), m."""
+        return self.limit.height(state.log_height)
+
+    def height_at(self, state: InterfaceState, read: Callable[[Array], Array]) -> Array:
+        """Mean h (m) of the films around points."""
+        return read(self.film_height(state))
+
+    def reported(self, internal: Array) -> Mapping[str, Array]:
+        """tau_b (Pa)."""
+        return {SHEAR_STRENGTH: internal[1]}
+
+    def read(self, shearing: Array, internal: Array, speed: Array) -> Sheared:
+        """Shear of films around points, of these 1 / (h + h_b) (1/m) at slip speeds (m/s), (n,)."""
+        whole, drag = 1.0 / shearing, self.limit.drag(speed)
+        dry = np.minimum(drag / internal[1], whole)
+        return self.limited(whole - dry, drag / dry)
+
+    def limited(self, height: Array, strength: Array) -> Sheared:
+        """Shear of films of the height (m) and strength (Pa), (n,)."""
+
+        def shear(pressure: Array, speed: Array) -> tuple[Array, Array, Array]:
+            h, tau_b = (part.reshape(pressure.shape) for part in (height, strength))
+            whole = h + self.limit.drag(speed) / tau_b
+            unit, slope = self.shear(pressure, np.ones_like(whole), whole)
+            by_speed = unit * np.where(np.abs(speed) > SLOWEST, h / whole, 1.0)
+            return unit * speed, slope * speed, by_speed
+
+        return shear
+
+
+def limited_film(scene: Scene, strength: ShearStrength) -> LimitedFilm:
+    """The film law of the scene with tau_b of this `strength`."""
+    film, speeds = film_law(scene), scene.load.speeds
+    limit = LimitingShear.of(strength, film.viscosity, speeds.largest)
+    coldest = np.array([scene.ice.melting_temperature - scene.ice.temperature])
+    first = strength(coldest)
+    dry = limit.drag(np.array([speeds.largest])) / first
+    ramp = scene.numerics.shear_ramp_pressure or default_ramp(
+        scene, scene.initial_height + float(dry[0])
+    )
+    return LimitedFilm(
+        film.parameters,
+        film.nominal,
+        ramp,
+        film.viscosity,
+        limit=limit,
+        first_strength=float(first[0]),
+        first_speed=speeds.first,
+        first_height=scene.initial_height,
+    )

@@ -1,0 +1,112 @@
+"""How hard dry rubber and ice shear where they touch: tau_b over the ice's surface temperature.
+
+By a number it is tau_0 min(1, (T_m + delta - T) / Delta), else a table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.scene.rows import Rows, RowsOf
+from iceslide_fem.scene.units import Quantity
+
+DRY_STRESS = RowsOf(
+    "ice temperature",
+    Quantity("K", "-80 degC", "0.01 degC"),
+    Quantity("Pa", "1 Pa", "1 GPa"),
+    "0 Pa",
+)
+
+
+class ShearStrength(NamedTuple):
+    """tau_b (Pa) over the temperature below the melting point, u = T_m - T (K).
+
+    depth: ascending u from 0 on; strength: tau_b there, which does not fall with u; both (rows, 1),
+    or (rows, n) where points differ. Straight between rows, constant beyond the last.
+    """
+
+    depth: Array
+    strength: Array
+
+    @classmethod
+    def softening(cls, stress: float, softening: float, residual: float) -> ShearStrength:
+        """tau_0 min(1, (T_m + delta - T) / Delta).
+
+        stress: tau_0 (Pa); softening: Delta (K), infinite where it does not soften; residual:
+        delta (K).
+        """
+        if residual >= softening:
+            return cls(np.zeros((1, 1)), np.full((1, 1), stress))
+        rows = [[0.0], [softening - residual]], [[stress * residual / softening], [stress]]
+        return cls(*(np.array(column) for column in rows))
+
+    @classmethod
+    def of_rows(cls, rows: tuple[tuple[float, float], ...], melting: float) -> ShearStrength:
+        """tau_b of rows [T (K), tau_b (Pa)] in ascending T, for ice that melts at `melting` (K)."""
+        kelvin, strength = np.array(rows).T
+        depth = melting - kelvin[::-1]
+        below = depth > 0.0
+        at_melting = np.interp(0.0, depth, strength[::-1])
+        columns = (np.append(0.0, depth[below]), np.append(at_melting, strength[::-1][below]))
+        return cls(*(column[:, None] for column in columns))
+
+    def __call__(self, depth: Array) -> Array:
+        """tau_b (Pa) at u (K), (n,)."""
+        row, slope = self.segment(depth)
+        return self.at(row, self.strength) + slope * (depth - self.at(row, self.depth))
+
+    def segment(self, depth: Array) -> tuple[Index, Array]:
+        """The row below each u (K), (n,), and d tau_b / d u (Pa/K) above it."""
+        row = (depth >= self.depth).sum(axis=0) - 1
+        return np.maximum(row, 0), self.slope(row)
+
+    def slope(self, row: Index) -> Array:
+        """d tau_b / d u (Pa/K) from each of these rows to the next, 0 beyond the last and first."""
+        last = len(self.depth) - 1
+        here, there = np.clip(row, 0, last), np.clip(row + 1, 0, last)
+        rise = self.at(there, self.strength) - self.at(here, self.strength)
+        run = self.at(there, self.depth) - self.at(here, self.depth)
+        return np.divide(rise, run, out=np.zeros_like(rise), where=run > 0.0)
+
+    def at(self, row: Index, column: Array) -> Array:
+        """Values of a column in these rows, (n,)."""
+        if column.shape[1] == 1:
+            return column[row, 0]
+        return np.take_along_axis(column, row[None], axis=0)[0]
+
+    @classmethod
+    def together(cls, strengths: Sequence[ShearStrength], sizes: Sequence[int]) -> ShearStrength:
+        """Those of all points, so many of each, with as many rows."""
+        columns = (
+            np.hstack(
+                [
+                    np.broadcast_to(column, (len(column), n))
+                    for column, n in zip(columns, sizes, strict=True)
+                ]
+            )
+            for columns in zip(*strengths, strict=True)
+        )
+        return cls(*columns)
+
+    def take(self, index: Index) -> ShearStrength:
+        """The same at the points of `index`."""
+        if self.depth.shape[1] == 1:
+            return self
+        return ShearStrength(*(column.take(index, axis=1, mode="clip") for column in self))
+
+
+def check_softens(rows: Rows, key: str) -> None:
+    """Raise ValueError, a sentence that names `key`, where warmer ice is stronger."""
+    for number, (colder, warmer) in enumerate(pairwise(rows), start=1):
+        if warmer[1] > colder[1]:
+            raise ValueError(
+                f"{key} rises from row {number} to row {number + 1}: ice gets softer as it gets "
+                "warmer; allowed: stresses that fall, or stay as they are"
+            )
+    if rows[0][1] == 0.0:
+        raise ValueError(f"{key} is 0 in all rows; allowed: more than 0 where ice is coldest")
