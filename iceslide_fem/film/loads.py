@@ -134,7 +134,7 @@ class FilmOnIce(NamedTuple):
     internal: Array = np.zeros((0, 1))
 
     @property
-    def power(self) -> Array:
+    def power_at_start(self) -> Array:
         """q_f (W/m2) of the film that the stage starts from."""
         return np.asarray(self.loads.viscous * self.loads.speed * np.exp(log_shearing(self)))
 
