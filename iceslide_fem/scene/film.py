@@ -1,0 +1,58 @@
+"""The water film of a scene: how it begins, what it follows, and where it lives."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import model_validator
+
+from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.rows import RowsOf
+from iceslide_fem.scene.table import Table
+from iceslide_fem.scene.units import Quantity
+
+HEIGHT = RowsOf(
+    "ice temperature",
+    Quantity("K", "-80 degC", "0.01 degC"),
+    Quantity("m", "1 nm", "10 um"),
+    "1 nm",
+)
+
+
+class Film(Table):
+    """The water film: who carries it, the pressure it follows, and constant k, D (m), H_V (m).
+
+    k, D and H_V override the compound's table, all three together; `contact`, the path of a CSV
+    file, is another table (`read_contact_table`). `initial_height` is h0, m, or rows of it
+    over the ice's initial temperature (K).
+    `conductance` is that from the film to either body with heat in the rubber, W/(m2 K).
+    `water_speed` is that of squeezed-out water relative to the rubber, a fraction of the
+    sliding speed: 1 with the ice, 0 with the rubber, 0.5 in Couette flow (docs/theory.md).
+    """
+
+    carrier: Literal["ice", "rubber"] = "ice"
+    pressure: Literal["local", "nominal"] = "local"
+    k: Annotated[float, Quantity("", "1e-6", "1")] | None = None
+    D: Annotated[float, Quantity("m", "0.01 um", "10 mm")] | None = None
+    H_V: Annotated[float, Quantity("m", "1 nm", "10 mm")] | None = None
+    contact: InputFile | None = None
+    initial_height: Annotated[Any, HEIGHT] = 70e-9
+    conductance: Annotated[float, Quantity("W/m^2/K", "10 W/m^2/K", "1e9 W/m^2/K")] | None = None
+    water_speed: Annotated[float, Quantity("", "0", "1")] = 1.0
+
+    @model_validator(mode="after")
+    def _all_or_none(self) -> Self:
+        given = [name for name in ("k", "D", "H_V") if getattr(self, name) is not None]
+        if len(given) in (1, 2):
+            raise ValueError(
+                f"film has {' and '.join(given)} only; give k, D and H_V together, or none of them"
+            )
+        if self.contact is not None:
+            if given:
+                raise ValueError(
+                    "film.contact and film.k contradict each other: one is a table over pressure, "
+                    "the other holds at every pressure; give one of them"
+                )
+            read_contact_table(self.contact, "film.contact")
+        return self
