@@ -95,6 +95,8 @@ def given_flux(flux):
     """A film that gives `flux` (n,) as long as the surface does not melt."""
 
     class GivenFlux:
+        power_at_start = None
+
         def solve(self, surface: Surface, near=None) -> FilmStage:
             dry = surface.offset + surface.resistance * flux
             melting = dry > MELTING_TEMPERATURE
@@ -255,6 +257,8 @@ def test_modes_diagonalise_the_matrices_that_dolfinx_assembles(model):
 class Counted:
     """The film of a given flux, and how often it was asked."""
 
+    power_at_start = None
+
     def __init__(self, flux):
         self.film, self.times = given_flux(flux), 0
 
@@ -395,7 +399,7 @@ def test_first_guess_saves_changes_and_moves_nothing(model, monkeypatch):
     film, guesses, changes = uneven_film(points, 1e-4), [], []
     guess, balanced = IceSurface.melting_guess, IceSurface.balanced
     at, modes = ice.grid.place(points), SurfaceModes(ice.grid.lines)
-    around = ice.grid.scatter(area * film.power, at).reshape(ice.grid.shape)
+    around = ice.grid.scatter(area * film.power_at_start, at).reshape(ice.grid.shape)
 
     def guessed(surface, inside, before, *rest):
         found, stage = guess(surface, inside, before, *rest), inside.stage
@@ -439,6 +443,8 @@ def test_stages_settle_with_the_link_and_agreement_of_a_tolerance(tolerance, mon
 
 class Given:
     """A film that gives its ice `power` (W/m2), unless that melts it."""
+
+    power_at_start = None  # the ice begins at its temperatures, without a guess
 
     def __init__(self, power):
         self.power = power

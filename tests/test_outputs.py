@@ -50,7 +50,7 @@ from iceslide_fem.run.schedule import FieldTimes  # noqa: E402
 from iceslide_fem.runtime.errors import OutputError, SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 from iceslide_fem.scene.fingerprint import fingerprint  # noqa: E402
-from iceslide_fem.scene.model import FIELDS  # noqa: E402
+from iceslide_fem.scene.output import FIELDS  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 
 WORLD = MPI.COMM_WORLD

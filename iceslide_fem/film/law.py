@@ -133,6 +133,13 @@ class Film(Protocol):
     """
 
     @property
+    def power_at_start(self) -> Array | None:
+        """q_f (W/m2) at the start of the stage, where the state gives it and the ice takes it all.
+
+        None where another body takes heat, too, or the stage has to be solved for it.
+        """
+
+    @property
     def log_height(self) -> Array:
         """ln(h / 1 m) at the start of the stage."""
 

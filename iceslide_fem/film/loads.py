@@ -163,7 +163,7 @@ class FilmOnIce(NamedTuple):
         return self.loads.height(log_height)
 
     @property
-    def power(self) -> Array:
+    def power_at_start(self) -> Array:
         """q_f (W/m2) of the film that the stage starts from."""
         return np.asarray(self.loads.viscous * self.loads.speed * np.exp(log_shearing(self)))
 

@@ -234,6 +234,10 @@ class FilmBetween(NamedTuple):
     rubber: RubberSurface
 
     @property
+    def power_at_start(self) -> None:
+        """None: how the bodies share it follows from the stage."""
+
+    @property
     def log_height(self) -> Array:
         """ln h at the start of the stage."""
         return self.film.log_height

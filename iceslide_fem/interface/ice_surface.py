@@ -12,7 +12,6 @@ from copy import copy
 import numpy as np
 
 from iceslide_fem.film.law import Film, FilmStage, Surface
-from iceslide_fem.film.loads import FilmOnIce
 from iceslide_fem.interface.ice_balance import NOT_FOUND, Balance, Lines, balance
 from iceslide_fem.interface.ice_conduction import StageSurface, SurfaceConduction
 from iceslide_fem.interface.ice_modes import SurfaceModes
@@ -92,9 +91,9 @@ class IceSurface:
         grid, at, area, T_m = self._grid, self.at, self._area, self._solid.melting_temperature
         of_all, inside = self.points.of_all, self.inside(stage)
         temperature, near, resistances = before, None, np.full(area.shape, interface_resistance)
-        if isinstance(film, FilmOnIce):
-            power = of_all(np.stack([area * film.power, area], axis=-1))
-            temperature = self.melting_guess(inside, before, power, interface_resistance)
+        if (power := film.power_at_start) is not None:
+            heating = of_all(np.stack([area * power, area], axis=-1))
+            temperature = self.melting_guess(inside, before, heating, interface_resistance)
         below = grid.interpolate(temperature.ravel(), at)
         for iteration in range(MAX_REQUESTS):
             result = film.solve(Surface.of(below, resistances, self._solid), near)

@@ -45,6 +45,7 @@ class FilmLaw:
     viscosity: float = WATER_VISCOSITY
     table: ViscosityTable | None = None
     name: ClassVar[str] = "film"
+    has_film: ClassVar[bool] = True
     viscous: ClassVar[bool] = True
     fault: ClassVar[str | None] = None
 

@@ -26,6 +26,13 @@ class InterfaceLaw(Protocol):
         """What messages call it."""
 
     @property
+    def has_film(self) -> bool:
+        """Whether films of water with the scene's k, D and H_V separate rubber and ice.
+
+        Then a point's steps end where its film begins to melt and where its voids are full.
+        """
+
+    @property
     def viscous(self) -> bool:
         """Whether shear is proportional to the slip speed at a given state.
 
@@ -45,7 +52,10 @@ class InterfaceLaw(Protocol):
         """Initial values of the internal variables, one for each."""
 
     def frame(self, asked: str) -> str:
-        """Where the history lives if ice slides, "ice" or "rubber", if the scene has `asked`."""
+        """Where the history lives if ice slides, "ice" or "rubber", if the scene has `asked`.
+
+        What lives on the ice is held by its nodes (`interface.build.ON_ICE`).
+        """
 
     def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
         """ln h (h in m), H_s (m) and internal variables (m, n) of `n` points at the start."""

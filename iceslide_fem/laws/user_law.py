@@ -30,6 +30,7 @@ class UserLaw:
     temperature: of the ice at the start, K; fault: what the law did wrong, or None.
     """
 
+    has_film: ClassVar[bool] = False
     viscous: ClassVar[bool] = False
 
     def __init__(self, law: Law, name: str, temperature: float, melting_temperature: float) -> None:

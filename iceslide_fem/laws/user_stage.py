@@ -151,6 +151,10 @@ class UserStage(NamedTuple):
         """That of a film which is not there."""
         return np.exp(log_height)
 
+    @property
+    def power_at_start(self) -> None:
+        """None: the law gives it for the ice's answer only."""
+
     def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
         """What the law makes of the ice's answer; what would warm it above T_m melts it.
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from iceslide_fem.coupling.energy import Energies
 from iceslide_fem.coupling.ledger import Ledger
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import AcceptedStep, CoupledState
@@ -51,46 +52,36 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: AcceptedStep | None) -
     def mean(values: Any) -> float:
         return block.surface.total(values.reshape(area.shape), area) / touching
 
-    frame, load = sliding.frame, block.scene.load
+    frame = sliding.frame
+    squeezed = frame.at_points(current.interface.squeezed_height, current.loads)
     melted, saturated = _switches(sliding, accepted)
     normal, friction = block.normal_force(contact), ledger.friction_force()
     below, beside = (
         block.total(current.interface.squeezed_height, area)
         for area in frame.water_areas(current.loads)
     )
-    values = HistoryRow(
-        time_s=current.time,
-        step_s=accepted.dt if accepted else 0.0,
-        slip_m=load.speeds.integral(current.time),
-        mu=friction / normal,
-        film_height_m=mean(frame.film_height(current.interface, current.loads)),
-        squeezed_height_m=mean(frame.at_points(current.interface.squeezed_height, current.loads)),
-        surface_temperature_C=mean(_surface(sliding, current)) - ZERO_CELSIUS,
-        contact_fraction=touching / block.area,
-        nominal_pressure_Pa=load.pressures.at(current.time),
-        speed_m_per_s=load.speeds.at(current.time),
-        normal_force_N=normal,
-        friction_force_N=friction,
-        plate_displacement_m=block.equilibrium.plate_displacement(),
-        melted_fraction=mean(melted),
-        saturated_fraction=mean(saturated),
-        friction_work_J=ledger.friction_work,
-        load_work_J=ledger.load_work,
-        ice_heat_J=ledger.ice_heat,
-        rubber_heat_J=ledger.rubber_heat,
-        latent_heat_J=ledger.latent_heat,
-        wall_heat_J=ledger.wall_heat,
-        elastic_energy_J=ledger.elastic_energy,
-        kinetic_energy_J=ledger.kinetic_energy,
-        energy_imbalance=ledger.imbalance,
-        water_squeezed_m3=ledger.squeezed_water,
-        water_below_m3=below,
-        water_left_m3=beside + ledger.lost_water,
-        newton_iterations=accepted.iterations if accepted else 0,
-    )
+    values = {
+        "step_s": accepted.dt if accepted else 0.0,
+        "mu": friction / normal,
+        "film_height_m": mean(frame.film_height(current.interface, current.loads)),
+        "squeezed_height_m": mean(squeezed),
+        "surface_temperature_C": mean(_surface(sliding, current)) - ZERO_CELSIUS,
+        "contact_fraction": touching / block.area,
+        "normal_force_N": normal,
+        "friction_force_N": friction,
+        "plate_displacement_m": block.equilibrium.plate_displacement(),
+        "melted_fraction": mean(melted),
+        "saturated_fraction": mean(saturated),
+        "energy_imbalance": ledger.imbalance,
+        "water_squeezed_m3": ledger.squeezed_water,
+        "water_below_m3": below,
+        "water_left_m3": beside + ledger.lost_water,
+        "newton_iterations": accepted.iterations if accepted else 0,
+    }
+    energies = {f"{name}_J": getattr(ledger, name) for name in Energies._fields}
     reported = _reported(sliding, _internal_at_points(sliding))
     internal = {name: mean(field) for name, field in reported.items()}
-    return row_of(values._asdict(), internal)
+    return row_of(block.scene.load, current.time, values | energies, internal)
 
 
 def interface_fields(sliding: Sliding, accepted: AcceptedStep | None) -> dict[str, Array]:

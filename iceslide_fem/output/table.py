@@ -16,6 +16,7 @@ import numpy as np
 
 from iceslide_fem.runtime.errors import OutputError, SceneError
 from iceslide_fem.runtime.files import writing
+from iceslide_fem.scene.load import Load
 
 
 class HistoryRow(NamedTuple):
@@ -55,11 +56,19 @@ class HistoryRow(NamedTuple):
     newton_iterations: int
 
 
-def row_of(values: Mapping[str, Any], internal: Mapping[str, float]) -> HistoryRow:
-    """A row of known `values`, 0 elsewhere, and behind them what the law remembers."""
-    columns = {name: values.get(name, 0.0) for name in HistoryRow._fields}
-    kind = row_type(tuple(internal))
-    return kind(**columns, **cast("dict[str, Any]", internal))
+def row_of(
+    load: Load, time: float, values: Mapping[str, Any], internal: Mapping[str, float]
+) -> HistoryRow:
+    """The row at `time` (s) under a `load`: its columns, known `values`, 0 elsewhere, and behind
+    them the law's internal variables.
+    """
+    columns: dict[str, Any] = dict.fromkeys(HistoryRow._fields, 0.0) | {
+        "time_s": time,
+        "slip_m": load.speeds.integral(time),
+        "nominal_pressure_Pa": load.pressures.at(time),
+        "speed_m_per_s": load.speeds.at(time),
+    }
+    return row_type(tuple(internal))(**columns | dict(values) | dict(internal))
 
 
 @cache

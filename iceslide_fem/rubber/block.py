@@ -35,6 +35,7 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.runtime.ranks import from_root
 from iceslide_fem.scene import Scene
+from iceslide_fem.scene.contradictions import too_soft
 
 # Newton stops at a residual of these fractions of the plate's force and of the friction force,
 # times the scene's tolerance: mu(t) moves by a hundredth of that. The second is the smaller one
@@ -210,7 +211,7 @@ def build_block(scene: Scene, comm: MPI.Comm, energy: Energy = stored_energy) ->
     mesh = rubber_mesh(scene, comm)
     z = mesh.mesh.geometry.x[:, mesh.mesh.geometry.dim - 1]
     height = float(comm.allreduce(z.max(initial=0.0), op=MPI.MAX))
-    fault = scene.too_soft(height)  # of a mesh of the user's the height is known only now
+    fault = too_soft(scene, height)  # of a mesh of the user's the height is known only now
     if fault is not None:
         raise SceneError(fault)
     material = scene.mooney_rivlin

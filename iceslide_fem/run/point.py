@@ -18,7 +18,6 @@ from iceslide_fem.film.conditions import (
 from iceslide_fem.film.doubts import doubts
 from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
 from iceslide_fem.film.point import Conditions, PointResult, Record, ice_below, simulate
-from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.points import moments
 from iceslide_fem.laws.table import law_of
@@ -40,14 +39,14 @@ def point_history(scene: Scene) -> tuple[list[HistoryRow], dict[str, Any]]:
     rows are the block's (`block_rows`). Raises SimulationStopped where no step can be made.
     """
     law = law_of(scene)
-    rows, entries = _of_film(scene, law) if isinstance(law, FilmLaw) else _of_law(scene, law)
+    rows, entries = _of_film(scene, law) if law.has_film else _of_law(scene, law)
     if scene.ice.motion == "sliding":
         rows = block_rows(rows, scene)
         entries |= mean_summary(rows)
     return rows, entries | {"energy_imbalance": rows[-1].energy_imbalance}
 
 
-def _of_film(scene: Scene, law: FilmLaw) -> tuple[list[HistoryRow], dict[str, Any]]:
+def _of_film(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[str, Any]]:
     """Rows and results of the film law, whose steps end on melt onset and saturation."""
     conditions = scene_conditions(scene)
     duration = float(conditions.duration[0])
@@ -83,7 +82,7 @@ def _of_film(scene: Scene, law: FilmLaw) -> tuple[list[HistoryRow], dict[str, An
 
 
 def _of_law(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[str, Any]]:
-    """Rows and results of any law."""
+    """Rows and results of any law without a film."""
     numerics, load, duration = scene.numerics, scene.load, exposure(scene)
     ice = ice_below(ice_model(scene), scene.ice.temperature, duration, scene.ice.solid)
     integrator = INTEGRATORS[numerics.film_integrator]

@@ -16,9 +16,9 @@ import numpy as np
 from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.point import Conditions, ice_below, simulate
 from iceslide_fem.film.point_conditions import RANGES
+from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.points import moments
 from iceslide_fem.laws.table import law_of
-from iceslide_fem.laws.user_law import UserLaw
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import Course
@@ -129,8 +129,8 @@ def _friction(
     ice = scene.ice.ground if ice is None else ice
     nominal = scene.load.pressures.mean
     pressure = fractions * nominal
-    if isinstance(law := law_of(scene), UserLaw):
-        return _user_friction(scene, law, pressure, duration, times, ice)
+    if not (law := law_of(scene)).has_film:
+        return _friction_without_film(scene, law, pressure, duration, times, ice)
     acting = pressure if scene.film.pressure == "local" else np.full_like(fractions, nominal)
     acting = np.clip(acting, *RANGES["pressure"][:2])  # where an edge has all but lifted off
     k, D, H_V, _ = scene.contact_parameters(acting)
@@ -156,10 +156,15 @@ def _friction(
     return np.asarray(found.samples * acting)
 
 
-def _user_friction(
-    scene: Scene, law: UserLaw, pressure: Array, duration: float, times: Array, ice: str | Ground
+def _friction_without_film(
+    scene: Scene,
+    law: InterfaceLaw,
+    pressure: Array,
+    duration: float,
+    times: Array,
+    ice: str | Ground,
 ) -> Array:
-    """The same under a user's law, at least that of `NO_FRICTION`."""
+    """The same under a law without a film, at least that of `NO_FRICTION`."""
     cold = scene.ice.temperature
     walk = moments(
         law,

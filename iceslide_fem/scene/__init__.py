@@ -4,9 +4,11 @@ From a TOML file or a dictionary, with units at the edge; data of materials with
 Imports `runtime` only.
 """
 
+from iceslide_fem.scene.film import Film
 from iceslide_fem.scene.ice import Ice, Water
 from iceslide_fem.scene.load import Load
-from iceslide_fem.scene.model import REFINEMENTS, Film, Numerics, Scene
+from iceslide_fem.scene.model import Scene
+from iceslide_fem.scene.numerics import REFINEMENTS, Numerics
 from iceslide_fem.scene.rubber import Rubber
 from iceslide_fem.scene.toml import (
     flat,

@@ -21,7 +21,7 @@ from iceslide_fem.output.table import HistoryRow, Table
 from iceslide_fem.rubber.block import build_block
 from iceslide_fem.run.schedule import FieldTimes
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.model import FIELDS
+from iceslide_fem.scene.output import FIELDS
 from scripts.studies.blocks import at_speed
 from scripts.studies.common import case, options, table
 

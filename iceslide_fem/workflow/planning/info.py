@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.film.loads import squeeze_rate
+from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.table import law_of
-from iceslide_fem.laws.user_law import UserLaw
 from iceslide_fem.run.simplifications import simplifications
 from iceslide_fem.runtime.units import readable
 from iceslide_fem.scene import Scene
@@ -99,8 +99,8 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     Squeeze-out alone: h0^2/h^2 = 1 + 2 K3 h0^2 t with K3 of (6.5); melting
     alone: h^2/h0^2 = 1 + 2 K1 t / h0^2 with K1 = k eta v^2 / (rho L).
     """
-    if isinstance(law := law_of(scene), UserLaw):
-        return _user_law(scene, law)
+    if not (law := law_of(scene)).has_film:
+        return _law(scene, law)
     p, v, h0, eta = (
         scene.load.pressures.first,
         scene.load.speeds.first or scene.load.speeds.mean,
@@ -125,14 +125,14 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     ]
 
 
-def _user_law(scene: Scene, law: UserLaw) -> list[Row]:
+def _law(scene: Scene, law: InterfaceLaw) -> list[Row]:
     """What rubs in place of the film, and its friction at t = 0."""
     p, v = scene.load.pressures.first, scene.load.speeds.first
     start = law.at_start(scene.initial_height, 1)
     mu = float(start(np.array([p]), np.array([v]))[0][0]) / p
-    remembered = ", ".join(law.fields) or "nothing"
+    history = f"internal variables {', '.join(law.columns)}" if law.columns else "without history"
     return [
-        Row("law", "friction", law.name, f"in place of the film; remembers {remembered}"),
+        Row("law", "friction", law.name, f"in place of the film; {history}"),
         Row("law", "friction at t = 0", f"{mu:.3g}", "of the law, on ice as it is then"),
     ]
 

@@ -1,0 +1,92 @@
+"""The water film of a scene: how it begins, what it follows, and where it lives."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import model_validator
+
+from iceslide_fem.runtime.units import readable
+from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.rows import RowsOf
+from iceslide_fem.scene.shear_strength import DRY_STRESS, check_softens
+from iceslide_fem.scene.table import Table
+from iceslide_fem.scene.units import Quantity
+
+HEIGHT = RowsOf(
+    "ice temperature",
+    Quantity("K", "-80 degC", "0.01 degC"),
+    Quantity("m", "0 nm", "10 um"),
+    "0 nm",
+)
+THINNEST = 1e-9  # m, of films that begin with water
+
+
+class Film(Table):
+    """The water film: who carries it, the pressure it follows, and constant k, D (m), H_V (m).
+
+    k, D and H_V override the compound's table, all three together; `contact`, the path of a CSV
+    file, is another table (`read_contact_table`). `initial_height` is h0, m, or rows of it
+    over the ice's initial temperature (K).
+    `conductance` is that from the film to either body with heat in the rubber, W/(m2 K).
+    `water_speed` is that of squeezed-out water relative to the rubber, a fraction of the
+    sliding speed: 1 with the ice, 0 with the rubber, 0.5 in Couette flow (docs/theory.md).
+
+    dry_stress: tau_b (Pa) with which dry rubber and ice shear where they touch, a limit of the
+    film's shear: rows of it over the temperature of the ice's surface (K), or a number, which it
+    is on cold ice; it falls over the last `dry_softening` (K) before T_m + `dry_residual` (K).
+    With it films may begin without water, initial_height 0.
+    """
+
+    carrier: Literal["ice", "rubber"] = "ice"
+    pressure: Literal["local", "nominal"] = "local"
+    k: Annotated[float, Quantity("", "1e-6", "1")] | None = None
+    D: Annotated[float, Quantity("m", "0.01 um", "10 mm")] | None = None
+    H_V: Annotated[float, Quantity("m", "1 nm", "10 mm")] | None = None
+    contact: InputFile | None = None
+    initial_height: Annotated[Any, HEIGHT] = 70e-9
+    conductance: Annotated[float, Quantity("W/m^2/K", "10 W/m^2/K", "1e9 W/m^2/K")] | None = None
+    water_speed: Annotated[float, Quantity("", "0", "1")] = 1.0
+    dry_stress: Annotated[Any, DRY_STRESS] | None = None
+    dry_softening: Annotated[float, Quantity("K", "0.01 K", "200 K")] | None = None
+    dry_residual: Annotated[float, Quantity("K", "0 K", "200 K")] = 0.5
+
+    @model_validator(mode="after")
+    def _all_or_none(self) -> Self:
+        given = [name for name in ("k", "D", "H_V") if getattr(self, name) is not None]
+        if len(given) in (1, 2):
+            raise ValueError(
+                f"film has {' and '.join(given)} only; give k, D and H_V together, or none of them"
+            )
+        if self.contact is not None:
+            if given:
+                raise ValueError(
+                    "film.contact and film.k contradict each other: one is a table over pressure, "
+                    "the other holds at every pressure; give one of them"
+                )
+            read_contact_table(self.contact, "film.contact")
+        return self
+
+    @model_validator(mode="after")
+    def _dry_shear_is_whole(self) -> Self:
+        rows = self.dry_stress
+        table = isinstance(rows, tuple)
+        for key in ("dry_softening", "dry_residual"):
+            given = getattr(self, key) != type(self).model_fields[key].default
+            if given and (table or rows is None):
+                reason = "rows of film.dry_stress" if table else "no film.dry_stress"
+                raise ValueError(
+                    f"film.{key} and {reason} contradict each other: it says how a number of "
+                    "dry_stress falls; allowed: film.dry_stress as a number"
+                )
+        if isinstance(rows, tuple):
+            check_softens(rows, "film.dry_stress")
+        heights = self.initial_height
+        least = min(value for _, value in heights) if isinstance(heights, tuple) else heights
+        if least < THINNEST and self.dry_stress is None:
+            raise ValueError(
+                f"film.initial_height = {readable(least, 'm')} is out of range; allowed: 1 nm to "
+                "10 um, or from 0 on with film.dry_stress, which limits the shear of thin films"
+            )
+        return self
