@@ -15,12 +15,12 @@ WITHOUT_MELTING = (
 MOST = 0.5  # of the contact, from which on ice that does not melt decides mu
 
 
-def doubts(height: float, friction: float, melts: bool) -> list[str]:
+def doubts(height: float, friction: float, melts: bool, dry: bool = False) -> list[str]:
     """A sentence each, without its full stop, on the least film height (m), the largest mu, and ice
-    that never melts.
+    that never melts. dry: whether the law has dry friction, where there is no film to doubt.
     """
-    found = [] if melts else [f"the ice does not melt: {WITHOUT_MELTING}"]
-    if height < THINNEST_FILM:
+    found = [] if melts or dry else [f"the ice does not melt: {WITHOUT_MELTING}"]
+    if height < THINNEST_FILM and not dry:
         found.append(
             f"the film gets {1e9 * height:.2g} nm thin: below {1e9 * THINNEST_FILM:g} nm there are "
             "three water molecules or less, which are no fluid with a viscosity"

@@ -103,10 +103,8 @@ def limited_film(scene: Scene, strength: ShearStrength) -> LimitedFilm:
     limit = LimitingShear.of(strength, film.viscosity, speeds.largest)
     coldest = np.array([scene.ice.melting_temperature - scene.ice.temperature])
     first = strength(coldest)
-    dry = limit.drag(np.array([speeds.largest])) / first
-    ramp = scene.numerics.shear_ramp_pressure or default_ramp(
-        scene, scene.initial_height + float(dry[0])
-    )
+    height = scene.shearing_height(speeds.largest)
+    ramp = scene.numerics.shear_ramp_pressure or default_ramp(scene, height)
     return LimitedFilm(
         film.parameters,
         film.nominal,

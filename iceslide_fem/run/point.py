@@ -77,7 +77,8 @@ def _of_film(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[st
     entries, rows = point_summary(result, 0), history.rows
     thinnest = min(row.film_height_m for row in rows)
     melts = entries["melt_onset_s"] is not None
-    entries["warnings"] = doubts(thinnest, float(result.mu_peak[0]), melts)
+    dry = scene.film.dry_stress is not None
+    entries["warnings"] = doubts(thinnest, float(result.mu_peak[0]), melts, dry)
     return rows, entries
 
 
@@ -128,7 +129,8 @@ def point_doubts(conditions: Conditions, result: PointResult, number: int) -> li
     mu = float(result.mu_peak[number])
     viscous = float(conditions.loads().viscous[number])
     thinnest = viscous / (mu * float(conditions.pressure[number]))
-    return doubts(thinnest, mu, not np.isnan(result.melt_onset[number]))
+    melts, dry = not np.isnan(result.melt_onset[number]), conditions.limit is not None
+    return doubts(thinnest, mu, melts, dry)
 
 
 def point_summary(result: PointResult, number: int) -> dict[str, Any]:

@@ -144,6 +144,7 @@ def _friction(
         initial_height=scene.initial_height,
         duration=duration,
         viscosity=scene.viscosity,
+        strength=scene.shear_strength,
         **scene.ice.solid._asdict(),
     )
     found = simulate(

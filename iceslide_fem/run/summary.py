@@ -31,6 +31,7 @@ class Results:
         self.sipe_opening = math.inf
         self.bottom, self.sides = 1.0, 0.0  # smallest and largest of the run's postures
         self.thinnest_film = math.inf
+        self.dry = False  # whether the law has dry friction
 
     def __call__(self, step: Observation) -> None:
         """Enter t = 0 or an accepted step. Collective."""
@@ -43,6 +44,7 @@ class Results:
             self.melt_onset = row.time_s
         if self.saturation is None and row.saturated_fraction > 0.0:
             self.saturation = row.time_s
+        self.dry = block.scene.film.dry_stress is not None
         self.thinnest_film = min(self.thinnest_film, thinnest_film(step.sliding))
         if step.solved:
             posture = block.posture()
@@ -106,5 +108,6 @@ class Results:
             )
         if math.isfinite(self.thinnest_film):  # else friction is by another law
             melts = self.melt_onset is not None
-            found += doubts(self.thinnest_film, max(mu for _, mu in self.rows), melts)
+            largest = max(mu for _, mu in self.rows)
+            found += doubts(self.thinnest_film, largest, melts, self.dry)
         return found

@@ -99,6 +99,16 @@ class Scene(Table):
         softening = np.inf if film.dry_softening is None else film.dry_softening
         return ShearStrength.softening(film.dry_stress, softening, film.dry_residual)
 
+    def shearing_height(self, speed: float) -> float:
+        """h0 + eta v / tau_b (m): water of that height shears as hard as the contact does at first
+        at a slip `speed` (m/s).
+        """
+        strength = self.shear_strength
+        if strength is None:
+            return self.initial_height
+        coldness = np.array([self.ice.melting_temperature - self.ice.temperature])
+        return self.initial_height + self.viscosity * speed / float(strength(coldness)[0])
+
     @property
     def viscosity(self) -> float:
         """Of the film's water (Pa s) at the ice's initial temperature, with which it starts."""

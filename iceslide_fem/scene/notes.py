@@ -156,19 +156,22 @@ def _extremes(scene: Scene, table: str, key: str) -> list[float]:
     All keys but those of the load are the film's initial height.
     """
     if table != "load":
-        return [scene.initial_height]
+        return [] if scene.film.dry_stress is not None else [scene.initial_height]
     course = getattr(scene.load, f"{key}s")
     return sorted({course.smallest, course.largest} - {0.0})
 
 
 def _friction(scene: Scene) -> list[str]:
-    """Friction at t = 0, mu = k eta v / (h0 p) (5.29, 5.30), of a film that has not grown yet."""
+    """Friction at t = 0, mu = k eta v / (h0 p) (5.29, 5.30), of a film that has not grown yet, or
+    what dry shear leaves of it.
+    """
     if scene.friction.law != "film":
         return []
-    p, h0 = scene.load.pressures.first, scene.initial_height
-    friction = (
-        float(scene.contact_parameters(p).k) * scene.viscosity * scene.load.speeds.first / (h0 * p)
-    )
+    p, v = scene.load.pressures.first, scene.load.speeds.first
+    height = scene.shearing_height(v)
+    if not height:
+        return []
+    friction = float(scene.contact_parameters(p).k) * scene.viscosity * v / (height * p)
     if friction <= LARGEST_FRICTION:
         return []
     return [

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import sqrt
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,16 +15,8 @@ from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import SAMPLED
 from iceslide_fem.scene.materials import BAR, ContactTable
 from iceslide_fem.workflow.planning.cost import estimate
-
-
-class Row(NamedTuple):
-    """One line of the table: the group it stands in, name, value with unit, and its meaning."""
-
-    group: str
-    quantity: str
-    value: str
-    meaning: str
-
+from iceslide_fem.workflow.planning.regime import regime
+from iceslide_fem.workflow.planning.row import Row
 
 # sqrt(alpha t) over the contact's shortest side up to which columns of ice are good enough. At
 # 0.09 they change mean mu by 0.8 % and cold ice beside the contact changes it by 2.7 % (slice of
@@ -109,19 +100,35 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     )
     contact = scene.contact_parameters(p)
     k, D, H_V = float(contact.k), float(contact.D), float(contact.H_V)
-    tau = k * eta * v / h0
-    squeeze_time = 1.0 / (2.0 * squeeze_rate(p, D, eta) * h0**2)
-    melt_time = h0**2 / (2.0 * k * eta * v**2 / scene.ice.solid.melting_enthalpy)
+    tau = k * eta * v / scene.shearing_height(v)
+    strength = scene.shear_strength
+    friction = "μ = k η v / (h₀ p)" if strength is None else "μ = τ / p, of film and dry shear"
+    power = "k η v² / h₀" if strength is None else "τ v"
     return [
         *_table(scene, size, tau / p),
         Row("film", "k", f"{k:.3g}", "relative contact area at the nominal pressure"),
         Row("film", "D", readable(D, "m"), "mean asperity diameter"),
         Row("film", "H_V", readable(H_V, "m"), "mean free height; saturated when squeezed full"),
         *_thinning(scene),
-        Row("film", "friction at t = 0", f"{tau / p:.3g}", "μ = k η v / (h₀ p)"),
-        Row("film", "friction power at t = 0", readable(tau * v, "W/m^2"), "k η v² / h₀"),
-        Row("film", "squeeze-out time", readable(squeeze_time, "s"), "1 / (2 K₃ h₀²)"),
-        Row("film", "melting time", readable(melt_time, "s"), "h₀² / (2 K₁)"),
+        Row("film", "friction at t = 0", f"{tau / p:.3g}", friction),
+        Row("film", "friction power at t = 0", readable(tau * v, "W/m^2"), power),
+        *_times(h0, squeeze_rate(p, D, eta), k * eta * v**2 / scene.ice.solid.melting_enthalpy),
+        *([] if strength is None else regime(scene, strength)),
+    ]
+
+
+def _times(height: float, squeezing: float, melting: float) -> list[Row]:
+    """How fast a film of the `height` h0 (m) changes, with K3 (1/(m2 s)) and K1 (m2/s)."""
+    if not height:
+        return []
+    return [
+        Row(
+            "film",
+            "squeeze-out time",
+            readable(0.5 / (squeezing * height**2), "s"),
+            "1 / (2 K₃ h₀²)",
+        ),
+        Row("film", "melting time", readable(0.5 * height**2 / melting, "s"), "h₀² / (2 K₁)"),
     ]
 
 

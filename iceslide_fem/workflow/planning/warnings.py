@@ -22,12 +22,13 @@ def _film(scene: Scene) -> list[str]:
     rows = point_rows(scene)
     heights = [row.film_height_m for row in rows]
     found = []
-    if min(heights) < low or max(heights) > high:
+    dry = scene.film.dry_stress is not None
+    if (min(heights) < low and not dry) or max(heights) > high:
         found.append(
             f"films of a point get {readable(min(heights), 'm')} to {readable(max(heights), 'm')} "
             f"high; {readable(low, 'm')} to {readable(high, 'm')} are known to work"
         )
-    if scene.friction.law == "film" and not any(row.melted_fraction for row in rows):
+    if scene.friction.law == "film" and not dry and not any(row.melted_fraction for row in rows):
         found.append(f"the ice below a point does not melt: {WITHOUT_MELTING}")
     largest = max(rows, key=lambda row: row.mu)
     if largest.mu > LARGEST_FRICTION and largest.time_s > 0.0:
