@@ -6,7 +6,7 @@ from typing import Protocol
 
 from iceslide_fem.scene.film import Film
 from iceslide_fem.scene.friction import Friction
-from iceslide_fem.scene.ice import Ice
+from iceslide_fem.scene.ice import Ice, Water
 from iceslide_fem.scene.load import Load
 from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.numerics import Numerics
@@ -16,6 +16,13 @@ from iceslide_fem.scene.shape import check_room_across
 from iceslide_fem.scene.thermal_layers import HEATED_LAYERS
 
 DEEPEST = 0.1  # that contact may sink in, of the height
+
+
+_WEAKENS = (
+    "film.dry_stress falls as the ice gets warmer, and rubber.inertia = false: dry friction that "
+    "weakens by its own heat has no motion without inertia (docs/theory.md); allowed: "
+    'rubber.inertia = true, model = "point", or a dry_stress that is the same at every temperature'
+)
 
 
 class Tables(Protocol):
@@ -40,6 +47,10 @@ class Tables(Protocol):
     @property
     def film(self) -> Film:
         """The water between both."""
+
+    @property
+    def water(self) -> Water:
+        """What it is made of."""
 
     @property
     def friction(self) -> Friction:
@@ -77,6 +88,8 @@ def check_contradictions(scene: Tables) -> None:
         )
     if scene.load.changes:
         _loads_may_change(scene)
+    if scene.film.dry_stress is not None:
+        _dry_shear_has_a_motion(scene)
     _contact_is_stiff(scene)
     if scene.model in ("block", "auto"):
         check_room_across(scene.rubber)
@@ -98,6 +111,29 @@ def check_contradictions(scene: Tables) -> None:
             "film.conductance has a meaning only with heat in the rubber; "
             "leave it out, or set rubber.heat = true"
         )
+
+
+def _dry_shear_has_a_motion(scene: Tables) -> None:
+    """Raise ValueError where a limit of the shear contradicts law, water, steps or the block."""
+    film, integrator = scene.film, scene.numerics.film_integrator
+    if scene.friction.law != "film":
+        raise ValueError(
+            f'film.dry_stress and friction.law = "{scene.friction.law}" contradict each other: it '
+            'limits the shear of films; allowed: friction.law = "film"'
+        )
+    if scene.water.table is not None:
+        raise ValueError(
+            "film.dry_stress and rows of water.viscosity contradict each other; allowed: one "
+            "viscosity"
+        )
+    if integrator == "explicit-euler":
+        raise ValueError(
+            'film.dry_stress and numerics.film_integrator = "explicit-euler" contradict each '
+            "other: the stress follows the temperature that it makes; allowed: 'sdirk2', 'sdirk3' "
+            "or 'implicit-euler'"
+        )
+    if scene.model != "point" and film.softens and not scene.rubber.inertia:
+        raise ValueError(_WEAKENS)
 
 
 def _loads_may_change(scene: Tables) -> None:

@@ -68,6 +68,14 @@ class Film(Table):
             read_contact_table(self.contact, "film.contact")
         return self
 
+    @property
+    def softens(self) -> bool:
+        """Whether dry_stress falls with the temperature."""
+        stress = self.dry_stress
+        if isinstance(stress, tuple):
+            return bool(stress[-1][1] < stress[0][1])
+        return self.dry_softening is not None and self.dry_residual < self.dry_softening
+
     @model_validator(mode="after")
     def _dry_shear_is_whole(self) -> Self:
         rows = self.dry_stress
