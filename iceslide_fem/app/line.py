@@ -13,9 +13,10 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from iceslide_fem.app.form import Slider, Texts
 from iceslide_fem.film.doubts import WITHOUT_MELTING, partly_dry
-from iceslide_fem.preprocess.footprint.case import FootprintCase, IceTemperature, Length, PixelBox
+from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.line import film_line, gaussian_profile, macroscopic_line
 from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic, Source, State
+from iceslide_fem.preprocess.footprint.option_values import IceTemperature, Length, PixelBox
 from iceslide_fem.preprocess.footprint.reading import read_footprint
 from iceslide_fem.preprocess.footprint.tables import read_profile
 from iceslide_fem.runtime.arrays import Array
