@@ -1,13 +1,12 @@
-"""Material data for users' own scripts and laws: the public names of `scene.materials`."""
+"""Material data for users' own scripts and laws: public names of `scene`."""
 
+from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 from iceslide_fem.scene.materials import (
     BAR,
     COMPOUNDS,
     CONTACT_TABLES,
     ICE,
     ZERO_CELSIUS,
-    ConstantContact,
-    ContactTable,
     MooneyRivlin,
     Solid,
 )

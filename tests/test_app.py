@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from app_server import fixtures, stop
 
-from iceslide_fem.app import form, line, point
+from iceslide_fem.app import form, line, line_case, point
 from iceslide_fem.postprocess.results import read_run
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.jaeger import TABLE_1_ICE
@@ -208,7 +208,7 @@ def test_a_table_of_ones_own(tmp_path, served):
 @pytest.mark.quick
 def test_the_line_is_that_of_the_library(served):
     status, answer = served.ask("line", texts={"slip": "2e-5", "ice_temperature": "-6 degC"})
-    x, pressure = gaussian_profile(0.18, 4e5, line.POINTS, 0.03)
+    x, pressure = gaussian_profile(0.18, 4e5, line_case.POINTS, 0.03)
     expected = macroscopic_line(
         pressure, x[1] - x[0], Macroscopic(slip=2e-5, ice_temperature=267.15)
     )
@@ -228,8 +228,8 @@ def test_friction_of_the_printed_slip_is_in_doubt():
 def test_sliders_of_the_line_begin_with_the_model_as_printed():
     texts = {slider.key: slider.text(slider.start) for slider in line.SLIDERS}
     texts.pop("air_temperature")  # empty at first: that of the ice
-    assert line.LineCase.of(texts).parameters == Macroscopic(effusivity=TABLE_1_ICE.effusivity)
-    assert line.LineCase.of(texts) == line.LineCase()
+    assert line_case.LineCase.of(texts).parameters == Macroscopic(effusivity=TABLE_1_ICE.effusivity)
+    assert line_case.LineCase.of(texts) == line_case.LineCase()
 
 
 def test_every_slider_of_the_line_changes_it():

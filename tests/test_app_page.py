@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from app_server import fixtures
 
-from iceslide_fem.app import line, point
+from iceslide_fem.app import line, line_case, point
 from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import scene_from_dict
 
@@ -181,7 +181,7 @@ def test_every_slider_of_the_line_redraws_what_the_library_computes(served, open
             slider.key
             for slider in line.SLIDERS
             if slider.key
-            in (line.OF_PICTURE if profile else set(line.KEYS) - {"max_pressure", "row"})
+            in (line.OF_PICTURE if profile else set(line_case.KEYS) - {"max_pressure", "row"})
         ]
         for key in moved:
             before = drawn(page, "lines")

@@ -16,12 +16,12 @@ from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.synthetic import Tread
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene, scene_from_dict
+from iceslide_fem.scene.contact_table import ConstantContact
 from iceslide_fem.scene.materials import (
     CONTACT_TABLES,
     MELTING_ENTHALPY,
     MELTING_TEMPERATURE,
     WATER_VISCOSITY,
-    ConstantContact,
 )
 
 B = CONTACT_TABLES["B"]

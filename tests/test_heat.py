@@ -7,10 +7,11 @@ from scipy.optimize import brentq
 from iceslide_fem import reference
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance, error_norms
+from iceslide_fem.film.integrators import InterfaceState, advance, error_norms
 from iceslide_fem.film.law import FilmStage, Surface
 from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.point import Conditions, Record, simulate
+from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.scene.materials import MELTING_ENTHALPY, MELTING_TEMPERATURE, WATER_VISCOSITY
 
 pytestmark = pytest.mark.quick

@@ -11,9 +11,10 @@ pytest.importorskip("dolfinx")
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, ufl  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
-from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance  # noqa: E402
+from iceslide_fem.film.integrators import InterfaceState, advance  # noqa: E402
 from iceslide_fem.film.law import FilmStage, Surface, implicit_stage  # noqa: E402
 from iceslide_fem.film.loads import FilmLoads, FilmOnIce  # noqa: E402
+from iceslide_fem.film.runge_kutta import INTEGRATORS  # noqa: E402
 from iceslide_fem.interface import heat_models, ice_balance, ice_surface  # noqa: E402
 from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumnsUnderPoints  # noqa: E402
@@ -28,13 +29,13 @@ from iceslide_fem.mesh import gmsh_model  # noqa: E402
 from iceslide_fem.mesh.ice import patch_lines, tagged_ice  # noqa: E402
 from iceslide_fem.reference import constant_flux_rise, flux_after_onset  # noqa: E402
 from iceslide_fem.runtime.errors import NotConverged  # noqa: E402
-from iceslide_fem.scene.materials import (  # noqa: E402
+from iceslide_fem.scene.contact_table import ConstantContact
+from iceslide_fem.scene.materials import (
     ICE,
     ICE_DENSITY,
     ICE_DIFFUSIVITY,
     ICE_HEAT_CAPACITY,
     MELTING_TEMPERATURE,
-    ConstantContact,
     Layer,
 )
 

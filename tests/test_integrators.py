@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance, error_norms
+from iceslide_fem.film.integrators import InterfaceState, advance, error_norms
 from iceslide_fem.film.point import Conditions, PointResult, simulate
+from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.step_control import GROW, SAFETY, SHRINK, step_factor
 from iceslide_fem.scene.materials import CONTACT_TABLES, MELTING_TEMPERATURE
 

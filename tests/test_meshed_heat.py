@@ -15,8 +15,8 @@ from iceslide_fem.cli import main  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.fenics import compat  # noqa: E402
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl  # noqa: E402
-from iceslide_fem.film.integrators import INTEGRATORS  # noqa: E402
 from iceslide_fem.film.law import FilmStage  # noqa: E402
+from iceslide_fem.film.runge_kutta import INTEGRATORS  # noqa: E402
 from iceslide_fem.heat.elements import LayeredElements, QuadraticElements  # noqa: E402
 from iceslide_fem.heat.equation import HeatEquation, of_regions  # noqa: E402
 from iceslide_fem.heat.linear import LinearSolver  # noqa: E402

@@ -10,8 +10,9 @@ from scipy.optimize import brentq
 from iceslide_fem.film import conditions, law, loads
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
+from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.point import Conditions, simulate
+from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.preprocess.footprint.blocks import TreadBlock, scene_text
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.film_map import film_map
@@ -19,8 +20,9 @@ from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.run.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict, unit_of
+from iceslide_fem.scene.contact_table import ConstantContact
 from iceslide_fem.scene.fingerprint import scene_hash
-from iceslide_fem.scene.materials import ICE, ConstantContact, Solid, rubber_solid
+from iceslide_fem.scene.materials import ICE, Solid, rubber_solid
 from iceslide_fem.scene.notes import notes
 
 DURATION = 7e-3

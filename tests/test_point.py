@@ -7,10 +7,10 @@ import pytest
 
 from iceslide_fem import reference
 from iceslide_fem.film import step_control
-from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.law import explicit_stage
 from iceslide_fem.film.point import Conditions, Record, simulate
 from iceslide_fem.film.point_conditions import Loading
+from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.run.point import point_history
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import scene_from_dict

@@ -19,7 +19,7 @@ pytest.importorskip("iceslide_fem.fenics.compat")
 
 from iceslide_fem.coupling import coupled_step  # noqa: E402
 from iceslide_fem.coupling.coupled_step import CoupledStep  # noqa: E402
-from iceslide_fem.coupling.restart import GridLayout, PointLayout  # noqa: E402
+from iceslide_fem.coupling.layouts import GridLayout, PointLayout  # noqa: E402
 from iceslide_fem.coupling.step_error import StepRejected  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.interface.surface_grid import OwnNodes  # noqa: E402

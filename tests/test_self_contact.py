@@ -10,7 +10,7 @@ pytest.importorskip("iceslide_fem.fenics.compat")  # before anything of DOLFINx
 
 from blocks import along, ripple  # noqa: E402
 
-from iceslide_fem.coupling.restart import PointLayout  # noqa: E402
+from iceslide_fem.coupling.layouts import PointLayout  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.fenics.start import start_petsc  # noqa: E402
 from iceslide_fem.mesh.gmsh_model import distribute  # noqa: E402

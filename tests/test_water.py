@@ -11,8 +11,8 @@ from test_passing import passing  # noqa: E402
 from test_sliding import slide  # noqa: E402
 
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
-from iceslide_fem.film.integrators import INTEGRATORS  # noqa: E402
 from iceslide_fem.film.loads import squeeze_rate  # noqa: E402
+from iceslide_fem.film.runge_kutta import INTEGRATORS  # noqa: E402
 from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.interface.ice_columns import GridColumns  # noqa: E402
 from iceslide_fem.interface.on_ice import OnIce  # noqa: E402
@@ -22,7 +22,7 @@ from iceslide_fem.laws.film import FilmLaw  # noqa: E402
 from iceslide_fem.mesh.ice import window_cell  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
-from iceslide_fem.scene.materials import ConstantContact  # noqa: E402
+from iceslide_fem.scene.contact_table import ConstantContact  # noqa: E402
 
 pytestmark = [pytest.mark.fe, pytest.mark.once]
 LENGTH, SPEED, H0, P, D = 10e-3, 4.0, 70e-9, 2e5, 36e-6

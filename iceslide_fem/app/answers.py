@@ -13,7 +13,7 @@ from typing import Any
 import tomlkit
 
 from iceslide_fem import __version__
-from iceslide_fem.app import form, line, point
+from iceslide_fem.app import form, line, line_case, point
 from iceslide_fem.app.form import checked_texts, scene_of, tables, texts_of
 from iceslide_fem.app.runs import Runs
 from iceslide_fem.app.snippets import run_lines
@@ -39,7 +39,7 @@ class Answers:
     @staticmethod
     def keys(name: str) -> list[str]:
         """All names of fields that a sentence of the answer `name` may speak of."""
-        return line.KEYS if name == "line" else [*form.keys(), "contact"]
+        return line_case.KEYS if name == "line" else [*form.keys(), "contact"]
 
     def by_name(self) -> dict[str, Callable[[Asked], Any]]:
         """Name in the address -> the function that answers."""

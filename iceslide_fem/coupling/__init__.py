@@ -3,7 +3,7 @@
 `sliding` is the run over time. `coupled_step` makes each step: predict, film (in substeps of its
 own: `subcycling`), equilibrium, correct, `accept`. `step_error` measures its errors against
 `limits`, `energy` and `ledger` balance it, `plate` has its loads, `state` what is committed;
-`restart` turns that into arrays and back.
+`restart` turns that into arrays (`layouts`) and back.
 
 Imports `interface`, `rubber`, `laws`, `mesh`, `film`, `fenics`, `scene` and what is below them.
 """

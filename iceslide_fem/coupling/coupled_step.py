@@ -26,7 +26,7 @@ from iceslide_fem.coupling.state import AcceptedStep, CoupledState
 from iceslide_fem.coupling.step_error import StepError, StepRejected
 from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.coupling.subcycling import Subcycling
-from iceslide_fem.film.integrators import INTEGRATORS
+from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.step_control import GROW, step_factor
 from iceslide_fem.interface.film_frame import ContactLoads, FilmFrame
 from iceslide_fem.laws.interface_law import Sheared

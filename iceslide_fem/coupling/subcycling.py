@@ -12,7 +12,8 @@ import math
 
 from iceslide_fem.coupling.step_error import StepError, StepRejected
 from iceslide_fem.coupling.subcycles import Subcycles
-from iceslide_fem.film.integrators import Integrator, InterfaceState
+from iceslide_fem.film.integrators import InterfaceState
+from iceslide_fem.film.runge_kutta import Integrator
 from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.interface.film_frame import ContactLoads, FilmFrame, InterfaceStep
 from iceslide_fem.runtime.errors import NotConverged

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from iceslide_fem.film.integrators import INTEGRATORS
+from iceslide_fem.film.film_between import HalfFilm
 from iceslide_fem.film.point_conditions import Conditions, Loading
-from iceslide_fem.film.rubber_heat import INSULATED, HalfFilm, Insulated, RubberColumns
+from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
+from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import SAMPLED

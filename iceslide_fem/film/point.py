@@ -14,12 +14,13 @@ from numpy.typing import ArrayLike
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.integrators import INTEGRATORS, Integrator, InterfaceState
+from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.point_conditions import Conditions, Loading
 from iceslide_fem.film.point_events import Warmth, events
 from iceslide_fem.film.point_result import PointResult, Record, Tally
 from iceslide_fem.film.point_steps import SURFACE_EASE, AsGiven, ByError, Front, StepLengths
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberHeat
+from iceslide_fem.film.runge_kutta import INTEGRATORS, Integrator
 from iceslide_fem.film.step_control import DRY, StepControl, close_enough
 from iceslide_fem.film.viscosity import temperature_scale
 from iceslide_fem.runtime.arrays import Array, Index

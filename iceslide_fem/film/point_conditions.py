@@ -13,13 +13,12 @@ from iceslide_fem.film.limiting_shear import LimitingShear, ShearStrength
 from iceslide_fem.film.loads import FilmLoads, film_loads
 from iceslide_fem.film.viscosity import VariableViscosity
 from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 from iceslide_fem.scene.course import Course
 from iceslide_fem.scene.materials import (
     ICE,
     MELTING_TEMPERATURE,
     WATER_VISCOSITY,
-    ConstantContact,
-    ContactTable,
     Solid,
     ViscosityTable,
 )

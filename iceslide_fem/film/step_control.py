@@ -8,9 +8,10 @@ import numpy as np
 
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import IceHeat
-from iceslide_fem.film.integrators import Integrator, InterfaceState, Step, advance, error_norms
+from iceslide_fem.film.integrators import InterfaceState, Step, advance, error_norms
 from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
+from iceslide_fem.film.runge_kutta import Integrator
 from iceslide_fem.runtime.arrays import Array, Mask
 
 SAFETY = 0.9

@@ -1,7 +1,7 @@
 """A viscosity that follows the film's temperature, and how a stage finds it.
 
 The film's temperature is that of the ice's surface, at most T_m (with heat in the rubber T_f of
-`rubber_heat`): before it melts a film is supercooled. It warms with the power that the viscosity
+`film_between`): before it melts a film is supercooled. It warms with the power that the viscosity
 makes, and the viscosity falls with it: eta = eta(T(eta)) has one root, because the right side falls
 with eta.
 """

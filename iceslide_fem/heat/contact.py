@@ -10,8 +10,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from iceslide_fem.film.film_between import FilmBetween, HalfFilm, RubberSurface, parallel
 from iceslide_fem.film.law import Film, FilmStage, Surface
-from iceslide_fem.film.rubber_heat import FilmBetween, HalfFilm, RubberSurface, parallel
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import Solid
 

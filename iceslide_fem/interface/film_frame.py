@@ -22,8 +22,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from iceslide_fem.film.ice_heat import IceHeat
-from iceslide_fem.film.integrators import Integrator, InterfaceState, Loads, Step
+from iceslide_fem.film.integrators import InterfaceState, Loads, Step
 from iceslide_fem.film.rubber_heat import RubberHeat
+from iceslide_fem.film.runge_kutta import Integrator
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Profile
 from iceslide_fem.laws.interface_law import InterfaceLaw, Sheared

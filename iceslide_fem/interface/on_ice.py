@@ -4,22 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from iceslide_fem.film.integrators import Integrator, InterfaceState, advance
+from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.loads import FilmLoads
+from iceslide_fem.film.runge_kutta import Integrator
 from iceslide_fem.interface.film_frame import ContactLoads, InterfaceStep, Shifted, fresh
 from iceslide_fem.interface.recent import Recent
 from iceslide_fem.interface.rubber_columns import InsulatedOverGrid, RubberOverGrid
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes
 from iceslide_fem.interface.water import HALF, cells_passed, moved_by_a_cell
-from iceslide_fem.interface.window import (
-    RECENT,
-    PassingIce,
-    place,
-    reaches,
-    shifted,
-    whole_cells,
-)
+from iceslide_fem.interface.window import RECENT, PassingIce, place, reaches, shifted, whole_cells
 from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.laws.interface_law import Sheared
 from iceslide_fem.runtime.arrays import Array, Mask

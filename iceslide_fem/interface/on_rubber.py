@@ -6,23 +6,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from iceslide_fem.film.integrators import Integrator, InterfaceState, Loads, advance
+from iceslide_fem.film.integrators import InterfaceState, Loads, advance
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
-from iceslide_fem.interface.film_frame import (
-    ContactLoads,
-    Ice,
-    InterfaceStep,
-    Shifted,
-    fresh,
-)
+from iceslide_fem.film.runge_kutta import Integrator
+from iceslide_fem.interface.film_frame import ContactLoads, Ice, InterfaceStep, Shifted, fresh
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement
-from iceslide_fem.interface.window import (
-    RECENT,
-    PassingIce,
-    passed_over,
-    reaches,
-    whole_cells,
-)
+from iceslide_fem.interface.window import RECENT, PassingIce, passed_over, reaches, whole_cells
 from iceslide_fem.laws.interface_law import InterfaceLaw, Sheared
 from iceslide_fem.runtime.arrays import Array
 

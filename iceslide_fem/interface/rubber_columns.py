@@ -6,13 +6,8 @@ from copy import copy
 
 import numpy as np
 
-from iceslide_fem.film.rubber_heat import (
-    WATER_FILM,
-    HalfFilm,
-    Insulated,
-    RubberColumns,
-    RubberSurface,
-)
+from iceslide_fem.film.film_between import WATER_FILM, HalfFilm, RubberSurface
+from iceslide_fem.film.rubber_heat import Insulated, RubberColumns
 from iceslide_fem.interface.film_frame import ContactLoads
 from iceslide_fem.interface.surface_grid import Contacts, SurfaceGrid
 from iceslide_fem.interface.window import passed_over

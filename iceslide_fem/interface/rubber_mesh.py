@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.film.rubber_heat import HalfFilm
+from iceslide_fem.film.film_between import HalfFilm
 from iceslide_fem.heat.balance import Meeting
 from iceslide_fem.heat.contact import BetweenIceAndRubber
 from iceslide_fem.heat.equation import HeatEquation

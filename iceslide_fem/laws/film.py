@@ -15,12 +15,8 @@ from iceslide_fem.film.viscosity import FILM_VISCOSITY, VariableViscosity
 from iceslide_fem.laws.interface_law import Sheared
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.materials import (
-    WATER_VISCOSITY,
-    ConstantContact,
-    ContactTable,
-    ViscosityTable,
-)
+from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
+from iceslide_fem.scene.materials import WATER_VISCOSITY, ViscosityTable
 
 # Shear is faded in up to this fraction of the nominal pressure, or more slowly where it would
 # follow the pressure more steeply than this friction coefficient. Points that touch and lift under

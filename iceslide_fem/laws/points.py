@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.film.ice_heat import IceHeat
-from iceslide_fem.film.integrators import Integrator, InterfaceState, Loads, Step, advance
+from iceslide_fem.film.integrators import InterfaceState, Loads, Step, advance
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
+from iceslide_fem.film.runge_kutta import Integrator
 from iceslide_fem.film.step_control import step_factor
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.runtime.arrays import Array

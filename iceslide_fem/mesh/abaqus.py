@@ -10,12 +10,13 @@ from collections import Counter
 from collections.abc import Callable
 from functools import cached_property
 from itertools import chain, groupby
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from iceslide_fem.mesh.abaqus_cards import Card, items, key, real, scopes_of, span, whole
+from iceslide_fem.mesh.abaqus_elements import SHELLS, Element, kind_of
 from iceslide_fem.mesh.named_cells import (
     KINDS,
     Block,
@@ -24,38 +25,11 @@ from iceslide_fem.mesh.named_cells import (
     first_order,
     tagged_mesh,
 )
-from iceslide_fem.mesh.tagged import FACETS, TaggedMesh
+from iceslide_fem.mesh.tagged import TaggedMesh
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 
-_SHELLS = "M3D|SFM3D|R3D|F3D|DS|STRI|S"  # surfaces in space, whose S1 and S2 are their two faces
-_FAMILIES = [  # what a type's name begins with, dimension, number of nodes by the one that follows
-    ("(?:C|DC|AC|COH|GK|Q|EMC)3D|CSS|SC", 3, {}),
-    ("CPEG?|CPS|CG?AX|DC2D|DCAX|AC2D|ACAX|COH2D|EMC2D|WARP2D", 2, {}),
-    (_SHELLS, 2, {65: 6}),  # STRI65
-    ("[TR][23]D|RB[23]D|RAX|F2D|FAX|DC1D|AC1D", 1, {}),
-    ("B[23]|PIPE[23]|D?SAX|MG?AX|SFMG?AX", 1, {1: 2, 2: 3, 3: 2}),
-]
 _FACET_KINDS = {2: "line", 3: "triangle", 4: "quadrilateral"}  # by nodes
-
-
-class _Element(NamedTuple):
-    """nodes: their places in the model, -1 where the file has no such node."""
-
-    type: str
-    kind: str
-    nodes: tuple[int, ...]
-
-    @property
-    def dim(self) -> int:
-        """0 where the type is unknown."""
-        return KINDS[self.kind].dim if self.kind in KINDS else 0
-
-    @property
-    def sides(self) -> list[tuple[int, ...]]:
-        """Nodes of S1, S2, ... at the corners."""
-        facets = FACETS.get(first_order(self.kind), [])
-        return [tuple(self.nodes[corner] for corner in facet) for facet in facets]
 
 
 def load(file: MeshFile) -> TaggedMesh:
@@ -115,7 +89,7 @@ class _Model:
     def __init__(self, scopes: dict[str, list[Card]], dim: int) -> None:
         """Raises ValueError where cards can't be understood."""
         self.points: list[Array] = []
-        self.elements: list[_Element] = []
+        self.elements: list[Element] = []
         self._dim, self._scopes = dim, [*scopes]
         self._places: dict[tuple[str, str, int], int] = {}  # by kind of set, scope, number
         self._sets: dict[tuple[str, str, str], list[Card]] = {}  # by kind, scope, name
@@ -173,7 +147,7 @@ class _Model:
     def _add_elements(self, scope: str, card: Card) -> None:
         """Elements whose lines go on until they have all nodes of their type."""
         type_ = card.options.get("TYPE", "").upper()
-        kind = _kind(type_)
+        kind = kind_of(type_)
         size = KINDS[kind].nodes if kind in KINDS else 0
         ids: list[str] = []
         row: list[int] = []
@@ -194,7 +168,7 @@ class _Model:
             if ("ELSET", scope, number) in self._places:
                 raise ValueError(f"element {number} is there twice")
             self._places["ELSET", scope, number] = len(self.elements)
-            self.elements.append(_Element(type_, kind, tuple(places)))
+            self.elements.append(Element(type_, kind, tuple(places)))
             ids.append(str(number))
             row = []
         if row and size:
@@ -265,11 +239,11 @@ class _Model:
                     facets += self._sides(self.elements[element], more[0].upper() if more else "")
         return facets
 
-    def _sides(self, element: _Element, side: str) -> list[tuple[int, ...]]:
+    def _sides(self, element: Element, side: str) -> list[tuple[int, ...]]:
         """The facet on a side (S1, E1, ...) of an element, all free ones for ""."""
         if element.dim == self._dim - 1 and not side.startswith("E"):
             return [element.nodes[: KINDS[first_order(element.kind)].nodes]]  # SPOS, SNEG
-        letters = "E" if re.match(rf"(?:{_SHELLS})\d", element.type) else "SE"
+        letters = "E" if re.match(rf"(?:{SHELLS})\d", element.type) else "SE"
         match = re.fullmatch(rf"[{letters}](\d+)", side)
         if element.dim != self._dim or (side and not match):
             raise ValueError(
@@ -286,20 +260,6 @@ class _Model:
         """Number of cells that have a facet."""
         cells = (element.sides for element in self.elements if element.dim == self._dim)
         return Counter(frozenset(side) for sides in cells for side in sides)
-
-
-def _kind(type_: str) -> str:
-    """The kind (of `KINDS`) of elements of a type, by its name alone; the type if it is unknown.
-
-    C3D8, C3D8R, C3D8H and C3D8RH are hexahedra, CPE4 and S4R quadrilaterals.
-    """
-    for names, dim, counts in _FAMILIES:
-        if match := re.fullmatch(rf"(?:{names})(\d+)(?:[A-Z].*)?", type_):
-            count = counts.get(int(match[1]), int(match[1]))
-            for kind, form in KINDS.items():
-                if (form.dim, form.nodes) == (dim, count):
-                    return kind
-    return type_
 
 
 def _unordered(members: set[Any]) -> set[Any]:

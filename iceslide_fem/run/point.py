@@ -16,8 +16,9 @@ from iceslide_fem.film.conditions import (
     simulation_settings,
 )
 from iceslide_fem.film.doubts import doubts
-from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
+from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.point import Conditions, PointResult, Record, ice_below, simulate
+from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.points import moments
 from iceslide_fem.laws.table import law_of

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.point import Conditions, ice_below, simulate
 from iceslide_fem.film.point_conditions import RANGES
+from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.points import moments
 from iceslide_fem.laws.table import law_of

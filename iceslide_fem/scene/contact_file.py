@@ -6,7 +6,7 @@ from pathlib import Path
 
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.tables.columns import Wanted, read_columns
-from iceslide_fem.scene.materials import ContactTable
+from iceslide_fem.scene.contact_table import ContactTable
 
 # Column, lowest and highest value allowed (both included), SI.
 COLUMNS = (

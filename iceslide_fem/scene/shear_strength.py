@@ -40,7 +40,7 @@ class ShearStrength(NamedTuple):
         stress: tau_0 (Pa); softening: Delta (K), infinite where it does not soften; residual:
         delta (K).
         """
-        if residual >= softening:
+        if residual >= softening or np.isinf(softening):
             return cls(np.zeros((1, 1)), np.full((1, 1), stress))
         rows = [[0.0], [softening - residual]], [[stress * residual / softening], [stress]]
         return cls(*(np.array(column) for column in rows))

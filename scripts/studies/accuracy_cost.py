@@ -23,8 +23,8 @@ from matplotlib.figure import Figure
 from iceslide_fem.coupling.limits import LIMITS
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.point import Conditions, simulate
+from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.rubber.block import build_block
 from iceslide_fem.rubber.contact import default_penalty
 from iceslide_fem.rubber.contact_surface import ContactSurface

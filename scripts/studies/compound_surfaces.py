@@ -24,7 +24,8 @@ from iceslide_fem.preprocess.roughness.survey import Survey, survey
 from iceslide_fem.preprocess.roughness.survey import table as csv_text
 from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.contact_file import read_contact_table
-from iceslide_fem.scene.materials import BAR, CONTACT_TABLES, ContactTable
+from iceslide_fem.scene.contact_table import ContactTable
+from iceslide_fem.scene.materials import BAR, CONTACT_TABLES
 from scripts.studies.common import ROOT, draw, options, picture_options, table
 
 SURFACES = ROOT / "cases" / "surfaces"

@@ -8,8 +8,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from iceslide_fem.film.integrators import INTEGRATORS
 from iceslide_fem.film.point import PointResult, simulate
+from iceslide_fem.film.runge_kutta import INTEGRATORS
 from scripts.studies.common import conditions, options
 
 DURATION = 5e-3  # s

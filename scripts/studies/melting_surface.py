@@ -16,9 +16,10 @@ from scipy.integrate import solve_ivp
 from scipy.special import erfc
 
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
+from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.law import FilmStage, Surface
 from iceslide_fem.film.loads import FilmLoads
+from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.reference import flux_after_onset, melted_depth
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import (

@@ -21,10 +21,11 @@ from matplotlib.patches import Patch, Rectangle
 
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState, advance
+from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.law import explicit_stage
 from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.point import Conditions, simulate
+from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.rubber.block import Block, build_block
 from iceslide_fem.rubber.contact import default_penalty
 from iceslide_fem.rubber.equilibrium import Solution, TractionLaw

@@ -6,64 +6,18 @@ live in one process with DOLFINx, whose run has just ended.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-from typing import Any, NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
-from iceslide_fem.postprocess.report.page import Fields, Text, colours, plain
+from iceslide_fem.postprocess.report.field_drawings import CELLS, drawings_of
+from iceslide_fem.postprocess.report.field_grids import read_grid
+from iceslide_fem.postprocess.report.page import Fields, Text
 from iceslide_fem.postprocess.results import Run, field_parts
-from iceslide_fem.postprocess.results.quantities import (
-    CONTACT,
-    FILM,
-    MISES,
-    PRESSURE,
-    ROBUST,
-    SURFACE,
-    TEMPERATURE,
-    FieldQuantity,
-)
+from iceslide_fem.postprocess.results.quantities import ROBUST
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
 
 MOMENTS = 13  # at most
-CELLS = 6000  # of a drawing at most
-PLACES = 10  # of coordinates in m, to which points are the same
-MM, MS, UM = 1e3, 1e3, 1e6
-CORNERS = {"triangle": 3, "quad": 4, "tetra": 4, "hexahedron": 8}
-FACES: dict[str, list[tuple[int, ...]]] = {
-    "tetra": [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)],
-    "hexahedron": [
-        (0, 3, 2, 1),
-        (4, 5, 6, 7),
-        (0, 1, 5, 4),
-        (1, 2, 6, 5),
-        (2, 3, 7, 6),
-        (3, 0, 4, 7),
-    ],
-}
-NOTHING = "no contact"
-MIRRORED = " (half is computed, the other its mirror image)"
-
-Drawing = dict[str, Any]
-
-
-class Grid(NamedTuple):
-    """A mesh of one kind of cells, by their corners; values at points and cells."""
-
-    points: Array
-    kind: str
-    cells: NDArray[np.int64]
-    at_points: dict[str, Array]
-    at_cells: dict[str, Array]
-
-    def in_contact(self, quantity: FieldQuantity) -> Array:
-        """The quantity on every facet of an interface, NaN where there is no contact."""
-        touching = self.at_cells[PRESSURE] > 0.0
-        return np.where(touching, quantity.factor * self.at_cells[quantity.name], np.nan)
+MS = 1e3
 
 
 def fields_of(run: Run) -> list[Text | Fields]:
@@ -75,10 +29,10 @@ def fields_of(run: Run) -> list[Text | Fields]:
         times = np.array([time for time, _ in files["interface"][: len(files["rubber"])]])
         chosen = _moments(times, float(run.summary["mu_peak_time_s"]))
         grids = {
-            name: [_read(parts[number][1]) for number in chosen if number < len(parts)]
+            name: [read_grid(parts[number][1]) for number in chosen if number < len(parts)]
             for name, parts in files.items()
         }
-        drawings = _drawings(run, grids["rubber"], grids["interface"], grids["ice"])
+        drawings = drawings_of(run, grids["rubber"], grids["interface"], grids["ice"])
     except (SceneError, LookupError, OSError, TypeError, ValueError) as error:
         return [Text(f"The fields are there but could not be read ({error}).", "warning")]
     if not drawings:
@@ -103,250 +57,3 @@ def _moments(times: Array, peak: float) -> list[int]:
     if nearest not in some and inner.size:
         some[1 + int(np.abs(inner - nearest).argmin())] = nearest
     return np.unique(some).tolist()
-
-
-def _drawings(
-    run: Run, rubber: list[Grid], interface: list[Grid], ice: list[Grid]
-) -> list[Drawing]:
-    flat = run.scene["model"] == "slice"
-    coldest = run.scene["ice"]["temperature"] - ZERO_CELSIUS
-    quantities = (CONTACT, FILM, SURFACE)
-    drawings: list[Drawing] = []
-    half = bool(rubber[0].points[:, 1].min() > -1e-9)
-    if len(rubber[0].cells) <= CELLS:
-        drawings.append(_slice(rubber) if flat else _block(rubber, interface, half))
-    if flat:
-        drawings += [_along(interface, quantity) for quantity in quantities]
-    elif max(len(grid.cells) for grid in interface) <= CELLS:
-        drawings += [_below(interface, quantity, half, coldest) for quantity in quantities]
-    if len(ice) == len(rubber):
-        drawings += _ice(ice, flat, coldest)
-    return drawings
-
-
-def _read(paths: Sequence[Path]) -> Grid:
-    """One grid of all parts, which are of one kind, by the corners of its cells: points on the
-    border of two parts are one.
-    """
-    import meshio
-
-    parts = [meshio.read(path) for path in paths]
-    type_ = parts[0].cells[0].type
-    kind = next((name for name in CORNERS if type_.startswith(name)), type_)
-    tables = [part.cells[0].data.astype(np.int64)[:, : CORNERS.get(kind)] for part in parts]
-    before = np.cumsum([0, *(len(part.points) for part in parts)])[:-1]
-    cells = np.concatenate([table + start for table, start in zip(tables, before, strict=True)])
-    points = np.concatenate([part.points for part in parts])
-    if len(parts) == 1:
-        kept, cells = np.unique(cells, return_inverse=True)
-    else:
-        _, kept, number = np.unique(
-            points.round(PLACES), axis=0, return_index=True, return_inverse=True
-        )
-        kept, cells = np.unique(kept[number.ravel()[cells]], return_inverse=True)
-    at_points = {
-        name: np.concatenate([part.point_data[name] for part in parts])[kept]
-        for name in parts[0].point_data
-    }
-    at_cells = {
-        name: np.concatenate([part.cell_data[name][0] for part in parts])
-        for name in parts[0].cell_data
-    }
-    return Grid(points[kept], kind, cells.reshape(-1, tables[0].shape[1]), at_points, at_cells)
-
-
-def _coloured(
-    name: str, title: str, says: str, unit: str, colour_map: str, ends: list[float], **more: Any
-) -> Drawing:
-    """A drawing by colours, that of cells in the plane of x and z unless `more` says else."""
-    plane = {"kind": "cells", "x": "x (mm)", "y": "z (mm)", "equal": True, "edges": False}
-    about = {"name": name, "title": title, "says": says, "unit": unit, "nothing": ""}
-    return {**plane, **about, "colours": colours(colour_map), "range": ends, **more}
-
-
-def _slice(grids: list[Grid]) -> Drawing:
-    """The deformed cells of a slice, by their von Mises stress where it was written."""
-    stressed = MISES in grids[0].at_points
-    frames, stresses = [], []
-    for grid in grids:
-        points = MM * (grid.points + grid.at_points["displacement"])[:, :2]
-        stress = np.full(len(grid.cells), np.nan)
-        if stressed:
-            stress = grid.at_points[MISES][grid.cells].mean(axis=1) / BAR
-        stresses.append(stress)
-        frames.append({"points": plain(points), "values": plain(stress)})
-    x0, y0 = MM * grids[0].points[:, :2].min(axis=0)
-    x1, y1 = MM * grids[0].points[:, :2].max(axis=0)
-    what = "by its von Mises stress" if stressed else "; its stress was not written"
-    return _coloured(
-        "block",
-        "The block, deformed to scale",
-        f"The mesh of {len(grids[0].cells)} cells, {what}; dotted: undeformed. It slides to the "
-        "right.",
-        "bar",
-        "viridis",
-        _range(stresses),
-        edges=True,
-        cells=grids[0].cells.tolist(),
-        outlines=[{"x": plain([x0, x1, x1, x0, x0]), "y": plain([y0, y0, y1, y1, y0])}],
-        frames=frames,
-    )
-
-
-def _along(grids: list[Grid], quantity: FieldQuantity) -> Drawing:
-    """A quantity along the contact line of a slice."""
-    frames, xs, ys = [], [], []
-    for grid in grids:
-        x = MM * grid.points[grid.cells][..., 0].mean(axis=1)
-        y = grid.in_contact(quantity)
-        order = np.argsort(x)
-        curve = {"name": quantity.title, "x": plain(x[order]), "y": plain(y[order]), "look": 0}
-        frames.append([curve | {"marks": False}])
-        xs.append(x[grid.at_cells[PRESSURE] > 0.0])
-        ys.append(y)
-    touching = np.concatenate(xs)
-    ends = [touching.min(), touching.max()] if touching.size else [0.0, 1.0]
-    return {
-        "kind": "lines",
-        "name": f"along-{quantity.title.split()[0].lower()}",
-        "title": quantity.title,
-        "says": "Along the contact, facet by facet; nothing where there is none.",
-        "x": "x (mm)",
-        "y": quantity.unit,
-        "xrange": _wider(ends),
-        "yrange": _wider(_range(ys, quantity is CONTACT)),
-        "equal": False,
-        "frames": frames,
-    }
-
-
-def _below(grids: list[Grid], quantity: FieldQuantity, half: bool, coldest: float) -> Drawing:
-    """A quantity on the contact facets of a block, seen from above."""
-    frames, seen = [], []
-    for grid in grids:
-        points, cells, values = MM * grid.points[:, :2], grid.cells, grid.in_contact(quantity)
-        seen.append(values)
-        if half:
-            points, cells, values = _mirrored(points, cells, values)
-        frames.append({"points": plain(points), "cells": cells.tolist(), "values": plain(values)})
-    return _coloured(
-        f"map-{quantity.title.split()[0].lower()}",
-        quantity.title,
-        f"On the contact surface, from above{MIRRORED if half else ''}; grey: no contact.",
-        quantity.unit,
-        quantity.colours,
-        [coldest, 0.0] if quantity is SURFACE else _range(seen, quantity is CONTACT),
-        y="y (mm)",
-        nothing=NOTHING,
-        frames=frames,
-    )
-
-
-def _mirrored(points: Array, cells: Any, values: Array) -> tuple[Array, Any, Array]:
-    """Both halves of a block of which y >= 0 was computed."""
-    mirror = np.ones(points.shape[1])
-    mirror[1] = -1.0
-    both = np.concatenate([points, points * mirror])
-    return both, np.concatenate([cells, cells + len(points)]), np.tile(values, 2)
-
-
-def _block(rubber: list[Grid], interface: list[Grid], half: bool) -> Drawing:
-    """The surface of a block, its facets in contact by their pressure."""
-    from scipy.spatial import cKDTree
-
-    faces = _surface(rubber[0], half)
-    used, faces = np.unique(faces, return_inverse=True)
-    faces = faces.reshape(-1, len(FACES[rubber[0].kind][0]))
-    fans = [faces[:, [0, corner, corner + 1]] for corner in range(1, faces.shape[1] - 1)]
-    frames, seen = [], []
-    for grid, facets in zip(rubber, interface, strict=True):
-        points = (grid.points + grid.at_points["displacement"])[used]
-        centres = facets.points[facets.cells].mean(axis=1)
-        distance, nearest = cKDTree(centres).query(points[faces].mean(axis=1))
-        pressure = facets.in_contact(CONTACT)
-        seen.append(pressure)
-        near = distance < 1e-4 * np.ptp(points, axis=0).max()
-        values = np.tile(np.where(near, pressure[nearest], np.nan), len(fans))
-        points, triangles = MM * points, np.concatenate(fans)
-        if half:
-            points, triangles, values = _mirrored(points, triangles, values)
-        frames.append({"points": plain(points), "values": plain(values)})
-    return _coloured(
-        "block",
-        "The block from below, deformed to scale",
-        f"The mesh of {len(rubber[0].cells)} cells{MIRRORED if half else ''}; its contact by "
-        "pressure, grey: no contact. Drag to turn it.",
-        "bar",
-        "viridis",
-        _range(seen, True),
-        kind="solid",
-        nothing=NOTHING,
-        faces=triangles.T.tolist(),
-        frames=frames,
-    )
-
-
-def _surface(grid: Grid, half: bool) -> NDArray[np.int64]:
-    """Faces (n, k) that belong to one cell only, without those in the plane of symmetry."""
-    every = np.concatenate([grid.cells[:, list(face)] for face in FACES[grid.kind]])
-    _, first, count = np.unique(
-        np.sort(every, axis=1), axis=0, return_index=True, return_counts=True
-    )
-    outer = every[first[count == 1]]
-    if half:
-        size = np.ptp(grid.points[:, 1])
-        outer = outer[(grid.points[outer][..., 1] > 1e-6 * size).any(axis=1)]
-    return outer
-
-
-def _ice(grids: list[Grid], flat: bool, coldest: float) -> list[Drawing]:
-    """The temperature below the block, in the plane of its middle, if that can be drawn."""
-    frames: list[Any] = [_section(grid, flat) for grid in grids]
-    kind, says = "heat", "In the plane of the block's middle, z downwards and stretched."
-    if not all(frames):
-        if not flat or len(grids[-1].cells) > CELLS:
-            return []
-        kind, says = "cells", "Below every facet in contact, z downwards and stretched."
-        frames = [
-            {
-                "points": plain(grid.points[:, :2] * [MM, UM]),
-                "cells": grid.cells.tolist(),
-                "values": plain(grid.at_points[TEMPERATURE][grid.cells].mean(axis=1)),
-            }
-            for grid in grids
-        ]
-    title, ends = "Temperature of the ice below", [coldest, 0.0]
-    more = {"kind": kind, "y": "z (µm)", "equal": False, "frames": frames}
-    return [_coloured("ice", title, says, "°C", SURFACE.colours, ends, **more)]
-
-
-def _section(grid: Grid, flat: bool) -> Drawing | None:
-    """Temperatures on lines of x and z, if the ice's points lie on such; of 3-D ice the middle."""
-    points, values = grid.points, grid.at_points[TEMPERATURE]
-    if not flat:
-        y = points[:, 1]
-        here = np.abs(y - y[np.abs(y).argmin()]) < 1e-9
-        points, values = points[here], values[here]
-    x, column = np.unique(points[:, 0].round(PLACES), return_inverse=True)
-    z, row = np.unique(points[:, 1 if flat else 2].round(PLACES), return_inverse=True)
-    if x.size * z.size != len(points):
-        return None
-    table = np.full((z.size, x.size), np.nan)
-    table[row, column] = values
-    return {"xs": plain(MM * x), "ys": plain(UM * z), "values": [plain(line) for line in table]}
-
-
-def _range(values: list[Array], from_zero: bool = False) -> list[float]:
-    """Where the colours of all values end."""
-    every = np.concatenate(values)
-    every = every[np.isfinite(every)]
-    if not every.size:
-        return [0.0, 1.0]
-    low, high = np.percentile(every, (100.0 - ROBUST, ROBUST))
-    return [0.0 if from_zero else float(low), float(high)]
-
-
-def _wider(ends: list[float]) -> list[float | None]:
-    low, high = ends
-    margin = 0.08 * (high - low) or 0.5
-    return plain([low - margin, high + margin])

@@ -10,7 +10,7 @@ from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.preprocess.footprint.passing import FilmMap, Path, Ride, films_along
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.runtime.arrays import Array, Index
-from iceslide_fem.scene.materials import ConstantContact, ContactTable
+from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 
 # Lines that advance together: their columns of ice stay in the processor's cache.
 LINES = 2048

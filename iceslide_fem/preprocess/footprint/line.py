@@ -16,7 +16,7 @@ from iceslide_fem.preprocess.footprint.passing import FilmMap, Ride
 from iceslide_fem.preprocess.footprint.pressure_map import GaussianLine, PressureMap
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene.materials import ConstantContact, ContactTable
+from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 
 LINE_PIXELS = 540  # of a profile that is made
 

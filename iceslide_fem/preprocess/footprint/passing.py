@@ -19,23 +19,18 @@ import numpy as np
 
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.film.integrators import INTEGRATORS, InterfaceState
+from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.point import taken
 from iceslide_fem.film.rubber_heat import INSULATED
+from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.step_control import StepControl, close_enough
 from iceslide_fem.film.viscosity import VariableViscosity, temperature_scale
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 from iceslide_fem.runtime.errors import SimulationStopped
-from iceslide_fem.scene.materials import (
-    ICE,
-    WATER_VISCOSITY,
-    ConstantContact,
-    ContactTable,
-    Solid,
-    ViscosityTable,
-)
+from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
+from iceslide_fem.scene.materials import ICE, WATER_VISCOSITY, Solid, ViscosityTable
 
 METHOD = INTEGRATORS["sdirk2"]
 # Relative to a pixel's time: the shortest step, and what is left over to rounding.

@@ -15,7 +15,7 @@ from functools import lru_cache
 from math import ceil
 from typing import NamedTuple
 
-from iceslide_fem.film.integrators import INTEGRATORS
+from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.output.table import HistoryRow
 from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import Scene

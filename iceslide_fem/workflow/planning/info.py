@@ -12,8 +12,9 @@ from iceslide_fem.laws.table import law_of
 from iceslide_fem.run.simplifications import simplifications
 from iceslide_fem.runtime.units import readable
 from iceslide_fem.scene import Scene
+from iceslide_fem.scene.contact_table import ContactTable
 from iceslide_fem.scene.course import SAMPLED
-from iceslide_fem.scene.materials import BAR, ContactTable
+from iceslide_fem.scene.materials import BAR
 from iceslide_fem.workflow.planning.cost import estimate
 from iceslide_fem.workflow.planning.regime import regime
 from iceslide_fem.workflow.planning.row import Row

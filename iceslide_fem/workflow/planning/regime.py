@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from iceslide_fem.film.limiting_shear import SHEAR_STRENGTH
 from iceslide_fem.runtime.units import readable
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.materials import ZERO_CELSIUS
@@ -27,7 +28,7 @@ def regime(scene: Scene, strength: ShearStrength) -> list[Row]:
     first, last = rows[0], rows[-1]
     speed = scene.load.speeds.first or scene.load.speeds.mean
     numbers = [
-        _number(scene.viscosity * v, row.film_height_m, row.shear_strength_Pa)
+        _number(scene.viscosity * v, row.film_height_m, getattr(row, SHEAR_STRENGTH))
         for v, row in ((speed, first), (last.speed_m_per_s, last))
     ]
     onset = next((row.time_s for row in rows if row.melted_fraction > 0.0), None)

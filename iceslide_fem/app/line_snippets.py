@@ -1,0 +1,92 @@
+"""What computes the line of the page elsewhere: a command and lines of Python."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import fields
+
+from iceslide_fem.app.line_case import POINTS, LineCase
+
+
+def line_command(case: LineCase) -> str:
+    """The command line that computes the same line; its model by the other source comes along."""
+    p = case.parameters
+    words: dict[str, object] = {}
+    source = ""
+    if case.profile == "gaussian":
+        words["gaussian"] = _joined(case.length, case.peak, case.sigma)
+    elif case.profile == "file":
+        words["line"] = case.file
+    else:
+        source = f" {shlex.quote(str(case.image))}"
+        words |= {"length": case.length, "width": case.length, "max-pressure": case.max_pressure}
+        boxes = {"legend": case.legend, "crop": case.crop}
+        words |= {name: _joined(*box) for name, box in boxes.items() if box}
+        last = len(case.pressures()[0]) - 1
+        words["row"] = last - round(case.row * last)
+    words |= {"speed": p.speed, "temperature": p.ice_temperature}
+    if p.source == "next pixel":
+        words |= {"thesis-slip": p.slip, "thesis-time": p.time}
+    if p.source == "moving" or case.film_law == "yes":
+        words["slip"] = p.slip
+    if p.air_temperature is not None:
+        words["air-temperature"] = p.air_temperature
+    words |= {
+        "static-friction": p.static_friction,
+        "depth": p.depth,
+        "ice-material": _joined(*p.ice[:3]),
+        "tread-material": _joined(*p.tread[:3]),
+        "water-conductivity": p.water_conductivity,
+    }
+    options = (f"    --{name} {shlex.quote(str(value))}" for name, value in words.items())
+    return " \\\n".join([f"iceslide footprint{source}", *options])
+
+
+def _joined(*values: float) -> str:
+    return ",".join(map(repr, values))
+
+
+def line_lines(case: LineCase) -> str:
+    """Lines of Python that compute the same line."""
+    before, other, names = "", "", "macroscopic_line"
+    if case.profile == "gaussian":
+        names = "gaussian_profile, macroscopic_line"
+        pressure = (
+            f"x, pressure = gaussian_profile({case.length!r}, {case.peak!r}, {POINTS}, "
+            f"{case.sigma!r})\ndx = x[1] - x[0]"
+        )
+    elif case.profile == "file":
+        before = "from pathlib import Path\n\n"
+        other = "from iceslide_fem.preprocess.footprint.tables import read_profile\n"
+        pressure = (
+            f"profile = read_profile(Path({str(case.file)!r}))\n"
+            "pressure, dx = profile.pressure, profile.dx"
+        )
+    else:
+        before = "from iceslide_fem.preprocess.footprint.case import FootprintCase\n"
+        other = "from iceslide_fem.preprocess.footprint.reading import read_footprint\n"
+        options = {"image": str(case.image), "length": case.length, "width": case.length}
+        options |= {"max_pressure": case.max_pressure}
+        boxes = {"legend": case.legend, "crop": case.crop}
+        options |= {name: _joined(*box) for name, box in boxes.items() if box}
+        pressure = (
+            f"footprint = read_footprint(FootprintCase.of({options!r})).pressure_map\n"
+            f"pressure = footprint.pressure[round({case.row!r} * (len(footprint.pressure) - 1))]\n"
+            "dx = footprint.dx"
+        )
+    p = case.parameters
+    values = {field.name: repr(getattr(p, field.name)) for field in fields(p)}
+    values |= {"ice": f"Solid{p.ice[:3]}", "tread": f"Solid{p.tread[:3]}"}
+    given = "\n".join(f"    {name}={value}," for name, value in values.items())
+    return f"""\
+{before}from iceslide_fem.preprocess.footprint.line import {names}
+from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic
+{other}from iceslide_fem.scene.materials import Solid
+
+{pressure}
+parameters = Macroscopic(
+{given}
+)
+line = macroscopic_line(pressure, dx, parameters)
+print(line.mu_mean)
+"""

@@ -1,0 +1,226 @@
+"""Drawings of the fields of a run, as the page takes them: block, contact, ice."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from iceslide_fem.postprocess.report.field_grids import FACES, PLACES, Grid, mirrored, outer_faces
+from iceslide_fem.postprocess.report.page import colours, plain
+from iceslide_fem.postprocess.results import Run
+from iceslide_fem.postprocess.results.quantities import (
+    CONTACT,
+    FILM,
+    MISES,
+    PRESSURE,
+    ROBUST,
+    SURFACE,
+    TEMPERATURE,
+    FieldQuantity,
+)
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+
+CELLS = 6000  # of a drawing at most
+MM, UM = 1e3, 1e6
+NOTHING = "no contact"
+MIRRORED = " (half is computed, the other its mirror image)"
+
+Drawing = dict[str, Any]
+
+
+def drawings_of(
+    run: Run, rubber: list[Grid], interface: list[Grid], ice: list[Grid]
+) -> list[Drawing]:
+    """The drawings of a run from its grids at some moments; none of what has too many cells."""
+    flat = run.scene["model"] == "slice"
+    coldest = run.scene["ice"]["temperature"] - ZERO_CELSIUS
+    quantities = (CONTACT, FILM, SURFACE)
+    drawings: list[Drawing] = []
+    half = bool(rubber[0].points[:, 1].min() > -1e-9)
+    if len(rubber[0].cells) <= CELLS:
+        drawings.append(_slice(rubber) if flat else _block(rubber, interface, half))
+    if flat:
+        drawings += [_along(interface, quantity) for quantity in quantities]
+    elif max(len(grid.cells) for grid in interface) <= CELLS:
+        drawings += [_below(interface, quantity, half, coldest) for quantity in quantities]
+    if len(ice) == len(rubber):
+        drawings += _ice(ice, flat, coldest)
+    return drawings
+
+
+def _coloured(
+    name: str, title: str, says: str, unit: str, colour_map: str, ends: list[float], **more: Any
+) -> Drawing:
+    """A drawing by colours, that of cells in the plane of x and z unless `more` says else."""
+    plane = {"kind": "cells", "x": "x (mm)", "y": "z (mm)", "equal": True, "edges": False}
+    about = {"name": name, "title": title, "says": says, "unit": unit, "nothing": ""}
+    return {**plane, **about, "colours": colours(colour_map), "range": ends, **more}
+
+
+def _slice(grids: list[Grid]) -> Drawing:
+    """The deformed cells of a slice, by their von Mises stress where it was written."""
+    stressed = MISES in grids[0].at_points
+    frames, stresses = [], []
+    for grid in grids:
+        points = MM * (grid.points + grid.at_points["displacement"])[:, :2]
+        stress = np.full(len(grid.cells), np.nan)
+        if stressed:
+            stress = grid.at_points[MISES][grid.cells].mean(axis=1) / BAR
+        stresses.append(stress)
+        frames.append({"points": plain(points), "values": plain(stress)})
+    x0, y0 = MM * grids[0].points[:, :2].min(axis=0)
+    x1, y1 = MM * grids[0].points[:, :2].max(axis=0)
+    what = "by its von Mises stress" if stressed else "; its stress was not written"
+    return _coloured(
+        "block",
+        "The block, deformed to scale",
+        f"The mesh of {len(grids[0].cells)} cells, {what}; dotted: undeformed. It slides to the "
+        "right.",
+        "bar",
+        "viridis",
+        _range(stresses),
+        edges=True,
+        cells=grids[0].cells.tolist(),
+        outlines=[{"x": plain([x0, x1, x1, x0, x0]), "y": plain([y0, y0, y1, y1, y0])}],
+        frames=frames,
+    )
+
+
+def _along(grids: list[Grid], quantity: FieldQuantity) -> Drawing:
+    """A quantity along the contact line of a slice."""
+    frames, xs, ys = [], [], []
+    for grid in grids:
+        x = MM * grid.points[grid.cells][..., 0].mean(axis=1)
+        y = grid.in_contact(quantity)
+        order = np.argsort(x)
+        curve = {"name": quantity.title, "x": plain(x[order]), "y": plain(y[order]), "look": 0}
+        frames.append([curve | {"marks": False}])
+        xs.append(x[grid.at_cells[PRESSURE] > 0.0])
+        ys.append(y)
+    touching = np.concatenate(xs)
+    ends = [touching.min(), touching.max()] if touching.size else [0.0, 1.0]
+    return {
+        "kind": "lines",
+        "name": f"along-{quantity.title.split()[0].lower()}",
+        "title": quantity.title,
+        "says": "Along the contact, facet by facet; nothing where there is none.",
+        "x": "x (mm)",
+        "y": quantity.unit,
+        "xrange": _wider(ends),
+        "yrange": _wider(_range(ys, quantity is CONTACT)),
+        "equal": False,
+        "frames": frames,
+    }
+
+
+def _below(grids: list[Grid], quantity: FieldQuantity, half: bool, coldest: float) -> Drawing:
+    """A quantity on the contact facets of a block, seen from above."""
+    frames, seen = [], []
+    for grid in grids:
+        points, cells, values = MM * grid.points[:, :2], grid.cells, grid.in_contact(quantity)
+        seen.append(values)
+        if half:
+            points, cells, values = mirrored(points, cells, values)
+        frames.append({"points": plain(points), "cells": cells.tolist(), "values": plain(values)})
+    return _coloured(
+        f"map-{quantity.title.split()[0].lower()}",
+        quantity.title,
+        f"On the contact surface, from above{MIRRORED if half else ''}; grey: no contact.",
+        quantity.unit,
+        quantity.colours,
+        [coldest, 0.0] if quantity is SURFACE else _range(seen, quantity is CONTACT),
+        y="y (mm)",
+        nothing=NOTHING,
+        frames=frames,
+    )
+
+
+def _block(rubber: list[Grid], interface: list[Grid], half: bool) -> Drawing:
+    """The surface of a block, its facets in contact by their pressure."""
+    from scipy.spatial import cKDTree
+
+    faces = outer_faces(rubber[0], half)
+    used, faces = np.unique(faces, return_inverse=True)
+    faces = faces.reshape(-1, len(FACES[rubber[0].kind][0]))
+    fans = [faces[:, [0, corner, corner + 1]] for corner in range(1, faces.shape[1] - 1)]
+    frames, seen = [], []
+    for grid, facets in zip(rubber, interface, strict=True):
+        points = (grid.points + grid.at_points["displacement"])[used]
+        centres = facets.points[facets.cells].mean(axis=1)
+        distance, nearest = cKDTree(centres).query(points[faces].mean(axis=1))
+        pressure = facets.in_contact(CONTACT)
+        seen.append(pressure)
+        near = distance < 1e-4 * np.ptp(points, axis=0).max()
+        values = np.tile(np.where(near, pressure[nearest], np.nan), len(fans))
+        points, triangles = MM * points, np.concatenate(fans)
+        if half:
+            points, triangles, values = mirrored(points, triangles, values)
+        frames.append({"points": plain(points), "values": plain(values)})
+    return _coloured(
+        "block",
+        "The block from below, deformed to scale",
+        f"The mesh of {len(rubber[0].cells)} cells{MIRRORED if half else ''}; its contact by "
+        "pressure, grey: no contact. Drag to turn it.",
+        "bar",
+        "viridis",
+        _range(seen, True),
+        kind="solid",
+        nothing=NOTHING,
+        faces=triangles.T.tolist(),
+        frames=frames,
+    )
+
+
+def _ice(grids: list[Grid], flat: bool, coldest: float) -> list[Drawing]:
+    """The temperature below the block, in the plane of its middle, if that can be drawn."""
+    frames: list[Any] = [_section(grid, flat) for grid in grids]
+    kind, says = "heat", "In the plane of the block's middle, z downwards and stretched."
+    if not all(frames):
+        if not flat or len(grids[-1].cells) > CELLS:
+            return []
+        kind, says = "cells", "Below every facet in contact, z downwards and stretched."
+        frames = [
+            {
+                "points": plain(grid.points[:, :2] * [MM, UM]),
+                "cells": grid.cells.tolist(),
+                "values": plain(grid.at_points[TEMPERATURE][grid.cells].mean(axis=1)),
+            }
+            for grid in grids
+        ]
+    title, ends = "Temperature of the ice below", [coldest, 0.0]
+    more = {"kind": kind, "y": "z (µm)", "equal": False, "frames": frames}
+    return [_coloured("ice", title, says, "°C", SURFACE.colours, ends, **more)]
+
+
+def _section(grid: Grid, flat: bool) -> Drawing | None:
+    """Temperatures on lines of x and z, if the ice's points lie on such; of 3-D ice the middle."""
+    points, values = grid.points, grid.at_points[TEMPERATURE]
+    if not flat:
+        y = points[:, 1]
+        here = np.abs(y - y[np.abs(y).argmin()]) < 1e-9
+        points, values = points[here], values[here]
+    x, column = np.unique(points[:, 0].round(PLACES), return_inverse=True)
+    z, row = np.unique(points[:, 1 if flat else 2].round(PLACES), return_inverse=True)
+    if x.size * z.size != len(points):
+        return None
+    table = np.full((z.size, x.size), np.nan)
+    table[row, column] = values
+    return {"xs": plain(MM * x), "ys": plain(UM * z), "values": [plain(line) for line in table]}
+
+
+def _range(values: list[Array], from_zero: bool = False) -> list[float]:
+    """Where the colours of all values end."""
+    every = np.concatenate(values)
+    every = every[np.isfinite(every)]
+    if not every.size:
+        return [0.0, 1.0]
+    low, high = np.percentile(every, (100.0 - ROBUST, ROBUST))
+    return [0.0 if from_zero else float(low), float(high)]
+
+
+def _wider(ends: list[float]) -> list[float | None]:
+    low, high = ends
+    margin = 0.08 * (high - low) or 0.5
+    return plain([low - margin, high + margin])

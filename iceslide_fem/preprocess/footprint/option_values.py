@@ -1,0 +1,100 @@
+"""Values of the options of `iceslide footprint`: how their texts are read, and their ranges."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator
+from pydantic_core import PydanticCustomError
+
+from iceslide_fem.preprocess.footprint.line import LINE_PIXELS
+from iceslide_fem.preprocess.footprint.picture import Box
+from iceslide_fem.preprocess.footprint.pressures import UNITS
+from iceslide_fem.runtime.units import si_unit
+from iceslide_fem.scene.command_options import Number, as_number
+from iceslide_fem.scene.ice import VISCOSITY, viscosity_table
+from iceslide_fem.scene.rows import names_a_file
+from iceslide_fem.scene.units import Quantity
+
+SOLID_RANGES = (
+    ("conductivity", 0.01, 500.0),
+    ("density", 10.0, 2e4),
+    ("heat capacity", 100.0, 1e5),
+)
+
+
+def _box(value: Any) -> Any:
+    """LEFT,TOP,RIGHT,BOTTOM as four integers."""
+    if not isinstance(value, str):
+        return value
+    try:
+        left, top, right, bottom = map(int, value.split(","))
+    except ValueError:
+        form = "is not LEFT,TOP,RIGHT,BOTTOM in whole pixels"
+        raise PydanticCustomError("form", form) from None
+    return Box(left, top, right, bottom)
+
+
+def _solid(value: Any) -> Any:
+    """CONDUCTIVITY,DENSITY,HEAT_CAPACITY as a solid."""
+    if not isinstance(value, str):
+        return value
+    try:
+        conductivity, density, heat_capacity = map(float, value.split(","))
+    except ValueError:
+        form = "is not CONDUCTIVITY,DENSITY,HEAT_CAPACITY in SI units"
+        raise PydanticCustomError("form", form) from None
+    solid = conductivity, density, heat_capacity
+    for number, (name, low, high) in zip(solid, SOLID_RANGES, strict=True):
+        if not low <= number <= high:
+            raise ValueError(
+                f'the {name} of "{value}" is out of range; allowed: {low:g} to {high:g}'
+            )
+    return solid
+
+
+def _gaussian(value: Any) -> Any:
+    """LENGTH,PEAK,SIGMA of a profile, the last one a sixth of the length if it is not given."""
+    if not isinstance(value, str):
+        return value
+    parts = [as_number(part.strip()) for part in value.split(",")]
+    if len(parts) not in (2, 3):
+        raise PydanticCustomError("form", "is not LENGTH,PEAK,SIGMA, say 180mm,4bar,30mm")
+    metres = Quantity("m", "1 mm", "5 m")
+    length = metres.validate(parts[0])
+    peak = Quantity("Pa", "0.1 bar", "100 bar").validate(parts[1])
+    sigma = metres.validate(parts[2]) if len(parts) == 3 else length / 6.0
+    if sigma < length / LINE_PIXELS:
+        raise ValueError(
+            f'SIGMA of --gaussian "{value}" is less than a pixel, LENGTH / {LINE_PIXELS} = '
+            f"{1e3 * length / LINE_PIXELS:.3g} mm"
+        )
+    return length, peak, sigma
+
+
+def _viscosity(value: Any) -> Any:
+    """A number in Pa s, or the path of a CSV file with one over temperature."""
+    if not names_a_file(value):
+        return VISCOSITY.value.validate(as_number(value))
+    viscosity_table(VISCOSITY.validate(value), "--viscosity")
+    return Path(value)
+
+
+def _pressure_unit(value: Any) -> Any:
+    """A unit of pressure."""
+    if (unit := si_unit(value, "Pa") if isinstance(value, str) else None) is None:
+        raise ValueError(
+            f'--pressure-unit "{value}" is not a unit of pressure; allowed: {", ".join(UNITS)}'
+        )
+    return unit
+
+
+SolidText = Annotated[tuple[float, float, float], BeforeValidator(_solid)]
+Length = Annotated[float, Quantity("m", "1 mm", "5 m"), Number]
+Pressure = Annotated[float, Quantity("Pa", "0 bar", "100 bar"), Number]
+IceTemperature = Annotated[float, Quantity("K", "-80 degC", "-0.001 degC"), Number]
+PixelBox = Annotated[Box, BeforeValidator(_box)]
+GaussianText = Annotated[tuple[float, float, float], BeforeValidator(_gaussian)]
+ViscosityText = Annotated[float | Path, BeforeValidator(_viscosity)]
+PressureUnit = Annotated[str, BeforeValidator(_pressure_unit)]
