@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
-from scipy.special import erf, erfc
+from scipy.special import erf, erfc, erfcx
 
 from iceslide_fem.film.loads import squeeze_rate
 from iceslide_fem.runtime.arrays import Array
@@ -179,3 +179,28 @@ def uniaxial_stress(stretch: ArrayLike, C10: float, C01: float) -> Array:
     """
     (stretch,) = _arrays(stretch)
     return 2.0 * (stretch**2 - 1.0 / stretch) * (C10 + C01 / stretch)
+
+
+def dry_softening_friction(
+    time: Array,
+    pressure: float,
+    speed: float,
+    k: float,
+    stress: float,
+    softening: float,
+    celsius: float,
+) -> tuple[Array, Array, Array]:
+    """mu(t), its mean up to t, and the surface (degC) of dry rubber on a half-space of ice.
+
+    Without melting, for a stress tau_b = stress (T_m - T) / softening on ice that began at
+    `celsius`, not stronger than `stress`: with B = k stress v / softening and
+    x = B sqrt(alpha t) / lambda the surface's distance from T_m falls as erfcx(x) = exp(x^2)
+    erfc(x) (H. S. Carslaw, J. C. Jaeger, Conduction of Heat in Solids, 1959, 2.7).
+
+    time (s), pressure (Pa), speed (m/s), stress (Pa), softening (K).
+    """
+    first = k * stress / pressure * -celsius / softening
+    x = k * stress * speed / softening * np.sqrt(ICE.diffusivity * time) / ICE.conductivity
+    left = erfcx(x)
+    mean = (2.0 * x / np.sqrt(np.pi) - 1.0 + left) / x**2
+    return first * left, first * mean, celsius * left

@@ -9,6 +9,7 @@ from test_sliding import slide, started, thesis, uniform  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.restart import checkpoint_tables, resumed  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
+from iceslide_fem.film.law import log_shearing  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.interface.film_frame import ContactLoads  # noqa: E402
 from iceslide_fem.output.block_fields import BlockFields  # noqa: E402
@@ -40,8 +41,9 @@ def test_films_have_the_viscosity_of_their_temperature(carrier):
     state, step = sliding.current.interface, accepted[-1].subcycles.substeps[-1]
     state = step.step.state
     warm = step.ice.surface_temperature(state.ice)
-    heating = step.loads.viscous * step.loads.speed
-    film = step.rubber.film_temperature(warm, state.rubber, heating, state)
+    power = step.loads.viscous * step.loads.speed * np.exp(log_shearing(state))
+    films = power, np.exp(state.log_height)
+    film = step.rubber.film_temperature(warm, state.rubber, lambda: films)
     table = scene.water.table
     expected = np.log(table(film) / scene.viscosity)
     covered = step.area > 0.0
