@@ -125,7 +125,7 @@ def test_water_that_lags_behind_the_ice_fills_the_voids():
     assert full.saturated.all() and (full.squeezed == 0.2e-6).all()
     assert full.mean_friction(even) < slow.mean_friction(even)
     rolling = LOCKED._replace(sliding_speed=0.1 * LOCKED.speed, water_speed=0.5)
-    assert rolling.water_share == pytest.approx(0.95)  # 0.9 V of the tread and half of 0.1 V
+    assert rolling.water_fraction == pytest.approx(0.95)  # 0.9 V of the tread and half of 0.1 V
     pressure = np.full((1, 90), 3e5)
     pressure[0, 30:60] = 0.0
     gap = film_map(

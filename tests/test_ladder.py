@@ -9,7 +9,7 @@ import pytest
 from iceslide_fem.run.model_levels import ModelLevel, cheapest, on_level, resolved
 from iceslide_fem.run.simplifications import simplifications
 from iceslide_fem.scene import load_scene
-from iceslide_fem.workflow.ladder.runs import levels
+from iceslide_fem.workflow.ladder.levels import levels
 
 CASE = Path(__file__).parent.parent / "cases" / "thesis_1bar.toml"
 # A stiff, thin block without transverse strain: pressure is uniform but for its edges.

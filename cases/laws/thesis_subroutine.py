@@ -28,7 +28,7 @@ PI = 3.14  # 6346
 
 class ThesisSubroutine:
     fields = {"h_m": 70e-9, "Hss_m": 70e-9, "time_s": 0.0}
-    carrier = "rubber"  # a node of its mesh remembers
+    carrier = "rubber"  # its history is that of a node of its mesh
 
     def __init__(self, k=0.266, D=29e-6, H_V=2.86e-6, press=1e5, brackets=0, xx_set=0):
         self.k, self.H_V, self.press = k, H_V, press

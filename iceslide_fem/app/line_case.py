@@ -34,7 +34,7 @@ class LineCase(BaseModel):
     """Every parameter of the line; SI. Its keys are the fields of the page.
 
     profile: where the pressure comes from. length (m), peak (Pa) and sigma (m) of a Gaussian; file:
-    a profile as CSV; image with colours and `row`, the share of its height from below: of a
+    a profile as CSV; image with colours and `row`, the fraction of its height from below: of a
     picture.
     film_law: whether that is computed along the line, too.
     """

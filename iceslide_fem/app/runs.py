@@ -56,7 +56,7 @@ class StartedRun:
             self.process.terminate()
 
     def progress(self, known: int = 0) -> dict[str, Any]:
-        """How far it has come: state, phase, share of the duration (0 to 1), what it said last.
+        """How far it has come: state, phase, fraction of the duration (0 to 1), what it said last.
 
         rows: time (ms) and mu of the accepted steps from the `known`-th on.
         """

@@ -157,7 +157,7 @@ def assemble_vector(vector: PETSc.Vec, linear_form: Any) -> PETSc.Vec:
 
 
 def assemble_shares(vector: PETSc.Vec, linear_form: Any) -> None:
-    """Overwrite `vector` with this rank's shares of the linear form, ghosts not yet summed."""
+    """Overwrite `vector` with this rank's part of the linear form, ghosts not yet summed."""
     with vector.localForm() as local:
         local.set(0.0)
     fem_petsc.assemble_vector(vector, linear_form)

@@ -23,7 +23,7 @@ class HalfSpace:
     good. (5.6) assumes that the surface jumped to T_m at t = 0; right after the onset it is about
     half the true flux. t is the time in contact (the thesis's subroutine takes the run time). Heat
     state: that of `Column` and a last row, t (s). From the onset on the column is held at T_m and
-    remembers so that melting has begun: a quantity that stages can be formed of.
+    shows so that melting has begun: a quantity that stages can be formed of.
 
     At the onset the flux jumps. Where it comes within a step, the stage in which it does melts
     from its start, an error of the order of the step; steps that end on it are dry (`late`).

@@ -18,7 +18,7 @@ The height is advanced as y = ln h: it stays positive for any step, and an error
 relative error of the shear stress.
 
 Where the viscosity follows the film's temperature (`viscosity`), loads are those of one viscosity
-eta_0, and films remember ln(eta / eta_0).
+eta_0, and films keep ln(eta / eta_0).
 """
 
 from __future__ import annotations

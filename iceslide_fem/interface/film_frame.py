@@ -210,10 +210,10 @@ class FilmFrame(Protocol):
 
     @property
     def internal_nodes(self) -> OwnNodes | None:
-        """Nodes that hold what a law remembers; None if the rubber's points do."""
+        """Nodes that hold the law's internal variables; None if the rubber's points do."""
 
     def internal_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
-        """What the law remembers, at the rubber's points, (m, n). Collective."""
+        """The law's internal variables at the rubber's points, (m, n). Collective."""
 
     def ice_temperature(self, state: InterfaceState, contact: ContactLoads) -> Array:
         """Temperature of the ice's surface at the rubber's points, (n,), K."""

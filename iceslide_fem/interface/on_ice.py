@@ -162,7 +162,7 @@ class OnIce:
         return covered, of_nodes
 
     def _cover(self, contact: ContactLoads) -> Array:
-        """Share of the cells of all nodes that is in contact. Collective."""
+        """Fraction of the cells of all nodes that is in contact. Collective."""
         grid = self.ice.grid
         return np.asarray(grid.scatter(contact.touching, place(grid, contact)) / grid.cell_area)
 

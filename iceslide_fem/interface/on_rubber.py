@@ -99,7 +99,7 @@ class Attached:
 
     @property
     def internal_nodes(self) -> OwnNodes | None:
-        """Nodes that hold what a law remembers; here the points do."""
+        """Nodes that hold the law's internal variables; here the points do."""
         return None
 
     def internal_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:

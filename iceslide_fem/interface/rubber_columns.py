@@ -80,7 +80,7 @@ class RubberOverGrid(RubberColumns):
         return np.asarray(mean[self.grid.own])
 
     def _node_cover(self) -> Array:
-        """Share of the cells of this rank's nodes that is in contact."""
+        """Fraction of the cells of this rank's nodes that is in contact."""
         at, area, _ = self._contacts
         cover = self.grid.scatter(area, at) / self.grid.cell_area
         return np.asarray(cover[self.grid.own])

@@ -28,12 +28,12 @@ class Nodes:
         self._grid, self._contacts = grid, contacts
 
     def at_points(self, internal: Array) -> Array:
-        """Memory (m, own nodes) read at the points, (m, n). Collective."""
+        """Internal variables (m, own nodes) read at the points, (m, n). Collective."""
         rows = self._grid.allgather(internal)
         return np.array([self._grid.interpolate(row, self._contacts.at) for row in rows])
 
     def changed(self, internal: Array, by: Array) -> Array:
-        """Memory of this rank's nodes after changes (m, n) at the points. Collective."""
+        """Those of this rank's nodes after changes (m, n) at the points. Collective."""
         grid, (at, area, _) = self._grid, self._contacts
         given = grid.scatter(area * by, at) / grid.cell_area
         return np.asarray(internal + given[:, grid.own])
@@ -60,7 +60,7 @@ class UserLawOnIce(OnRubber):
         return self._law.sheared(here, lambda: self.ice_temperature(state, contact))
 
     def internal_at_points(self, state: InterfaceState, contact: ContactLoads) -> Array:
-        """Memory of the nodes, read at the points. Collective."""
+        """Internal variables of the nodes, read at the points. Collective."""
         contacts = Contacts(place(self.ice.grid, contact), contact.touching)
         return Nodes(self.ice.grid, contacts).at_points(state.internal)
 

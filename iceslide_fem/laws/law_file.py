@@ -10,7 +10,7 @@ from pathlib import Path
 from iceslide_fem.laws.protocol import Law
 from iceslide_fem.runtime.errors import SceneError
 
-CARRIERS = ("ice", "rubber")  # of what a law remembers
+CARRIERS = ("ice", "rubber")  # where a law's state lives
 
 
 def read_law(path: Path, name: str, parameters: Mapping[str, float]) -> tuple[Law, str]:

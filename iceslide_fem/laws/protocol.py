@@ -8,7 +8,7 @@ A law is a class with two members, in a file that a scene names
 
 and, if it likes,
 
-    carrier                                           "rubber" or "ice": whose places remember
+    carrier                                           "rubber" or "ice": where the state lives
 
 All values are SI. Arrays have one shape (n,), an entry per contact point; n may be 0 and changes
 from call to call: a law knows no point by its number.

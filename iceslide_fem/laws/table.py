@@ -37,7 +37,7 @@ def user_law(scene: Scene) -> UserLaw:
     if passes and bound.fields and bound.frame(scene.film.carrier) == "rubber":
         raise SceneError(
             f'the friction law {name} has carrier = "rubber", which contradicts model = '
-            '"point" where ice slides: what it remembers is older than the ice below; allowed: '
+            '"point" where ice slides: its history is older than the ice below; allowed: '
             'model = "slice" or "block", or ice.motion = "attached"'
         )
     check_weakening(scene, bound)

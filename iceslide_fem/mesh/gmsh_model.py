@@ -71,7 +71,7 @@ def owners(middles: Array, ranks: int) -> NDArray[np.int32]:
     """Rank of each cell, of as many each: recursive bisection across the longer side.
 
     `middles` (n, d-1): horizontal positions of the cells' middles, m. The mesh is cut vertically,
-    so that all ranks get a share of the contact: graph partitioners cut where the fewest facets
+    so that all ranks get a part of the contact: graph partitioners cut where the fewest facets
     are, through a cube as readily between plate and ice, which leaves the contact to one rank.
     """
     found = np.zeros(len(middles), dtype=np.int32)

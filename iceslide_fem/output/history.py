@@ -145,7 +145,7 @@ def thinnest_film(sliding: Sliding) -> float:
 
 
 def outside_table(block: Block, contact: ContactState) -> float:
-    """Share of the contact area whose pressure the table of k, D, H_V does not cover."""
+    """Fraction of the contact area whose pressure the table of k, D, H_V does not cover."""
     touching = contact.pressure > 0.0
     outside = touching & block.law.outside(contact.pressure)
     total = _contact_area(block, contact)

@@ -11,9 +11,10 @@ the nearest point's shape functions, and y found from t_a . r = 0 (its tangents 
     force = k B^T r,  tangent = k (B^T B - G_a M_ab^-1 G_b^T),
     M_ab = t_a . t_b - r . y_,ab,  G_a = -B^T t_a + (dB/dxi_a)^T r
 
-without the second part where y lies on a facet's rim. Friction (`wall_friction`) adds half its
-traction to the point's force, and the opposite one to its stick point. Walls are small: every rank
-knows all of them, computes all that they do to each other, and keeps what acts on its own nodes.
+(`self_contact_stiffness`), without the second part where y lies on a facet's rim. Friction
+(`self_contact_friction`) adds half its traction to the point's force, and the opposite one to its
+stick point. Walls are small: every rank knows all of them, computes all that they do to each other,
+and keeps what acts on its own nodes.
 
 Shapes: F facets, q points each, a nodes, d components; P points that press (`facing`).
 """
@@ -21,7 +22,7 @@ Shapes: F facets, q points each, a nodes, d components; P points that press (`fa
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
@@ -29,31 +30,22 @@ from scipy.sparse import coo_matrix, csr_matrix
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import PETSc
 from iceslide_fem.rubber.contact_surface import FACET_OF, contact_surface, space_degree
-from iceslide_fem.rubber.facing import Facets, FacingWalls, Pressing, restricted
+from iceslide_fem.rubber.facing import Facets, FacingWalls, Pressing
 from iceslide_fem.rubber.self_contact_friction import (
     StickPoints,
-    Stretch,
     no_stick_points,
     slip,
-    slopes_of_along,
-    slopes_of_tractions,
     stretch,
     tractions,
+)
+from iceslide_fem.rubber.self_contact_stiffness import (
+    Sticking,
+    friction_stiffness,
+    pressing_stiffness,
 )
 from iceslide_fem.runtime.arrays import Array, Index
 
 DEGREE = 5  # of the points on a facet
-
-
-class Sticking(NamedTuple):
-    """Points that press and have an anchor: how they press, the facets of their anchors (P,), the
-    springs, and the bounds mu p (P,), Pa.
-    """
-
-    pressing: Pressing
-    facet: Index
-    springs: Stretch
-    bound: Array
 
 
 class SelfContact:
@@ -165,12 +157,16 @@ class SelfContact:
         """
         positions = self.deformed(u)
         found = self.pressing_at(positions)
-        facets = [found.point[0], found.facet]
-        parts = [self._entries(facets, self._of_pressing(found, positions[found.facet]))]
+        facets, own = [found.point[0], found.facet], self._facets.shape[found.point]
+        blocks = pressing_stiffness(found, own, positions[found.facet])
+        area = self.half_area[found.point][:, None, None]
+        parts = [self._entries(facets, self.penalty * area * blocks)]
         if (sticking := self.sticking_at(found, positions)) is not None:
             pressing = sticking.pressing
             facets = [pressing.point[0], pressing.facet, sticking.facet]
-            parts.append(self._entries(facets, self._of_friction(sticking)))
+            own, area = (part[pressing.point] for part in (self._facets.shape, self.half_area))
+            blocks = friction_stiffness(sticking, own, self.penalty, self._friction)
+            parts.append(self._entries(facets, area[:, None, None] * blocks))
         values, rows, columns = (np.concatenate(part) for part in zip(*parts, strict=True))
         size = len(self.unknowns)
         return coo_matrix((values, (rows, columns)), shape=(size, size)).tocsr()
@@ -252,7 +248,7 @@ class SelfContact:
         }
 
     def restored(self, saved: Mapping[str, Array]) -> StickPoints:
-        """The grip of which `saved` gave this rank's part. Collective."""
+        """The stick points of which `saved` gave this rank's part. Collective."""
         own = self.own_facets.shape.shape[:2]
         anchors = self._gather(saved["anchor"].T.reshape(*own, self._dim))
         sticking = self._gather(saved["gripped"].reshape(own)) > 0.0
@@ -324,45 +320,3 @@ class SelfContact:
         )
         rows, columns = np.broadcast_arrays(unknowns[:, :, None], unknowns[:, None, :])
         return blocks.ravel(), rows.ravel(), columns.ravel()
-
-    def _of_pressing(self, found: Pressing, nodes: Array) -> Array:
-        """Second derivatives of each point's energy by the nodes of its own and the facing facet,
-        (P, 2 a d, 2 a d), N/m; `nodes` (P, a, d) are the facing facets', m.
-        """
-        own = self._facets.shape[found.point]
-        both = np.concatenate([own, -found.shape], axis=1)  # B, (P, 2 a)
-        size = both.shape[1] * self._dim
-        moving = np.einsum("pm,pn,ij->pminj", both, both, np.eye(self._dim))
-        later = np.concatenate(
-            [np.zeros((*found.slopes.shape[:2], own.shape[1])), -found.slopes], 2
-        )
-        turning = np.einsum("psm,pi->psmi", later, found.apart)
-        turning -= np.einsum("pm,psi->psmi", both, found.tangents)
-        bent = np.einsum("psta,pad->pstd", found.bends, nodes)
-        metric = found.tangents @ found.tangents.swapaxes(1, 2)
-        metric = restricted(metric - np.einsum("pstd,pd->pst", bent, found.apart), found.ways)
-        flat = found.ways @ turning.reshape(*turning.shape[:2], size)
-        slip = flat.swapaxes(1, 2) @ np.linalg.solve(metric, flat)
-        blocks = moving.reshape(-1, size, size) - slip
-        return np.asarray(self.penalty * self.half_area[found.point][:, None, None] * blocks)
-
-    def _of_friction(self, sticking: Sticking) -> Array:
-        """Derivatives of each point's friction forces by the nodes of its own, the facing and the
-        anchor's facet, (P, 3 a d, 3 a d), N/m.
-        """
-        found, springs = sticking.pressing, sticking.springs
-        own = self._facets.shape[found.point]
-        none = np.zeros_like(own)
-        held = np.concatenate([own, none, -springs.shape], axis=1)  # whom the traction acts on
-        by_point, by_anchor = slopes_of_along(springs)
-        by_own = np.einsum("pij,pa->piaj", by_point, own)
-        along = np.concatenate([by_own, np.zeros_like(by_own), by_anchor], axis=2)
-        by_along, by_bound = slopes_of_tractions(springs, sticking.bound, self.penalty)
-        slopes = np.einsum("pij,pjmk->pimk", by_along, along)
-        pressing = np.concatenate([own, -found.shape, none], axis=1)
-        normal = found.apart / np.linalg.norm(found.apart, axis=1, keepdims=True)
-        stiffness = self._friction * self.penalty
-        slopes += stiffness * np.einsum("pi,pm,pk->pimk", by_bound, pressing, normal)
-        size = held.shape[1] * self._dim
-        blocks = np.einsum("pn,pimk->pnimk", held, slopes).reshape(-1, size, size)
-        return np.asarray(self.half_area[found.point][:, None, None] * blocks)

@@ -71,7 +71,7 @@ def _columns(rows: list[HistoryRow]) -> dict[str, tuple[float, ...]]:
 
 
 def _imbalance(row: HistoryRow) -> float:
-    """Share of the friction work that is found nowhere."""
+    """Fraction of the friction work that is found nowhere."""
     found = row.ice_heat_J + row.rubber_heat_J + row.latent_heat_J
     return (row.friction_work_J - found) / row.friction_work_J if row.friction_work_J else 0.0
 

@@ -183,7 +183,7 @@ def _contact_is_stiff(scene: Tables) -> None:
 def _passes_below_a_point(scene: Tables) -> None:
     """Raise ValueError where the time below the block does not say what the ice has seen."""
     if scene.film.carrier == "rubber" and scene.friction.law != "coulomb":
-        what = "films that stay" if scene.friction.law == "film" else "a memory that stays"
+        what = "films that stay" if scene.friction.law == "film" else "a history that stays"
         raise ValueError(
             'film.carrier = "rubber" and model = "point" contradict each other where ice '
             f"slides: {what} with the rubber, older than the ice below; "

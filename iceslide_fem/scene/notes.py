@@ -64,8 +64,8 @@ def _unused(scene: Scene) -> list[str]:
         elif sliding and scene.model == "slice":
             reasons["below a slice that slides: ice.trail is what lies behind it"] = ["ice.margin"]
     if (law := scene.friction.law) != "film":
-        no_memory = ["film.carrier"] if law == "coulomb" else []
-        reasons[f'with friction.law = "{law}"'] = [*no_memory, *OF_THE_FILM]
+        no_history = ["film.carrier"] if law == "coulomb" else []
+        reasons[f'with friction.law = "{law}"'] = [*no_history, *OF_THE_FILM]
     if scene.rubber.mesh is not None:
         shape = ["rubber.length", "rubber.width", "rubber.height"]
         reasons["on the shape of the block, which is that of rubber.mesh"] = shape

@@ -3,7 +3,8 @@
 Every case is run as a slice or as a block, at a tolerance and on its own mesh, and compared with a
 run on a mesh twice as fine (or --finer) with a sixth of the tolerance, over all of its time; with
 --meshes also on others, so many times as fine as its own, against the same.
-Differences are in shares of the mean of mu, because mu itself begins at nothing where a plate does.
+Differences are in fractions of the mean of mu, because mu itself begins at nothing where a
+plate does.
 Prints them beside seconds and draws both curves of each case. Runs are kept in a folder and taken
 from there the next time; --quick is one short, coarse pair.
 """

@@ -60,9 +60,9 @@ def finished(name: str, changes: list[str], folder: Path) -> Run:
 def figures(made: Run) -> str:
     """One row of the tables.
 
-    Peak, its time, mu at TIMES, mean; first melting and saturation (ms); at the peak the share of
-    the nominal area in contact and the mean pressure (bar) in the leading and the trailing fifth
-    of its length; share of the contact outside the table of k, D, H_V at the end.
+    Peak, its time, mu at TIMES, mean; first melting and saturation (ms); at the peak the fraction
+    of the nominal area in contact and the mean pressure (bar) in the leading and the trailing fifth
+    of its length; fraction of the contact outside the table of k, D, H_V at the end.
     """
     summary, end = made.summary, made.history["time_s"][-1]
 

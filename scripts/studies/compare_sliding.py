@@ -64,7 +64,7 @@ def short(name: str) -> str:
 
 
 def figures(made: Run) -> str:
-    """One row: peak and its time, mu at TIMES, mean, first melting, shares of heat, cost."""
+    """One row: peak and its time, mu at TIMES, mean, first melting, fractions of heat, cost."""
     summary, history = made.summary, made.history
     onset = summary["melt_onset_s"]
     shares = [history[f"{name}_J"][-1] / history["friction_work_J"][-1]
@@ -180,7 +180,7 @@ def main() -> None:
         axis.legend(loc="upper center", bbox_to_anchor=(0.5, 1.52), fontsize="small")
     draw(figure, arguments.pictures / "sliding.png", 100)
 
-    print("\nrubber alone decides, nominal pressure: share of the heat, onset, mu then")
+    print("\nrubber alone decides, nominal pressure: fraction of the heat, onset, mu then")
     for name in cases:
         scene = case(name)
         for share in (0.2, 0.3, 0.4, 0.5):

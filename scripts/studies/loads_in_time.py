@@ -112,8 +112,8 @@ def main() -> None:
     parser.add_argument("--least", action="store_true", help="only the least friction, minutes")
     arguments = parser.parse_args()
     if arguments.least:
-        shares = "missing at the end | missing in steps, shares of all work"
-        names = ["a plate that", "least mu", "steps", "refused", "friction work, µJ", shares]
+        shares = "missing at the end | missing in steps, fractions of all work"
+        names = ["a plate that", "least mu", "steps", "rejected", "friction work, µJ", shares]
         table(names, least_friction(arguments.quick))
         return
     quick = ("numerics.refinement=0.5", "numerics.tolerance=3e-2") if arguments.quick else ()
@@ -121,7 +121,7 @@ def main() -> None:
     for name in CASES[:1] if arguments.quick else CASES:
         run(case(name, *quick), arguments.runs / name, force=True)
         runs.append(read_run(arguments.runs / name))
-    head = ("case", "peak mu", "mean", "end", "peak at, ms", "steps", "energy missing, share")
+    head = ("case", "peak mu", "mean", "end", "peak at, ms", "steps", "energy missing, fraction")
     table(head, [row(made) for made in runs])
     draw(curves(runs), arguments.pictures / "loads.png")
 

@@ -1,4 +1,4 @@
-"""What writing a run's outputs costs: share of its processor time, and sizes.
+"""What writing a run's outputs costs: fraction of its processor time, and sizes.
 
 The thesis's scene at 1 bar as slice and as block, with all fields that are written by default and
 with values at the contact points, too. Shares are of one run on one process, press included.
@@ -96,7 +96,7 @@ def main() -> None:
                 found += cost(scene, Path(folder))
         return found
 
-    table(["model", "what", "share of time", "MB", "kB per time"], rows())
+    table(["model", "what", "fraction of time", "MB", "kB per time"], rows())
 
 
 if __name__ == "__main__":

@@ -34,7 +34,7 @@ VARIANTS = {
 
 
 def cells(scene: Scene) -> tuple[float, ...]:
-    """Peak, mean and end of mu, and how far the plate went down (share of the height)."""
+    """Peak, mean and end of mu, and how far the plate went down (fraction of the height)."""
     found = slid(scene)
     sunk = found.last.current.mechanics.plate_displacement / scene.rubber.height
     return float(found.mu.max()), found.mean, float(found.mu[-1]), abs(sunk)

@@ -110,7 +110,7 @@ class Cube:
         return float(self.state.components[1].vec[0])
 
     def touch(self, load: float) -> None:
-        """Sink in as that share of the load does: without contact nothing holds the plate."""
+        """Sink in as that fraction of the load does: without contact nothing holds the plate."""
         self.state.components[1].vec[0] = load * self.sinking
 
     def imbalance(self) -> float:
@@ -132,7 +132,7 @@ class Cube:
         change.data += form.inner_solve * residual
 
     def balance(self, load: float) -> int | None:
-        """Newton iterations to equilibrium under that share of the load; None if not found."""
+        """Newton iterations to equilibrium under that fraction of the load; None if not found."""
         self.load.Set(load)
         start = self.state.vec.CreateVector()
         size = self.imbalance()
@@ -153,7 +153,7 @@ class Cube:
 
 
 def follow(cube: Cube, first: float) -> bool:
-    """Bring the cube under its whole load from a `first` share of it; whether it succeeds."""
+    """Bring the cube under its whole load from a `first` fraction of it; whether it succeeds."""
     done, step = 0.0, first
     cube.touch(first)
     before, last = cube.state.vec.CreateVector(), None

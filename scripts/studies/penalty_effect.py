@@ -3,9 +3,10 @@
 The 1 mm cube of compound B is pressed under static friction, brought to 3 m/s under the film's
 shear at its initial height, and last held under a shear of 0.3 p. Rows give the plate's
 displacement (change against the default), the deepest penetration relative to it, the largest
-pressure, the spread of the pressure over the contact (standard deviation over mean), the share of
-static friction that is mobilised, and mu. With --slides whole slides are run as well, with --meshes
-nothing but slides of the slice at 1 bar, with stiffer penalties on three meshes. Also under mpirun.
+pressure, the spread of the pressure over the contact (standard deviation over mean), the fraction
+of static friction that is mobilised, and mu. With --slides whole slides are run as well, with
+--meshes nothing but slides of the slice at 1 bar, with stiffer penalties on three meshes. Also
+under mpirun.
 """
 
 from __future__ import annotations

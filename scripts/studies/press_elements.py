@@ -225,7 +225,7 @@ ELEMENTS = {
 
 
 class Press(NamedTuple):
-    """One press: plate displacement (m; at the last load if it failed), share of the load that
+    """One press: plate displacement (m; at the last load if it failed), fraction of the load that
     was reached, dofs, Newton iterations, tangents, seconds."""
 
     displacement: float
@@ -334,7 +334,7 @@ def print_presses(pressure: float, presses: Presses) -> None:
 
 def print_sheared(numbers: Sequence[int], shears: Sequence[float]) -> None:
     """Table of the presses by 5 bar under shear."""
-    print("\n### 5 bar under shear: share of the load that was reached, plate, tangents, seconds\n")
+    print("\n### 5 bar under shear: fraction of the load reached, plate, tangents, seconds\n")
     head = ("element", "cells along x", *(f"tau = {mu:g} p" for mu in shears))
 
     def cell(element: Element, n: int, mu: float) -> str:

@@ -29,7 +29,7 @@ LIKE_B = {
 }  # fmt: skip
 MANY = np.geomspace(0.2, 20.0, 12) * BAR
 FIVE = np.array([0.5, 1.0, 2.0, 3.5, 5.0]) * BAR
-Found = list[tuple[float, float]]  # share of pixels that touch, mean gap (m)
+Found = list[tuple[float, float]]  # fraction of pixels that touch, mean gap (m)
 
 
 def surface_of(pixels: int, pixel: float, realisation: int = 0) -> Surface:

@@ -34,7 +34,7 @@ SLOPES = (0.1, 0.3, 0.5)
 
 
 class Pressed(NamedTuple):
-    """Mean pressure (Pa), share of the length in contact, mean gap (m)."""
+    """Mean pressure (Pa), fraction of the length in contact, mean gap (m)."""
 
     pressure: float
     share: float

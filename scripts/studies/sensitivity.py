@@ -1,9 +1,9 @@
 """Which inputs of the film law matter: Sobol indices of mu on the point level, as one picture.
 
 Inputs vary evenly by 20 % around their values, also the distance of the melting temperature, and
-the conductance of the film by a factor of two each way. The first-order index is the share of mu's
-variance that goes when the input is known; the total index what is left when all the others are
-known. With --slices what a point does not have, one by one.
+the conductance of the film by a factor of two each way. The first-order index is the fraction of
+mu's variance that goes when the input is known; the total index what is left when all the others
+are known. With --slices what a point does not have, one by one.
 """
 
 from __future__ import annotations
@@ -161,7 +161,7 @@ def main() -> None:
             print(f"{name:6}{mu.mean():8.4f}{mu.std():8.4f}{cells}")
             title = rf"$\mu$ {names[name]}, {bar:g} bar: {mu.mean():.3f} ± {mu.std():.3f}"
             bars(ax, indices, title)
-        row[0].set_ylabel("share of the variance")
+        row[0].set_ylabel("fraction of the variance")
     axes[0, 0].legend(frameon=False)
     figure.suptitle(
         "Sobol indices of friction: point at 3 m/s and -4 °C, inputs ± 20 % (G: × ½ to 2)"

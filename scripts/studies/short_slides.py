@@ -1,10 +1,10 @@
 """Slides so short, or meshes so fine, that a block left behind by its friction would have to jump.
 
-The first moments of tread_block at its tolerance of 1e-2: steps, refused ones, Newton's iterations,
-and the largest error of mu(t) against a tolerance of 1e-3 on the same mesh. Beside the program as
-it is, without its two remedies: a bound on how far a resting block may be left behind
-(`coupling.limits.StepLimits.skipped_motion`), and the resultant in the size of what is not balanced
-(`rubber.contact_nodes.RESULTANT`).
+The first moments of tread_block at its tolerance of 1e-2: steps, rejected ones, Newton's
+iterations, and the largest error of mu(t) against a tolerance of 1e-3 on the same mesh. Beside the
+program as it is, without its two remedies: a bound on how far a block may be from its equilibrium
+while mechanics is skipped (`coupling.limits.StepLimits.skipped_motion`), and the resultant in the
+size of what is not balanced (`rubber.contact_nodes.RESULTANT`).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from scripts.studies.common import case, largest, options, table
 UNLIMITED = replace(LIMITS, skipped_motion=inf)
 VARIANTS = {
     "as it is": (LIMITS, contact_nodes.RESULTANT),
-    "rests while friction is quiet": (UNLIMITED, contact_nodes.RESULTANT),
+    "mechanics skipped while friction is quiet": (UNLIMITED, contact_nodes.RESULTANT),
     "nodal forces alone": (LIMITS, 0.0),
     "neither remedy": (UNLIMITED, 0.0),
 }
@@ -67,7 +67,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="the shortest slide of one slice")
     arguments = parser.parse_args()
     names = ["model", "unknowns of the rubber", "slide", "variant"]
-    table([*names, "steps", "refused", "iterations", "largest of mu(t)"], rows(arguments.quick))
+    table([*names, "steps", "rejected", "iterations", "largest of mu(t)"], rows(arguments.quick))
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
 """What sipes do: a tread block without, with four and with six, on ice at several temperatures.
 
 Runs `cases/siped_tread` as slices and prints for each block and temperature peak, mean and end of
-mu, the share of the nominal area that touches, the largest pressure, and how near the walls of the
-sipes come to each other: where they meet, how many, and how hard. Draws mu(t), the pressure along
-the block, and the deformed blocks with the places where walls press on each other. What was
+mu, the fraction of the nominal area that touches, the largest pressure, and how near the walls of
+the sipes come to each other: where they meet, how many, and how hard. Draws mu(t), the pressure
+along the block, and the deformed blocks with the places where walls press on each other. What was
 computed is kept in a folder and taken from there the next time; --quick is one short, coarse pair.
 With --model block the same in 3-D on a coarse mesh, beside slices of the same refinement: the
 picture shows the plane of symmetry, and pressure is that in strips across the block.

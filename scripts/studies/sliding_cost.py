@@ -26,7 +26,7 @@ from typing import Any
 from scripts.studies.common import ROOT, case, on_ranks, options
 
 MECHANICS = ("contact", "assembly", "factors", "solves")
-PARTS = (*MECHANICS, "heat", "transfer", "film", "output", "rest")
+PARTS = (*MECHANICS, "heat", "transfer", "film", "output", "other")
 SPEED = 4.0  # m/s, of the case
 INTERVAL = 1e-3  # s of processor time
 # Folders and modules of the package, and the part that the time in them and below belongs to; the
@@ -44,7 +44,7 @@ MODULES = {
     "interface.ice_modes": "heat",
     "interface.ice_surface": "heat",
     "output": "output",
-    "coupling": "rest",
+    "coupling": "other",
 }
 FACTORISE = ("rubber.tangent", "factorise")  # whose solve is hardly more than new factors
 # What a step consists of: the rest of a run is no part of it.

@@ -6,7 +6,7 @@ process of its own, started after its forms were compiled. With `--repeats` all 
 times, in turn, and times are medians. A reference once made serves for any `--refinement`: its own
 is printed. With `--against TREE` the same runs are made by the package in
 that folder, too, one after the other, and the ratios of their times are printed, that of the
-quickest, which other work on the machine has disturbed least, among them. The ice's share of
+quickest, which other work on the machine has disturbed least, among them. The ice's fraction of
 the steps is that of its stages without the film's, by a clock around each.
 """
 
@@ -67,7 +67,7 @@ def make(tree: Path, name: str, out: Path, ranks: int, changes: list[str]) -> Ti
 
 
 def ice_share(scene: Scene) -> float:
-    """The ice's share of the steps on one rank: its stages less what the film takes of them."""
+    """The ice's fraction of the steps on one rank: its stages less what the film takes of them."""
     from iceslide_fem.coupling.sliding import Sliding
     from iceslide_fem.fenics.start import start_petsc
     from iceslide_fem.film.ice_heat import Column
@@ -184,7 +184,7 @@ def main() -> None:
                       f"as fast as {arguments.ranks[0]}")  # fmt: skip
         first = case(name, *scene, f"numerics.tolerance={arguments.tolerances[0]}")
         share = ice_share(first)
-        print(f"share of the ice in the steps at {arguments.tolerances[0]}: {share:.1%}")
+        print(f"fraction of the ice in the steps at {arguments.tolerances[0]}: {share:.1%}")
         if (name, model) in LIMITS:
             print(f"limit: {LIMITS[name, model]:g} s on one rank at 1e-2")
 

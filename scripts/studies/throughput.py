@@ -1,4 +1,4 @@
-"""Throughput of sweeps: cases per hour of slices on 1 and 2 processes, the share of compiling
+"""Throughput of sweeps: cases per hour of slices on 1 and 2 processes, the fraction of compiling
 forms, and points per second.
 
 The slice sweep runs with an empty cache first, so that its forms are compiled, and then twice with

@@ -1,4 +1,4 @@
-"""The charts of one or several runs: friction, film, temperature, shares and energies over time."""
+"""The charts of one or several runs over time: friction, film, temperature, contact, energies."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def phases(run: Run) -> list[Band]:
 
 
 def charts_of_one(run: Run) -> list[Chart]:
-    """Shares of the contact, energies, the press, and the steps."""
+    """Fractions of the contact, energies, the press, and the steps."""
     time = MS * run.history["time_s"]
     shares = [
         Curve(name, time, 100.0 * run.history[column], number)
@@ -106,8 +106,8 @@ def charts_of_one(run: Run) -> list[Chart]:
         for number, (column, name) in enumerate(BALANCE.items())
         if run.history[column].any()
     ]
-    said, title = _ends(shares, "%"), "Shares of the contact surface"
-    found = [Chart("shares", title, said, TIME, "share (%)", shares, phases(run))]
+    said, title = _ends(shares, "%"), "Fractions of the contact area"
+    found = [Chart("shares", title, said, TIME, "fraction (%)", shares, phases(run))]
     if energies:
         said, title = _ends(energies, unit), "Where the work of friction goes"
         found.append(Chart("energies", title, said, TIME, f"E ({unit})", energies))

@@ -146,7 +146,7 @@ def _shares(panel: Axes, run: Run) -> None:
         color, style = looks[label]
         values = 100.0 * run.history[column]
         panel.plot(MS * run.history["time_s"], values, style, color=color, label=label, linewidth=2)
-    panel.set(title="Shares of the contact surface", ylabel="share (%)", ylim=(-4.0, 130.0))
+    panel.set(title="Fractions of the contact area", ylabel="fraction (%)", ylim=(-4.0, 130.0))
     panel.set_yticks(range(0, 101, 25))
     panel.legend(loc="upper center", ncols=len(looks), frameon=False)
 

@@ -67,7 +67,7 @@ def _enter(
     contact_of: ContactTable | ConstantContact,
 ) -> None:
     """Films of a path, and what its lines have between their pixels, go into the map's `lines`."""
-    here, fraction = (lines[path.line], path.column), ride.water_share
+    here, fraction = (lines[path.line], path.column), ride.water_fraction
     for whole, values in zip(result, films, strict=True):
         whole[here] = values
     squeezed = films.squeezed / fraction if fraction > 0.0 else contact_of(path.pressure).H_V

@@ -4,10 +4,10 @@ An ice point comes in at the leading edge with film h0 and cold ice, and sees th
 pixel in contact after the other, each for dx / V. Lines advance in one call, every line with steps
 of its own and at a pixel of its own. Across gaps film and warmth stay with the ice, which cools.
 
-Squeezed-out water moves at a share of the ice's speed (`Ride.water_share`; `interface.water` for a
-block that slides). Where it is steady its flux is the same: below the rubber it is deeper than
-the layer that the ice alone would carry. So what a line carries along is that layer, w H_s / V,
-and the layer that voids of H_V can pass on is the same share of H_V.
+Squeezed-out water moves at a fraction of the ice's speed (`Ride.water_fraction`; of a block that
+slides `interface.water`). Where it is steady its flux is the same: below the rubber it is deeper
+than the layer that the ice alone would carry. So what a line carries along is that layer, w H_s /
+V, and the layer that voids of H_V can pass on is the same fraction of H_V.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Ride(NamedTuple):
     """How ice passes the footprint: V and the sliding speed V S (m/s), T_0 (K), h0 (m).
 
     T_0 may be an array (ny,), one temperature for each line. water_speed: of squeezed-out water
-    relative to the rubber, a share of the sliding speed. Tables of the viscosity are read at
+    relative to the rubber, a fraction of the sliding speed. Tables of the viscosity are read at
     the film's temperature.
     """
 
@@ -55,14 +55,14 @@ class Ride(NamedTuple):
     water_speed: float = 1.0
 
     @property
-    def water_share(self) -> float:
+    def water_fraction(self) -> float:
         """w / V of the water below the rubber, which itself passes the footprint at V (1 - S)."""
         return 1.0 - self.sliding_speed / self.speed * (1.0 - self.water_speed)
 
     @property
     def thinnest_layer(self) -> float:
         """Of squeezed-out water on the ice, m."""
-        return 0.0 if self.water_share > 0.0 else NOTHING
+        return 0.0 if self.water_fraction > 0.0 else NOTHING
 
 
 class Path(NamedTuple):
@@ -148,7 +148,7 @@ def films_along(
     # The pixels that lines are at, and those that they end with.
     at = np.flatnonzero(np.diff(path.line, prepend=-1))
     last = np.append(at[1:], path.line.size) - 1
-    lines, share, passing = at.size, ride.water_share, path.passing
+    lines, share, passing = at.size, ride.water_fraction, path.passing
     viscosity, variable_viscosity = _water(ride, lines)
     k, D, H_V, _ = contact_of(path.pressure)
     voids = np.maximum(share * H_V, ride.thinnest_layer)

@@ -39,7 +39,7 @@ def _map(result: Survey) -> Figure:
     right.hist(heights.ravel(), bins=80, density=True, orientation="horizontal", color="C5")
     mean = result.statistics[0]
     right.set(
-        xlabel="share of the area per µm",
+        xlabel="fraction of the area per µm",
         ylabel="height (µm)",
         title=f"rms {1e6 * mean.rms_height:.2f} µm,\nslope {mean.rms_slope:.2f}, "
         f"skewness {mean.skewness:.2f}",

@@ -31,8 +31,8 @@ MOST_ITERATIONS = 1000  # tens are usual
 class Parameters(NamedTuple, Generic[Value]):
     """Contact parameters by one definition, and what both of them rest on: numbers, or arrays.
 
-    k; D, H_V (m); k_raw: share of pixels that touch; D_median: median run of touching pixels, m;
-    open_area_below_h0: share of the nominal area that is open by less than 70 nm.
+    k; D, H_V (m); k_raw: fraction of pixels that touch; D_median: median run of touching pixels, m;
+    open_area_below_h0: fraction of the nominal area that is open by less than 70 nm.
     """
 
     k: Value
@@ -49,7 +49,7 @@ def measure(
     """Parameters of a contact on a map that is periodic, or continued by its mirror images.
 
     (5.31), H_V = (1 - k) <d> with <d> the mean gap outside, is the mean gap over the whole
-    area: the k in it is the share of pixels that touch, whatever is then made of that share.
+    area: the k in it is the fraction of pixels that touch, whatever is then made of it.
     """
     mask = contact.pressure > 0.0
     raw = float(mask.mean())
@@ -69,7 +69,7 @@ def measure(
 
 
 def corrected_share(mask: Mask, periodic: bool = True) -> float:
-    """Share of the area in contact, from the pixels that touch and the length of their rim.
+    """Fraction of the area in contact, from the pixels that touch and the length of their rim.
 
     k = k_raw - (pi - 1 + ln 2)/24 S dx / A with the digital perimeter S: Yastrebov, Anciaux and
     Molinari, Tribol. Int. 114 (2017) 161-171.

@@ -15,7 +15,7 @@ from iceslide_fem.preprocess.roughness.waves import Waves, coarsest
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.runtime.errors import SceneError
 
-MISSING_AT_MOST = 0.1  # share of the map
+MISSING_AT_MOST = 0.1  # fraction of the map
 FEWEST_PIXELS = 16  # along either side
 
 

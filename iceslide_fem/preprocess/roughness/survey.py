@@ -25,7 +25,7 @@ from iceslide_fem.scene.materials import BAR
 STEEP = 0.6  # rms slope beyond which the half-space is not to be relied on
 # Rms slopes that a surface may have: from a hill of 6e-4 degrees to a cliff of 84 at every place.
 FLATTEST, STEEPEST = 1e-5, 10.0
-NEARLY_FULL = 0.9  # share of contact
+NEARLY_FULL = 0.9  # fraction of contact
 COLUMNS = (
     "pressure_Pa",
     *("k", "D_m", "H_V_m"),

@@ -1,12 +1,11 @@
 """One scene on every level of the model ladder: error and cost, and the cheapest that suffices.
 
-Levels that the estimates of `neglect` show to differ by less than the tolerance from another are
-not run. The others are run in the order of their cost; the finest is what all are compared with.
+Levels that are worth running (`levels`) are run in the order of their cost; the finest is what all
+are compared with.
 """
 
 from __future__ import annotations
 
-import itertools
 import json
 import tempfile
 from collections.abc import Callable, Sequence
@@ -22,21 +21,15 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.mesh.size import check_memory, shortage
 from iceslide_fem.postprocess.results import Run, read_run
 from iceslide_fem.postprocess.results.run_directory import largest_and_rms
-from iceslide_fem.run.model_levels import (
-    MODELS,
-    SIDEWAYS,
-    ModelLevel,
-    fineness,
-    level_name,
-    on_level,
-)
+from iceslide_fem.run.model_levels import ModelLevel, fineness, level_name, on_level
 from iceslide_fem.run.simplifications import Simplifications, simplifications
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.runtime.folders import claimed, clear_results
 from iceslide_fem.runtime.ranks import failing_together, from_root
-from iceslide_fem.scene import REFINEMENTS, Scene, load_scene, override, put
+from iceslide_fem.scene import Scene, load_scene, override, put
 from iceslide_fem.scene.input_file import read_text
 from iceslide_fem.simulate import difference, run
+from iceslide_fem.workflow.ladder.levels import levels
 
 
 class LevelResult(NamedTuple):
@@ -56,72 +49,6 @@ class LevelResult(NamedTuple):
     def name(self) -> str:
         """Model, heat and refinement, as in directories and charts."""
         return level_name(self.level)
-
-
-def levels(
-    scene: Scene, found: Simplifications, factors: Sequence[float]
-) -> tuple[list[ModelLevel], dict[ModelLevel, str]]:
-    """Levels worth running, cheap ones first, and the others with the reason.
-
-    `factors` multiply the scene's refinement, as far as scenes allow it.
-    """
-    numerics, own_mesh = scene.numerics, scene.rubber.mesh is not None
-    # where ice passes, a point stands for it by the time that it is below the block
-    on_ice = scene.film.carrier == "ice" and scene.friction.law == "film"
-    has_point = scene.ice.motion == "attached" or (
-        on_ice and not scene.rubber.heat and not own_mesh
-    )
-    refinements = sorted({float(np.clip(f * numerics.refinement, *REFINEMENTS)) for f in factors})
-    if own_mesh:
-        refinements = [numerics.refinement]
-    heats = _heats(scene)
-    chosen: list[ModelLevel] = []
-    skipped: dict[ModelLevel, str] = {}
-    for model, heat in itertools.product(MODELS, heats):
-        if model == "point" and (not has_point or heat in SIDEWAYS):
-            continue
-        if model == "slice" and own_mesh:
-            continue
-        for refinement in [1.0] if model == "point" else refinements:
-            level = ModelLevel(model, heat, refinement)
-            reason = _needless(level, found, numerics.tolerance) if len(heats) > 1 else ""
-            if reason:
-                skipped[level] = reason
-            else:
-                chosen.append(level)
-    return chosen, skipped
-
-
-def _heats(scene: Scene) -> tuple[str, ...]:
-    """Models of the ice's heat that can be what the scene says of the ice, the finest last."""
-    ice = scene.ice
-    if ice.mesh is not None or ice.has_rows:
-        return ("mesh",)
-    if not ice.is_half_space:
-        return ("column", "mesh")
-    closed_form = ("half-space",) if ice.motion == "attached" and not scene.rubber.heat else ()
-    meshed = ("mesh",) if ice.heat == "mesh" else ()  # it gives what continuum ice gives, slower
-    return (*closed_form, "column", "continuum", *meshed)
-
-
-def _needless(level: ModelLevel, found: Simplifications, tolerance: float) -> str:
-    """Which level gives the same as this one, by the estimates; empty if none does."""
-
-    def same(other: str, what: str, effect: float) -> str:
-        small = effect <= tolerance
-        return f"not run, same as {other}: {what} moves mu by {effect:.1g}" if small else ""
-
-    if level.model != "point" and found.sideways.effect <= tolerance:
-        if reason := same("the point", "uneven pressure", found.uniform_pressure):
-            return reason
-    if level.model == "block":
-        if reason := same("the slice", "the third dimension", found.plane_strain.effect):
-            return reason
-    if level.heat == "half-space":
-        return same("columns", "the closed form", found.closed_form.effect)
-    if level.heat in SIDEWAYS:
-        return same("columns", "heat that goes sideways", found.sideways.effect)
-    return ""
 
 
 def climb(

@@ -55,7 +55,7 @@ def _load(scene: Scene) -> list[Row]:
             found.append(Row("load", name, f"{low} to {high}", mean))
     if found:
         distance = readable(scene.load.speeds.integral(scene.load.duration), "m")
-        found.append(Row("load", "way", distance, "slid by the end"))
+        found.append(Row("load", "sliding distance", distance, "by the end"))
     return found
 
 
@@ -110,7 +110,7 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
         Row("film", "k", f"{k:.3g}", "relative contact area at the nominal pressure"),
         Row("film", "D", readable(D, "m"), "mean asperity diameter"),
         Row("film", "H_V", readable(H_V, "m"), "mean free height; saturated when squeezed full"),
-        *_thinning(scene),
+        *_viscosity(scene),
         Row("film", "friction at t = 0", f"{tau / p:.3g}", friction),
         Row("film", "friction power at t = 0", readable(tau * v, "W/m^2"), power),
         *_times(h0, squeeze_rate(p, D, eta), k * eta * v**2 / scene.ice.solid.melting_enthalpy),
@@ -145,7 +145,7 @@ def _law(scene: Scene, law: InterfaceLaw) -> list[Row]:
     ]
 
 
-def _thinning(scene: Scene) -> list[Row]:
+def _viscosity(scene: Scene) -> list[Row]:
     """The range of viscosities that films may have, where they are a table's."""
     if (table := scene.water.table) is None:
         return []
