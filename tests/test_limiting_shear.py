@@ -23,7 +23,7 @@ pytestmark = pytest.mark.quick
 
 NEVER_MELTS = ShearStrength.softening(3e5, 10.0, 0.0)
 MELTS = ShearStrength.softening(3.3e5, 10.0, 0.5)
-# Speed (m/s), duration (s), mu at the end, mean mu, surface at the end (degC); k 0.4, 2 bar, -4 degC.
+# Speed (m/s), duration (s), mu at the end, mean mu, surface (degC); k 0.4, 2 bar, -4 degC.
 EXACT = (
     (4.0, 1e-3, 0.125324, 0.153897, -2.08873),
     (4.0, 5e-3, 0.073906, 0.104702, -1.23177),
