@@ -99,7 +99,7 @@ def scene_conditions(scene: Scene) -> Conditions:
         **scene.ice.solid._asdict(),
     )
     if scene.shear_strength is not None:
-        here = here.limited(scene.shear_strength, scene.load.speeds.largest)
+        here = here.limited(scene.shear_strength, scene.load.speeds.largest, scene.film.refreeze)
     return here if speed else here._replace(speed=np.zeros(1))
 
 

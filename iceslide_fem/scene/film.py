@@ -36,7 +36,8 @@ class Film(Table):
     dry_stress: tau_b (Pa) with which dry rubber and ice shear where they touch, a limit of the
     film's shear: rows of it over the temperature of the ice's surface (K), or a number, which it
     is on cold ice; it falls over the last `dry_softening` (K) before T_m + `dry_residual` (K).
-    With it films may begin without water, initial_height 0.
+    With it films may begin without water, initial_height 0, and water may freeze (`refreeze`): that
+    of films, or all.
     """
 
     carrier: Literal["ice", "rubber"] = "ice"
@@ -51,6 +52,7 @@ class Film(Table):
     dry_stress: Annotated[Any, DRY_STRESS] | None = None
     dry_softening: Annotated[float, Quantity("K", "0.01 K", "200 K")] | None = None
     dry_residual: Annotated[float, Quantity("K", "0 K", "200 K")] = 0.5
+    refreeze: Literal["nothing", "film", "all"] = "nothing"
 
     @model_validator(mode="after")
     def _all_or_none(self) -> Self:
@@ -90,6 +92,11 @@ class Film(Table):
                 )
         if isinstance(rows, tuple):
             check_softens(rows, "film.dry_stress")
+        if self.refreeze != "nothing" and rows is None:
+            raise ValueError(
+                f'film.refreeze = "{self.refreeze}" and no film.dry_stress contradict each other: '
+                'what has frozen rubs dry; allowed: refreeze = "nothing", or film.dry_stress'
+            )
         heights = self.initial_height
         least = min(value for _, value in heights) if isinstance(heights, tuple) else heights
         if least < THINNEST and self.dry_stress is None:
