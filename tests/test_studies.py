@@ -17,6 +17,7 @@ pytest.importorskip("iceslide_fem.fenics.compat")
 import scripts.studies
 from iceslide_fem.film.ice_heat import Column
 from scripts.studies import (
+    dry_calibration,
     footprint_findings,
     ice_layers,
     peers_calculix,
@@ -331,6 +332,27 @@ def test_constants_of_the_cost_are_found_from_runs_that_have_them(capsys):
             expected = pytest.approx([2 * fixed, 2 * work], rel=0.05, abs=1e-12)
             assert [float(text) for text in told.groups()] == expected
     assert "over measured: 1.00, 1.00, 1.00" in printed
+
+
+def test_dry_stress_is_predicted_before_it_is_compared():
+    text = output("dry_calibration", "--quick")
+    assert "Film law alone, 20 mm, 2 bar, 4 m/s, -4 degC: mean mu 0.208." in text
+    assert f"rounded: {dry_calibration.CALIBRATED}." in text
+    assert f"All bands with {dry_calibration.OF_ALL}, calibrated on all" in text
+    assert text.index("Prediction of the other bands") < text.index("All bands with")
+    lines = [line for line in text.splitlines() if line.startswith("| ") and " m/s, " in line]
+    rows = [line.strip("|").split(" | ") for line in lines]
+    predicted, compared = rows[:8], rows[8:19]
+    assert [row[1] for row in predicted] == [row[4] for row in compared[3:]]
+    assert all(0.5 < float(row[6]) < 2.0 for row in compared[:3])  # what it is calibrated on
+
+
+def test_dry_contact_gives_way_to_films(tmp_path):
+    rows = printed("dry_to_wet", "--pictures", str(tmp_path))[2:6]
+    coldest, warmest = rows[0], rows[-1]
+    assert coldest[1].startswith("0.929 dry") and float(coldest[1].split(", ")[1]) < 1e-3
+    assert all(" dry" in cell for cell in coldest[1:]) and "limited" in " ".join(warmest)
+    assert (tmp_path / "dry_to_wet.png").stat().st_size > 10_000
 
 
 def test_layers_of_ice_are_compared_with_a_finer_column():
