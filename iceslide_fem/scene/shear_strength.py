@@ -6,21 +6,11 @@ By a number it is tau_0 min(1, (T_m + delta - T) / Delta), else a table.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from iceslide_fem.runtime.arrays import Array, Index
-from iceslide_fem.scene.rows import Rows, RowsOf
-from iceslide_fem.scene.units import Quantity
-
-DRY_STRESS = RowsOf(
-    "ice temperature",
-    Quantity("K", "-80 degC", "0.01 degC"),
-    Quantity("Pa", "1 Pa", "1 GPa"),
-    "0 Pa",
-)
 
 
 class ShearStrength(NamedTuple):
@@ -98,15 +88,3 @@ class ShearStrength(NamedTuple):
         if self.depth.shape[1] == 1:
             return self
         return ShearStrength(*(column.take(index, axis=1, mode="clip") for column in self))
-
-
-def check_softens(rows: Rows, key: str) -> None:
-    """Raise ValueError, a sentence that names `key`, where warmer ice is stronger."""
-    for number, (colder, warmer) in enumerate(pairwise(rows), start=1):
-        if warmer[1] > colder[1]:
-            raise ValueError(
-                f"{key} rises from row {number} to row {number + 1}: ice gets softer as it gets "
-                "warmer; allowed: stresses that fall, or stay as they are"
-            )
-    if rows[0][1] == 0.0:
-        raise ValueError(f"{key} is 0 in all rows; allowed: more than 0 where ice is coldest")
