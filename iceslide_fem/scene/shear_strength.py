@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from iceslide_fem.runtime.arrays import Array, Index
 
@@ -24,16 +25,24 @@ class ShearStrength(NamedTuple):
     strength: Array
 
     @classmethod
-    def softening(cls, stress: float, softening: float, residual: float) -> ShearStrength:
-        """tau_0 min(1, (T_m + delta - T) / Delta).
+    def softening(
+        cls, stress: ArrayLike, softening: ArrayLike, residual: ArrayLike
+    ) -> ShearStrength:
+        """tau_0 min(1, (T_m + delta - T) / Delta), of numbers or of arrays (n,).
 
         stress: tau_0 (Pa); softening: Delta (K), infinite where it does not soften; residual:
         delta (K).
         """
-        if residual >= softening or np.isinf(softening):
-            return cls(np.zeros((1, 1)), np.full((1, 1), stress))
-        rows = [[0.0], [softening - residual]], [[stress * residual / softening], [stress]]
-        return cls(*(np.array(column) for column in rows))
+        given = np.broadcast_arrays(*map(np.atleast_1d, (stress, softening, residual)))
+        highest, over, above = (np.asarray(part, dtype=float) for part in given)
+        softens = (above < over) & np.isfinite(over)
+        if not softens.any():
+            return cls(np.zeros((1, highest.size)), highest[None].copy())
+        rows = (
+            np.where(softens, over - above, 1.0),
+            np.where(softens, highest * above / over, highest),
+        )
+        return cls(np.stack([np.zeros_like(over), rows[0]]), np.stack([rows[1], highest]))
 
     @classmethod
     def of_rows(cls, rows: tuple[tuple[float, float], ...], melting: float) -> ShearStrength:
