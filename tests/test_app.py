@@ -195,6 +195,29 @@ def test_a_map_is_of_the_water_and_the_ice_of_its_curves():
     assert half[0] / half[1] == pytest.approx((1.0 / 2.25) ** 0.5)
 
 
+@pytest.mark.quick
+def test_dry_contact_along_a_line_is_that_of_its_lines_and_its_command():
+    texts = {"film_law": "yes", "slip": "1", "dry_stress": "2 bar", "initial_height": "0 nm"}
+    texts["ice_temperature"] = "-20 degC"
+    for given in (texts, texts | {"dry_stress": "0", "initial_height": "1000 nm"}):
+        answer = line.curves(given)
+        found: dict = {}
+        exec(answer["python"], found)
+        film = found["film"]
+        assert answer["numbers"]["film_mu"] == film.shear.sum() / found["pressure"].sum()
+        words = shlex.split(answer["command"].replace("\\\n", " "))[2:]
+        names = (word.removeprefix("--").replace("-", "_") for word in words[::2])
+        case = FootprintCase.of(dict(zip(names, words[1::2], strict=True)))
+        asked = line_case.LineCase.of(given)
+        assert case.dry_shear == asked.dry_shear and case.initial_height == asked.initial_height
+    slow = {"film_law": "yes", "slip": "1e-3", "ice_temperature": "-20 degC"}
+    for more, doubted in (({}, True), ({"dry_stress": "2 bar"}, False)):
+        notes = line.curves(slow | more)["notes"]
+        assert any("does not melt" in note for note in notes) == doubted
+    with pytest.raises(SceneError, match="initial_height = 0 m is out of range"):
+        line.curves({"initial_height": "0"})
+
+
 DRY = {"film.dry_stress": "3.3 bar", "film.initial_height": "0 nm", "ice.temperature": "-1 degC"}
 
 
@@ -282,12 +305,14 @@ def test_every_slider_of_the_line_changes_it():
     boxes = {"legend": "556,42,583,378", "crop": "0,0,540,420", "image": picture}
     for slider in line.SLIDERS:
         texts = dict(boxes, profile="picture") if slider.key in line.OF_PICTURE else {}
+        if slider.key in line.OF_FILM:
+            texts = {"film_law": "yes", "slip": "1", "dry_stress": "2 bar"}
         if slider.key == "water_conductivity":
             texts |= {"ice_temperature": "-1 degC"}
         before, after = (
             line.curves(texts | {slider.key: slider.text(value)})
             for value in (
-                (0.5, 0.55) if slider.key == "row" else (slider.start, slider.start * 0.9)
+                (0.5, 0.55) if slider.key == "row" else (slider.start or 1.0, slider.start * 0.9)
             )
         )
         assert before["series"] != after["series"], slider.key

@@ -101,6 +101,8 @@ ATTACHED, PASSING = "load.duration=2ms", ["ice.motion=sliding", "load.duration=0
 
 SIPE = "rubber.sipes=[{position='0.3 mm', width='20 um', depth='2 mm'}]"
 CLOSED_SIPE = ["rubber.length=4mm", "rubber.height=3mm", SIPE, "rubber.wall_friction=0.3"]
+DRY = ["film.dry_stress=3.3bar", "film.dry_softening=10K", "film.initial_height=0nm"]
+DRY = [*DRY, "ice.heat=column", "rubber.inertia=true"]
 
 
 @pytest.mark.parametrize(
@@ -120,6 +122,9 @@ CLOSED_SIPE = ["rubber.length=4mm", "rubber.height=3mm", SIPE, "rubber.wall_fric
         [*PASSING, "ice.heat=column", "film.carrier=rubber", "rubber.heat=true"],
         [*PASSING, "ice.heat=continuum", "rubber.heat=true"],
         [*PASSING, "ice.heat=column", *CLOSED_SIPE],
+        pytest.param(["load.duration=0.3ms", *DRY], marks=pytest.mark.mpi),
+        pytest.param([*PASSING, *DRY], marks=pytest.mark.mpi),
+        [*PASSING, *DRY, "film.carrier=rubber"],
     ],
     ids=" ".join,
 )

@@ -12,7 +12,7 @@ from iceslide_fem.app.line_snippets import line_command, line_lines
 from iceslide_fem.film.doubts import WITHOUT_MELTING, partly_dry
 from iceslide_fem.preprocess.footprint.line import film_line, macroscopic_line
 from iceslide_fem.preprocess.footprint.macroscopic import State
-from iceslide_fem.scene.materials import BAR, CONTACT_TABLES, ZERO_CELSIUS
+from iceslide_fem.scene.materials import BAR, CONTACT_TABLES, MELTING_TEMPERATURE, ZERO_CELSIUS
 
 
 def _slider(
@@ -24,12 +24,13 @@ def _slider(
     high: float,
     log: bool = True,
     shift: float = 0.0,
+    zero: bool = False,
 ) -> Slider:
     """A slider that begins where the case does; of a key without a value, with the ice."""
     default = LineCase.model_fields[key].default
     start = THESIS.ice_temperature if default is None else default
     shown = float(f"{(start - shift) / scale:.12g}")
-    return Slider(key, label, unit, scale, low, high, shown, log, shift)
+    return Slider(key, label, unit, scale, low, high, shown, log, shift, zero)
 
 
 T_0 = ZERO_CELSIUS
@@ -50,8 +51,15 @@ SLIDERS = (
     _slider("ice_density", "ice: density", "kg/m^3", 1.0, 500.0, 1000.0, False),
     _slider("ice_heat_capacity", "ice: heat capacity", "J/kg/K", 1.0, 1000.0, 4000.0, False),
     _slider("tread_conductivity", "tread: conductivity", "W/m/K", 1.0, 0.05, 1.0, False),
+    _slider("initial_height", "film law: first height", "nm", 1e-9, 5.0, 1000.0, zero=True),
+    _slider(
+        "dry_stress", "film law: stress of dry contact, or 0", "bar", BAR, 0.1, 20.0, zero=True
+    ),
+    _slider("dry_softening", "dry contact: softens over", "K", 1.0, 0.5, 50.0),
+    _slider("dry_residual", "dry contact: 0 above melting by", "K", 1.0, 0.0, 10.0, False),
     _slider("water_conductivity", "water: conductivity", "W/m/K", 1.0, 0.1, 2.0, False),
 )
+OF_FILM = ("initial_height", "dry_stress", "dry_softening", "dry_residual")
 OF_PICTURE = ("length", "image", "max_pressure", "legend", "crop", "row")
 
 
@@ -75,6 +83,7 @@ def described() -> dict[str, Any]:
         "file": ["file"],
         "picture": OF_PICTURE,
         "next_pixel": ["time"],
+        "film": OF_FILM,
     }
 
 
@@ -95,9 +104,12 @@ def curves(texts: Texts) -> dict[str, Any]:
         "mu": line.mu.tolist(),
         "state": [State(each).name.lower().replace("_", " ") for each in line.state],
     }
-    film, dry = {}, []
+    film, doubted = {}, []
     if case.film_law == "yes":
-        found = film_line(pressure, dx, case.parameters, CONTACT_TABLES["B"])
+        strength = case.dry_shear.strength(MELTING_TEMPERATURE)
+        found = film_line(
+            pressure, dx, case.parameters, CONTACT_TABLES["B"], strength, case.initial_height
+        )
         touching = pressure > 0.0
         mu = np.divide(found.shear, pressure, out=np.zeros_like(pressure), where=touching)
         series |= {
@@ -106,10 +118,12 @@ def curves(texts: Texts) -> dict[str, Any]:
         }
         film = {"film_mu": float(found.shear.sum() / pressure.sum())}
         melting = float(found.melting[touching].mean())
-        dry = partly_dry(melting) if melting else [f"The ice does not melt: {WITHOUT_MELTING}"]
+        if strength is None:
+            none = [f"The ice does not melt: {WITHOUT_MELTING}"]
+            doubted = partly_dry(melting) if melting else none
     balance = line.balance
     return {
-        "notes": [*line.doubts, *dry],
+        "notes": [*line.doubts, *doubted],
         "series": series,
         "numbers": {
             "mu_mean": line.mu_mean,

@@ -14,10 +14,12 @@ from iceslide_fem.preprocess.footprint.line import gaussian_profile
 from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic, Source
 from iceslide_fem.preprocess.footprint.option_values import IceTemperature, Length, PixelBox
 from iceslide_fem.preprocess.footprint.reading import read_footprint
+from iceslide_fem.preprocess.footprint.ride import FIRST_HEIGHT
 from iceslide_fem.preprocess.footprint.tables import read_profile
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.command_options import Number
+from iceslide_fem.scene.dry_shear import RESIDUAL, SOFTENING, USUAL_RESIDUAL, DryShear
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import BAR, Solid
 from iceslide_fem.scene.messages import first_sentence
@@ -36,7 +38,8 @@ class LineCase(BaseModel):
     profile: where the pressure comes from. length (m), peak (Pa) and sigma (m) of a Gaussian; file:
     a profile as CSV; image with colours and `row`, the fraction of its height from below: of a
     picture.
-    film_law: whether that is computed along the line, too.
+    film_law: whether that is computed along the line, too, from films of the height initial_height
+    (m) and with dry contact of a dry_stress (Pa, 0 for none; dry_softening and dry_residual in K).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -69,6 +72,10 @@ class LineCase(BaseModel):
     tread_conductivity: Conductivity = THESIS.tread.conductivity
     water_conductivity: Conductivity = THESIS.water_conductivity
     film_law: Literal["no", "yes"] = "no"
+    initial_height: Annotated[float, Quantity("m", "0 nm", "10 um"), Number] = FIRST_HEIGHT
+    dry_stress: Annotated[float, Quantity("Pa", "0 Pa", "1 GPa"), Number] = 0.0
+    dry_softening: Annotated[float, SOFTENING, Number] = 10.0
+    dry_residual: Annotated[float, RESIDUAL, Number] = USUAL_RESIDUAL
 
     @model_validator(mode="after")
     def _has_its_picture(self) -> Self:
@@ -76,6 +83,11 @@ class LineCase(BaseModel):
             raise ValueError("image is missing: the path of the picture of a footprint")
         if self.profile == "file" and self.file is None:
             raise ValueError("file is missing: the path of a profile as CSV")
+        return self
+
+    @model_validator(mode="after")
+    def _begins_with_a_film(self) -> Self:
+        self.dry_shear.check(self.initial_height, lambda key: key)
         return self
 
     @classmethod
@@ -105,6 +117,13 @@ class LineCase(BaseModel):
             water_conductivity=self.water_conductivity,
             effusivity=ice.effusivity,
         )
+
+    @property
+    def dry_shear(self) -> DryShear:
+        """Dry rubber on ice, below the film law."""
+        if self.dry_stress == 0.0:
+            return DryShear()
+        return DryShear(self.dry_stress, self.dry_softening, self.dry_residual)
 
     def pressure(self) -> tuple[Array, float]:
         """The profile (nx,), Pa, and the length of a pixel (m). Raises SceneError."""

@@ -38,6 +38,11 @@ def line_command(case: LineCase) -> str:
         "tread-material": _joined(*p.tread[:3]),
         "water-conductivity": p.water_conductivity,
     }
+    dry = case.dry_shear
+    if case.film_law == "yes":
+        words["initial-height"] = case.initial_height
+        if dry.stress is not None:
+            words |= {f"dry-{name}": value for name, value in dry._asdict().items()}
     options = (f"    --{name} {shlex.quote(str(value))}" for name, value in words.items())
     return " \\\n".join([f"iceslide footprint{source}", *options])
 
@@ -48,9 +53,9 @@ def _joined(*values: float) -> str:
 
 def line_lines(case: LineCase) -> str:
     """Lines of Python that compute the same line."""
-    before, other, names = "", "", "macroscopic_line"
+    before, other, names, film = "", "", ["macroscopic_line"], ""
     if case.profile == "gaussian":
-        names = "gaussian_profile, macroscopic_line"
+        names.insert(0, "gaussian_profile")
         pressure = (
             f"x, pressure = gaussian_profile({case.length!r}, {case.peak!r}, {POINTS}, "
             f"{case.sigma!r})\ndx = x[1] - x[0]"
@@ -78,8 +83,11 @@ def line_lines(case: LineCase) -> str:
     values = {field.name: repr(getattr(p, field.name)) for field in fields(p)}
     values |= {"ice": f"Solid{p.ice[:3]}", "tread": f"Solid{p.tread[:3]}"}
     given = "\n".join(f"    {name}={value}," for name, value in values.items())
+    if case.film_law == "yes":
+        names.insert(0, "film_line")
+        film = _film_lines(case)
     return f"""\
-{before}from iceslide_fem.preprocess.footprint.line import {names}
+{before}from iceslide_fem.preprocess.footprint.line import {", ".join(names)}
 from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic
 {other}from iceslide_fem.scene.materials import Solid
 
@@ -89,4 +97,19 @@ parameters = Macroscopic(
 )
 line = macroscopic_line(pressure, dx, parameters)
 print(line.mu_mean)
+{film}"""
+
+
+def _film_lines(case: LineCase) -> str:
+    """Lines of Python that compute the film law along the line, after those of the line."""
+    before, strength = "", "None"
+    if case.dry_shear.stress is not None:
+        before = "from iceslide_fem.scene.dry_shear import DryShear\n"
+        strength = f"DryShear{tuple(case.dry_shear)}.strength(MELTING_TEMPERATURE)"
+    return f"""
+{before}from iceslide_fem.scene.materials import CONTACT_TABLES, MELTING_TEMPERATURE
+
+strength = {strength}
+film = film_line(pressure, dx, parameters, CONTACT_TABLES["B"], strength, {case.initial_height!r})
+print(film.shear.sum() / pressure.sum())
 """

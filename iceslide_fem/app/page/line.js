@@ -33,10 +33,11 @@ export function makeLine({ start, changed }) {
   const defaults = textsIn(form);
 
   function unused() {
-    const { profile, source } = Object.fromEntries(spec.choices.map(([key]) => [key, document.getElementById(`line-${key}`).value]));
+    const { profile, source, film_law: film } = Object.fromEntries(spec.choices.map(([key]) => [key, document.getElementById(`line-${key}`).value]));
     return [
       ...[...spec.gaussian, ...spec.file, ...spec.picture].filter((key) => !spec[profile].includes(key)),
       ...(source === "moving" ? spec.next_pixel : []),
+      ...(film === "yes" ? [] : spec.film),
     ];
   }
 
