@@ -204,3 +204,29 @@ def dry_softening_friction(
     left = erfcx(x)
     mean = (2.0 * x / np.sqrt(np.pi) - 1.0 + left) / x**2
     return first * left, first * mean, celsius * left
+
+
+def refrozen_height(q: ArrayLike, t_melt: ArrayLike, stop: ArrayLike, t: ArrayLike) -> Array:
+    """Height of water (m) at `t` on ice under the flux q (W/m2) until `stop` (s), and none then.
+
+    The surface stays at T_m until all has frozen, and so takes the flux of `flux_after_onset`:
+    `melted_depth` less q (t - stop) / (rho L). A front that moves into the ice is left out.
+    Negative where all has frozen before.
+    """
+    q, stop, t = _arrays(q, stop, t)
+    return melted_depth(q, t_melt, t) - q * np.maximum(t - stop, 0.0) / MELTING_ENTHALPY
+
+
+def rise_before_pass(q: ArrayLike, time: ArrayLike, period: float, passes: int) -> Array:
+    """Rise (K) of a half-space's surface after `passes` of a flux q (W/m2), before the next one.
+
+    Each takes the `time` (s) and begins a `period` (s) after the one before:
+
+        dT = 2 q / (e sqrt(pi)) sum over passes of (sqrt(a) - sqrt(a - t_c)),
+
+    with a the time since each began.
+    """
+    q, time = _arrays(q, time)
+    since = period * np.arange(1, passes + 1)
+    steps = np.sqrt(since) - np.sqrt(since - time)
+    return 2.0 * q / (ICE_EFFUSIVITY * np.sqrt(np.pi)) * steps.sum()

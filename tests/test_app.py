@@ -195,6 +195,51 @@ def test_a_map_is_of_the_water_and_the_ice_of_its_curves():
     assert half[0] / half[1] == pytest.approx((1.0 / 2.25) ** 0.5)
 
 
+DRY = {"film.dry_stress": "3.3 bar", "film.initial_height": "0 nm", "ice.temperature": "-1 degC"}
+
+
+@pytest.mark.quick
+def test_dry_contact_is_that_of_the_library():
+    answer = point.curves(TEXTS | DRY)
+    film = tomllib.loads(answer["toml"])["film"]
+    assert film["dry_stress"] == "3.3 bar" and film["dry_softening"] == "10 K"
+    assert answer["series"]["film"][0] == 0.0 and answer["notes"] == []
+    found: dict = {}
+    exec(answer["python"], found)
+    assert found["mu"] == answer["series"]["mu"]
+    assert answer["values"]["film.dry_stress"] == pytest.approx(3.3e5)
+    for off in ({}, {"film.dry_stress": ""}, {"film.dry_stress": "0"}):
+        texts = TEXTS | off
+        assert "dry" not in point.curves(texts)["toml"]
+        with pytest.raises(SceneError, match=r"film\.initial_height = 0"):
+            point.curves(texts | {"film.initial_height": "0 nm"})
+    rows = {"film.dry_stress": '[["-9.5 degC", "3.3 bar"], ["0 degC", "0.165 bar"]]'}
+    table = point.curves(TEXTS | DRY | rows)
+    assert table["numbers"]["mu_mean"] == pytest.approx(answer["numbers"]["mu_mean"], rel=1e-6)
+
+
+@pytest.mark.parametrize("texts", [TEXTS, TEXTS | DRY], ids=["off", "on"])
+def test_maps_of_dry_contact_are_those_of_their_lines_of_python(texts):
+    low, high = ({s.key: s.text(getattr(s, end)) for s in point.SLIDERS} for end in ("low", "high"))
+    for along in (("film.dry_stress", "load.speed"), ("ice.temperature", "film.dry_stress")):
+        found = point.friction_map(texts, along, "mu_mean")
+        here: dict = {}
+        exec(found["python"], here)
+        assert np.array_equal(here["z"], found["z"])
+        for end, ends in ((0, low), (-1, high)):
+            single = point.curves(texts | {key: ends[key] for key in along})["numbers"]["mu_mean"]
+            assert found["z"][end][end] == pytest.approx(single, rel=1e-2)
+    softening = "film.dry_softening", "film.dry_residual"
+    if texts is TEXTS:
+        with pytest.raises(SceneError, match=r"no effect without a number of film\.dry_stress"):
+            point.friction_map(texts, softening, "mu_mean")
+        return
+    corner = texts | {"film.dry_softening": "50 K", "film.dry_residual": "0 K"}
+    single = point.curves(corner)["numbers"]["mu_mean"]
+    found = point.friction_map(texts, softening, "mu_mean")
+    assert found["z"][0][-1] == pytest.approx(single, rel=1e-2)
+
+
 def test_a_table_of_ones_own(tmp_path, served):
     (tmp_path / "contact.csv").write_text(
         "pressure_Pa,k,D_m,H_V_m\n1e5,0.266,29e-6,2.86e-6\n5e5,0.405,46.5e-6,0.56e-6\n"

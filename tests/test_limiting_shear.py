@@ -9,7 +9,8 @@ from iceslide_fem import reference
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.law import Surface
-from iceslide_fem.film.limiting_shear import LimitingShear, limited_stage
+from iceslide_fem.film.limited_stage import limited_stage
+from iceslide_fem.film.limiting_shear import LimitingShear
 from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.laws.table import law_of

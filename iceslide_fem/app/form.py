@@ -23,8 +23,8 @@ Texts = Mapping[str, str]
 class Slider(NamedTuple):
     """Slider of the field `key`, from `low` to `high` in `unit`; `start` is where it stands first.
 
-    SI = `scale` x value + `shift`; log: on a logarithmic scale. A text may leave the slider's
-    range, within that of the key itself.
+    SI = `scale` x value + `shift`; log: on a logarithmic scale; zero: the lowest place is 0 instead
+    of `low`. A text may leave the slider's range, within that of the key itself.
     """
 
     key: str
@@ -36,6 +36,7 @@ class Slider(NamedTuple):
     start: float
     log: bool = True
     shift: float = 0.0
+    zero: bool = False
 
     def text(self, value: float) -> str:
         """`value`, in the slider's unit, as one would type it."""
@@ -46,7 +47,7 @@ class Slider(NamedTuple):
         return self.scale * value + self.shift
 
     def values(self, count: int) -> Array:
-        """`count` values over the whole range, in the slider's unit."""
+        """`count` values from `low` to `high`, in the slider's unit."""
         space = np.geomspace if self.log else np.linspace
         return np.asarray(space(self.low, self.high, count))
 

@@ -13,12 +13,13 @@ import tomlkit
 
 from iceslide_fem.app.form import Slider, Texts, scene_of, tables
 from iceslide_fem.app.snippets import map_lines, point_lines
-from iceslide_fem.film.conditions import ice_model, scene_conditions
-from iceslide_fem.film.point import Conditions, PointResult, simulate
+from iceslide_fem.film.conditions import ice_model, scene_conditions, varied_conditions
+from iceslide_fem.film.point import PointResult, simulate
 from iceslide_fem.output.table import HistoryRow
 from iceslide_fem.run.point import point_history
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.units import to_si
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.materials import ZERO_CELSIUS
 from iceslide_fem.scene.notes import notes
@@ -31,9 +32,15 @@ SLIDERS = (
     Slider("film.k", "k, relative contact area", "", 1.0, 0.01, 1.0, 0.266),
     Slider("film.D", "D, asperity diameter", "um", 1e-6, 1.0, 500.0, 29.0),
     Slider("film.H_V", "H_V, free height", "um", 1e-6, 0.05, 50.0, 2.86),
-    Slider("film.initial_height", "h₀, first film height", "nm", 1e-9, 5.0, 1000.0, 70.0),
+    Slider(
+        "film.initial_height", "h₀, first film height", "nm", 1e-9, 5.0, 1000.0, 70.0, zero=True
+    ),
+    Slider("film.dry_stress", "dry contact: stress, or 0", "bar", 1e5, 0.1, 20.0, 0.0, zero=True),
+    Slider("film.dry_softening", "dry contact: softens over", "K", 1.0, 0.5, 50.0, 10.0),
+    Slider("film.dry_residual", "dry contact: 0 above melting by", "K", 1.0, 0.0, 10.0, 0.5, False),
     Slider("load.duration", "duration", "ms", 1e-3, 0.1, 100.0, 7.0),
 )
+DRY_STRESS, *SOFTENING = (slider.key for slider in SLIDERS if slider.key.startswith("film.dry_"))
 CONSTANTS = ("film.k", "film.D", "film.H_V")
 # Where k, D and H_V come from: the compound's table, the three sliders, a file.
 CONTACTS = ("compound B", "constants", "table")
@@ -49,6 +56,7 @@ MAP_TOLERANCE = 1e-2
 def scene_texts(texts: Texts) -> dict[str, str]:
     """The texts of the tab as those of a scene: a point, and of k, D and H_V what is chosen.
 
+    A stress of dry contact of 0 is none, and none or a table of it does not soften by a number.
     Raises SceneError if the choice is none of `CONTACTS`.
     """
     contact = texts.get("contact", CONTACTS[0])
@@ -56,6 +64,9 @@ def scene_texts(texts: Texts) -> dict[str, str]:
         raise SceneError(f'contact = "{contact[:60]}" is none of {", ".join(CONTACTS)}')
     left_out = {"contact", *CONSTANTS, "film.contact"}
     left_out -= {"constants": {*CONSTANTS}, "table": {"film.contact"}}.get(contact, set())
+    stress = _number(texts.get(DRY_STRESS, ""))
+    if stress is None or stress == 0.0:
+        left_out |= {*SOFTENING} if stress is None else {DRY_STRESS, *SOFTENING}
     fixed = {"name": "point", "model": "point", "rubber.compound": "B", "ice.heat": "column"}
     fixed["numerics.tolerance"] = TOLERANCE
     return fixed | {key: text for key, text in texts.items() if key not in left_out}
@@ -99,7 +110,11 @@ def friction_map(texts: Texts, along: Sequence[str], quantity: str) -> dict[str,
         raise SceneError(f"a map needs two parameters; given: {x.key} twice")
     if quantity not in QUANTITIES:
         raise SceneError(f'"{quantity[:60]}" is not drawn; allowed: {", ".join(QUANTITIES)}')
-    given = scene_texts(texts)
+    dry = {s.key: s.text(s.high) for s in (x, y) if s.key == DRY_STRESS}
+    given = scene_texts({**texts, **dry})
+    for slider in (x, y):
+        if slider.key in SOFTENING and slider.key not in given:
+            raise SceneError(f"{slider.key} has no effect without a number of {DRY_STRESS}")
     result = map_result(_constant(given), x, y)
     return {
         "x": x.values(MAP_SIZE).tolist(),
@@ -114,12 +129,8 @@ def friction_map(texts: Texts, along: Sequence[str], quantity: str) -> dict[str,
 def map_result(scene: Scene, x: Slider, y: Slider) -> PointResult:
     """The point of `scene` at all values of two sliders, x varying fastest, (MAP_SIZE^2,)."""
     across, up = np.meshgrid(x.si(x.values(MAP_SIZE)), y.si(y.values(MAP_SIZE)))
-    varied: dict[str, Any] = {CONDITIONS[x.key]: across.ravel(), CONDITIONS[y.key]: up.ravel()}
-    fixed: dict[str, Any] = scene_conditions(scene)._asdict()
-    k, D, H_V, _ = scene.contact_parameters(varied.get("pressure", fixed["pressure"]))
-    height = scene.height_on(varied.get("temperature", fixed["temperature"]))
-    fixed |= {"k": k, "D": D, "H_V": H_V, "initial_height": height}
-    conditions = Conditions.of(**fixed | varied)
+    varied = {CONDITIONS[x.key]: across.ravel(), CONDITIONS[y.key]: up.ravel()}
+    conditions = varied_conditions(scene, **varied)
     return simulate(conditions, ice_model(scene), MAP_TOLERANCE, water=scene.water.table)
 
 
@@ -174,6 +185,24 @@ def _closed_form(scene: Scene) -> dict[str, list[float]]:
 
 
 def _values(scene: Scene) -> dict[str, float]:
-    """SI values at which the sliders stand; k, D and H_V as they hold at the pressure."""
+    """SI values at which the sliders stand, where numbers do; k, D and H_V as they hold at the
+    pressure.
+    """
     here = scene_conditions(scene)._asdict() | {"duration": [scene.load.duration]}
-    return {key: float(here[name][0]) for key, name in CONDITIONS.items()}
+    film = scene.film
+    numbers = {key: getattr(film, name) for key, name in CONDITIONS.items() if name not in here}
+    numbers[DRY_STRESS] = numbers[DRY_STRESS] or 0.0
+    found = {key: float(here[name][0]) for key, name in CONDITIONS.items() if name in here}
+    return found | {key: value for key, value in numbers.items() if isinstance(value, float)}
+
+
+def _number(text: str) -> float | None:
+    """The number, 0 or in Pa, that a text is; 0 of an empty one, None of anything else."""
+    try:
+        return float(text.strip() or 0.0)
+    except ValueError:
+        pass
+    try:
+        return to_si(text.strip(), "Pa")
+    except ValueError:
+        return None

@@ -36,13 +36,11 @@ def map_lines(
 ) -> str:
     """Lines that compute a map over two sliders; `names` are those of a point's conditions."""
     x, y = along
-    varied = {names[x.key]: "x.ravel()", names[y.key]: "y.ravel()"}
-    given = ", ".join(f'"{name}": {value}' for name, value in varied.items())
     return f"""\
 import numpy as np
 
 from iceslide_fem import point
-from iceslide_fem.film.conditions import ice_model, scene_conditions
+from iceslide_fem.film.conditions import ice_model, varied_conditions
 from iceslide_fem.scene import scene_from_dict
 
 {_scene(tables)}
@@ -50,11 +48,7 @@ x, y = np.meshgrid(
     {_values(x, count)},  # {names[x.key]}, SI
     {_values(y, count)},  # {names[y.key]}, SI
 )
-fixed, varied = scene_conditions(scene)._asdict(), {{{given}}}
-k, D, H_V, _ = scene.contact_parameters(varied.get("pressure", fixed["pressure"]))
-height = scene.height_on(varied.get("temperature", fixed["temperature"]))
-fixed |= {{"k": k, "D": D, "H_V": H_V, "initial_height": height}}
-conditions = point.Conditions.of(**fixed | varied)
+conditions = varied_conditions(scene, {names[x.key]}=x.ravel(), {names[y.key]}=y.ravel())
 found = point.simulate(conditions, ice_model(scene), {tolerance:g}, water=scene.water.table)
 z = found.{quantity}.reshape(x.shape)
 """

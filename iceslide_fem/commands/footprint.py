@@ -96,6 +96,12 @@ def footprint(
         option("PA*S", "Of the film's water; or a CSV file of it over temperature.", "1.8mPa*s"),
     ] = None,
     initial_height: Annotated[Text, option("M", "Of the film at first.", "70nm")] = None,
+    dry_stress: Annotated[
+        Text,
+        option("PA", "Of dry rubber on ice, the film's limit; or a CSV file over temperature."),
+    ] = None,
+    dry_softening: Annotated[Text, option("K", "Over which a number of it falls.")] = None,
+    dry_residual: Annotated[Text, option("K", "Above melting where it is 0.", "0.5K")] = None,
     melting_temperature: Annotated[Text, option("T", "Of the ice, as of salt.", "0degC")] = None,
     latent_heat: Annotated[Text, option("J/KG", "Of melting.", "330kJ/kg")] = None,
     aggregate: Annotated[Text, option("G/M2", "Spread on the ice, in (1.2).", "0")] = None,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from iceslide_fem.film.film_between import HalfFilm
 from iceslide_fem.film.point_conditions import Conditions, Loading
@@ -13,6 +14,7 @@ from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import SAMPLED
+from iceslide_fem.scene.dry_shear import DryShear
 from iceslide_fem.scene.materials import Ground
 
 # Steps of a run whose integrator has no error estimate, unless numerics.max_step is given.
@@ -99,8 +101,28 @@ def scene_conditions(scene: Scene) -> Conditions:
         **scene.ice.solid._asdict(),
     )
     if scene.shear_strength is not None:
-        here = here.limited(scene.shear_strength, scene.load.speeds.largest)
+        here = here.limited(scene.shear_strength, scene.load.speeds.largest, scene.film.refreeze)
     return here if speed else here._replace(speed=np.zeros(1))
+
+
+def varied_conditions(scene: Scene, **varied: ArrayLike) -> Conditions:
+    """Conditions of the point of `scene`, but for those that are `varied`.
+
+    varied: what `Conditions.of` takes, and of dry shear dry_stress (Pa), dry_softening and
+    dry_residual (K); they broadcast to one dimension. k, D and H_V follow the pressure, and the
+    first height the temperature, unless they are varied. Raises ValueError as `Conditions.of`.
+    """
+    count = np.broadcast_shapes((1,), *map(np.shape, varied.values()))
+    keys = {name: f"dry_{name}" for name in DryShear._fields}
+    dry: dict[str, Any] = {name: varied.pop(key) for name, key in keys.items() if key in varied}
+    strength = scene.film.dry_shear._replace(**dry).strength(scene.ice.melting_temperature)
+    fixed: dict[str, Any] = scene_conditions(scene)._asdict()
+    del fixed["limit"]
+    k, D, H_V, _ = scene.contact_parameters(varied.get("pressure", fixed["pressure"]))
+    height = scene.height_on(varied.get("temperature", fixed["temperature"]))
+    fixed |= {"k": k, "D": D, "H_V": H_V, "initial_height": height}
+    fixed["duration"] = np.broadcast_to(fixed["duration"], count)
+    return Conditions.of(strength=strength, **fixed | varied)
 
 
 def scene_loading(scene: Scene) -> Loading | None:

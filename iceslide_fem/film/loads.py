@@ -19,7 +19,8 @@ from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import InterfaceState, Step, error_norms
 from iceslide_fem.film.law import FilmHistory, FilmStage, Surface, log_shearing
-from iceslide_fem.film.limiting_shear import LimitingShear, limited_stage
+from iceslide_fem.film.limited_stage import limited_stage
+from iceslide_fem.film.limiting_shear import LimitingShear
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.viscosity import VariableViscosity, consistent_viscosity
 from iceslide_fem.runtime.arrays import Array, Index

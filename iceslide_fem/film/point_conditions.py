@@ -70,12 +70,17 @@ class Conditions(NamedTuple):
     limit: LimitingShear | None = None
 
     @classmethod
-    def of(cls, strength: ShearStrength | None = None, **values: ArrayLike) -> Conditions:
+    def of(
+        cls,
+        strength: ShearStrength | None = None,
+        refreeze: str = "nothing",
+        **values: ArrayLike,
+    ) -> Conditions:
         """Conditions from anything that broadcasts to one dimension; water and ice as by default.
 
         strength: tau_b of dry rubber on ice, where that limits the shear (`limiting_shear`); then
-        films may begin with the height 0. Raises ValueError, with a sentence, where a value is
-        missing, unknown, or outside `RANGES`.
+        films may begin with the height 0, and freeze: `refreeze` is "nothing", "film" or "all".
+        Raises ValueError, with a sentence, where a value is missing, unknown, or outside `RANGES`.
         """
         values = DEFAULTS | values
         for name in sorted({*RANGES} ^ {*values}):
@@ -93,7 +98,7 @@ class Conditions(NamedTuple):
             for name, part in zip(RANGES, arrays, strict=True)
         }
         found = cls(**numbers, limit=None)
-        return found if strength is None else found.limited(strength, found.speed)
+        return found if strength is None else found.limited(strength, found.speed, refreeze)
 
     @classmethod
     def together(cls, parts: Sequence[Conditions]) -> Conditions:
@@ -103,9 +108,9 @@ class Conditions(NamedTuple):
         sizes = [part.pressure.size for part in parts]
         return cls(**arrays, limit=LimitingShear.together(limits, sizes) if limits else None)
 
-    def limited(self, strength: ShearStrength, speed: Array | float) -> Conditions:
+    def limited(self, strength: ShearStrength, speed: Array | float, refreeze: str) -> Conditions:
         """The same with a limiting shear stress, at speeds up to `speed` (m/s)."""
-        return self._replace(limit=LimitingShear.of(strength, self.viscosity, speed))
+        return self._replace(limit=LimitingShear.of(strength, self.viscosity, speed, refreeze))
 
     def loads(self, water: ViscosityTable | None = None) -> FilmLoads:
         """The film's loads, constant in time; with `water` the viscosity is that table's at T_0."""

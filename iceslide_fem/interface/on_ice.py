@@ -74,7 +74,9 @@ class OnIce:
         covered, first = self.on_nodes(start)
         covers, last = self.on_nodes(end)
         first, last = _completed(covered, first, last), _completed(covers, last, first)
-        area = np.where(covered | covers, grid.cell_area[grid.own], 0.0)
+        # Water that is left behind gives its heat to the ice, too, where it freezes.
+        meet = covered | covers | self._law.freezes
+        area = np.where(meet, grid.cell_area[grid.own], 0.0)
         ice = self.ice.under(Contacts(grid.own_nodes(), area))
         rubber = self.rubber.above(start, end)
         step = advance(state, first, last, dt, ice, integrator, rubber)

@@ -46,6 +46,11 @@ class FilmLaw:
     fault: ClassVar[str | None] = None
 
     @property
+    def freezes(self) -> bool:
+        """Whether water freezes that friction does not keep warm, also where no rubber is."""
+        return False
+
+    @property
     def columns(self) -> tuple[str, ...]:
         """The viscosity, where it follows the temperature."""
         return () if self.table is None else (FILM_VISCOSITY,)

@@ -37,6 +37,11 @@ class LimitedFilm(FilmLaw):
     viscous: ClassVar[bool] = False
 
     @property
+    def freezes(self) -> bool:
+        """As the scene has it."""
+        return self.limit.freezes
+
+    @property
     def columns(self) -> tuple[str, ...]:
         """tau_b."""
         return (SHEAR_STRENGTH,)
@@ -100,7 +105,7 @@ class LimitedFilm(FilmLaw):
 def limited_film(scene: Scene, strength: ShearStrength) -> LimitedFilm:
     """The film law of the scene with tau_b of this `strength`."""
     film, speeds = film_law(scene), scene.load.speeds
-    limit = LimitingShear.of(strength, film.viscosity, speeds.largest)
+    limit = LimitingShear.of(strength, film.viscosity, speeds.largest, scene.film.refreeze)
     coldest = np.array([scene.ice.melting_temperature - scene.ice.temperature])
     first = strength(coldest)
     height = scene.shearing_height(speeds.largest)

@@ -145,6 +145,7 @@ def _friction(
         duration=duration,
         viscosity=scene.viscosity,
         strength=scene.shear_strength,
+        refreeze=scene.film.refreeze,
         **scene.ice.solid._asdict(),
     )
     found = simulate(

@@ -132,7 +132,7 @@ def _dry_shear_has_a_motion(scene: Tables) -> None:
             "other: the stress follows the temperature that it makes; allowed: 'sdirk2', 'sdirk3' "
             "or 'implicit-euler'"
         )
-    if scene.model != "point" and film.softens and not scene.rubber.inertia:
+    if scene.model != "point" and film.dry_shear.softens and not scene.rubber.inertia:
         raise ValueError(_WEAKENS)
 
 

@@ -6,11 +6,16 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import model_validator
 
-from iceslide_fem.runtime.units import readable
 from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.dry_shear import (
+    DRY_STRESS,
+    RESIDUAL,
+    SOFTENING,
+    USUAL_RESIDUAL,
+    DryShear,
+)
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.rows import RowsOf
-from iceslide_fem.scene.shear_strength import DRY_STRESS, check_softens
 from iceslide_fem.scene.table import Table
 from iceslide_fem.scene.units import Quantity
 
@@ -20,7 +25,6 @@ HEIGHT = RowsOf(
     Quantity("m", "0 nm", "10 um"),
     "0 nm",
 )
-THINNEST = 1e-9  # m, of films that begin with water
 
 
 class Film(Table):
@@ -36,7 +40,8 @@ class Film(Table):
     dry_stress: tau_b (Pa) with which dry rubber and ice shear where they touch, a limit of the
     film's shear: rows of it over the temperature of the ice's surface (K), or a number, which it
     is on cold ice; it falls over the last `dry_softening` (K) before T_m + `dry_residual` (K).
-    With it films may begin without water, initial_height 0.
+    With it films may begin without water, initial_height 0, and water may freeze (`refreeze`): that
+    of films, or all.
     """
 
     carrier: Literal["ice", "rubber"] = "ice"
@@ -49,8 +54,9 @@ class Film(Table):
     conductance: Annotated[float, Quantity("W/m^2/K", "10 W/m^2/K", "1e9 W/m^2/K")] | None = None
     water_speed: Annotated[float, Quantity("", "0", "1")] = 1.0
     dry_stress: Annotated[Any, DRY_STRESS] | None = None
-    dry_softening: Annotated[float, Quantity("K", "0.01 K", "200 K")] | None = None
-    dry_residual: Annotated[float, Quantity("K", "0 K", "200 K")] = 0.5
+    dry_softening: Annotated[float, SOFTENING] | None = None
+    dry_residual: Annotated[float, RESIDUAL] = USUAL_RESIDUAL
+    refreeze: Literal["nothing", "film", "all"] = "nothing"
 
     @model_validator(mode="after")
     def _all_or_none(self) -> Self:
@@ -69,32 +75,18 @@ class Film(Table):
         return self
 
     @property
-    def softens(self) -> bool:
-        """Whether dry_stress falls with the temperature."""
-        stress = self.dry_stress
-        if isinstance(stress, tuple):
-            return bool(stress[-1][1] < stress[0][1])
-        return self.dry_softening is not None and self.dry_residual < self.dry_softening
+    def dry_shear(self) -> DryShear:
+        """The keys of dry rubber on ice."""
+        return DryShear(self.dry_stress, self.dry_softening, self.dry_residual)
 
     @model_validator(mode="after")
     def _dry_shear_is_whole(self) -> Self:
-        rows = self.dry_stress
-        table = isinstance(rows, tuple)
-        for key in ("dry_softening", "dry_residual"):
-            given = getattr(self, key) != type(self).model_fields[key].default
-            if given and (table or rows is None):
-                reason = "rows of film.dry_stress" if table else "no film.dry_stress"
-                raise ValueError(
-                    f"film.{key} and {reason} contradict each other: it says how a number of "
-                    "dry_stress falls; allowed: film.dry_stress as a number"
-                )
-        if isinstance(rows, tuple):
-            check_softens(rows, "film.dry_stress")
+        if self.refreeze != "nothing" and self.dry_stress is None:
+            raise ValueError(
+                f'film.refreeze = "{self.refreeze}" and no film.dry_stress contradict each other: '
+                'what has frozen rubs dry; allowed: refreeze = "nothing", or film.dry_stress'
+            )
         heights = self.initial_height
         least = min(value for _, value in heights) if isinstance(heights, tuple) else heights
-        if least < THINNEST and self.dry_stress is None:
-            raise ValueError(
-                f"film.initial_height = {readable(least, 'm')} is out of range; allowed: 1 nm to "
-                "10 um, or from 0 on with film.dry_stress, which limits the shear of thin films"
-            )
+        self.dry_shear.check(least, lambda key: f"film.{key}")
         return self

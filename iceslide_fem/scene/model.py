@@ -85,13 +85,7 @@ class Scene(Table):
     @property
     def shear_strength(self) -> ShearStrength | None:
         """tau_b of dry rubber on this ice; None where nothing limits the film's shear."""
-        film, T_m = self.film, self.ice.melting_temperature
-        if film.dry_stress is None:
-            return None
-        if isinstance(film.dry_stress, tuple):
-            return ShearStrength.of_rows(film.dry_stress, T_m)
-        softening = np.inf if film.dry_softening is None else film.dry_softening
-        return ShearStrength.softening(film.dry_stress, softening, film.dry_residual)
+        return self.film.dry_shear.strength(self.ice.melting_temperature)
 
     def shearing_height(self, speed: float) -> float:
         """h0 + eta v / tau_b (m): water of that height shears as hard as the contact does at first

@@ -6,21 +6,12 @@ By a number it is tau_0 min(1, (T_m + delta - T) / Delta), else a table.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from iceslide_fem.runtime.arrays import Array, Index
-from iceslide_fem.scene.rows import Rows, RowsOf
-from iceslide_fem.scene.units import Quantity
-
-DRY_STRESS = RowsOf(
-    "ice temperature",
-    Quantity("K", "-80 degC", "0.01 degC"),
-    Quantity("Pa", "1 Pa", "1 GPa"),
-    "0 Pa",
-)
 
 
 class ShearStrength(NamedTuple):
@@ -34,16 +25,24 @@ class ShearStrength(NamedTuple):
     strength: Array
 
     @classmethod
-    def softening(cls, stress: float, softening: float, residual: float) -> ShearStrength:
-        """tau_0 min(1, (T_m + delta - T) / Delta).
+    def softening(
+        cls, stress: ArrayLike, softening: ArrayLike, residual: ArrayLike
+    ) -> ShearStrength:
+        """tau_0 min(1, (T_m + delta - T) / Delta), of numbers or of arrays (n,).
 
         stress: tau_0 (Pa); softening: Delta (K), infinite where it does not soften; residual:
         delta (K).
         """
-        if residual >= softening or np.isinf(softening):
-            return cls(np.zeros((1, 1)), np.full((1, 1), stress))
-        rows = [[0.0], [softening - residual]], [[stress * residual / softening], [stress]]
-        return cls(*(np.array(column) for column in rows))
+        given = np.broadcast_arrays(*map(np.atleast_1d, (stress, softening, residual)))
+        highest, over, above = (np.asarray(part, dtype=float) for part in given)
+        softens = (above < over) & np.isfinite(over)
+        if not softens.any():
+            return cls(np.zeros((1, highest.size)), highest[None].copy())
+        rows = (
+            np.where(softens, over - above, 1.0),
+            np.where(softens, highest * above / over, highest),
+        )
+        return cls(np.stack([np.zeros_like(over), rows[0]]), np.stack([rows[1], highest]))
 
     @classmethod
     def of_rows(cls, rows: tuple[tuple[float, float], ...], melting: float) -> ShearStrength:
@@ -98,15 +97,3 @@ class ShearStrength(NamedTuple):
         if self.depth.shape[1] == 1:
             return self
         return ShearStrength(*(column.take(index, axis=1, mode="clip") for column in self))
-
-
-def check_softens(rows: Rows, key: str) -> None:
-    """Raise ValueError, a sentence that names `key`, where warmer ice is stronger."""
-    for number, (colder, warmer) in enumerate(pairwise(rows), start=1):
-        if warmer[1] > colder[1]:
-            raise ValueError(
-                f"{key} rises from row {number} to row {number + 1}: ice gets softer as it gets "
-                "warmer; allowed: stresses that fall, or stay as they are"
-            )
-    if rows[0][1] == 0.0:
-        raise ValueError(f"{key} is 0 in all rows; allowed: more than 0 where ice is coldest")

@@ -27,10 +27,10 @@ from iceslide_fem.preprocess.footprint.macroscopic import (
     classify,
     heat_balance,
 )
-from iceslide_fem.preprocess.footprint.passing import Ride
 from iceslide_fem.preprocess.footprint.picture import FAR
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint, read_footprint
+from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.footprint.survey import survey
 from iceslide_fem.preprocess.footprint.synthetic import Tread, coloured_picture, grey_picture, save
 from iceslide_fem.reference import band_source_rise

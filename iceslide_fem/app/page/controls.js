@@ -24,6 +24,7 @@ function position(spec, value) {
 }
 
 function valueAt(spec, at) {
+  if (spec.zero && at === 0) return 0;
   const share = at / STEPS;
   const value = spec.log
     ? spec.low * (spec.high / spec.low) ** share

@@ -31,6 +31,9 @@ export function makePoint({ start, changed, snippet }) {
   for (const key of Object.keys(start.scene)) {
     if (sliders[key] || key === "film.contact") setTexts(form, { [key]: start.scene[key] });
   }
+  if (start.scene["film.dry_stress"]) {
+    setTexts(form, { "film.dry_softening": start.scene["film.dry_softening"] ?? "" });
+  }
   if (start.scene["film.k"]) contact.value = "constants";
   if (start.scene["film.contact"]) contact.value = "table";
   contact.addEventListener("change", () => update());
@@ -66,6 +69,7 @@ export function makePoint({ start, changed, snippet }) {
       mark(form);
       now = { texts: asked, answer, half: null };
       for (const [key, control] of Object.entries(sliders)) {
+        if (answer.values[key] === undefined) continue; // a table, or of no effect
         if (asked[key] === undefined) control.show(answer.values[key]);
         else control.follow(answer.values[key]);
       }

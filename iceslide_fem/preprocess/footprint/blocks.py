@@ -16,6 +16,7 @@ from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
+from iceslide_fem.scene.dry_shear import USUAL_RESIDUAL
 from iceslide_fem.scene.materials import (
     BAR,
     ICE,
@@ -126,7 +127,7 @@ def scene_text(name: str, block: TreadBlock, fraction: float, case: FootprintCas
         for key, value, usual in zip(Solid._fields, ride.solid, ICE, strict=True)
         if value != usual
     )
-    water = film = ""
+    water = film = inertia = ""
     if isinstance(eta, ViscosityTable):
         rows = [list(row) for row in zip(eta.temperature, eta.viscosity, strict=True)]
         water = f"[water]\nviscosity = {json.dumps(rows)}\n"
@@ -134,6 +135,15 @@ def scene_text(name: str, block: TreadBlock, fraction: float, case: FootprintCas
         water = f"[water]\nviscosity = {eta!r}\n"
     if ride.water_speed != 1.0:
         film += f"water_speed = {ride.water_speed!r}\n"
+    dry = case.dry_shear
+    if dry.stress is not None:
+        film += f"dry_stress = {json.dumps(dry.stress)}\n"
+    if dry.softening is not None:
+        film += f"dry_softening = {dry.softening!r}\n"
+    if dry.residual != USUAL_RESIDUAL:
+        film += f"dry_residual = {dry.residual!r}\n"
+    if dry.softens:
+        inertia = "inertia = true\n"
     if case.contact is not None:
         film += f"contact = {tomlkit.item(str(case.contact.resolve())).as_string()}\n"
     text = f"""\
@@ -148,7 +158,7 @@ compound = {json.dumps(case.compound)}
 length = "{1e3 * block.length:.4g} mm"
 width = "{1e3 * block.width:.4g} mm"
 height = "{1e3 * case.tread_height:.4g} mm"
-
+{inertia}
 [load]
 pressure = "{block.pressure / BAR:.5g} bar"
 speed = "{ride.sliding_speed:.6g} m/s"

@@ -9,6 +9,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import ConfigDict, Field, field_validator, model_validator
 
+from iceslide_fem.preprocess.footprint.film_options import FilmOptions
 from iceslide_fem.preprocess.footprint.jaeger import TABLE_1_ICE, TABLE_1_RUBBER
 from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic
 from iceslide_fem.preprocess.footprint.option_values import (
@@ -19,13 +20,11 @@ from iceslide_fem.preprocess.footprint.option_values import (
     Pressure,
     PressureUnit,
     SolidText,
-    ViscosityText,
 )
-from iceslide_fem.preprocess.footprint.passing import Ride
-from iceslide_fem.scene.command_options import CommandOptions, Number, option_names
+from iceslide_fem.preprocess.footprint.ride import Ride
+from iceslide_fem.scene.command_options import Number, option_names
 from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.contact_table import ContactTable
-from iceslide_fem.scene.ice import VISCOSITY, viscosity_table
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import (
     BAR,
@@ -33,10 +32,8 @@ from iceslide_fem.scene.materials import (
     ICE,
     ICE_EFFUSIVITY,
     WATER_CONDUCTIVITY,
-    WATER_VISCOSITY,
     ZERO_CELSIUS,
     Solid,
-    ViscosityTable,
 )
 from iceslide_fem.scene.messages import missing
 from iceslide_fem.scene.units import Quantity
@@ -57,7 +54,7 @@ SOURCES: dict[str, tuple[Sequence[str], Sequence[str]]] = {
 LOWEST_SCALE = 0.1 * BAR  # for its high end: a tyre's mean pressure is some bar
 
 
-class FootprintCase(CommandOptions):
+class FootprintCase(FilmOptions):
     """A footprint and how it slides; SI units. Its keys are the options of the command.
 
     One of image, pressure_map (a table of pressures, in Pa unless its file or pressure_unit says
@@ -73,8 +70,7 @@ class FootprintCase(CommandOptions):
     alone. contact: a file with k, D, H_V over pressure instead of the compound's. air_temperature
     (K): of the tread before it touches, else the ice's. ice_material, tread_material,
     water_conductivity: of the macroscopic model, else table 1; the ice's is that below the film,
-    too. viscosity (Pa s, or a CSV file of it over temperature), initial_height (m),
-    melting_temperature (K), latent_heat (J/kg): of film and ice. aggregate: of (1.2), g/m2.
+    too. melting_temperature (K), latent_heat (J/kg): of film and ice. aggregate: of (1.2), g/m2.
     """
 
     model_config = ConfigDict(alias_generator=_named)
@@ -116,8 +112,6 @@ class FootprintCase(CommandOptions):
     water_conductivity: Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "10 W/m/K"), Number] = (
         WATER_CONDUCTIVITY
     )
-    viscosity: ViscosityText = WATER_VISCOSITY
-    initial_height: Annotated[float, Quantity("m", "1 nm", "10 um"), Number] = 70e-9
     melting_temperature: Annotated[float, Quantity("K", "-60 degC", "0.01 degC"), Number] = (
         ICE.melting_temperature
     )
@@ -232,15 +226,6 @@ class FootprintCase(CommandOptions):
         return CONTACT_TABLES[self.compound]
 
     @property
-    def water(self) -> float | ViscosityTable:
-        """The film's viscosity (Pa s), or the file's over temperature."""
-        if not isinstance(self.viscosity, Path):
-            return self.viscosity
-        table = viscosity_table(VISCOSITY.validate(str(self.viscosity)), "--viscosity")
-        assert table is not None  # the validator saw to it
-        return table
-
-    @property
     def moving(self) -> Macroscopic:
         """The macroscopic model with a source that moves."""
         ice = Solid(*self.ice_material) if self.ice_material else None
@@ -280,4 +265,5 @@ class FootprintCase(CommandOptions):
             ),
             self.water,
             self.water_speed,
+            self.dry_shear.strength(self.melting_temperature),
         )

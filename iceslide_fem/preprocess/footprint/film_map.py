@@ -7,8 +7,9 @@ from collections.abc import Callable
 import numpy as np
 
 from iceslide_fem.film.ice_heat import Column
-from iceslide_fem.preprocess.footprint.passing import FilmMap, Path, Ride, films_along
+from iceslide_fem.preprocess.footprint.passing import FilmMap, Path, films_along
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
 

@@ -12,11 +12,13 @@ from numpy.typing import ArrayLike
 
 from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.macroscopic import HeatModel, Macroscopic, heat_model
-from iceslide_fem.preprocess.footprint.passing import FilmMap, Ride
+from iceslide_fem.preprocess.footprint.passing import FilmMap
 from iceslide_fem.preprocess.footprint.pressure_map import GaussianLine, PressureMap
+from iceslide_fem.preprocess.footprint.ride import FIRST_HEIGHT, Ride
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
+from iceslide_fem.scene.shear_strength import ShearStrength
 
 LINE_PIXELS = 540  # of a profile that is made
 
@@ -65,10 +67,15 @@ def film_line(
     dx: float,
     parameters: Macroscopic,
     contact_of: ContactTable | ConstantContact,
+    strength: ShearStrength | None = None,
+    initial_height: float = FIRST_HEIGHT,
 ) -> FilmMap:
-    """The film law along the same line, arrays (nx,): ice passes with V and is slid over at V S."""
+    """The film law along the same line, arrays (nx,): ice passes with V and is slid over at V S.
+
+    strength: tau_b of dry rubber on ice, where that limits the shear; initial_height: m.
+    """
     p = parameters
-    ride = Ride(p.speed, p.slip * p.speed, p.ice_temperature)
+    ride = Ride(p.speed, p.slip * p.speed, p.ice_temperature, initial_height, strength=strength)
     return FilmMap(*(values[0] for values in film_map(as_map(pressure, dx), ride, contact_of)))
 
 

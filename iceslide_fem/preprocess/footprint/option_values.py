@@ -13,6 +13,7 @@ from iceslide_fem.preprocess.footprint.picture import Box
 from iceslide_fem.preprocess.footprint.pressures import UNITS
 from iceslide_fem.runtime.units import si_unit
 from iceslide_fem.scene.command_options import Number, as_number
+from iceslide_fem.scene.dry_shear import DRY_STRESS
 from iceslide_fem.scene.ice import VISCOSITY, viscosity_table
 from iceslide_fem.scene.rows import names_a_file
 from iceslide_fem.scene.units import Quantity
@@ -81,6 +82,14 @@ def _viscosity(value: Any) -> Any:
     return Path(value)
 
 
+def _dry_stress(value: Any) -> Any:
+    """A number in Pa, or the path of a CSV file with one over the ice's temperature."""
+    if not names_a_file(value):
+        return DRY_STRESS.value.validate(as_number(value))
+    DRY_STRESS.validate(value)
+    return Path(value)
+
+
 def _pressure_unit(value: Any) -> Any:
     """A unit of pressure."""
     if (unit := si_unit(value, "Pa") if isinstance(value, str) else None) is None:
@@ -97,4 +106,5 @@ IceTemperature = Annotated[float, Quantity("K", "-80 degC", "-0.001 degC"), Numb
 PixelBox = Annotated[Box, BeforeValidator(_box)]
 GaussianText = Annotated[tuple[float, float, float], BeforeValidator(_gaussian)]
 ViscosityText = Annotated[float | Path, BeforeValidator(_viscosity)]
+DryStressText = Annotated[float | Path, BeforeValidator(_dry_stress)]
 PressureUnit = Annotated[str, BeforeValidator(_pressure_unit)]

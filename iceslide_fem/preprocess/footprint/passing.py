@@ -25,44 +25,16 @@ from iceslide_fem.film.point import taken
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.step_control import StepControl, close_enough
-from iceslide_fem.film.viscosity import VariableViscosity, temperature_scale
+from iceslide_fem.film.viscosity import temperature_scale
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
-from iceslide_fem.scene.materials import ICE, WATER_VISCOSITY, Solid, ViscosityTable
 
 METHOD = INTEGRATORS["sdirk2"]
 # Relative to a pixel's time: the shortest step, and what is left over to rounding.
 SHORTEST, SLACK = 1e-9, 1e-6
-NOTHING = 1e-15  # m, that voids can pass on whose water stays where it is: they are full
-
-
-class Ride(NamedTuple):
-    """How ice passes the footprint: V and the sliding speed V S (m/s), T_0 (K), h0 (m).
-
-    T_0 may be an array (ny,), one temperature for each line. water_speed: of squeezed-out water
-    relative to the rubber, a fraction of the sliding speed. Tables of the viscosity are read at
-    the film's temperature.
-    """
-
-    speed: float
-    sliding_speed: float
-    temperature: float | Array
-    initial_height: float = 70e-9
-    solid: Solid = ICE
-    viscosity: float | ViscosityTable = WATER_VISCOSITY
-    water_speed: float = 1.0
-
-    @property
-    def water_fraction(self) -> float:
-        """w / V of the water below the rubber, which itself passes the footprint at V (1 - S)."""
-        return 1.0 - self.sliding_speed / self.speed * (1.0 - self.water_speed)
-
-    @property
-    def thinnest_layer(self) -> float:
-        """Of squeezed-out water on the ice, m."""
-        return 0.0 if self.water_fraction > 0.0 else NOTHING
 
 
 class Path(NamedTuple):
@@ -149,16 +121,19 @@ def films_along(
     at = np.flatnonzero(np.diff(path.line, prepend=-1))
     last = np.append(at[1:], path.line.size) - 1
     lines, share, passing = at.size, ride.water_fraction, path.passing
-    viscosity, variable_viscosity = _water(ride, lines)
+    viscosity, variable_viscosity = ride.water(lines)
     k, D, H_V, _ = contact_of(path.pressure)
     voids = np.maximum(share * H_V, ride.thinnest_layer)
     sliding = np.full_like(k, ride.sliding_speed)
-    loads = film_loads(path.pressure, sliding, k, D, voids, viscosity[path.line])
+    limit = ride.limit
+    loads = film_loads(path.pressure, sliding, k, D, voids, viscosity[path.line], limit=limit)
     gaps = path.behind > 0
     gap, content = np.cumsum(gaps) - 1, ice.initial(int(np.count_nonzero(gaps)))
     films = FilmMap(*np.empty((6, k.size)), *np.empty((2, k.size), dtype=bool))
+    first = np.full(lines, ride.initial_height)
+    # Dry shear needs no history: it is that of height and temperature.
     state = InterfaceState(
-        np.full(lines, np.log(ride.initial_height)),
+        np.log(first) if limit is None else limit.log_height(first),
         np.zeros(lines),
         ice.initial(lines),
         INSULATED.initial(lines),
@@ -230,13 +205,5 @@ def films_along(
     T_m = ride.solid.melting_temperature
     surface = np.where(films.melting, T_m, films.temperature)
     shear = films.shear * loads.viscous / passing
-    return films._replace(shear=shear, height=np.exp(films.height), temperature=surface), content
-
-
-def _water(ride: Ride, lines: int) -> tuple[Array, VariableViscosity | None]:
-    """Viscosity of every line (Pa s), and how it follows the temperature."""
-    given = ride.viscosity
-    if not isinstance(given, ViscosityTable):
-        return np.full(lines, given), None
-    viscosity = np.broadcast_to(given(ride.temperature), (lines,))
-    return viscosity, VariableViscosity(given, viscosity)
+    height = loads.height(films.height)
+    return films._replace(shear=shear, height=height, temperature=surface), content

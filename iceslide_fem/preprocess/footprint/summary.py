@@ -35,13 +35,13 @@ def summary(result: Survey) -> dict[str, Any]:
     case, read, film = result.case, result.read, result.film
     footprint, contact = read.pressure_map, read.pressure_map.contact
     line = gaussian_centre_line(footprint)
-    melting = float(film.melting[contact].mean())
+    melting, dry = float(film.melting[contact].mean()), case.dry_stress is not None
     mu = film.friction(footprint)[contact]
     outside = case.contact_table.outside(footprint.pressure[contact])
     warnings = [
         *read.notes,
-        *doubts(float(film.height[contact].min()), float(mu.max()), melting > 0.0),
-        *partly_dry(melting),
+        *doubts(float(film.height[contact].min()), float(mu.max()), melting > 0.0, dry),
+        *([] if dry else partly_dry(melting)),
     ]
     for name, model in result.models.items():
         warnings += [f"{MODELS[name]}: {sentence}" for sentence in model.doubts]

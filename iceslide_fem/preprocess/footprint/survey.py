@@ -106,7 +106,7 @@ def survey(
         raise SceneError(
             f"the film law finds a mean mu of {result.mu_mean:.4g} under {case.source}, which no "
             f"rubber has on ice; allowed: up to {LARGEST_MEAN:g}; check the pressures and their "
-            "unit, the speed, --viscosity and --initial-height"
+            "unit, the speed, --viscosity, --initial-height and --dry-stress"
         )
     return result
 

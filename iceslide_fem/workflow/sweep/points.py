@@ -16,6 +16,7 @@ from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.fingerprint import versions
 from iceslide_fem.scene.materials import BOTTOMLESS
+from iceslide_fem.workflow.sweep.heights import SampledHeights
 from iceslide_fem.workflow.sweep.outcome import CURVES, DONE, FAILED, SAMPLES, CaseResult
 
 # So many conditions at once: more do not make a point cheaper, they only take memory.
@@ -51,16 +52,17 @@ def simulate_points(scenes: Sequence[Scene]) -> list[CaseResult]:
 
 
 def _shared(scene: Scene) -> tuple[Any, ...]:
-    """What scenes must share to be one call: duration, settings, ground, and columns of rubber,
-    which are as cold as the ice at first.
+    """What scenes must share to be one call: duration, settings, ground, the number of rows that
+    dry shear has, and columns of rubber, which are as cold as the ice at first.
     """
-    ice, rubber = scene.ice, scene.rubber
+    ice, rubber, strength = scene.ice, scene.rubber, scene.shear_strength
     heat: tuple[Any, ...] = ()
     if rubber.heat:
         film = scene.film.conductance, scene.water.conductivity
         heat = ice.temperature, ice.melting_temperature, *rubber.solid, *film
     below = None if ice.ground == BOTTOMLESS else ice.solid  # one for all on it
-    return scene.load.duration, heat, below, *simulation_settings(scene).values()
+    rows = 0 if strength is None else len(strength.depth)
+    return scene.load.duration, heat, below, rows, *simulation_settings(scene).values()
 
 
 def _alone(scene: Scene) -> CaseResult:
@@ -96,19 +98,26 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
     times = np.linspace(0.0, scenes[0].load.duration, SAMPLES)
     work, missing = np.zeros((2, len(scenes)))  # energies, J/m2
 
+    dry = None if conditions.limit is None else SampledHeights(conditions, times)
+
     def add(record: Record) -> None:
         step, at = record.step, record.places
         work[record.points] += step.friction_work[at]
         taken = step.ice_heat[at] + step.rubber_heat[at] + step.latent_heat[at]
         missing[record.points] += step.friction_work[at] - taken
+        if dry is not None:
+            dry.add(record)
 
     settings = simulation_settings(scenes[0])
     rubber = rubber_columns(scenes[0])
     result = simulate(conditions, times=times, observe=add, rubber=rubber, **settings)
     mu: Array = result.samples.T
     mu[:, -1] = result.mu_end  # the last step may end a rounding error early
-    viscous = conditions.loads().viscous / conditions.pressure
-    height = viscous[:, None] / mu
+    if dry is None:
+        height = (conditions.loads().viscous / conditions.pressure)[:, None] / mu
+    else:
+        height = dry.values
+        height[:, -1] = result.film_height
     wall = (monotonic() - started) / len(scenes)
     outcomes = []
     for i in range(len(scenes)):

@@ -1,0 +1,199 @@
+"""A film under a limiting shear stress in one implicit stage, with melting and freezing.
+
+Where there is water to freeze, or ice that melts, the surface is at the melting point, tau_b is
+that at T_m, and the height follows from one equation. Elsewhere the height is what squeeze-out
+leaves, and tau_b is that of the temperature which its own friction makes.
+
+Freezing: while the friction power q_f is less than what holds the surface at T_m, the film freezes,
+
+    dh/dt = -(q_ice - q_f) / (rho L),
+
+until it is gone, and then what has been squeezed out under it, where that freezes, too. No more
+freezes than there is; the latent heat goes into the ice.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.film.height import CLOSE, Terms, log_height_of
+from iceslide_fem.film.law import FilmForcing, FilmStage, Surface
+from iceslide_fem.film.limiting_shear import NO_STRENGTH, LimitingShear, dry_strength
+from iceslide_fem.runtime.arrays import Array, Index, Mask
+
+# Heights, over s, up to which a film may freeze altogether within a stage: of more the stage would
+# lose water, as ln(h + s) is no longer a straight line of h.
+THIN = 0.05
+
+
+class LimitedHeight(NamedTuple):
+    """The equation of y = ln(h + s) in an implicit stage, at every point; arrays (n,).
+
+        y - start + [min(squeezing h^3, room) - max(heating / (h + h_b) - cooling, least)] / (h + s)
+        = 0
+
+    h_b (`dry`, m) is that at the melting point; least: 0 where nothing freezes, else minus
+    infinity; the others are those of `HeightEquation`.
+    """
+
+    start: Array
+    squeezing: Array
+    room: Array
+    heating: Array
+    cooling: Array
+    dry: Array
+    added: Array
+    least: Array
+
+    def take(self, index: Index) -> LimitedHeight:
+        """The equation at the points of `index`."""
+        return LimitedHeight(*(part[index] for part in self))
+
+    def residual(self, y: Array) -> Array:
+        """The left side at y."""
+        return self.derivatives(y, self.terms(y))[0]
+
+    def slope(self, y: Array) -> Array:
+        """Its derivative, which is negative past the height where nothing is left to freeze."""
+        return 1.0 + self._parts(y, self.terms(y))[1]
+
+    def terms(self, y: Array) -> Terms:
+        """The terms at y, over h + s."""
+        whole = np.exp(y)
+        h, inverse = np.maximum(whole - self.added, 0.0), 1.0 / whole
+        squeeze_out, filling = self.squeezing * h**3 * inverse, self.room * inverse
+        gain = self.heating / (h + self.dry)
+        melts = gain - self.cooling > self.least
+        return Terms(inverse, squeeze_out, filling, gain, squeeze_out >= filling, melts)
+
+    def derivatives(self, y: Array, terms: Terms) -> tuple[Array, Array, Array]:
+        """The residual and its first two derivatives by y, the first at least 0.1."""
+        out, slope, curve = self._parts(y, terms)
+        return y - self.start + out, np.maximum(1.0 + slope, 0.1), curve
+
+    def change(self, y: Array, terms: Terms) -> Array:
+        """Change of y by Halley's method, two thirds to twice that of Newton's."""
+        residual, slope, curve = self.derivatives(y, terms)
+        newton = residual / slope
+        return np.asarray(-newton / (1.0 - np.clip(0.5 * curve * newton / slope, -0.5, 0.5)))
+
+    def _parts(self, y: Array, terms: Terms) -> tuple[Array, Array, Array]:
+        """What is squeezed out less what melts, over h + s, and its first two derivatives by y."""
+        inverse, squeeze_out, filling, gain, full, melts = terms
+        whole = 1.0 / inverse
+        h = np.maximum(whole - self.added, 0.0)
+        wet = h + self.dry
+        melted = np.maximum(gain - self.cooling, self.least)
+        out = np.minimum(squeeze_out, filling) - melted * inverse
+        first = np.where(full, 0.0, 3.0 * self.squeezing * h**2) + melts * gain / wet
+        second = np.where(full, 0.0, 6.0 * self.squeezing * h) - 2.0 * melts * gain / wet**2
+        slope = first - out
+        return out, slope, second * whole - slope
+
+
+class Water(NamedTuple):
+    """Films at the end of a stage: y = ln(h + s), where all of the film has frozen, and what that
+    gives (W/m2).
+    """
+
+    log_height: Array
+    gone: Mask
+    given: Array
+
+
+def limited_stage(
+    limit: LimitingShear,
+    log_height: Array,
+    squeezed: Array,
+    dt: Array | float,
+    loads: FilmForcing,
+    ice: Surface,
+    near: Array | None = None,
+    close: float = CLOSE,
+) -> FilmStage:
+    """The film law under a limiting shear stress in one implicit stage, as `implicit_stage`."""
+    T_m, R = ice.solid.melting_temperature, ice.resistance
+    drag, power = limit.drag(loads.speed), loads.viscous * loads.speed
+    softest = np.maximum(limit.strength.strength[0], NO_STRENGTH * limit.strength.strength[-1])
+    unit = dt / ice.solid.melting_enthalpy
+    room = loads.free_height - squeezed
+    least = -np.inf if limit.freezes else 0.0
+    parts = (
+        log_height, dt * loads.squeeze_rate, room, unit * power, unit * ice.melted_flux,
+        drag / softest, limit.added, least,
+    )  # fmt: skip
+    equation = LimitedHeight(*(np.broadcast_to(part, log_height.shape) for part in parts))
+    y, gone, given = _water(equation, unit, limit.freezes, near, close)
+    h = limit.height(y)
+    molten = power * softest / (h * softest + drag)
+    at_melting = ~gone if limit.freezes else molten > ice.melted_flux
+    available = np.zeros_like(y)
+    if limit.freezes:
+        available = np.maximum(limit.height(log_height), 0.0) / unit
+    voids = np.zeros_like(y)
+    if limit.voids_freeze:
+        stored = np.maximum(squeezed, 0.0) / unit
+        voids = np.where(gone, np.clip(ice.melted_flux - molten - given, 0.0, stored), 0.0)
+        at_melting = at_melting | (gone & (voids < stored))
+        available += stored
+    given = given + voids
+    found = dry_strength(limit.strength, T_m - ice.offset - R * given, R, power, h, drag)
+    strength = np.where(at_melting, softest, np.maximum(found.strength, softest))
+    q_f = np.where(at_melting, molten, found.flux)
+    q_ice = np.where(at_melting, ice.melted_flux, np.minimum(q_f + given, ice.melted_flux))
+    q_melt = q_f - q_ice
+    # Warmer ice makes less heat: of points at T_m that would be so if they could be warmer.
+    slope = np.where(at_melting, limit.strength.slope(np.zeros(h.size, dtype=int)), found.slope)
+    less = R * power * drag * slope / (h * strength + drag) ** 2
+    unmolten = q_f * (1.0 + unit * np.maximum(q_melt, 0.0) / (h + drag / strength))
+    unmolten += np.where(q_melt < 0.0, available, 0.0)
+    free = T_m + R * (unmolten - ice.melted_flux) / (1.0 + less)
+    flow = dt * loads.squeeze_rate * h**3
+    stays = squeezed + np.minimum(flow, room)
+    if limit.voids_freeze:  # start values of a stage may be a rounding error below 0
+        stays = np.maximum(stays - unit * voids, 0.0)
+    shearing = strength / (h * strength + drag)
+    return FilmStage(
+        y,
+        stays,
+        q_f,
+        q_ice,
+        q_melt,
+        np.where(at_melting, free, ice.offset + R * (q_f + given)),
+        at_melting,
+        flow > room,
+        flow - room,
+        np.where(at_melting, 1.0, less / (1.0 + less)),
+        np.zeros_like(q_ice),
+        np.stack([np.log((h + limit.added) * shearing), strength]),
+        shearing,
+    )
+
+
+def _water(
+    equation: LimitedHeight,
+    unit: Array | float,
+    freezes: bool,
+    near: Array | None,
+    close: float,
+) -> Water:
+    """Films at the end of a stage; NaN where more would freeze than the stage can follow.
+
+    unit: height melted by the power 1 (m3/W).
+    """
+    nothing = np.zeros(equation.start.shape, dtype=bool)
+    if not freezes:
+        return Water(log_height_of(equation, near, close)[0], nothing, np.zeros(nothing.shape))
+    dry = np.log(equation.added)
+    thin = equation.start <= dry + np.log1p(THIN)
+    gone = thin & (equation.residual(dry) >= 0.0)
+    y = dry.copy()
+    rest = np.flatnonzero(~gone)
+    left = equation.take(rest)
+    root, _ = log_height_of(left, None if near is None else near[rest], close)
+    wrong = (left.slope(root) <= 0.0) | (root < dry[rest])
+    y[rest] = np.where(wrong, np.nan, root)
+    given = np.where(gone, np.maximum(equation.start - dry, 0.0) * equation.added / unit, 0.0)
+    return Water(y, gone, given)

@@ -1,0 +1,61 @@
+"""How ice passes a footprint, and what its films are made of."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.film.limiting_shear import LimitingShear
+from iceslide_fem.film.viscosity import VariableViscosity
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import ICE, WATER_VISCOSITY, Solid, ViscosityTable
+from iceslide_fem.scene.shear_strength import ShearStrength
+
+FIRST_HEIGHT = 70e-9  # m, the thesis's
+NOTHING = 1e-15  # m, that voids can pass on whose water stays where it is: they are full
+
+
+class Ride(NamedTuple):
+    """How ice passes the footprint: V and the sliding speed V S (m/s), T_0 (K), h0 (m).
+
+    T_0 may be an array (ny,), one temperature for each line. water_speed: of squeezed-out water
+    relative to the rubber, a fraction of the sliding speed. Tables of the viscosity are read at
+    the film's temperature. strength: tau_b of dry rubber on ice, where that limits the shear; then
+    h0 may be 0, and the viscosity is a number.
+    """
+
+    speed: float
+    sliding_speed: float
+    temperature: float | Array
+    initial_height: float = FIRST_HEIGHT
+    solid: Solid = ICE
+    viscosity: float | ViscosityTable = WATER_VISCOSITY
+    water_speed: float = 1.0
+    strength: ShearStrength | None = None
+
+    @property
+    def limit(self) -> LimitingShear | None:
+        """What limits the shear of the films."""
+        if self.strength is None:
+            return None
+        assert not isinstance(self.viscosity, ViscosityTable)
+        return LimitingShear.of(self.strength, self.viscosity, self.sliding_speed)
+
+    @property
+    def water_fraction(self) -> float:
+        """w / V of the water below the rubber, which itself passes the footprint at V (1 - S)."""
+        return 1.0 - self.sliding_speed / self.speed * (1.0 - self.water_speed)
+
+    @property
+    def thinnest_layer(self) -> float:
+        """Of squeezed-out water on the ice, m."""
+        return 0.0 if self.water_fraction > 0.0 else NOTHING
+
+    def water(self, lines: int) -> tuple[Array, VariableViscosity | None]:
+        """Viscosity of every line (Pa s), (lines,), and how it follows the temperature."""
+        given = self.viscosity
+        if not isinstance(given, ViscosityTable):
+            return np.full(lines, given), None
+        viscosity = np.broadcast_to(given(self.temperature), (lines,))
+        return viscosity, VariableViscosity(given, viscosity)
