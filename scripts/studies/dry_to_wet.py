@@ -107,7 +107,7 @@ def draw_curves(ax: Axes, curves: Map) -> None:
     shown.append(Line2D([], [], color="0.3", linestyle=":", label="film law alone, same colours"))
     ax.set(xscale="log", xlabel="speed (m/s)", ylabel=r"mean $\mu$ over the block", xlim=SPEEDS,
            ylim=(0.0, 1.0))  # fmt: skip
-    free = (0.02, 0.13) if curves.mu.max() > 0.6 else "upper left"
+    free = (0.02, 0.13) if curves.mu.max() > 0.6 else (0.02, 0.75)
     ax.legend(handles=shown, fontsize=8, ncols=2, loc=free)
     ax.grid(alpha=0.25)
 
