@@ -49,6 +49,7 @@ def simulate(
     rubber: RubberHeat = INSULATED,
     loading: Loading | None = None,
     water: ViscosityTable | None = None,
+    start: InterfaceState | None = None,
 ) -> PointResult:
     """Integrate all `conditions` from t = 0 to their duration.
 
@@ -58,8 +59,9 @@ def simulate(
     control, `max_step` (s) bounds it; `observe` is called with every accepted step; `rubber` takes
     heat, too, if it is made of columns; with `loading` pressure and speed go in time, whatever the
     conditions say of them, and steps end on its corners; with `water` the viscosity follows the
-    film's temperature, and that of the conditions is replaced. Raises SimulationStopped where a
-    step cannot be made, ValueError where an argument is not possible.
+    film's temperature, and that of the conditions is replaced; `start` is what has been left of
+    films and ice before, by default films of the initial height on cold ice. Raises
+    SimulationStopped where a step cannot be made, ValueError where an argument is not possible.
     """
     for name, given, known in (("ice", ice, ICE_MODELS), ("integrator", integrator, INTEGRATORS)):
         if isinstance(given, str) and given not in known:
@@ -103,6 +105,14 @@ def simulate(
         lengths = AsGiven(fixed_step)
 
     loads, films = conditions.loads(water), conditions.at_start
+    begin = start or InterfaceState(
+        films.log_height,
+        np.zeros(n),
+        heat.initial(n),
+        rubber.initial(n),
+        films.internal if water is None else np.zeros((1, n)),
+    )
+    first_shear = conditions.first_shear if start is None else loads.shear(start, heat)
     undercooling = conditions.melting_temperature - conditions.temperature
     front = Front(
         active=np.arange(n),
@@ -117,18 +127,13 @@ def simulate(
         warmth=Warmth(conditions.temperature, undercooling),
         here=conditions,
         loads=loads,
-        state=InterfaceState(
-            films.log_height,
-            np.zeros(n),
-            heat.initial(n),
-            rubber.initial(n),
-            films.internal if water is None else np.zeros((1, n)),
-        ),
+        state=begin,
         ice=heat,
         rubber=rubber,
     )
     front = front._replace(warm=front.melting_at(front.state, loads))
-    tally = Tally(conditions, sample_times)
+    result = PointResult.at_start(first_shear / conditions.pressure, begin, loads, sample_times)
+    tally = Tally(result, duration, sample_times)
 
     while front.active.size:
         dt = front.length(max_step, loading)

@@ -122,11 +122,15 @@ class Conditions(NamedTuple):
     @property
     def at_start(self) -> FilmStart:
         """Films before the first step."""
+        return self.films(self.initial_height, self.temperature)
+
+    def films(self, height: Array, temperature: Array) -> FilmStart:
+        """Films of the `height` (m) on ice whose surface has the `temperature` (K), (n,)."""
         if self.limit is None:
-            return FilmStart(np.log(self.initial_height), np.zeros((0, self.pressure.size)))
-        strength = self.limit.strength(self.melting_temperature - self.temperature)
-        internal = self.limit.internal(self.initial_height, self.speed, strength)
-        return FilmStart(self.limit.log_height(self.initial_height), internal)
+            return FilmStart(np.log(height), np.zeros((0, self.pressure.size)))
+        strength = self.limit.strength(np.maximum(self.melting_temperature - temperature, 0.0))
+        internal = self.limit.internal(height, self.speed, strength)
+        return FilmStart(self.limit.log_height(height), internal)
 
     @property
     def solid(self) -> Solid:

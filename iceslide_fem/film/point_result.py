@@ -20,7 +20,8 @@ from iceslide_fem.runtime.arrays import Array, Index, Mask
 class PointResult:
     """Results of `simulate`; arrays (n,), times in s, NaN where something did not happen.
 
-    mu_mean is the time average (5.35); samples holds mu at the sample times, (n_times, n).
+    mu_mean is the time average (5.35); samples holds mu at the sample times, (n_times, n); state
+    is that of films and ice at the end.
     """
 
     mu_peak: Array
@@ -34,12 +35,14 @@ class PointResult:
     steps: Index
     rejected: Index
     samples: Array
+    state: InterfaceState
 
     @classmethod
-    def at_start(cls, conditions: Conditions, times: Array) -> PointResult:
-        """Results at t = 0, with room for mu at `times` (s)."""
-        n = conditions.pressure.size
-        mu = conditions.first_shear / conditions.pressure
+    def at_start(
+        cls, mu: Array, state: InterfaceState, loads: FilmLoads, times: Array
+    ) -> PointResult:
+        """Results of films in `state` at t = 0, with room for mu at `times` (s)."""
+        n = mu.size
         samples = np.full((n, times.size), np.nan)  # of a point side by side
         samples[:, times <= 0.0] = mu[:, None]
         return cls(
@@ -49,11 +52,12 @@ class PointResult:
             mu_end=mu,
             melt_onset=np.full(n, np.nan),
             saturation=np.full(n, np.nan),
-            film_height=conditions.initial_height.copy(),
-            squeezed_height=np.zeros(n),
+            film_height=loads.height(state.log_height),
+            squeezed_height=state.squeezed_height.copy(),
             steps=np.zeros(n, dtype=int),
             rejected=np.zeros(n, dtype=int),
             samples=samples.T,
+            state=InterfaceState(*(part.copy() for part in state)),
         )
 
 
@@ -109,11 +113,9 @@ class _Sums(NamedTuple):
 class Tally:
     """Results of many conditions as their steps come in."""
 
-    def __init__(self, conditions: Conditions, times: Array) -> None:
-        """For mu at `times` (s, ascending)."""
-        self.result = result = PointResult.at_start(conditions, times)
-        self._times = times
-        self._duration = conditions.duration
+    def __init__(self, result: PointResult, duration: Array, times: Array) -> None:
+        """`result` is that at t = 0, for mu at `times` (s, ascending) until the `duration` (s)."""
+        self.result, self._times, self._duration = result, times, duration
         n, self._tried = result.mu_end.size, 0
         self._sums = _Sums(
             result.mu_peak.copy(),
@@ -173,6 +175,8 @@ class Tally:
         result.mu_end[points] = mu[over]
         result.film_height[points] = record.loads.height(state.log_height)[over]
         result.squeezed_height[points] = state.squeezed_height[over]
+        for whole, part in zip(result.state, state, strict=True):
+            whole[..., points] = part[..., over]
         result.steps[points] = sums.steps[over]
         result.rejected[points] = self._tried - sums.steps[over]
         keep = np.flatnonzero(running)

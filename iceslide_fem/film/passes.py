@@ -1,0 +1,108 @@
+"""The same ice again: what is left of heat and water when the next pass of the rubber begins.
+
+Between passes nothing touches the ice and its columns conduct what they have, exactly. The water
+of a pass is kept, drained, or freezes: it holds the surface at the melting point until all of it
+is ice, and what the rest is too short for stays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from iceslide_fem.film.ice_heat import Column
+from iceslide_fem.film.integrators import InterfaceState
+from iceslide_fem.film.point import simulate
+from iceslide_fem.film.point_conditions import Conditions
+from iceslide_fem.film.point_result import PointResult
+from iceslide_fem.runtime.arrays import Array
+
+# How closely a column answers with fewer modes, relative to the tolerance.
+CONDENSED = 0.005
+# Steps in which water freezes: so many, the first relative to the whole rest.
+REST_STEPS, FIRST_REST = 80, 1e-6
+
+
+class Passes(NamedTuple):
+    """So many passes (`number`), each a `period` (s) after the one before, and what becomes of the
+    water between them; carried: fraction of the squeezed-out water that stays on the ice, if kept.
+    """
+
+    number: int
+    period: float
+    between: Literal["keep", "drain", "freeze"]
+    carried: float = 1.0
+
+
+def column_for(conditions: Conditions, passes: Passes, tolerance: float, ground: Any) -> Column:
+    """Columns of ice with the layers of one pass, as deep as all passes warm them."""
+    longest = float(conditions.duration.max())
+    times = np.array([float(conditions.duration.min()), passes.number * passes.period])
+    column = Column(conditions.temperature, times, solid=conditions.solid, ground=ground)
+    return column.condensed(CONDENSED * tolerance, longest / times[1])
+
+
+def simulate_passes(
+    conditions: Conditions, passes: Passes, ice: Column, **settings: Any
+) -> Iterator[PointResult]:
+    """The results of `point.simulate` of each pass; times within each begin at 0.
+
+    `settings` are its other arguments. Raises what it raises.
+    """
+    start = None
+    for _ in range(passes.number):
+        found = simulate(conditions, ice, start=start, **settings)
+        yield found
+        start = next_start(found.state, conditions, ice, passes)
+
+
+def next_start(
+    state: InterfaceState, conditions: Conditions, ice: Column, passes: Passes
+) -> InterfaceState:
+    """What a pass begins with after one that has left `state`."""
+    height, squeezed = conditions.loads().height(state.log_height), state.squeezed_height
+    heat, rest = state.ice, passes.period - conditions.duration
+    if passes.between == "keep":
+        squeezed = passes.carried * squeezed
+    elif passes.between == "drain":
+        height, squeezed = conditions.initial_height, np.zeros_like(squeezed)
+    else:
+        heat, water, rest = frozen(heat, height + squeezed, rest, ice)
+        height = np.maximum(np.minimum(height, water), conditions.initial_height)
+        squeezed = np.maximum(water - height, 0.0)
+    heat = ice.cooled(heat, rest)
+    films = conditions.films(height, ice.surface_temperature(heat))
+    return InterfaceState(films.log_height, squeezed, heat, state.rubber, films.internal)
+
+
+def frozen(heat: Array, water: Array, rest: Array, ice: Column) -> tuple[Array, Array, Array]:
+    """Heat state of ice below so much `water` (m, (n,)), what of it is left, and of the `rest` (s),
+    when it has frozen as far as that is long.
+
+    Implicit Euler steps, each longer than the one before by the same factor.
+    """
+    solid, rest_left = ice.solid, rest
+    ends = np.geomspace(FIRST_REST, 1.0, REST_STEPS)
+    for length in np.diff(ends, prepend=0.0):
+        if not water.any():
+            break
+        dt = np.where(water > 0.0, length * rest, 0.0)
+        surface = ice.response(heat, dt)
+        stored = solid.melting_enthalpy * water
+        with np.errstate(divide="ignore", invalid="ignore"):
+            most = np.where(dt > 0.0, stored / dt, 0.0)
+        given = dt * np.clip(surface.melted_flux, 0.0, most)
+        heat = ice.heated(heat, dt, given)
+        water = np.where(given >= stored, 0.0, water - given / solid.melting_enthalpy)
+        rest_left = rest_left - dt
+    return heat, water, rest_left
+
+
+def base_temperature(ice: Column, heat: Array, depth: float) -> Array:
+    """Temperature (K) of the ice's base, `depth` (m) down, (n,): that at first, if not reached."""
+    at_depths = ice.at_depths(heat)
+    if depth > ice.depths[-1] * (1.0 + 1e-9):
+        return np.asarray(ice.temperature + np.zeros(at_depths.shape[-1]))
+    return np.array([np.interp(depth, ice.depths, column) for column in at_depths.T])
