@@ -10,6 +10,7 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
+from iceslide_fem.output.passes import PassRow
 from iceslide_fem.output.summary import write_summary
 from iceslide_fem.output.table import Table
 from iceslide_fem.postprocess.results import Run, read_run
@@ -148,7 +149,8 @@ def _run_point(scene: Scene, out: Path, force: bool, pictures: bool) -> dict[str
     comm = _world()
     with _alone_in(out, scene, force, None, comm):
         started = monotonic()
-        rows, results = point_history(scene)
+        passes: list[PassRow] = []
+        rows, results = point_history(scene, passes.append)
         summary = _summary(scene, results, started)
 
         def write() -> None:
@@ -156,6 +158,10 @@ def _run_point(scene: Scene, out: Path, force: bool, pictures: bool) -> dict[str
             with Table(out / "history.csv", type(rows[0]), 0) as history:
                 for row in rows:
                     history.row(row)
+            if passes:
+                with Table(out / "passes.csv", PassRow, 0) as table:
+                    for one in passes:
+                        table.row(one)
             _finish(out, summary, pictures)
 
         from_root(write, comm)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iceslide_fem.film.film_between import HalfFilm
+from iceslide_fem.film.passes import Passes
 from iceslide_fem.film.point_conditions import Conditions, Loading
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
 from iceslide_fem.film.runge_kutta import INTEGRATORS
@@ -123,6 +124,14 @@ def varied_conditions(scene: Scene, **varied: ArrayLike) -> Conditions:
     fixed |= {"k": k, "D": D, "H_V": H_V, "initial_height": height}
     fixed["duration"] = np.broadcast_to(fixed["duration"], count)
     return Conditions.of(strength=strength, **fixed | varied)
+
+
+def scene_passes(scene: Scene) -> Passes:
+    """Passes of the scene over the same ice, or of rows of blocks."""
+    rubber, load, film = scene.rubber, scene.load, scene.film
+    if rubber.row_pitch is not None:
+        return Passes(rubber.rows, rubber.row_pitch / load.speeds.mean, "keep", film.water_speed)
+    return Passes(load.passes, load.period or load.duration, film.between)
 
 
 def scene_loading(scene: Scene) -> Loading | None:

@@ -93,6 +93,11 @@ class PreloadRow(NamedTuple):
     newton_iterations: int
 
 
+def columns_of(row: type[NamedTuple]) -> tuple[str, ...]:
+    """Names of a row's columns: its fields, without the underscore behind a word of Python's."""
+    return tuple(name.rstrip("_") for name in row._fields)
+
+
 class Table:
     """CSV file that grows by a row at a time and is complete after each; on rank 0 only.
 
@@ -109,7 +114,7 @@ class Table:
         Then the file keeps so many of its rows and loses those behind them. Raises OutputError,
         and SceneError, on all ranks, where the file has other columns or fewer rows.
         """
-        columns, self._path = row._fields, path
+        columns, self._path = columns_of(row), path
         self._file: TextIO | None = None
         size = 0 if keep is None else size_of_rows(Path(path), columns, keep)
         if rank > 0:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -16,30 +17,36 @@ from iceslide_fem.film.conditions import (
     simulation_settings,
 )
 from iceslide_fem.film.doubts import doubts
-from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.film.point import Conditions, PointResult, Record, ice_below, simulate
+from iceslide_fem.film.point import Conditions, PointResult, ice_below
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.points import moments
 from iceslide_fem.laws.table import law_of
+from iceslide_fem.output.passes import PassRow
 from iceslide_fem.output.table import HistoryRow
 from iceslide_fem.run.passing_point import block_rows, mean_summary
+from iceslide_fem.run.point_pass import one_pass
+from iceslide_fem.run.point_passes import passes_history
 from iceslide_fem.run.point_rows import PointRows
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.runtime.launch import rank
-from iceslide_fem.runtime.progress import LongTask
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import SAMPLED
 
 
-def point_history(scene: Scene) -> tuple[list[HistoryRow], dict[str, Any]]:
+def point_history(
+    scene: Scene, observe: Callable[[PassRow], None] = lambda row: None
+) -> tuple[list[HistoryRow], dict[str, Any]]:
     """Run `scene` at its nominal pressure; rows of `history.csv` from t = 0, and the results.
 
     The rubber's length and width only turn stresses (Pa) into forces (N) and works (J/m2) into
     J; contact is complete. Ice that slides is run for the time that it is below the block, and the
-    rows are the block's (`block_rows`). Raises SimulationStopped where no step can be made.
+    rows are the block's (`block_rows`). `observe` is called with every pass, where there are
+    several. Raises SimulationStopped where no step can be made.
     """
     law = law_of(scene)
+    if scene.several_passes:
+        rows, entries = passes_history(scene, law, observe)
+        return rows, entries | {"energy_imbalance": rows[-1].energy_imbalance}
     rows, entries = _of_film(scene, law) if law.has_film else _of_law(scene, law)
     if scene.ice.motion == "sliding":
         rows = block_rows(rows, scene)
@@ -49,33 +56,8 @@ def point_history(scene: Scene) -> tuple[list[HistoryRow], dict[str, Any]]:
 
 def _of_film(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[str, Any]]:
     """Rows and results of the film law, whose steps end on melt onset and saturation."""
-    conditions = scene_conditions(scene)
-    duration = float(conditions.duration[0])
-    log_height, squeezed, internal = law.initial(scene.initial_height, 1)
-    start = InterfaceState(log_height, squeezed, np.zeros((0, 1)), internal=internal)
-    history = PointRows(scene, law)
-    history.add(0.0, start, float(conditions.first_shear[0]), scene.ice.temperature)
-
-    with LongTask(duration, shown=rank() == 0) as shown:
-
-        def observe(record: Record) -> None:
-            state = record.step.state
-            history.add(
-                float(record.time[0]) + float(record.dt[0]),
-                state,
-                float(record.loads.shear(state, record.ice)[0]),
-                float(record.ice.surface_temperature(state.ice)[0]),
-                record.step,
-                bool(record.melting[0]),
-                bool(record.full[0]),
-            )
-            row = history.rows[-1]
-            where = f"t = {1e3 * row.time_s:.3f} of {1e3 * duration:g} ms"
-            shown.show(row.time_s, where, f"mu {row.mu:.3f}", f"step {1e3 * row.step_s:.3g} ms")
-
-        settings = simulation_settings(scene)
-        result = simulate(conditions, observe=observe, rubber=rubber_columns(scene), **settings)
-    entries, rows = point_summary(result, 0), history.rows
+    rows, result = one_pass(scene, law, scene_conditions(scene), simulation_settings(scene))
+    entries = point_summary(result, 0)
     thinnest = min(row.film_height_m for row in rows)
     melts = entries["melt_onset_s"] is not None
     dry = scene.film.dry_stress is not None

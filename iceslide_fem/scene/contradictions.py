@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from iceslide_fem.runtime.units import readable
 from iceslide_fem.scene.film import Film
 from iceslide_fem.scene.friction import Friction
 from iceslide_fem.scene.ice import Ice, Water
@@ -88,6 +89,7 @@ def check_contradictions(scene: Tables) -> None:
         )
     if scene.load.changes:
         _loads_may_change(scene)
+    _passes_follow_each_other(scene)
     if scene.film.dry_stress is not None:
         _dry_shear_has_a_motion(scene)
     _contact_is_stiff(scene)
@@ -110,6 +112,65 @@ def check_contradictions(scene: Tables) -> None:
         raise ValueError(
             "film.conductance has a meaning only with heat in the rubber; "
             "leave it out, or set rubber.heat = true"
+        )
+
+
+def _passes_follow_each_other(scene: Tables) -> None:
+    """Raise ValueError where passes, or rows of blocks, contradict the other tables."""
+    load, rubber, speeds = scene.load, scene.rubber, scene.load.speeds
+    for given, key, spacing, unit in (
+        (load.passes > 1, "load.passes", "load.period", load.period),
+        (rubber.rows > 1, "rubber.rows", "rubber.row_pitch", rubber.row_pitch),
+    ):
+        if given and unit is None:
+            raise ValueError(f"{spacing} is missing; it says how far apart {key} are")
+        if unit is not None and not given:
+            raise ValueError(f"{spacing} has a meaning only with {key} of more than 1")
+    if load.passes == 1 and rubber.rows == 1:
+        return
+    if load.passes > 1 and rubber.rows > 1:
+        raise ValueError(
+            "load.passes and rubber.rows contradict each other: rows are passes of the period "
+            "rubber.row_pitch / load.speed; allowed: one of them"
+        )
+    key = "load.passes" if load.passes > 1 else "rubber.rows"
+    if scene.model != "point":
+        raise ValueError(
+            f'{key} and model = "{scene.model}" contradict each other: passes are of points; '
+            'allowed: model = "point"'
+        )
+    if scene.friction.law != "film":
+        raise ValueError(
+            f'{key} and friction.law = "{scene.friction.law}" contradict each other; allowed: '
+            'friction.law = "film"'
+        )
+    if rubber.heat:
+        raise ValueError(
+            f"{key} and rubber.heat contradict each other: the ice rests between passes, and "
+            "nothing says what the rubber does; allowed: rubber.heat = false"
+        )
+    if scene.ice.heat == "half-space":
+        raise ValueError(
+            f'{key} and ice.heat = "half-space" contradict each other: the closed form holds for '
+            "ice that was never warmed before; allowed: ice.heat = 'column'"
+        )
+    taken = load.duration if scene.ice.motion == "attached" else rubber.length / speeds.mean
+    if rubber.rows > 1:
+        if scene.ice.motion == "attached" or load.changes:
+            raise ValueError(
+                "rubber.rows needs ice that passes below them at one speed; allowed: "
+                'ice.motion = "sliding", and load.speed and load.pressure as numbers'
+            )
+        if rubber.row_pitch is not None and not rubber.row_pitch > rubber.length:
+            raise ValueError(
+                f"rubber.row_pitch = {readable(rubber.row_pitch, 'm')} is not more than "
+                f"rubber.length = {readable(rubber.length, 'm')}; it goes from leading edge to "
+                "leading edge"
+            )
+    elif load.period is not None and not load.period > taken:
+        raise ValueError(
+            f"load.period = {readable(load.period, 's')} is not more than the "
+            f"{readable(taken, 's')} that a pass takes; it goes from beginning to beginning"
         )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from iceslide_fem.scene.course import Course
 from iceslide_fem.scene.rows import Rows, RowsOf
@@ -21,7 +21,8 @@ class Load(Table):
     """Nominal pressure (Pa), sliding speed (m/s), sliding time (s), friction before sliding.
 
     Pressure and speed are numbers, or rows of times (s) and values: `pressures` and `speeds` say
-    how they go in time, with `interpolation` between rows, times the scale of each.
+    how they go in time, with `interpolation` between rows, times the scale of each. The rubber
+    may slide over the same ice several times (`passes`), each a `period` (s) after the one before.
     """
 
     pressure: Annotated[Any, PRESSURE]
@@ -29,6 +30,8 @@ class Load(Table):
     duration: Annotated[float, Quantity("s", "1e-6 s", "100 s")]
     static_friction: Annotated[float, Quantity("", "0", "2")] = 0.1
     interpolation: Literal["linear", "smooth"] = "linear"
+    passes: Annotated[int, Field(ge=1, le=100_000)] = 1
+    period: Annotated[float, Quantity("s", "1e-6 s", "1e6 s")] | None = None
     pressure_scale: Annotated[float, Quantity("", "0.001", "1000")] = 1.0
     speed_scale: Annotated[float, Quantity("", "0.001", "1000")] = 1.0
 

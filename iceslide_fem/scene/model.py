@@ -70,6 +70,11 @@ class Scene(Table):
         return self
 
     @property
+    def several_passes(self) -> bool:
+        """Whether rubber slides over the same ice more than once."""
+        return self.load.passes > 1 or self.rubber.rows > 1
+
+    @property
     def initial_height(self) -> float:
         """h0 (m) on ice of the scene's temperature."""
         return float(self.height_on(self.ice.temperature))

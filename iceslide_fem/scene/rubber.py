@@ -59,8 +59,9 @@ class Rubber(Table):
     at the ice. `sipes`: how many evenly spaced slots across the sliding direction are cut into the
     box from below, or a list of them; `grooves` run along it; `wall_friction` is the friction
     coefficient of their walls on each other. `outline` is a file of polygons (x, y), the block seen
-    from above, instead of the rectangle. `mesh` replaces the box by a mesh file, whose coordinates
-    are in `mesh_unit`.
+    from above, instead of the rectangle. `rows` of blocks slide over the ice one after the other, a
+    `row_pitch` (m) from leading edge to leading edge. `mesh` replaces the box by a mesh file, whose
+    coordinates are in `mesh_unit`.
     """
 
     compound: str | None = None
@@ -92,6 +93,8 @@ class Rubber(Table):
     heat: Annotated[bool | Literal["mesh"], BeforeValidator(_heat)] = False
     plate: Literal["insulated", "held"] = "insulated"
     inertia: StrictBool = False
+    rows: Annotated[int, Field(ge=1, le=1000)] = 1
+    row_pitch: Length | None = None
     mesh: InputFile | None = None
     mesh_unit: Literal["m", "cm", "mm", "um", "inch"] = "m"
 

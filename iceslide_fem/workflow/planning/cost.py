@@ -79,7 +79,9 @@ def point_rows(scene: Scene) -> list[HistoryRow]:
     # a block is solved for as long as it slides, whatever the time that ice is below it
     motion = scene.ice.motion if scene.model == "point" else "attached"
     ice = scene.ice.model_copy(update={"motion": motion})
-    update: dict[str, object] = {"model": "point", "ice": ice}
+    load = scene.load.model_copy(update={"passes": 1, "period": None})
+    rubber = scene.rubber.model_copy(update={"rows": 1, "row_pitch": None})
+    update: dict[str, object] = {"model": "point", "ice": ice, "load": load, "rubber": rubber}
     if scene.model != "point":
         update["numerics"] = scene.numerics.model_copy(update={"max_step": None})
     return point_history(scene.model_copy(update=update))[0]

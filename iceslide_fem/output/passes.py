@@ -1,0 +1,41 @@
+"""Rows of `passes.csv`, and rows of a history that has several passes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from iceslide_fem.output.table import HistoryRow, row_type
+
+PASS = "pass_"  # the field of a history's row whose column is `pass`
+
+
+class PassRow(NamedTuple):
+    """A row of `passes.csv`: one pass of the rubber over the same ice (docs/outputs.md).
+
+    surface_start_C, surface_end_C: of the ice at its first and last moment; base_C: where the ice
+    ends and other layers or a base begin, at the last moment, NaN of a half-space; melt_onset_s:
+    from the pass's start, NaN where nothing melts; film and squeezed height at the end.
+    """
+
+    pass_: int
+    start_s: float
+    mu_mean: float
+    mu_peak: float
+    mu_end: float
+    melt_onset_s: float
+    surface_start_C: float
+    surface_end_C: float
+    base_C: float
+    film_height_m: float
+    squeezed_height_m: float
+    friction_work_J: float
+    steps: int
+    rejected_steps: int
+
+
+def of_pass(row: HistoryRow, number: int, start: float) -> HistoryRow:
+    """The row with the column `pass`; its time goes on from the `start` (s) of that pass."""
+    reported = row._fields[len(HistoryRow._fields) :]
+    kind = row_type((*reported, PASS))
+    values = row._asdict() | {"time_s": start + row.time_s, PASS: number}
+    return kind(**values)

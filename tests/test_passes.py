@@ -1,0 +1,185 @@
+"""Rubber over the same ice again and again: exact warming, water between passes, tables."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from iceslide_fem import reference
+from iceslide_fem.film.ice_heat import Column
+from iceslide_fem.film.passes import Passes, column_for, frozen, next_start, simulate_passes
+from iceslide_fem.film.point_conditions import Conditions
+from iceslide_fem.run.point import point_history
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene import scene_from_dict
+from iceslide_fem.scene.materials import BOTTOMLESS, ICE, MELTING_TEMPERATURE, Ground
+from iceslide_fem.scene.shear_strength import ShearStrength
+from iceslide_fem.simulate import run
+
+pytestmark = pytest.mark.quick
+FLUX, TIME = 160e3, 5e-3  # W/m2, s
+
+
+def constant_flux(celsius=-80.0):
+    """A point whose friction power is FLUX: its water is so viscous that it rubs as dry contact."""
+    k, speed = 0.4, 4.0
+    return Conditions.of(
+        strength=ShearStrength.softening(FLUX / (k * speed), np.inf, 0.5),
+        pressure=2e5,
+        speed=speed,
+        temperature=MELTING_TEMPERATURE + celsius,
+        k=k,
+        D=1e-2,
+        H_V=1e-2,
+        initial_height=0.0,
+        duration=TIME,
+        viscosity=10.0,
+    )
+
+
+def rises(conditions, passes, ground=BOTTOMLESS, tolerance=1e-3):
+    """Of the surface (K) before every next pass, and the mean rise (K) of columns to a base."""
+    ice = column_for(conditions, passes, tolerance, ground)
+    surface, mean = [], []
+    for found in simulate_passes(conditions, passes, ice, tolerance=tolerance):
+        heat = next_start(found.state, conditions, ice, passes).ice
+        surface.append(ice.surface_temperature(heat)[0] - conditions.temperature[0])
+        mean.append(ice.heat(heat)[0] / (ICE.density * ICE.heat_capacity * ground.depth))
+    return np.array(surface), np.array(mean)
+
+
+@pytest.mark.parametrize(
+    ("period", "exact"),
+    [
+        (1.0, {1: 0.2113, 10: 1.0600, 100: 3.9232}),
+        (7e-3, {1: 3.2871, 2: 5.2666, 3: 6.8215, 10: 13.9398}),
+    ],
+)
+def test_ice_warms_from_pass_to_pass_as_the_exact_series(period, exact):
+    passes = Passes(max(exact), period, "drain")
+    surface, _ = rises(constant_flux(), passes)
+    for number, rise in exact.items():
+        assert surface[number - 1] == pytest.approx(rise, rel=5e-3)
+        series = reference.rise_before_pass(FLUX, TIME, period, number)
+        assert series == pytest.approx(rise, rel=1e-4)
+
+
+def test_an_insulated_base_keeps_all_heat():
+    """q t_c / (rho c d) in every pass: 0.01967 K of 20 mm."""
+    _, mean = rises(constant_flux(), Passes(20, 1.0, "drain"), Ground(depth=0.02))
+    np.testing.assert_allclose(np.diff(mean), 0.01967, rtol=5e-3)
+
+
+def test_a_held_base_lets_the_surface_warm_to_a_steady_mean():
+    """q t_c d / (lambda period) = 7.1111 K at the surface, in the mean over a period."""
+    depth, period = 0.02, 1.0
+    conditions = constant_flux()
+    ground = Ground(depth=depth, held=float(conditions.temperature[0]))
+    ice = column_for(conditions, Passes(600, period, "drain"), 1e-3, ground)
+    heat = ice.initial(1)
+    for _ in range(600):
+        heat = ice.cooled(heat + FLUX * TIME, period)  # what a pass leaves, a period later
+    steady = FLUX * TIME * depth / (ICE.conductivity * period)
+    assert steady == pytest.approx(7.1111, rel=5e-3)
+    over = np.linspace(0.0, period, 4001)[1:]
+    surface = [ice.surface_temperature(ice.cooled(heat + FLUX * TIME, time))[0] for time in over]
+    mean = np.mean(surface) - conditions.temperature[0]
+    assert mean == pytest.approx(steady, rel=2e-2)
+
+
+def test_water_freezes_as_far_as_the_rest_is_long():
+    """A surface that jumps to T_m takes 2 e dT sqrt(t / pi); all heat is kept."""
+    ice = Column(MELTING_TEMPERATURE - 4.0, np.array([1e-4, 1.0]))
+    water, rest = np.array([1e-6, 50e-9]), np.array([1e-3, 1e-3])
+    heat, left, remaining = frozen(ice.initial(2), water, rest, ice)
+    taken = 2.0 * ICE.effusivity * 4.0 * np.sqrt(1e-3 / np.pi) / ICE.melting_enthalpy
+    assert taken < 1e-6
+    assert left[0] == pytest.approx(1e-6 - taken, rel=2e-2)
+    assert remaining[0] == pytest.approx(0.0, abs=1e-12)
+    assert left[1] == 0.0
+    assert remaining[1] > 0.0
+    np.testing.assert_allclose(ice.heat(heat), ICE.melting_enthalpy * (water - left), rtol=1e-9)
+    assert (ice.surface_temperature(heat) <= MELTING_TEMPERATURE + 1e-6).all()
+
+
+def scene(model="point", **tables):
+    whole = {
+        "name": "passes",
+        "model": model,
+        "rubber": {"compound": "B", "length": 0.02, "width": 0.02, "height": 0.01},
+        "load": {"pressure": 2e5, "speed": 4.0, "duration": TIME, "passes": 4, "period": 1.0},
+        "ice": {"temperature": 269.15, "motion": "sliding"},
+        "numerics": {"tolerance": 1e-2},
+    }
+    for table, values in tables.items():
+        whole[table] = whole.get(table, {}) | values
+    return scene_from_dict(whole)
+
+
+def test_friction_falls_from_pass_to_pass():
+    """Warm ice and water that stays lower it: kept water most, drained water least."""
+    means = {}
+    for between in ("drain", "freeze", "keep"):
+        found = []
+        point_history(scene(film={"between": between}), found.append)
+        means[between] = [row.mu_mean for row in found]
+        assert (np.diff(means[between]) < 0.0).all()
+    assert means["keep"][-1] < means["freeze"][-1] < means["drain"][-1]
+    first = {values[0] for values in means.values()}
+    alone = point_history(scene(load={"passes": 1, "period": None}))[1]["mu_mean"]
+    assert max(first) == pytest.approx(alone, rel=1e-3)
+
+
+def test_rows_of_blocks_are_passes_one_pitch_apart():
+    """Each block meets the films and the water that the one before has left."""
+    alone = {"passes": 1, "period": None}
+    found = []
+    rubber = {"rows": 4, "row_pitch": 0.028}
+    rows, entries = point_history(scene(load=alone, rubber=rubber), found.append)
+    assert entries["passes"] == 4
+    np.testing.assert_allclose([row.start_s for row in found], 7e-3 * np.arange(4))
+    again = []
+    short = {"passes": 4, "period": 7e-3}
+    point_history(scene(load=short, film={"between": "keep"}), again.append)
+    np.testing.assert_allclose(
+        [row.mu_mean for row in found], [row.mu_mean for row in again], rtol=1e-9
+    )
+
+
+def test_tables_of_a_run(tmp_path):
+    """history.csv says which pass a row is of, passes.csv has a row for each."""
+    summary = run(scene(), tmp_path, pictures=False)
+    with open(tmp_path / "history.csv", encoding="utf-8") as file:
+        history = list(csv.DictReader(file))
+    with open(tmp_path / "passes.csv", encoding="utf-8") as file:
+        passes = list(csv.DictReader(file))
+    assert [row["pass"] for row in passes] == ["1", "2", "3", "4"]
+    assert {row["pass"] for row in history} == {"1", "2", "3", "4"}
+    times = np.array([float(row["time_s"]) for row in history])
+    assert (np.diff(times) > 0.0).all()
+    assert 3.0 <= times[-1] <= 3.0 + TIME * 1.001
+    assert summary["passes"] == 4
+    assert summary["mu_mean"] == pytest.approx(np.mean([float(row["mu_mean"]) for row in passes]))
+    assert float(passes[1]["surface_start_C"]) > float(passes[0]["surface_start_C"])
+
+
+@pytest.mark.parametrize(
+    ("tables", "words"),
+    [
+        ({"load": {"period": None}}, "load.period is missing"),
+        ({"load": {"passes": 1}}, "load.period has a meaning only"),
+        ({"load": {"period": 1e-3}}, "load.period = 1 ms"),
+        ({"rubber": {"rows": 2, "row_pitch": 0.03}}, "load.passes and rubber.rows"),
+        ({"load": {"passes": 1, "period": None}, "rubber": {"rows": 2}}, "row_pitch is missing"),
+        (
+            {"load": {"passes": 1, "period": None}, "rubber": {"rows": 2, "row_pitch": 0.01}},
+            "rubber.row_pitch = 10 mm",
+        ),
+        ({"rubber": {"heat": True}}, "load.passes and rubber.heat"),
+        ({"ice": {"heat": "half-space", "motion": "attached"}}, "half-space"),
+        ({"friction": {"law": "coulomb", "mu": 0.3}}, "friction.law"),
+    ],
+)
+def test_what_contradicts_passes_is_one_sentence(tables, words):
+    with pytest.raises(SceneError, match=words):
+        scene(**tables)
