@@ -122,7 +122,7 @@ DRY = [*DRY, "ice.heat=column", "rubber.inertia=true"]
         [*PASSING, "ice.heat=column", "film.carrier=rubber", "rubber.heat=true"],
         [*PASSING, "ice.heat=continuum", "rubber.heat=true"],
         [*PASSING, "ice.heat=column", *CLOSED_SIPE],
-        pytest.param(["load.duration=0.3ms", *DRY], marks=pytest.mark.mpi),
+        ["load.duration=0.3ms", *DRY],
         pytest.param([*PASSING, *DRY], marks=pytest.mark.mpi),
         [*PASSING, *DRY, "film.carrier=rubber"],
     ],
