@@ -61,7 +61,7 @@ def test_ice_warms_from_pass_to_pass_as_the_exact_series(period, exact):
     for number, rise in exact.items():
         assert surface[number - 1] == pytest.approx(rise, rel=5e-3)
         series = reference.rise_before_pass(FLUX, TIME, period, number)
-        assert series == pytest.approx(rise, rel=1e-4)
+        assert series == pytest.approx(rise, rel=3e-4)
 
 
 def test_an_insulated_base_keeps_all_heat():
@@ -78,11 +78,11 @@ def test_a_held_base_lets_the_surface_warm_to_a_steady_mean():
     ice = column_for(conditions, Passes(600, period, "drain"), 1e-3, ground)
     heat = ice.initial(1)
     for _ in range(600):
-        heat = ice.cooled(heat + FLUX * TIME, period)  # what a pass leaves, a period later
+        heat = ice.cooled(heat + FLUX * TIME, [period])  # what a pass leaves, a period later
     steady = FLUX * TIME * depth / (ICE.conductivity * period)
     assert steady == pytest.approx(7.1111, rel=5e-3)
     over = np.linspace(0.0, period, 4001)[1:]
-    surface = [ice.surface_temperature(ice.cooled(heat + FLUX * TIME, time))[0] for time in over]
+    surface = [ice.surface_temperature(ice.cooled(heat + FLUX * TIME, [time]))[0] for time in over]
     mean = np.mean(surface) - conditions.temperature[0]
     assert mean == pytest.approx(steady, rel=2e-2)
 
@@ -90,11 +90,11 @@ def test_a_held_base_lets_the_surface_warm_to_a_steady_mean():
 def test_water_freezes_as_far_as_the_rest_is_long():
     """A surface that jumps to T_m takes 2 e dT sqrt(t / pi); all heat is kept."""
     ice = Column(MELTING_TEMPERATURE - 4.0, np.array([1e-4, 1.0]))
-    water, rest = np.array([1e-6, 50e-9]), np.array([1e-3, 1e-3])
+    water, rest = np.array([2e-6, 50e-9]), np.array([1e-3, 1e-3])
     heat, left, remaining = frozen(ice.initial(2), water, rest, ice)
     taken = 2.0 * ICE.effusivity * 4.0 * np.sqrt(1e-3 / np.pi) / ICE.melting_enthalpy
-    assert taken < 1e-6
-    assert left[0] == pytest.approx(1e-6 - taken, rel=2e-2)
+    assert taken < 2e-6
+    assert left[0] == pytest.approx(2e-6 - taken, rel=2e-2)
     assert remaining[0] == pytest.approx(0.0, abs=1e-12)
     assert left[1] == 0.0
     assert remaining[1] > 0.0
@@ -175,7 +175,7 @@ def test_tables_of_a_run(tmp_path):
             {"load": {"passes": 1, "period": None}, "rubber": {"rows": 2, "row_pitch": 0.01}},
             "rubber.row_pitch = 10 mm",
         ),
-        ({"rubber": {"heat": True}}, "load.passes and rubber.heat"),
+        ({"rubber": {"heat": True}, "ice": {"motion": "attached"}}, "passes and rubber.heat"),
         ({"ice": {"heat": "half-space", "motion": "attached"}}, "half-space"),
         ({"friction": {"law": "coulomb", "mu": 0.3}}, "friction.law"),
     ],

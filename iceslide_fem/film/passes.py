@@ -89,11 +89,10 @@ def frozen(heat: Array, water: Array, rest: Array, ice: Column) -> tuple[Array, 
         if not water.any():
             break
         dt = np.where(water > 0.0, length * rest, 0.0)
-        surface = ice.response(heat, dt)
         stored = solid.melting_enthalpy * water
         with np.errstate(divide="ignore", invalid="ignore"):
-            most = np.where(dt > 0.0, stored / dt, 0.0)
-        given = dt * np.clip(surface.melted_flux, 0.0, most)
+            given = np.clip(dt * ice.response(heat, dt).melted_flux, 0.0, stored)
+        given = np.where(dt > 0.0, given, 0.0)
         heat = ice.heated(heat, dt, given)
         water = np.where(given >= stored, 0.0, water - given / solid.melting_enthalpy)
         rest_left = rest_left - dt
