@@ -19,6 +19,10 @@ class Ledger:
     def __init__(self, sliding: Sliding) -> None:
         """Start at the present moment of `sliding`."""
         self._sliding = sliding
+        self.begin()
+
+    def begin(self) -> None:
+        """Count from the present moment on."""
         self.friction_work = self.load_work = 0.0
         self.ice_heat = self.rubber_heat = self.latent_heat = self.wall_heat = 0.0
         self.elastic_energy = self.kinetic_energy = 0.0

@@ -84,6 +84,7 @@ def checkpoint_tables(sliding: Sliding) -> dict[str, Any]:
     films = {"log_height": state.log_height, "squeezed_height": state.squeezed_height}
     return {
         "time": now.time,
+        "pass": sliding.number,
         "step": now.dt,
         "film_step": now.film_dt,
         "solved": now.motion[:4],
@@ -122,6 +123,7 @@ def resumed(
     nodes = {name: v.T.ravel() for name, v in node_layout(block).own(kept("nodes")).items()}
     block.rubber.u.x.array[:] = nodes["start"]  # where the ice was meshed
     sliding = Sliding(block, layers_for=state["layers_for"])
+    sliding.number = state.get("pass", 1)
     frame = sliding.frame
     layouts = layouts_of(block, frame)
     points, films = layouts.points.own(kept("points")), layouts.films.own(kept("films"))

@@ -18,6 +18,8 @@ from iceslide_fem.coupling.step_error import StepError, StepRejected
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.build import film_frame_of
 from iceslide_fem.interface.film_frame import ContactLoads
+from iceslide_fem.interface.on_rubber import Attached
+from iceslide_fem.interface.resting import Rest
 from iceslide_fem.mesh.ice import cells_in_a_step
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.time_discretisation import Dynamic, MotionLaw, QuasiStatic, motion_at_rest
@@ -56,7 +58,7 @@ class Sliding:
         """
         scene = block.scene
         self.block = block
-        self._duration = scene.load.duration
+        self._duration, self.number = scene.load.duration, 1
         self.layers_for = layers_for or self._duration
         self.frame = film_frame_of(block, self.layers_for)
         self.motion_law = _motion_law(block)
@@ -70,12 +72,17 @@ class Sliding:
         self._dt = min(first, self._longest)
         self._film_dt = self._dt
         interface = self.frame.start(scene.initial_height, block.surface.n_points)
-        loads, motion = plate.first_loads(), motion_at_rest(block.rubber.u.x.array)
-        self._start = motion.displacements
+        self._start = block.rubber.u.x.array.copy()
+        self.current = self._at_rest(0.0, interface)
+
+    def _at_rest(self, time: float, interface: InterfaceState) -> CoupledState:
+        """A pass that begins at `time` (s) with the block's present displacements. Collective."""
+        block, loads = self.block, self._plate.first_loads()
+        motion = motion_at_rest(block.rubber.u.x.array)._replace(time=time)
         shear = self.shear(interface, loads)
         mechanics = mechanics_of(block, shear, loads.area, self.motion_law, motion)
-        self.current = CoupledState(
-            time=0.0,
+        return CoupledState(
+            time=time,
             motion=motion,
             contact=block.contact,
             loads=loads,
@@ -86,6 +93,45 @@ class Sliding:
             stick_points=block.stick_points,
             largest_friction_force=mechanics.friction_force,
         )
+
+    @property
+    def pass_is_over(self) -> bool:
+        """Whether a pass has ended and another one is to come."""
+        return self._end <= self.current.time < self.block.scene.load.sliding_time
+
+    @property
+    def _end(self) -> float:
+        """When this pass ends, s."""
+        return self.number * self._duration
+
+    def begin_pass(self) -> None:
+        """Rest, and begin the next pass: the block is as it was at t = 0, on the ice as it is now.
+        Collective. Raises SimulationStopped where that has no equilibrium.
+        """
+        block, scene, frame = self.block, self.block.scene, self.frame
+        assert isinstance(frame, Attached)  # only attached ice has passes
+        block.rubber.u.x.array[:] = self._start
+        block.equilibrium.forget()
+        loads = self._plate.first_loads()
+        rest = Rest(scene.load.rest, self._duration, scene.film.between)
+        speed = np.full(block.surface.weights.shape, scene.load.speeds.first)
+        try:
+            before, height = self.current.interface, scene.initial_height
+            interface = frame.rested(
+                before, loads, rest, height, scene.ice.solid, block.surface.comm
+            )
+            sheared = self.frame.sheared(interface, loads)
+            law = block.sliding(sheared, lambda _: (speed, 0.0))
+            block.balance(law, friction=block.friction_force(sheared))
+        except NotConverged as reason:
+            raise SimulationStopped(
+                f"the run stops at the beginning of pass {self.number + 1}: the block finds no "
+                f"equilibrium on the ice that pass {self.number} has left ({reason})"
+            ) from reason
+        self.current = self._at_rest(self._end, interface)
+        self.number += 1
+        first = FIRST_STEP * self._duration if self._step.adaptive else np.inf
+        self._dt = self._film_dt = min(first, self._longest)
 
     def checkpoint_state(self) -> CheckpointState:
         """All that later steps depend on, of this rank."""
@@ -136,7 +182,9 @@ class Sliding:
     @property
     def moment(self) -> str:
         """The present moment, in words."""
-        return f"t = {1e3 * self.current.time:.4g} ms of {1e3 * self._duration:.4g} ms"
+        load = self.block.scene.load
+        moment = f"t = {1e3 * self.current.time:.4g} ms of {1e3 * load.sliding_time:.4g} ms"
+        return moment if load.passes == 1 else f"{moment} of sliding, in pass {self.number}"
 
     @property
     def n_dofs(self) -> int:
@@ -144,8 +192,8 @@ class Sliding:
         return self.block.rubber.n_dofs + self.frame.ice.n_dofs
 
     def steps(self, between_trials: Rejection = lambda dt, reason: None) -> Iterator[AcceptedStep]:
-        """All steps to the end of the slide (see `advance`), each committed when it is yielded."""
-        while self.current.time < self._duration:
+        """All steps to the end of the pass (see `advance`), each committed when it is yielded."""
+        while self.current.time < self._end:
             yield self.advance(between_trials)
 
     def advance(self, between_trials: Rejection = lambda dt, reason: None) -> AcceptedStep:
@@ -157,7 +205,7 @@ class Sliding:
         """
         rejected = 0
         values = self.block.rubber.u.x.array
-        left = self._duration - self.current.time
+        left = self._end - self.current.time
         corner = self._plate.next_corner(self.current.time) - self.current.time
         while True:
             dt = min(self._dt, left, corner)
@@ -183,7 +231,7 @@ class Sliding:
             self.current = trial.state
             self.block.set_stick_points(trial.state.stick_points)
             if last:
-                self.current = self.current._replace(time=self._duration)
+                self.current = self.current._replace(time=self._end)
             following = trial.next_dt
             if self._step.adaptive:
                 if rejected or trial.dt < dt:  # what was too long is so in the next step, too

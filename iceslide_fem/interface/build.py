@@ -40,7 +40,8 @@ def film_frame_of(block: Block, layers_for: float | None = None) -> Attached | O
     as the scene's duration wants; by default that is the same.
     """
     ice, duration = block.scene.ice, block.scene.load.duration
-    times = np.array([duration if layers_for is None else layers_for, duration])
+    whole = block.scene.load.heated_for
+    times = np.array([duration if layers_for is None else layers_for, whole])
     if ice.motion == "attached":
         return ATTACHED[ice.heat](block, times)
     return _sliding(block, times)

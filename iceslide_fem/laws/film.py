@@ -79,6 +79,13 @@ class FilmLaw:
         """Films of the height (m), nothing squeezed out; with a table ln(eta / eta_0) = 0."""
         return np.full(n, np.log(film_height)), np.zeros(n), np.zeros((len(self.columns), n))
 
+    def films(self, height: Array, temperature: Array) -> tuple[Array, Array]:
+        """ln h and internal variables of films of the height (m) on ice of that temperature (K)."""
+        if self.table is None:
+            return np.log(height), np.zeros((0, height.size))
+        viscosity = VariableViscosity(self.table, self.viscosity)
+        return np.log(height), viscosity(temperature)[None]
+
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
         """Shear of films as they are in `state`, whatever the temperature."""
         return self.over(np.exp(-log_shearing(state)))

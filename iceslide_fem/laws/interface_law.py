@@ -60,6 +60,11 @@ class InterfaceLaw(Protocol):
     def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
         """ln h (h in m), H_s (m) and internal variables (m, n) of `n` points at the start."""
 
+    def films(self, height: Array, temperature: Array) -> tuple[Array, Array]:
+        """What `initial` says of ln h and internal variables, of films of the height (m) on ice
+        whose surface has the temperature (K), (n,).
+        """
+
     def loads(self, pressure: Array, speed: Array) -> Loads:
         """What acts at local `pressure` (Pa) and slip `speed` (m/s), (n,)."""
 

@@ -26,13 +26,14 @@ class LimitedFilm(FilmLaw):
     """The film law with a `limit`.
 
     At the start tau_b is the `first_strength` (Pa), under films of the `first_height` (m) and at
-    the slip speed `first_speed` (m/s).
+    the slip speed `first_speed` (m/s). The ice melts at the `melting_temperature` (K).
     """
 
     limit: LimitingShear
     first_strength: float
     first_speed: float
     first_height: float
+    melting_temperature: float
     name: ClassVar[str] = "film with a limiting shear stress"
     viscous: ClassVar[bool] = False
 
@@ -62,6 +63,12 @@ class LimitedFilm(FilmLaw):
         strength, speed = np.full(n, self.first_strength), np.full(n, self.first_speed)
         internal = self.limit.internal(height, speed, strength)
         return self.limit.log_height(height), np.zeros(n), internal
+
+    def films(self, height: Array, temperature: Array) -> tuple[Array, Array]:
+        """ln(h + s) and internal variables, with tau_b at the temperature (K)."""
+        strength = self.limit.strength(np.maximum(self.melting_temperature - temperature, 0.0))
+        speed = np.full_like(height, self.first_speed)
+        return self.limit.log_height(height), self.limit.internal(height, speed, strength)
 
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
         """Shear of films as they are in `state`, of the strength that they have there."""
@@ -119,4 +126,5 @@ def limited_film(scene: Scene, strength: ShearStrength) -> LimitedFilm:
         first_strength=float(first[0]),
         first_speed=speeds.first,
         first_height=scene.initial_height,
+        melting_temperature=scene.ice.melting_temperature,
     )

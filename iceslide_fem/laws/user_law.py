@@ -58,6 +58,10 @@ class UserLaw:
         """No film, nothing squeezed out, and the law's own state of `n` points."""
         return np.full(n, np.log(NO_FILM)), np.zeros(n), self._internal(n)
 
+    def films(self, height: Array, temperature: Array) -> tuple[Array, Array]:
+        """No film, and the law's own state at the start."""
+        return np.full_like(height, np.log(NO_FILM)), self._internal(height.size)
+
     def loads(self, pressure: Array, speed: Array) -> UserLoads:
         """Loads at local `pressure` (Pa) and `speed` (m/s)."""
         return UserLoads(self, np.maximum(pressure, 0.0), speed)

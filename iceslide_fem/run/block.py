@@ -16,9 +16,17 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.heat.linear import check_options
 from iceslide_fem.output.history import internal_names, preload_row, slide_row
 from iceslide_fem.output.log import Log
+from iceslide_fem.output.passes import PASS
 from iceslide_fem.output.probes import ProbeRow, Probes
 from iceslide_fem.output.summary import notify_next_run
-from iceslide_fem.output.table import PreloadRow, Table, row_type, size_of_rows
+from iceslide_fem.output.table import (
+    HistoryRow,
+    PreloadRow,
+    Table,
+    columns_of,
+    row_type,
+    size_of_rows,
+)
 from iceslide_fem.rubber.block import Block, build_block
 from iceslide_fem.rubber.press import PathPoint, press, start_sliding
 from iceslide_fem.run.checkpoint import (
@@ -39,6 +47,7 @@ from iceslide_fem.run.observers import (
     Watch,
 )
 from iceslide_fem.run.pace import Pace, TimeLimit
+from iceslide_fem.run.pass_series import PassSeries
 from iceslide_fem.run.progress import Progress
 from iceslide_fem.run.schedule import Schedule
 from iceslide_fem.run.summary import Results
@@ -81,7 +90,7 @@ def run_block(
         with (
             failing_together(comm, note),
             Interruption(comm) as interruption,
-            Progress(comm.rank, scene.load.duration) as progress,
+            Progress(comm.rank, scene.load.sliding_time) as progress,
         ):
             watch = Watch(out, schedule, results, progress, interruption, log, limit)
             limit.handle_signals("when its mesh is made")
@@ -94,7 +103,7 @@ def run_block(
             _slide(*before, probes, watch, state)
             for warning in results.entries()["warnings"]:
                 log("warning", text=warning)
-            log("end", time_s=scene.load.duration)
+            log("end", time_s=scene.load.sliding_time)
     except (SimulationStopped, Interrupted) as reason:
         return results.entries(), reason
     return results.entries(), None
@@ -144,9 +153,7 @@ def _before(
         ledger = Ledger(sliding)
         ledger.restore(state["ledger"])
         results.restore(state["results"])
-        size_of_rows(
-            out / "history.csv", row_type(internal_names(sliding))._fields, len(results.rows)
-        )
+        size_of_rows(out / "history.csv", columns_of(history_type(sliding)), len(results.rows))
         if state["probes"]:
             size_of_rows(out / "probes.csv", ProbeRow._fields, state["probes"])
     return sliding, ledger
@@ -163,23 +170,27 @@ def _slide(
     watch.log("slide", time_s=sliding.current.time, unknowns=results.dofs)
     with ExitStack() as open_files:
         rows = len(results.rows) if state else None
-        kind = row_type(internal_names(sliding))
+        kind = history_type(sliding)
         history = open_files.enter_context(Table(out / "history.csv", kind, comm.rank, rows))
         earlier = from_root(lambda: fields_there(out, state), comm)
         fields = FieldSeries(out / "fields", sliding, earlier, watch.log)
         probing = ProbeSeries(out / "probes.csv", probes, state.get("probes"), comm.rank)
         open_files.enter_context(probing)
+        passes = PassSeries(out / "passes.csv", sliding, state.get("passes"))
+        open_files.enter_context(passes)
         parts: dict[str, Callable[[], Any]] = {
+            "passes": passes.state,
             "sliding": functools.partial(checkpoint_tables, sliding),
             "ledger": ledger.state,
             "results": results.state,
             "fields": fields.state,
             "probes": probing.state,
         }
-        checkpoints = Checkpoints(out, sliding, parts, [history, probing], watch)
+        checkpoints = Checkpoints(out, sliding, parts, [history, probing, passes], watch)
         stops = Stops(sliding, checkpoints, watch)
         observers: list[Observer] = [
-            lambda step: history.row(step.row),
+            lambda step: history.row(step.history_row),
+            passes,
             results,
             fields,
             probing,
@@ -193,12 +204,26 @@ def _slide(
                 observe(step)
 
 
+def history_type(sliding: Sliding) -> type[HistoryRow]:
+    """The type of the rows of `history.csv`."""
+    several = sliding.block.scene.load.passes > 1
+    return row_type((*internal_names(sliding), *((PASS,) if several else ())))
+
+
 def _steps(
     sliding: Sliding, ledger: Ledger, refused: Rejection, begins: bool
 ) -> Iterator[Observation]:
-    """What there is to observe: t = 0, if the slide `begins`, and every accepted step."""
+    """What there is to observe: t = 0, if the slide `begins`, every accepted step, and the
+    beginning of every pass.
+    """
     if begins:
         yield Observation(sliding, None, slide_row(sliding, ledger, None))
-    for accepted in sliding.steps(refused):
-        ledger.add(accepted)
-        yield Observation(sliding, accepted, slide_row(sliding, ledger, accepted))
+    while True:
+        for accepted in sliding.steps(refused):
+            ledger.add(accepted)
+            yield Observation(sliding, accepted, slide_row(sliding, ledger, accepted))
+        if not sliding.pass_is_over:
+            return
+        sliding.begin_pass()
+        ledger.begin()
+        yield Observation(sliding, None, slide_row(sliding, ledger, None))

@@ -44,7 +44,7 @@ from iceslide_fem.scene.toml import key_and_text, override
 FILE = "checkpoint"
 FINISHED = "finished"  # the last one of a run that has ended
 # What a run that goes on needs.
-TABLES = "history.csv", "preload.csv", "probes.csv", "log.jsonl"
+TABLES = "history.csv", "passes.csv", "preload.csv", "probes.csv", "log.jsonl"
 GOES_ON = (FILE, FINISHED, PATTERN, *TABLES, "fields")
 _FIRST_LINE = b"iceslide_fem checkpoint 2\n"
 # What reading or using foreign content ends in; none of it is a fault of the program.
@@ -183,6 +183,11 @@ def read_changed(folder: Path, changes: Sequence[str]) -> Checkpoint:
         override(changed, change)
     scene = scene_from_dict(changed)
     duration, first = scene.load.duration, before.load.duration
+    if scene.load.passes > 1 and duration != first:
+        raise SceneError(
+            f"the run in {folder} has {scene.load.passes} passes, each as long as load.duration; "
+            "it cannot be changed"
+        )
     if duration < first or (duration == first and name == FINISHED):
         raise SceneError(
             f"load.duration = {1e3 * duration:.4g} ms does not let the run in {folder} go on; "
@@ -225,7 +230,7 @@ def _check(state: Mapping[str, Any], scene: Scene) -> None:
     if not state:
         return
     sliding = state["sliding"]
-    time, step, duration = sliding["time"], sliding["step"], scene.load.duration
+    time, step, duration = sliding["time"], sliding["step"], scene.load.sliding_time
     if not 0.0 <= time <= duration or not 0.0 < step:
         raise ValueError(f"time {time} s, step {step} s in a run of {duration} s")
     for key, value in flat(state).items():

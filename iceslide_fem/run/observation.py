@@ -6,6 +6,7 @@ from typing import NamedTuple, Protocol
 
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import AcceptedStep
+from iceslide_fem.output.passes import of_pass
 from iceslide_fem.output.table import HistoryRow
 
 
@@ -18,8 +19,16 @@ class Observation(NamedTuple):
 
     @property
     def time(self) -> float:
-        """Sliding time, s."""
+        """Sliding time of all passes, s."""
         return self.sliding.current.time
+
+    @property
+    def history_row(self) -> HistoryRow:
+        """The row of `history.csv`: of several passes it says which, and its time counts rests."""
+        load, number = self.sliding.block.scene.load, self.sliding.number
+        if load.passes == 1:
+            return self.row
+        return of_pass(self.row, number, (number - 1) * load.rest)
 
     @property
     def solved(self) -> bool:

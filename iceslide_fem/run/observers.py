@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Protocol, Self
 
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.output.block_fields import BlockFields
@@ -49,7 +49,7 @@ class FieldSeries:
         self._fields = BlockFields(sliding, scene.output.fields)
         self._files = Fields(folder, sliding.block.surface.comm, earlier)
         since = sliding.current.time if earlier else None
-        self._due = FieldTimes(scene.output.times, scene.load.duration, since)
+        self._due = FieldTimes(scene.output.times, scene.load.sliding_time, since)
 
     def state(self) -> list[dict[str, Any]]:
         """Times and files written so far."""
@@ -100,6 +100,13 @@ class ProbeSeries:
             self._table.close()
 
 
+class Secured(Protocol):
+    """A table on the disk."""
+
+    def secure(self) -> None:
+        """Return when all rows are on the disk."""
+
+
 class Checkpoints:
     """Writes checkpoints when they are due; `save` writes one at once."""
 
@@ -108,7 +115,7 @@ class Checkpoints:
         folder: Path,
         sliding: Sliding,
         parts: Mapping[str, Callable[[], Any]],
-        tables: Sequence[Table | ProbeSeries],
+        tables: Sequence[Secured],
         watch: Watch,
     ) -> None:
         """A checkpoint holds what `parts` give, by their names; `tables` are secured before.
@@ -121,7 +128,7 @@ class Checkpoints:
 
     def __call__(self, step: Observation) -> None:
         """Save if it is due, at t = 0 and at the end."""
-        ends = step.time >= self._sliding.block.scene.load.duration
+        ends = step.time >= self._sliding.block.scene.load.sliding_time
         if self._due(step.time) or step.accepted is None or ends:
             self.save()
 
@@ -143,7 +150,7 @@ class Stops:
 
     def __call__(self, step: Observation) -> None:
         """Raise Interrupted if a signal has come, SimulationStopped if time is over."""
-        if step.time < step.sliding.block.scene.load.duration:
+        if step.time < step.sliding.block.scene.load.sliding_time:
             self._heed()
 
     def refused(self, dt: float, reason: Exception) -> None:

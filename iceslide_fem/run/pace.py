@@ -50,7 +50,10 @@ class Pace:
         """`save` writes a checkpoint; `clock` gives seconds."""
         self._sliding, self._save, self._clock = sliding, save, clock
         scene = sliding.block.scene
-        self._limited, self._duration = scene.numerics.time_limit is not None, scene.load.duration
+        self._limited, self._duration = (
+            scene.numerics.time_limit is not None,
+            scene.load.sliding_time,
+        )
         self._fewest_left = float("inf")
         self._steps, self._before = 0, (sliding.current.time, self._now())
 

@@ -65,7 +65,7 @@ class Results:
         """Entries of `summary.json` that follow from the history; none if it has no row."""
         if not self.rows:
             return {}
-        time, mu = np.array(self.rows).T
+        time, mu = np.array(self.rows).T  # sliding time, without rests
         peak = int(mu.argmax())
         span = time[-1] - time[0]
         return {

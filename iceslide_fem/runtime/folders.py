@@ -34,6 +34,7 @@ RESULTS = {
         "summary.json",
         "stopped.txt",
         "history.csv",
+        "passes.csv",
         "preload.csv",
         "probes.csv",
         "log.jsonl",

@@ -135,10 +135,7 @@ def _passes_follow_each_other(scene: Tables) -> None:
         )
     key = "load.passes" if load.passes > 1 else "rubber.rows"
     if scene.model != "point":
-        raise ValueError(
-            f'{key} and model = "{scene.model}" contradict each other: passes are of points; '
-            'allowed: model = "point"'
-        )
+        _blocks_pass(scene, key)
     if scene.friction.law != "film":
         raise ValueError(
             f'{key} and friction.law = "{scene.friction.law}" contradict each other; allowed: '
@@ -172,6 +169,21 @@ def _passes_follow_each_other(scene: Tables) -> None:
             f"load.period = {readable(load.period, 's')} is not more than the "
             f"{readable(taken, 's')} that a pass takes; it goes from beginning to beginning"
         )
+
+
+def _blocks_pass(scene: Tables, key: str) -> None:
+    """Raise ValueError where passes of a slice or block contradict the other tables."""
+    for wrong, what, allowed in (
+        (scene.rubber.rows > 1, "rubber.rows", 'model = "point"'),
+        (scene.ice.motion == "sliding", 'ice.motion = "sliding"', "ice.motion = 'attached'"),
+        (scene.load.changes, "rows of load.pressure or load.speed", "numbers"),
+        (scene.rubber.wall_friction > 0.0, "rubber.wall_friction", "0"),
+    ):
+        if wrong:
+            raise ValueError(
+                f'{key}, model = "{scene.model}" and {what} contradict each other; allowed: '
+                f'{allowed}, or model = "point"'
+            )
 
 
 def _dry_shear_has_a_motion(scene: Tables) -> None:

@@ -73,6 +73,21 @@ class Load(Table):
         return self._course(self.speed, self.speed_scale)
 
     @property
+    def rest(self) -> float:
+        """How long (s) the ice rests between two passes of this duration."""
+        return 0.0 if self.period is None else self.period - self.duration
+
+    @property
+    def sliding_time(self) -> float:
+        """Of all passes, s, without the rests between them."""
+        return self.passes * self.duration
+
+    @property
+    def heated_for(self) -> float:
+        """How long (s) heat is in the ice, from the first pass to the end of the last."""
+        return self.sliding_time + (self.passes - 1) * self.rest
+
+    @property
     def changes(self) -> bool:
         """Whether pressure or speed go in time."""
         return not (self.pressures.is_constant and self.speeds.is_constant)
