@@ -324,6 +324,10 @@ def test_the_cases_are_valid_and_named_after_their_files(path):
         assert [layer.thickness for layer in scene.ice.stack] == [1e-3, 10e-3]
         assert scene.ice.held == scene.ice.temperature == pytest.approx(263.15)
         return
+    if path.stem in ("cold_point", "cold_block"):
+        assert scene.film.dry_shear.softens and scene.initial_height == 0.0
+        assert scene.rubber.inertia == (scene.model != "point")
+        return
     if path.stem == "user_mesh":
         assert scene.rubber.mesh is not None and scene.rubber.mesh.is_file()
         return
