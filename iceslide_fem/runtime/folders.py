@@ -35,6 +35,7 @@ RESULTS = {
         "stopped.txt",
         "history.csv",
         "preload.csv",
+        "passes.csv",
         "probes.csv",
         "log.jsonl",
         "report.png",
