@@ -16,8 +16,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from iceslide_fem.postprocess.results.passes import sliding_time
 from iceslide_fem.run.checkpoint import FILE as CHECKPOINT
 from iceslide_fem.run.model_levels import resolved
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import check_writable
 from iceslide_fem.runtime.folders import check_folder
@@ -58,12 +62,14 @@ class StartedRun:
     def progress(self, known: int = 0) -> dict[str, Any]:
         """How far it has come: state, phase, fraction of the duration (0 to 1), what it said last.
 
-        rows: time (ms) and mu of the accepted steps from the `known`-th on.
+        rows: sliding time (ms), without rests between passes, and mu of the accepted steps from the
+        `known`-th on.
         """
         rows = self._rows("history.csv")
         code = self.process.poll()
         said = self.log.read_text(encoding="utf-8", errors="replace")
-        last = rows[-1][0] / self.scene.load.duration if rows else 0.0
+        passes = max(self.scene.load.passes, self.scene.rubber.rows)
+        last = rows[-1][0] / (passes * self.scene.load.duration) if rows else 0.0
         return {
             "name": self.scene.name,
             "folder": str(self.folder),
@@ -103,15 +109,21 @@ class StartedRun:
             return False
 
     def _rows(self, name: str) -> list[tuple[float, float]]:
-        """time (s) and mu of the whole rows of the history."""
+        """Sliding time (s) and mu of the whole rows of the history."""
         path = self.folder / name
         if not self._is_new(path):
             return []
         head, *lines = path.read_text(encoding="utf-8").split("\n")[:-1] or [""]
         columns = head.split(",")
-        time_s, mu = columns.index("time_s"), columns.index("mu")
-        cells = (line.split(",") for line in lines)
-        return [(float(row[time_s]), float(row[mu])) for row in cells]
+        cells = [line.split(",") for line in lines]
+        table: dict[str, Array] = {
+            name: np.array([float(row[columns.index(name)]) for row in cells])
+            for name in ("time_s", "step_s", "mu", "pass")
+            if name in columns
+        }
+        if not cells:
+            return []
+        return list(zip(sliding_time(table).tolist(), table["mu"].tolist(), strict=True))
 
 
 class Runs:

@@ -36,6 +36,7 @@ RESULTS = {
         "history.csv",
         "passes.csv",
         "preload.csv",
+        "passes.csv",
         "probes.csv",
         "log.jsonl",
         "report.png",

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from iceslide_fem.output.summary import word_of
-from iceslide_fem.postprocess.report.curves import QUANTITIES, TIME, charts_of, charts_of_one
+from iceslide_fem.postprocess.report.curves import QUANTITIES, TIME
 from iceslide_fem.postprocess.report.fields import fields_of
 from iceslide_fem.postprocess.report.page import Cell, Chart, Curve, Page, Section, Table, Text
+from iceslide_fem.postprocess.report.pass_charts import charts_of_run
 from iceslide_fem.postprocess.report.words import (
     again,
     all_keys,
@@ -20,6 +21,7 @@ from iceslide_fem.postprocess.report.words import (
     section_again,
 )
 from iceslide_fem.postprocess.results import Run
+from iceslide_fem.postprocess.results.passes import sliding_time
 from iceslide_fem.postprocess.results.run_directory import read_table
 from iceslide_fem.run.checkpoint import scene_there
 from iceslide_fem.runtime.errors import SceneError
@@ -30,6 +32,7 @@ RESULTS = {
     "mu_peak": ("largest mu", 1.0, "", True),
     "mu_peak_time_s": ("reached after", 1e3, "ms", False),
     "mu_mean": ("mean mu", 1.0, "", True),
+    "mu_mean_last_pass": ("mean mu of the last pass", 1.0, "", True),
     "mu_end": ("mu at the end", 1.0, "", True),
     "melt_onset_s": ("ice melts from", 1e3, "ms", False),
     "saturation_s": ("free volume full from", 1e3, "ms", False),
@@ -54,7 +57,7 @@ def page_of_run(run: Run, stopped: str = "") -> Page:
         sections=[
             Section("results", "Results", [results_of({run.scene["name"]: run}), of_error(run)]),
             Section("warnings", "Warnings", doubts_of(run, simplified)),
-            Section("curves", "Curves", [*charts_of({"this run": run}), *charts_of_one(run)]),
+            Section("curves", "Curves", charts_of_run(run)),
             *([over_time] if fields else []),
             *section_again(run, left),
         ],
@@ -79,6 +82,8 @@ def results_of(runs: dict[str, Run]) -> Table:
 def _result(run: Run, value: float | None, factor: float, unit: str, has_error: bool) -> str:
     if value is None:
         return "did not happen"
+    if run.passes and unit == "ms":  # since the first pass began
+        return f"{value:.4g} s, rests included"
     if not has_error:
         return f"{factor * value:.4g} {unit}".strip()
     error = run.scene["numerics"]["tolerance"] * abs(value)
@@ -115,10 +120,10 @@ def page_of_unfinished(folder: Path) -> Page:
     charts = []
     for quantity in QUANTITIES if rows > 1 else ():
         values = quantity.factor * history[quantity.column]
-        curve = Curve("until then", 1e3 * history["time_s"], values)
+        curve = Curve("until then", 1e3 * sliding_time(history), values)
         says = f"From {values[0]:.4g} to {values[-1]:.4g}"
         charts.append(Chart(quantity.column, quantity.title, says, TIME, quantity.axis, [curve]))
-    end = 1e3 * float(history["time_s"][-1]) if rows else 0.0
+    end = 1e3 * float(sliding_time(history)[-1]) if rows else 0.0
     on = (
         f"iceslide run --restart {folder} goes on from its last checkpoint."
         if (folder / "checkpoint").is_file()

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from iceslide_fem.postprocess.report.curves import charts_of
 from iceslide_fem.postprocess.report.of_run import of_error, results_of
 from iceslide_fem.postprocess.report.page import (
     Cell,
@@ -17,6 +16,7 @@ from iceslide_fem.postprocess.report.page import (
     Text,
     cells,
 )
+from iceslide_fem.postprocess.report.pass_charts import charts_of_runs
 from iceslide_fem.postprocess.report.words import (
     again,
     all_keys,
@@ -52,7 +52,7 @@ def page_of_runs(folders: list[Path]) -> Page:
             Section("scenes", "In what they differ", [changed if changed.rows else same]),
             Section("results", "Results", [results_of(runs), of_error(*runs.values())]),
             Section("differences", f"mu(t) against {first}", [_distances(others, runs[first])]),
-            Section("curves", "Curves", charts_of(runs)),
+            Section("curves", "Curves", charts_of_runs(runs)),
             _warnings(runs),
             Section(
                 "again",
@@ -90,7 +90,7 @@ def _distances(others: dict[str, Run], first: Run) -> Table:
     rows = []
     for name, run in others.items():
         largest, rms = largest_and_rms(run, first)
-        end = min(float(each.history["time_s"][-1]) for each in (run, first))
+        end = min(float(each.sliding_time[-1]) for each in (run, first))
         rows.append(cells(name, f"{largest:.2%}", f"{rms:.2%}", f"{1e3 * end:.4g} ms"))
     head = ["", "largest", "rms", "until"]
     return Table("Relative difference of mu at equal times", head, rows)
@@ -136,9 +136,13 @@ def page_of_ladder(folder: Path, summaries: list[Path]) -> Page:
                 "The ladder",
                 [Table("Levels in the order of what they leave out", head, rows)],
             ),
-            Section("curves", "Curves", [*([cost] if seconds else []), *charts_of(named)]),
+            Section("curves", "Curves", [*([cost] if seconds else []), *charts_of_runs(named)]),
             _warnings(named),
-            Section("neglected", "What the finest level leaves out", neglected(left_out(finest))),
+            Section(
+                "neglected",
+                "What the finest level leaves out",
+                neglected(left_out(finest), finest.scene),
+            ),
             Section(
                 "again",
                 "Run it again",

@@ -30,6 +30,12 @@ _HEAT = {
     "mesh": "on a finite element mesh",
 }
 
+_BETWEEN = {
+    "freeze": "water freezes as far as the rest lets it",
+    "drain": "water is gone",
+    "keep": "the water that stays on the ice is kept",
+}
+
 
 def in_words(scene: Mapping[str, Any]) -> str:
     """What a scene, as it was resolved, simulates: a few sentences."""
@@ -44,7 +50,8 @@ def in_words(scene: Mapping[str, Any]) -> str:
     return (
         f"A rubber block{own} ({compound}) is pressed on ice at "
         f"{ice['temperature'] - ZERO_CELSIUS:.4g} °C with {load_range(load['pressure'], BAR)} bar "
-        f"and slides at {load_range(load['speed'], 1.0)} m/s for {MS * load['duration']:.4g} ms. "
+        f"and slides at {load_range(load['speed'], 1.0)} m/s for {MS * load['duration']:.4g} ms."
+        f"{_passes(scene)} "
         f"It is computed {_MODELS[scene['model']]}. The ice {passing}"
         f"{carried if ice['motion'] == 'sliding' else ''}; heat in it is computed "
         f"{_HEAT[ice['heat']]}, {'with' if rubber.get('heat') else 'without'} heat in the rubber. "
@@ -52,6 +59,27 @@ def in_words(scene: Mapping[str, Any]) -> str:
         f"Steps and layers are chosen for a relative error of mu(t) of "
         f"{scene['numerics']['tolerance']:g}."
     )
+
+
+def _passes(scene: Mapping[str, Any]) -> str:
+    """How often the same ice is slid over, as a sentence, if more than once."""
+    load, rubber = scene["load"], scene["rubber"]
+    if rubber.get("rows", 1) > 1:
+        return (
+            f" {rubber['rows']} such blocks follow each other, {MM * rubber['row_pitch']:.4g} mm "
+            f"from leading edge to leading edge; {_BETWEEN['keep']}."
+        )
+    if load.get("passes", 1) > 1:
+        return (
+            f" It slides over the same ice {load['passes']} times, once every "
+            f"{load['period']:.4g} s; between passes {_BETWEEN[_between(scene)]}."
+        )
+    return ""
+
+
+def _between(scene: Mapping[str, Any]) -> str:
+    """What becomes of water between passes; rows of blocks keep it."""
+    return "keep" if scene["rubber"].get("rows", 1) > 1 else str(scene["film"]["between"])
 
 
 def _law(scene: Mapping[str, Any], film: Mapping[str, Any]) -> str:
@@ -93,12 +121,12 @@ def left_out(run: Run) -> LeftOut:
         return str(reason)
 
 
-def neglected(left: LeftOut) -> list[Text | Table]:
+def neglected(left: LeftOut, scene: Mapping[str, Any]) -> list[Text | Table]:
     """The simplifications in words and as a table."""
     always = Text(
         "Every model here takes the ice as rigid and smooth, the water as Newtonian and the "
-        "contact parameters k, D and H_V as functions of the local pressure alone. Melted ice "
-        "does not freeze again."
+        "contact parameters k, D and H_V as functions of the local pressure alone."
+        f"{_without_freezing(scene)}"
     )
     if isinstance(left, str):
         return [always, Text(f"What else it leaves out was not estimated: {left}.")]
@@ -108,6 +136,14 @@ def neglected(left: LeftOut) -> list[Text | Table]:
         rows.append(cells(one.name, *texts))
     head = ["simplification", "its number", "which is", "moves mu by up to", "made here"]
     return [always, Table("Estimates before the run (iceslide info, ladder)", head, rows)]
+
+
+def _without_freezing(scene: Mapping[str, Any]) -> str:
+    """What of the water does not freeze, as a sentence, if anything."""
+    if scene["film"].get("refreeze", "nothing") != "nothing":
+        return ""
+    below = " below the rubber" if _passes(scene) and _between(scene) == "freeze" else ""
+    return f" Melted ice does not freeze again{below}."
 
 
 def doubts_of_model(left: LeftOut, tolerance: float) -> list[Text]:
@@ -236,7 +272,7 @@ def _given(values: Mapping[str, Any]) -> dict[str, Any]:
 def section_again(run: Run, left: LeftOut) -> list[Section]:
     """The sections that every run ends with."""
     return [
-        Section("neglected", "What the model leaves out", neglected(left)),
+        Section("neglected", "What the model leaves out", neglected(left, run.scene)),
         Section("scene", "The scene", [all_keys({run.scene["name"]: run.scene})]),
         Section("again", "Run it again", [*again(run.scene), versions_of({"": run.summary})]),
     ]

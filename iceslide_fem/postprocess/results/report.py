@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from iceslide_fem.postprocess.results import Run, read_run
+from iceslide_fem.postprocess.results.pass_picture import draw_passes
 from iceslide_fem.postprocess.results.quantities import (
     BALANCE,
     ENERGIES,
@@ -43,6 +44,14 @@ def report(directory: Path | str) -> Path:
     Raises SceneError if the directory holds no finished run.
     """
     run = read_run(directory)
+    figure = draw_passes(run) if run.passes else _draw(run)
+    path = Path(directory) / "report.png"
+    figure.savefig(path, dpi=DPI)
+    return path
+
+
+def _draw(run: Run) -> Figure:
+    """Curves over the sliding time."""
     changes = any(isinstance(run.scene["load"][name], list) for name in ("pressure", "speed"))
     before = "preload" if run.preload else "mu"
     layout = [
@@ -82,9 +91,7 @@ def report(directory: Path | str) -> Path:
     for name, panel in panels.items():
         if name != "shares":
             panel.locator_params(axis="y", nbins=TICKS, steps=[1, 2, 5, 10])
-    path = Path(directory) / "report.png"
-    figure.savefig(path, dpi=DPI)
-    return path
+    return figure
 
 
 def _shade_phases(panel: Axes, run: Run) -> None:

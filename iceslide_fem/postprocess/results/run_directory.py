@@ -10,6 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from iceslide_fem.postprocess.results.passes import (
+    PASS,
+    history_of,
+    mean_over_sliding,
+    sliding_time,
+    summary_of,
+)
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.materials import BAR, ICE, ZERO_CELSIUS, Solid
@@ -18,14 +25,16 @@ from iceslide_fem.scene.materials import BAR, ICE, ZERO_CELSIUS, Solid
 class Run(NamedTuple):
     """The files of a run; SI units, as in the columns' names.
 
-    history: column -> (rows,); preload: the same for the press and the speed ramp, empty if the
-    run had none; summary: as in summary.json.
+    history: column -> (rows,); preload: the same for the press and the speed ramp, passes: for
+    passes over the same ice, each empty if the run had none; summary: as in summary.json. A table
+    becomes one of pandas by `pandas.DataFrame(run.passes)`.
     """
 
     directory: Path
     summary: dict[str, Any]
     history: dict[str, Array]
     preload: dict[str, Array]
+    passes: dict[str, Array] = {}
 
     @property
     def scene(self) -> dict[str, Any]:
@@ -43,11 +52,40 @@ class Run(NamedTuple):
         """The scene in one line: name, model, pressure, speed, temperature and the ice's model."""
         scene, load, ice = self.scene, self.scene["load"], self.scene["ice"]
         celsius = ice["temperature"] - ZERO_CELSIUS
+        again = f", {self.passes[PASS].size} passes" if self.passes else ""
         return (
             f"{scene['name']}: {scene['model']}, {load_range(load['pressure'], BAR)} bar, "
             f"{load_range(load['speed'], 1.0)} m/s, {ice['motion']} ice at {celsius:.3g} °C "
-            f"({ice['heat']})"
+            f"({ice['heat']}){again}"
         )
+
+    @property
+    def sliding_time(self) -> Array:
+        """Time (s) of every row of the history without the rests between passes."""
+        return sliding_time(self.history)
+
+    def mean(self, column: str) -> float:
+        """Mean of a history's `column` over the time in which the rubber slides."""
+        return mean_over_sliding(self.history, column)
+
+    def one_pass(self, number: int) -> Run:
+        """Pass `number`, from 1, as a run of its own whose times begin with it.
+
+        A negative number counts from the last pass, which is -1. A run without several passes is
+        its only one. Raises ValueError if there is no such pass.
+        """
+        count = self.passes[PASS].size if self.passes else 1
+        which = number if number > 0 else count + 1 + number
+        if not 1 <= which <= count:
+            raise ValueError(
+                f"there is no pass {number}; allowed: 1 to {count}, or -1 for the last"
+            )
+        if not self.passes:
+            return self
+        start = float(self.passes["start_s"][which - 1])
+        history = history_of(self.history, which, start)
+        summary = self.summary | summary_of(history, self.passes, which)
+        return self._replace(summary=summary, history=history, passes={})
 
     def at(self, column: str, time: float) -> float:
         """History `column` at `time` (s), linear between steps."""
@@ -93,6 +131,8 @@ def read_run(directory: Path | str) -> Run:
         history = read_table(directory / "history.csv")
         preload = directory / "preload.csv"
         earlier = read_table(preload) if preload.is_file() else {}
+        again = directory / "passes.csv"
+        passes = read_table(again) if again.is_file() else {}
     except OSError as error:
         missing = Path(error.filename).name
         raise SceneError(f"{directory} holds no finished run (no readable {missing})") from None
@@ -100,7 +140,7 @@ def read_run(directory: Path | str) -> Run:
         raise SceneError(f"{directory} holds no finished run ({error})") from None
     if not _is_of_a_run(summary, history):
         raise SceneError(f"{directory} holds no finished run (its files are of something else)")
-    return Run(directory, summary, history, earlier)
+    return Run(directory, summary, history, earlier, passes)
 
 
 def _is_of_a_run(summary: Any, history: Mapping[str, Array]) -> bool:
@@ -121,10 +161,13 @@ def _is_of_a_run(summary: Any, history: Mapping[str, Array]) -> bool:
 
 
 def differences(run: Run, exact: Run, count: int = 500) -> Array:
-    """Relative differences of mu(t) to another run's, at `count` times that both have slid."""
-    end = min(float(each.history["time_s"][-1]) for each in (run, exact))
+    """Relative differences of mu(t) to another run's, at `count` times that both have slid.
+
+    Rests between passes do not count as time.
+    """
+    end = min(float(each.sliding_time[-1]) for each in (run, exact))
     times = np.linspace(0.0, end, count)
-    mu, reference = (np.interp(times, r.history["time_s"], r.history["mu"]) for r in (run, exact))
+    mu, reference = (np.interp(times, r.sliding_time, r.history["mu"]) for r in (run, exact))
     return np.asarray(mu / reference - 1.0)
 
 

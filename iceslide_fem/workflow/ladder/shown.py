@@ -39,7 +39,7 @@ def ladder_chart(
         label = f"{level.model}, {level.heat}"
         label += "" if level.model == "point" else f", refinement {level.refinement:g}"
         curves.plot(
-            MS * history["time_s"],
+            MS * outcome.run.sliding_time,
             history["mu"],
             LINES[level.heat],
             color=color,

@@ -15,10 +15,12 @@ from functools import lru_cache
 from math import ceil
 from typing import NamedTuple
 
+from iceslide_fem.film.conditions import scene_passes
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.output.table import HistoryRow
 from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import Scene
+from iceslide_fem.workflow.planning.passes import single_pass
 
 FEWEST_STEPS = 40  # that a block's own motion asks for
 STEPS_PER_POINT_STEP = 0.5  # at a tolerance of 1e-2
@@ -32,6 +34,7 @@ PLANE_SECONDS = 0.014, 1.1e-8
 SPACE_SECONDS = 0.036, 2.2e-7
 ICE_SECONDS = 0.0, 5.7e-6
 MESHED_SECONDS = 0.0, 1.7e-5
+POINT_SECONDS = 5e-4  # per step of a point: scripts.studies.dry_cost prints it
 START_STEPS = 15  # press and speed ramp, in steps
 POINT_MEMORY = 0.16e9  # bytes, of which nearly all is programs
 
@@ -50,7 +53,7 @@ def estimate(scene: Scene) -> Cost:
     """Expected cost of a run. Raises SceneError if the user's mesh can't be used."""
     steps = expected_steps(scene)
     if scene.model == "point":
-        return Cost(steps, 0, 0, POINT_MEMORY, START_SECONDS)
+        return Cost(steps, 0, 0, POINT_MEMORY, START_SECONDS + POINT_SECONDS * steps)
 
     from iceslide_fem.mesh.size import memory_needed, unknowns  # loads gmsh
 
@@ -75,16 +78,14 @@ def work_power(dimensions: int) -> float:
 
 @lru_cache(maxsize=1)
 def point_rows(scene: Scene) -> list[HistoryRow]:
-    """History of the scene's point level, at the nominal pressure."""
+    """History of the scene's point level, of its first pass, at the nominal pressure."""
     # a block is solved for as long as it slides, whatever the time that ice is below it
     motion = scene.ice.motion if scene.model == "point" else "attached"
     ice = scene.ice.model_copy(update={"motion": motion})
-    load = scene.load.model_copy(update={"passes": 1, "period": None})
-    rubber = scene.rubber.model_copy(update={"rows": 1, "row_pitch": None})
-    update: dict[str, object] = {"model": "point", "ice": ice, "load": load, "rubber": rubber}
+    update: dict[str, object] = {"model": "point", "ice": ice}
     if scene.model != "point":
         update["numerics"] = scene.numerics.model_copy(update={"max_step": None})
-    return point_history(scene.model_copy(update=update))[0]
+    return point_history(single_pass(scene).model_copy(update=update))[0]
 
 
 def expected_steps(scene: Scene) -> int:
@@ -94,7 +95,7 @@ def expected_steps(scene: Scene) -> int:
         return ceil(duration / numerics.max_step) if numerics.max_step else FIXED_STEPS
     steps = len(point_rows(scene)) - 1
     if scene.model == "point":
-        return steps
+        return steps * scene_passes(scene).number
     more = (1e-2 / numerics.tolerance) ** TIGHTER
     fewest = FEWEST_STEPS + STEPS_PER_POINT_STEP * steps * more
     if numerics.max_step:

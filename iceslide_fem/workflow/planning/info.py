@@ -16,6 +16,7 @@ from iceslide_fem.scene.contact_table import ContactTable
 from iceslide_fem.scene.course import SAMPLED
 from iceslide_fem.scene.materials import BAR
 from iceslide_fem.workflow.planning.cost import estimate
+from iceslide_fem.workflow.planning.passes import describe_passes
 from iceslide_fem.workflow.planning.regime import regime
 from iceslide_fem.workflow.planning.row import Row
 
@@ -38,7 +39,14 @@ def describe(scene: Scene) -> list[Row]:
 
         size = block_size(scene)
         of_body = _rubber(scene, size) + _mesh(scene)
-    return _load(scene) + _heat(scene, size) + _film(scene, size) + of_body + _cost(scene)
+    return (
+        _load(scene)
+        + describe_passes(scene)
+        + _heat(scene, size)
+        + _film(scene, size)
+        + of_body
+        + _cost(scene)
+    )
 
 
 def _load(scene: Scene) -> list[Row]:

@@ -14,7 +14,8 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.fingerprint import fingerprint
 
-# Curves are sampled at so many times, evenly from t = 0 to the end of the case.
+# Curves are sampled at so many times, evenly from t = 0 to the end of the case, or of its last pass
+# where there are several.
 SAMPLES = 201
 CURVES = ("mu", "film_height_m")
 SENTENCE = "iceslide: "  # how the command begins what it says when it fails
@@ -49,9 +50,9 @@ def read_outcome(directory: Path, scene: Scene) -> CaseResult:
         return CaseResult(NOT_RUN, f"{directory} holds files that no run of this case wrote")
     stopped = run.summary.get("stopped")
     times = np.linspace(0.0, run.scene["load"]["duration"], SAMPLES)
-    time = run.history["time_s"]
+    history = run.one_pass(-1).history  # the last, where there are several
     curves = {
-        name: np.interp(times, time, run.history[name], right=np.nan if stopped else None)
+        name: np.interp(times, history["time_s"], history[name], right=np.nan if stopped else None)
         for name in CURVES
     }
     return CaseResult(FAILED if stopped else DONE, stopped or "", run.summary, curves)

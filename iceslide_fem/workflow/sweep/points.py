@@ -10,6 +10,7 @@ import numpy as np
 
 from iceslide_fem.film.conditions import rubber_columns, scene_conditions, simulation_settings
 from iceslide_fem.film.point import Conditions, Record, simulate
+from iceslide_fem.output.passes import PassRow
 from iceslide_fem.run.point import point_doubts, point_history, point_summary
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SimulationStopped
@@ -32,10 +33,12 @@ def simulate_points(scenes: Sequence[Scene]) -> list[CaseResult]:
     groups: dict[tuple[Any, ...], list[int]] = {}
     outcomes: list[CaseResult] = [CaseResult(FAILED)] * len(scenes)
     for number, scene in enumerate(scenes):
-        # means over a block, each over its own transit; loads that go in time and laws of one's
-        # own, each with their own steps; films whose heights do not follow from mu
+        # means over a block, each over its own transit; passes, each from what the one before has
+        # left; loads that go in time and laws of one's own, each with their own steps; films whose
+        # heights do not follow from mu
         if (
             scene.ice.motion == "sliding"
+            or scene.several_passes
             or scene.load.changes
             or scene.friction.law != "film"
             or scene.water.table is not None
@@ -67,13 +70,17 @@ def _shared(scene: Scene) -> tuple[Any, ...]:
 
 def _alone(scene: Scene) -> CaseResult:
     """Outcome of a scene in a call of its own."""
-    started = monotonic()
+    started, passes = monotonic(), list[PassRow]()
     try:
-        rows, entries = point_history(scene)
+        rows, entries = point_history(scene, passes.append)
     except SimulationStopped as reason:
         return CaseResult(FAILED, str(reason))
     times = np.linspace(0.0, scene.load.duration, SAMPLES)
-    own = [row.time_s for row in rows]
+    start = 0.0
+    if passes:  # curves are those of the last one
+        start = passes[-1].start_s
+        rows = rows[-passes[-1].steps - 1 :]
+    own = [row.time_s - start for row in rows]
     curves = {name: np.interp(times, own, [getattr(row, name) for row in rows]) for name in CURVES}
     return CaseResult(DONE, "", entries | {"wall_s": monotonic() - started}, curves)
 

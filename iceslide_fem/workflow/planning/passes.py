@@ -1,0 +1,77 @@
+"""What passes over the same ice mean before they run: how many, how often, how warm it gets."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from iceslide_fem.film.conditions import exposure, scene_passes
+from iceslide_fem.run.point import point_history
+from iceslide_fem.runtime.units import readable
+from iceslide_fem.scene import Scene
+from iceslide_fem.scene.materials import ZERO_CELSIUS
+from iceslide_fem.workflow.planning.row import Row
+
+_BETWEEN = {
+    "freeze": "between them water freezes as far as the rest lets it",
+    "drain": "between them the water is gone",
+    "keep": "between them the water that stays on the ice is kept",
+}
+
+
+def single_pass(scene: Scene) -> Scene:
+    """The scene without passes and rows."""
+    load = scene.load.model_copy(update={"passes": 1, "period": None})
+    rubber = scene.rubber.model_copy(update={"rows": 1, "row_pitch": None})
+    return scene.model_copy(update={"load": load, "rubber": rubber})
+
+
+def describe_passes(scene: Scene) -> list[Row]:
+    """Number and period of passes or rows, and how warm the ice is before the last one."""
+    if not scene.several_passes:
+        return []
+    passes = scene_passes(scene)
+    rows = scene.rubber.rows > 1
+    between = _BETWEEN[passes.between]
+    return [
+        Row(
+            "passes",
+            "rows" if rows else "passes",
+            f"{passes.number}, one every {readable(passes.period, 's')}",
+            f"row_pitch / v; {between}" if rows else between,
+        ),
+        Row(
+            "passes",
+            "surface before the last pass",
+            f"about {surface_before_last(scene) - ZERO_CELSIUS:.2g} degC",
+            "by the mean power of the first pass, in deep ice or steady above a held base",
+        ),
+    ]
+
+
+def surface_before_last(scene: Scene) -> float:
+    """Temperature (K) of the surface before the last pass, about.
+
+    A half-space takes in every pass, of the time t_c, the flux q that the first one gives it: the
+    friction power where water freezes on it, else what of that warms the ice,
+
+        dT = 2 q / (e sqrt(pi)) sum over passes of (sqrt(a) - sqrt(a - t_c)),
+
+    with a the time since each began. Above a base that is held it gets no warmer than the steady
+    mean q t_c R / period, with R the resistance of ice and layers, and nowhere warmer than the
+    melting point.
+    """
+    passes, time = scene_passes(scene), exposure(scene)
+    once = single_pass(scene)
+    load = once.load.model_copy(update={"duration": time})
+    ice = once.ice.model_copy(update={"motion": "attached"})
+    last = point_history(once.model_copy(update={"load": load, "ice": ice}))[0][-1]
+    heat = last.friction_work_J if passes.between == "freeze" else last.ice_heat_J
+    flux = heat / (scene.rubber.length * scene.rubber.width * time)
+    since = passes.period * np.arange(1, passes.number)
+    roots = float(np.sum(np.sqrt(since) - np.sqrt(since - time)))
+    rise = 2.0 * flux / (scene.ice.solid.effusivity * np.sqrt(np.pi)) * roots
+    if scene.ice.ground.held is not None:
+        layers = scene.ice.ground.stack(scene.ice.solid)
+        resistance = sum(layer.thickness / layer.solid.conductivity for layer in layers)
+        rise = min(rise, flux * time / passes.period * resistance)
+    return min(scene.ice.temperature + float(rise), scene.ice.melting_temperature)
