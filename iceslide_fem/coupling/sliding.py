@@ -19,7 +19,7 @@ from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.build import film_frame_of
 from iceslide_fem.interface.film_frame import ContactLoads
 from iceslide_fem.interface.on_rubber import Attached
-from iceslide_fem.interface.resting import Rest
+from iceslide_fem.interface.resting import PassBegin, Rest
 from iceslide_fem.mesh.ice import cells_in_a_step
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.time_discretisation import Dynamic, MotionLaw, QuasiStatic, motion_at_rest
@@ -114,12 +114,10 @@ class Sliding:
         block.equilibrium.forget()
         loads = self._plate.first_loads()
         rest = Rest(scene.load.rest, self._duration, scene.film.between)
+        begins = PassBegin(rest, scene.initial_height, scene.ice.solid, block.surface.comm)
         speed = np.full(block.surface.weights.shape, scene.load.speeds.first)
         try:
-            before, height = self.current.interface, scene.initial_height
-            interface = frame.rested(
-                before, loads, rest, height, scene.ice.solid, block.surface.comm
-            )
+            interface = frame.rested(self.current.interface, loads, begins)
             sheared = self.frame.sheared(interface, loads)
             law = block.sliding(sheared, lambda _: (speed, 0.0))
             block.balance(law, friction=block.friction_force(sheared))

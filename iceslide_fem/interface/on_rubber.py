@@ -6,17 +6,15 @@ from functools import lru_cache
 
 import numpy as np
 
-from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.integrators import InterfaceState, Loads, advance
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
 from iceslide_fem.film.runge_kutta import Integrator
 from iceslide_fem.interface.film_frame import ContactLoads, Ice, InterfaceStep, Shifted, fresh
-from iceslide_fem.interface.resting import Rest, rested
+from iceslide_fem.interface.resting import PassBegin
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement
 from iceslide_fem.interface.window import RECENT, PassingIce, passed_over, reaches, whole_cells
 from iceslide_fem.laws.interface_law import InterfaceLaw, Sheared
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.scene.materials import Solid
 
 
 class Attached:
@@ -101,31 +99,13 @@ class Attached:
         return Shifted(state, 0.0)
 
     def rested(
-        self,
-        state: InterfaceState,
-        contact: ContactLoads,
-        rest: Rest,
-        film_height: float,
-        solid: Solid,
-        comm: MPI.Comm,
+        self, state: InterfaceState, contact: ContactLoads, begins: PassBegin
     ) -> InterfaceState:
-        """What the next pass begins with: the ice has rested under the points of its `contact`.
+        """What the next pass begins with under the points of its `contact`. Collective.
 
-        Films of a pass without water begin with `film_height` (m); `solid` is the ice. Collective.
         Raises NotConverged.
         """
-        law, ice = self._law, self.ice.under(self._contacts(contact, contact))
-        height, squeezed = law.film_height(state), state.squeezed_height
-        freezes = rest.between == "freeze"
-        water = height + squeezed if freezes else np.zeros_like(squeezed)
-        heat, left = rested(state.ice, water, ice, rest, solid, comm)
-        if rest.between == "drain":
-            height, squeezed = np.full_like(height, film_height), np.zeros_like(squeezed)
-        elif freezes:
-            height = np.maximum(np.minimum(height, left), film_height)
-            squeezed = np.maximum(left - height, 0.0)
-        log_height, internal = law.films(height, ice.surface_temperature(heat))
-        return InterfaceState(log_height, squeezed, heat, state.rubber, internal)
+        return begins.after(state, self._law, self.ice.under(self._contacts(contact, contact)))
 
     @property
     def internal_nodes(self) -> OwnNodes | None:

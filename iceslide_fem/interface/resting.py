@@ -18,6 +18,7 @@ from iceslide_fem.film.integrators import InterfaceState, Step, advance
 from iceslide_fem.film.law import FilmHistory, FilmStage, Surface
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.runge_kutta import INTEGRATORS
+from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.scene.materials import Solid
 
@@ -151,3 +152,31 @@ def rested(
         state, taken = step.state, np.maximum(step.last.ice_flux, 0.0)
         done, dt = done + dt, longer * dt
     return state.ice, np.maximum(state.squeezed_height, 0.0)
+
+
+class PassBegin(NamedTuple):
+    """How a pass begins after a `rest`: films without water have the height `first` (m), the ice is
+    of `solid`.
+    """
+
+    rest: Rest
+    first: float
+    solid: Solid
+    comm: MPI.Comm
+
+    def after(self, state: InterfaceState, law: InterfaceLaw, ice: IceHeat) -> InterfaceState:
+        """Films of the `law` and heat of the ice, after a pass that has left `state`. Collective.
+
+        Raises NotConverged.
+        """
+        height, squeezed = law.film_height(state), state.squeezed_height
+        freezes = self.rest.between == "freeze"
+        water = height + squeezed if freezes else np.zeros_like(squeezed)
+        heat, left = rested(state.ice, water, ice, self.rest, self.solid, self.comm)
+        if self.rest.between == "drain":
+            height, squeezed = np.full_like(height, self.first), np.zeros_like(squeezed)
+        elif freezes:
+            height = np.maximum(np.minimum(height, left), self.first)
+            squeezed = np.maximum(left - height, 0.0)
+        log_height, internal = law.films(height, ice.surface_temperature(heat))
+        return InterfaceState(log_height, squeezed, heat, state.rubber, internal)
