@@ -217,6 +217,23 @@ def refrozen_height(q: ArrayLike, t_melt: ArrayLike, stop: ArrayLike, t: ArrayLi
     return melted_depth(q, t_melt, t) - q * np.maximum(t - stop, 0.0) / MELTING_ENTHALPY
 
 
+def frozen_onto(undercooling: float, t: ArrayLike, moves: bool = False) -> Array:
+    """Height of water (m) at T_m that has frozen onto ice `undercooling` K below it, after t (s).
+
+    s = 2 beta sqrt(alpha t), with beta = c dT / (L sqrt(pi)) below a surface that stays where it
+    is, and sqrt(pi) beta exp(beta^2) erfc(-beta) = c dT / L below one that `moves` into the water.
+    """
+    stefan = ICE_HEAT_CAPACITY * undercooling / LATENT_HEAT
+    beta = stefan / np.sqrt(np.pi)
+    if moves:
+        root = brentq(
+            lambda b: np.sqrt(np.pi) * b * np.exp(b**2) * erfc(-b) - stefan, 0.0, 5.0, xtol=1e-14
+        )
+        beta = float(root)
+    (t,) = _arrays(t)
+    return 2.0 * beta * np.sqrt(ICE_DIFFUSIVITY * t)
+
+
 def rise_before_pass(q: ArrayLike, time: ArrayLike, period: float, passes: int) -> Array:
     """Rise (K) of a half-space's surface after `passes` of a flux q (W/m2), before the next one.
 

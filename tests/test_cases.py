@@ -15,7 +15,8 @@ from iceslide_fem.scene import load_scene  # noqa: E402
 
 pytestmark = pytest.mark.fe
 CASES = Path(__file__).parent.parent / "cases"
-SCRIPTS = sorted(path.stem for path in CASES.glob("*.py"))
+POINTS = ("friction_drum",)  # cases of a point alone
+SCRIPTS = sorted(path.stem for path in CASES.glob("*.py") if path.stem not in POINTS)
 SMALL = ["load.duration=0.2ms", "numerics.tolerance=1e-2", "numerics.refinement=0.5"]
 SLICE = ["model=slice", *SMALL]
 # The wheel has an mpirun of its own, and does not work with another.
@@ -65,6 +66,18 @@ def test_a_case_in_two_dimensions(script, tmp_path):
     scene = load_scene(CASES / f"{script}.toml", changes)
     run = check(tmp_path, run_case(script, tmp_path, changes), scene)
     assert run.scene == scene.as_dict()
+
+
+@pytest.mark.parametrize("script", POINTS)
+def test_a_case_of_a_point(script, tmp_path):
+    changes = ["load.passes=3", "numerics.tolerance=1e-2"]
+    done = run_case(script, tmp_path, changes)
+    assert done.returncode == 0, done.stderr
+    run = read_run(tmp_path)
+    assert run.scene == load_scene(CASES / f"{script}.toml", changes).as_dict()
+    assert run.summary["passes"] == run.passes["mu_mean"].size == 3
+    assert 0.3 < run.passes["mu_mean"][-1] < run.passes["mu_mean"][0] < 0.34
+    assert (tmp_path / "report.png").stat().st_size > 10_000
 
 
 def test_a_case_in_three_dimensions(tmp_path):

@@ -75,11 +75,13 @@ def test_scene_page_has_every_key_with_its_range_and_default():
 
 def test_outputs_page_has_every_column():
     pytest.importorskip("iceslide_fem.fenics.compat")
+    from iceslide_fem.output.passes import PassRow
     from iceslide_fem.output.probes import ProbeRow
-    from iceslide_fem.output.table import HistoryRow, PreloadRow
+    from iceslide_fem.output.table import HistoryRow, PreloadRow, columns_of
 
     assert names("outputs.md", "history.csv") == list(HistoryRow._fields)
     assert names("outputs.md", "preload.csv") == list(PreloadRow._fields)
+    assert names("outputs.md", "passes.csv") == list(columns_of(PassRow))
     assert names("outputs.md", "probes.csv") == list(ProbeRow._fields)
 
 

@@ -222,3 +222,38 @@ def test_what_contradicts_dry_shear_is_one_sentence(tables, words):
     whole = scene().as_dict()
     with pytest.raises(SceneError, match=words):
         scene_from_dict(whole | tables)
+
+
+@pytest.mark.parametrize("refreeze", ["nothing", "film", "all"])
+def test_nothing_implausible_comes_out_at_any_point(refreeze):
+    """Over all of the range: mu at most k tau_0 / p, no negative height, no ice above T_m."""
+    rng = np.random.default_rng(3)
+    n = 300
+    point = Conditions.of(
+        strength=MELTS,
+        refreeze=refreeze,
+        pressure=10.0 ** rng.uniform(3.5, 6.5, n),
+        speed=10.0 ** rng.uniform(-5.5, 1.5, n),
+        temperature=ZERO_CELSIUS - 10.0 ** rng.uniform(-1.5, 1.7, n),
+        k=rng.uniform(0.01, 1.0, n),
+        D=10.0 ** rng.uniform(-6.0, -3.0, n),
+        H_V=10.0 ** rng.uniform(-8.0, -4.0, n),
+        initial_height=rng.choice([0.0, 1e-9, 70e-9, 1e-6], n),
+        duration=10.0 ** rng.uniform(-4.0, 1.0, n),
+    )
+    seen = []
+
+    def observe(record):
+        kelvin = record.ice.surface_temperature(record.step.state.ice)
+        height = record.loads.height(record.step.state.log_height)
+        seen.append((kelvin[record.good].max(initial=0.0), height[record.good].min(initial=1.0)))
+
+    found = simulate(point, tolerance=1e-2, observe=observe)
+    most = point.k * MELTS.strength.max() / point.pressure
+    assert (found.mu_peak <= most * (1.0 + 1e-9)).all()
+    assert (found.mu_mean > 0.0).all()
+    hottest, thinnest = np.array(seen).T
+    assert hottest.max() < MELTING_TEMPERATURE + 1e-6
+    assert thinnest.min() >= 0.0
+    assert found.squeezed_height.min() >= 0.0
+    assert (found.squeezed_height <= point.H_V * (1.0 + 1e-2)).all()

@@ -50,6 +50,14 @@ def test_band_source_is_constant_flux_for_the_transit_time():
     assert rise.mean() == pytest.approx(2.0 / 3.0 * largest, rel=1e-4)
 
 
+def test_water_that_freezes_onto_ice():
+    """2 e dT sqrt(t / pi) / (rho L) below a fixed surface; one that moves takes 1.7 % less."""
+    fixed, moving = (reference.frozen_onto(4.0, 1e-3, moves) for moves in (False, True))
+    exact = 2.0 * reference.ICE_EFFUSIVITY * 4.0 * np.sqrt(1e-3 / np.pi)
+    assert fixed == pytest.approx(exact / reference.MELTING_ENTHALPY)
+    assert 1.0 - moving / fixed == pytest.approx(0.0165, abs=5e-4)
+
+
 def test_stefan_depth():
     assert reference.stefan_depth(4.0, 1.0) == pytest.approx(242.94e-6, abs=0.01e-6)
     assert reference.stefan_depth(4.0, 4.0) == pytest.approx(2 * reference.stefan_depth(4.0, 1.0))

@@ -19,6 +19,7 @@ from iceslide_fem.film.ice_heat import Column
 from scripts.studies import (
     dry_calibration,
     footprint_findings,
+    friction_drum,
     ice_layers,
     peers_calculix,
     sensitivity,
@@ -31,6 +32,7 @@ from scripts.studies.press_elements import DEFAULT, MATERIAL, half_cube, in_tetr
 pytestmark = [pytest.mark.fe, pytest.mark.study]
 
 SHARED = {"common", "blocks", "command_runs", "peers_calculix", "peers_ngsolve"}
+DRUM_ROWS = tuple(friction_drum.NAMES.values())
 NAMES = sorted({module.name for module in pkgutil.iter_modules(scripts.studies.__path__)} - SHARED)
 
 
@@ -355,6 +357,20 @@ def test_dry_contact_gives_way_to_films(tmp_path):
     assert coldest[1].startswith("0.929 dry") and float(coldest[1].split(", ")[1]) < 1e-3
     assert all(" dry" in cell for cell in coldest[1:]) and "limited" in " ".join(warmest)
     assert (tmp_path / "dry_to_wet.png").stat().st_size > 10_000
+
+
+def test_friction_over_passes_of_a_drum(tmp_path):
+    text = printed("friction_drum", "--pictures", str(tmp_path))
+    means = {row[0]: [float(cell) for cell in row[1:]] for row in text if row[0] in DRUM_ROWS}
+    assert list(means) == list(DRUM_ROWS)
+    assert all(row[0] == means["water freezes"][0] for row in means.values())
+    assert means["water freezes"][-1] < means["water freezes"][0]
+    after = {row[0]: row for row in text if len(row) == 4 and row[0].isdigit()}
+    assert after["1"][1:3] == ["0.2113", "0.2113"]
+    frozen = {row[0]: row for row in text if len(row) == 5 and row[0] in ("1", "10")}
+    assert all(abs(float(row[3].strip("%"))) < 2.0 for row in frozen.values())
+    assert {row[4] for row in frozen.values()} == {"-1.7%"}
+    assert (tmp_path / "friction_drum.png").stat().st_size > 10_000
 
 
 def test_layers_of_ice_are_compared_with_a_finer_column():

@@ -108,7 +108,9 @@ class FilmLoads(NamedTuple):
         """The `scale` (K) of errors of temperatures, or less where they change tau by as much."""
         if self.limit is None:
             return scale
-        return np.minimum(scale, self.limit.temperature_scale(step.last, self.speed))
+        scale = np.minimum(scale, self.limit.temperature_scale(step.last, self.speed))
+        # Water that may freeze holds the surface at T_m, wherever it was before.
+        return np.where(step.last.melting, np.inf, scale) if self.limit.freezes else scale
 
 
 def squeeze_rate(pressure: T, D: T, viscosity: Any = WATER_VISCOSITY) -> T:
