@@ -110,9 +110,11 @@ def test_voids_empty_by_freezing_if_told():
 
 
 @pytest.mark.quick
-def test_what_freezes_rubs_dry():
-    with pytest.raises(SceneError, match=r"film\.refreeze"):
+def test_what_freezes_rubs_dry_and_begins_without_water():
+    with pytest.raises(SceneError, match=r"film\.refreeze.*no film\.dry_stress"):
         point(4.0, 1e-3, -4.0)
+    with pytest.raises(SceneError, match=r"film\.initial_height"):
+        point(4.0, 1e-3, -4.0, dry_stress=3e5, initial_height=70e-9)
 
 
 @pytest.mark.fe

@@ -29,6 +29,9 @@ SHEAR_STRENGTH = "shear_strength_Pa"  # the column of tau_b in tables
 SLOWEST = 1e-6
 # Height (m) up to which h_b is added: a film of water hardly begins thinner.
 MOST_ADDED = 70e-9
+# The same from which on it is added where films freeze: thinner ones, of three molecules or less,
+# need not be followed until they are gone.
+LEAST_ADDED = 1e-9
 # Of the largest strength: strengths that are 0 at T_m.
 NO_STRENGTH = 1e-12
 # Of s: heights that are none.
@@ -61,6 +64,8 @@ class LimitingShear(NamedTuple):
         with np.errstate(divide="ignore"):
             thickness = viscosity * np.maximum(speed, SLOWEST) / strength.strength[0]
         added = np.minimum(thickness, MOST_ADDED)
+        if refreeze != "nothing":
+            added = np.maximum(added, LEAST_ADDED)
         number = added if added.size > 1 else float(added[0])
         return cls(strength, viscosity, number, refreeze != "nothing", refreeze == "all")
 

@@ -97,6 +97,8 @@ class Conditions(NamedTuple):
             name: np.array(part, dtype=float).ravel()
             for name, part in zip(RANGES, arrays, strict=True)
         }
+        if refreeze != "nothing" and numbers["initial_height"].any():
+            raise ValueError("films that freeze begin with the height 0: water on cold ice is gone")
         found = cls(**numbers, limit=None)
         return found if strength is None else found.limited(strength, found.speed, refreeze)
 

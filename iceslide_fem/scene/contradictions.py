@@ -141,6 +141,12 @@ def _passes_follow_each_other(scene: Tables) -> None:
             f'{key} and friction.law = "{scene.friction.law}" contradict each other; allowed: '
             'friction.law = "film"'
         )
+    kept = rubber.rows > 1 or scene.film.between == "keep"
+    if kept and scene.film.refreeze != "nothing":
+        raise ValueError(
+            f'{key} whose water is kept and film.refreeze = "{scene.film.refreeze}" contradict '
+            'each other; allowed: film.between = "freeze" or "drain" with load.passes'
+        )
     if rubber.heat:
         raise ValueError(
             f"{key} and rubber.heat contradict each other: the ice rests between passes, and "

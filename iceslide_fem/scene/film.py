@@ -88,6 +88,12 @@ class Film(Table):
                 'what has frozen rubs dry; allowed: refreeze = "nothing", or film.dry_stress'
             )
         heights = self.initial_height
+        if self.refreeze != "nothing" and (isinstance(heights, tuple) or heights > 0.0):
+            raise ValueError(
+                f'film.refreeze = "{self.refreeze}" and film.initial_height contradict each other: '
+                "water on ice below its melting point freezes before anything slides; allowed: "
+                "film.initial_height = 0"
+            )
         least = min(value for _, value in heights) if isinstance(heights, tuple) else heights
         self.dry_shear.check(least, lambda key: f"film.{key}")
         return self

@@ -130,16 +130,16 @@ def print_exactness(numbers: tuple[int, ...]) -> None:
     ice = Column(MELTING_TEMPERATURE - COLD, np.array([1e-4, 1.0]))
     rest, water = np.array(RESTS), np.full(len(RESTS), 1e-3)
     _, left, _ = frozen(ice.initial(rest.size), water, rest, ice)
-    rows = []
+    frozen_rows = []
     for time, own in zip(RESTS, water - left, strict=True):
         fixed, moving = (float(reference.frozen_onto(COLD, time, moves)) for moves in (False, True))
-        rows.append(
+        frozen_rows.append(
             (f"{1e3 * time:g}", f"{1e6 * fixed:.3f}", f"{1e6 * own:.3f}",
              f"{own / fixed - 1:+.1%}", f"{moving / fixed - 1:+.1%}")
         )  # fmt: skip
     head = "rest, ms", "exact, µm of water frozen", "here", "difference", "surface that moves"
     print()
-    table(head, rows)
+    table(head, frozen_rows)
 
 
 def main() -> None:
