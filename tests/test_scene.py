@@ -324,6 +324,9 @@ def test_the_cases_are_valid_and_named_after_their_files(path):
         assert [layer.thickness for layer in scene.ice.stack] == [1e-3, 10e-3]
         assert scene.ice.held == scene.ice.temperature == pytest.approx(263.15)
         return
+    if path.stem == "friction_drum":
+        assert scene.several_passes and scene.ice.held == scene.ice.temperature
+        return
     if path.stem == "user_mesh":
         assert scene.rubber.mesh is not None and scene.rubber.mesh.is_file()
         return
