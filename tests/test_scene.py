@@ -328,6 +328,9 @@ def test_the_cases_are_valid_and_named_after_their_files(path):
         assert scene.film.dry_shear.softens and scene.initial_height == 0.0
         assert scene.rubber.inertia == (scene.model != "point")
         return
+    if path.stem == "friction_drum":
+        assert scene.several_passes and scene.ice.held == scene.ice.temperature
+        return
     if path.stem == "user_mesh":
         assert scene.rubber.mesh is not None and scene.rubber.mesh.is_file()
         return

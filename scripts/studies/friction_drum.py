@@ -120,7 +120,7 @@ def full(passes: list[PassRow]) -> str:
 def print_exactness(numbers: tuple[int, ...]) -> None:
     """Both tables of exact solutions."""
     found = rises(numbers[-1])
-    rows = []
+    rows: list[tuple[object, ...]] = []
     for number in numbers:
         exact = float(reference.rise_before_pass(FLUX, TIME, PERIOD, number))
         here = found[number - 1]
