@@ -106,6 +106,8 @@ def test_tables_of_a_run(tmp_path):
     assert abs(float(history[-1]["energy_imbalance"])) < 1e-2
     mean = np.mean([float(row["mu_mean"]) for row in found])
     assert summary["mu_mean"] == pytest.approx(mean, rel=1e-6)
+    assert summary["passes"] == 3
+    assert summary["mu_mean_last_pass"] == pytest.approx(float(found[-1]["mu_mean"]))
 
 
 def test_energies_count_from_the_beginning_of_a_pass():

@@ -176,7 +176,7 @@ def _slide(
         fields = FieldSeries(out / "fields", sliding, earlier, watch.log)
         probing = ProbeSeries(out / "probes.csv", probes, state.get("probes"), comm.rank)
         open_files.enter_context(probing)
-        passes = PassSeries(out / "passes.csv", sliding, state.get("passes"))
+        passes = PassSeries(out / "passes.csv", sliding, results, state.get("passes"))
         open_files.enter_context(passes)
         parts: dict[str, Callable[[], Any]] = {
             "passes": passes.state,

@@ -11,13 +11,17 @@ from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.output.passes import PassRow
 from iceslide_fem.output.table import Table
 from iceslide_fem.run.observation import Observation
+from iceslide_fem.run.summary import Results
 
 
 class PassSeries:
     """A row for each pass, at its end; a context manager, which closes the table."""
 
-    def __init__(self, path: Path, sliding: Sliding, earlier: dict[str, Any] | None) -> None:
-        """`earlier` is the `state` of the run that goes on."""
+    def __init__(
+        self, path: Path, sliding: Sliding, results: Results, earlier: dict[str, Any] | None
+    ) -> None:
+        """`results` are told the means; `earlier` is the `state` of the run that goes on."""
+        self._results = results
         scene, rank = sliding.block.scene, sliding.block.surface.comm.rank
         self._load = scene.load
         self._now: dict[str, Any] = dict(earlier or {"written": 0})
@@ -72,6 +76,7 @@ class PassSeries:
             )
         )
         now["written"] += 1
+        self._results.passes, self._results.last_pass = number, now["sum"] / self._load.duration
 
     def __enter__(self) -> Self:
         return self

@@ -25,25 +25,29 @@ class Results:
         self.rows: list[tuple[float, float]] = []
         self.melt_onset: float | None = None
         self.saturation: float | None = None
+        self.peak, self.peak_time = -math.inf, 0.0  # of mu, and when (s)
         self.rejected = self.iterations = self.dofs = 0
         self.imbalance = 0.0
         self.outside_table_fraction = 0.0
         self.sipe_opening = math.inf
         self.bottom, self.sides = 1.0, 0.0  # smallest and largest of the run's postures
         self.thinnest_film = math.inf
+        self.passes, self.last_pass = 0, math.nan  # how many are over, and mean mu of the last one
         self.dry = False  # whether the law has dry friction
 
     def __call__(self, step: Observation) -> None:
         """Enter t = 0 or an accepted step. Collective."""
-        row, block = step.row, step.sliding.block
+        row, block, now = step.row, step.sliding.block, step.history_row.time_s
+        if row.mu > self.peak:
+            self.peak, self.peak_time = row.mu, now
         self.rows.append((row.time_s, row.mu))
         self.rejected += step.accepted.rejected if step.accepted else 0
         self.iterations += row.newton_iterations
         self.imbalance = row.energy_imbalance
         if self.melt_onset is None and row.melted_fraction > 0.0:
-            self.melt_onset = row.time_s
+            self.melt_onset = now
         if self.saturation is None and row.saturated_fraction > 0.0:
-            self.saturation = row.time_s
+            self.saturation = now
         self.dry = block.scene.film.dry_stress is not None
         self.thinnest_film = min(self.thinnest_film, thinnest_film(step.sliding))
         if step.solved:
@@ -66,11 +70,11 @@ class Results:
         if not self.rows:
             return {}
         time, mu = np.array(self.rows).T  # sliding time, without rests
-        peak = int(mu.argmax())
         span = time[-1] - time[0]
+        passes = {"passes": self.passes, "mu_mean_last_pass": self.last_pass}
         return {
-            "mu_peak": float(mu[peak]),
-            "mu_peak_time_s": float(time[peak]),
+            "mu_peak": float(self.peak),
+            "mu_peak_time_s": float(self.peak_time),
             "mu_mean": float(trapezoid(mu, time) / span) if span > 0.0 else float(mu[0]),
             "mu_end": float(mu[-1]),
             "melt_onset_s": self.melt_onset,
@@ -83,6 +87,7 @@ class Results:
             "outside_table_fraction": self.outside_table_fraction,
             "sipe_opening_m": self.sipe_opening if math.isfinite(self.sipe_opening) else None,
             "warnings": self._warnings(),
+            **(passes if self.passes else {}),
         }
 
     def _warnings(self) -> list[str]:
