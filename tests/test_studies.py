@@ -359,6 +359,15 @@ def test_dry_contact_gives_way_to_films(tmp_path):
     assert (tmp_path / "dry_to_wet.png").stat().st_size > 10_000
 
 
+def test_cost_of_dry_shear_and_of_passes():
+    rows = printed("dry_cost")
+    assert [row[0] for row in rows if row[0][:1] in "fd"] == [
+        "film law", "dry shear", "dry shear, films freeze",
+    ]  # fmt: skip
+    passes = next(row for row in rows if row[0] == "10")
+    assert int(passes[3]) < 10 * 200
+
+
 def test_friction_over_passes_of_a_drum(tmp_path):
     text = printed("friction_drum", "--pictures", str(tmp_path))
     means = {row[0]: [float(cell) for cell in row[1:]] for row in text if row[0] in DRUM_ROWS}

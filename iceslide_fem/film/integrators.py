@@ -236,10 +236,14 @@ def _combine(
     if not row:
         return state
     weights = [weight / diagonal for weight in row]
-    combined = (_sum(weights, [one[i] for one in changes]) for i in range(len(state)))
-    return InterfaceState(
-        *(np.add(part, more, out=more) for part, more in zip(state, combined, strict=True))
-    )
+    begin = []
+    for i, part in enumerate(state):
+        if part.size:
+            more = _sum(weights, [one[i] for one in changes])
+            begin.append(np.add(part, more, out=more))
+        else:
+            begin.append(part)
+    return InterfaceState(*begin)
 
 
 def _sum(weights: Sequence[float], parts: list[Array]) -> Array:

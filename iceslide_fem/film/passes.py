@@ -85,17 +85,17 @@ def frozen(heat: Array, water: Array, rest: Array, ice: Column) -> tuple[Array, 
     """
     solid, rest_left = ice.solid, rest
     ends = np.geomspace(FIRST_REST, 1.0, REST_STEPS)
-    for length in np.diff(ends, prepend=0.0):
-        if not water.any():
-            break
-        dt = np.where(water > 0.0, length * rest, 0.0)
-        stored = solid.melting_enthalpy * water
-        with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):  # steps of points without water are 0
+        for length in np.diff(ends, prepend=0.0):
+            if not water.any():
+                break
+            dt = np.where(water > 0.0, length * rest, 0.0)
+            stored = solid.melting_enthalpy * water
             given = np.clip(dt * ice.response(heat, dt).melted_flux, 0.0, stored)
-        given = np.where(dt > 0.0, given, 0.0)
-        heat = ice.heated(heat, dt, given)
-        water = np.where(given >= stored, 0.0, water - given / solid.melting_enthalpy)
-        rest_left = rest_left - dt
+            given = np.where(dt > 0.0, given, 0.0)
+            heat = ice.heated(heat, dt, given)
+            water = np.where(given >= stored, 0.0, water - given / solid.melting_enthalpy)
+            rest_left = rest_left - dt
     return heat, water, rest_left
 
 

@@ -23,6 +23,7 @@ GROW_ALONE = 2.5
 # Errors of a dry film move the onset of melting, those of H_s saturation, and mu turns sharply at
 # both: they count so many times.
 DRY, SQUEEZED = 3.25, 3.0
+NO_ERROR = 1e-300  # in place of 0, which has no power below 0
 
 
 def step_factor(error: Array | float, order: int, grow: float = GROW) -> Array:
@@ -30,8 +31,7 @@ def step_factor(error: Array | float, order: int, grow: float = GROW) -> Array:
 
     safety * error^(-1/order), between `SHRINK` and `grow`; an error that is not finite shrinks.
     """
-    with np.errstate(divide="ignore"):
-        factor = SAFETY * np.asarray(error, dtype=float) ** (-1.0 / order)
+    factor = SAFETY * np.maximum(error, NO_ERROR) ** (-1.0 / order)
     return np.where(factor > SHRINK, np.minimum(factor, grow), SHRINK)
 
 

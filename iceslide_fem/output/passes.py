@@ -37,5 +37,5 @@ def of_pass(row: HistoryRow, number: int, start: float) -> HistoryRow:
     """The row with the column `pass`; its time goes on from the `start` (s) of that pass."""
     reported = row._fields[len(HistoryRow._fields) :]
     kind = row_type((*reported, PASS))
-    values = row._asdict() | {"time_s": start + row.time_s, PASS: number}
-    return kind(**values)
+    time, *others = row  # the time is the first column
+    return kind._make((start + time, *others, number))

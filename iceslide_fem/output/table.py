@@ -62,13 +62,18 @@ def row_of(
     """The row at `time` (s) under a `load`: its columns, known `values`, 0 elsewhere, and behind
     them the law's internal variables.
     """
-    columns: dict[str, Any] = dict.fromkeys(HistoryRow._fields, 0.0) | {
-        "time_s": time,
-        "slip_m": load.speeds.integral(time),
-        "nominal_pressure_Pa": load.pressures.at(time),
-        "speed_m_per_s": load.speeds.at(time),
-    }
-    return row_type(tuple(internal))(**columns | dict(values) | dict(internal))
+    columns: dict[str, Any] = _NOTHING.copy()
+    columns["time_s"] = time
+    columns["slip_m"] = load.speeds.integral(time)
+    columns["nominal_pressure_Pa"] = load.pressures.at(time)
+    columns["speed_m_per_s"] = load.speeds.at(time)
+    columns.update(values)
+    columns.update(internal)
+    kind = row_type(tuple(internal))
+    return kind._make(columns.values())  # in the order of the fields
+
+
+_NOTHING = dict.fromkeys(HistoryRow._fields, 0.0)
 
 
 @cache

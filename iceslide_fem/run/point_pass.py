@@ -31,10 +31,12 @@ def one_pass(
     conditions: Conditions,
     settings: dict[str, Any],
     start: InterfaceState | None = None,
+    shown: bool = True,
 ) -> tuple[list[HistoryRow], PointResult]:
     """Rows and result from films on cold ice, or from what `start` has left of both.
 
-    `settings` are those of `point.simulate`. Raises SimulationStopped.
+    `settings` are those of `point.simulate`; `shown`: say how far it has come. Raises
+    SimulationStopped.
     """
     duration = float(conditions.duration[0])
     history = PointRows(scene, law)
@@ -46,7 +48,7 @@ def one_pass(
         shear = float(conditions.loads(settings["water"]).shear(start, ice)[0])
         history.add(0.0, start, shear, float(ice.surface_temperature(start.ice)[0]))
 
-    with LongTask(duration, shown=rank() == 0) as shown:
+    with LongTask(duration, shown=shown and rank() == 0) as task:
 
         def observe(record: Record) -> None:
             state = record.step.state
@@ -59,9 +61,11 @@ def one_pass(
                 bool(record.melting[0]),
                 bool(record.full[0]),
             )
+            if not shown:
+                return
             row = history.rows[-1]
             where = f"t = {1e3 * row.time_s:.3f} of {1e3 * duration:g} ms"
-            shown.show(row.time_s, where, f"mu {row.mu:.3f}", f"step {1e3 * row.step_s:.3g} ms")
+            task.show(row.time_s, where, f"mu {row.mu:.3f}", f"step {1e3 * row.step_s:.3g} ms")
 
         rubber = rubber_columns(scene)
         result = simulate(conditions, observe=observe, rubber=rubber, start=start, **settings)

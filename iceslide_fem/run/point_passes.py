@@ -21,6 +21,8 @@ from iceslide_fem.output.table import HistoryRow
 from iceslide_fem.run.passing_point import block_rows
 from iceslide_fem.run.point_pass import first_state, one_pass
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.launch import rank
+from iceslide_fem.runtime.progress import LongTask
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.materials import ZERO_CELSIUS
 
@@ -35,20 +37,23 @@ def passes_history(
     conditions, passes = scene_conditions(scene), scene_passes(scene)
     settings = simulation_settings(scene)
     ice = column_for(conditions, passes, scene.numerics.tolerance, settings.pop("ice"))
-    state, rows, found = first_state(scene, law, ice), [], []
-    for number in range(1, passes.number + 1):
-        began = float(ice.surface_temperature(state.ice)[0])
-        start = None if number == 1 else state
-        history, result = one_pass(scene, law, conditions, settings | {"ice": ice}, start)
-        if scene.ice.motion == "sliding":
-            history = block_rows(history, scene)
-        first = (number - 1) * passes.period
-        rows += [of_pass(row, number, first) for row in history]
-        base = _base(scene, ice, result.state.ice)
-        row = _pass_row(history, number, first, began, result, ice, base)
-        observe(row)
-        found.append(row)
-        state = next_start(result.state, conditions, ice, passes)
+    settings["ice"] = ice
+    state, rows, found = first_state(scene, law, ice), list[HistoryRow](), list[PassRow]()
+    with LongTask(passes.number, shown=rank() == 0) as task:
+        for number in range(1, passes.number + 1):
+            began = float(ice.surface_temperature(state.ice)[0])
+            start = None if number == 1 else state
+            history, result = one_pass(scene, law, conditions, settings, start, shown=False)
+            if scene.ice.motion == "sliding":
+                history = block_rows(history, scene)
+            first = (number - 1) * passes.period
+            rows += [of_pass(row, number, first) for row in history]
+            base = _base(scene, ice, result.state.ice)
+            row = _pass_row(history, number, first, began, result, ice, base)
+            observe(row)
+            found.append(row)
+            task.show(number, f"pass {number} of {passes.number}", f"mean mu {row.mu_mean:.3f}")
+            state = next_start(result.state, conditions, ice, passes)
     return rows, _results(found, rows)
 
 
