@@ -73,6 +73,15 @@ def test_one_pass_is_a_run_of_its_own(folder):
         found.one_pass(4)
 
 
+def test_passes_long_after_the_first_keep_their_times(tmp_path):
+    """At 2e4 s ten digits leave 10 us of a time, and no step of a pass is as long at first."""
+    run(scene(load={"period": 1e4}), tmp_path, pictures=False)
+    found = read_run(tmp_path)
+    first, last = found.one_pass(1), found.one_pass(-1)
+    assert (np.diff(last.history["time_s"]) > 0.0).all()
+    assert first.history["time_s"][-1] == last.history["time_s"][-1] == TIME
+
+
 def test_the_same_run_replaces_itself(tmp_path):
     """The table of passes is one of the results, and goes where there are none."""
     run(scene(), tmp_path, pictures=False)

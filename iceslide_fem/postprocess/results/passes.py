@@ -11,32 +11,32 @@ from scipy.integrate import trapezoid
 from iceslide_fem.runtime.arrays import Array
 
 PASS = "pass"  # the column that says which one a row is of
+DECIMALS = 12  # of times (s) that are sums of steps
 
 
 def sliding_time(history: Mapping[str, Array]) -> Array:
-    """Time (s) of every row without the rests between passes."""
-    return history["time_s"] if PASS not in history else np.cumsum(history["step_s"])
+    """Time (s) of every row without the rests between passes: the sum of its steps.
+
+    A table has ten digits of its times, of which long rests leave few for a pass.
+    """
+    if PASS not in history:
+        return history["time_s"]
+    return np.asarray(np.cumsum(history["step_s"]).round(DECIMALS))
 
 
 def mean_over_sliding(history: Mapping[str, Array], column: str) -> float:
     """Mean of a `column` over the time in which the rubber slides; rests do not count."""
-    values = history[column]
-    if PASS not in history:
-        spans = [slice(None)]
-    else:
-        ends = [*(np.flatnonzero(np.diff(history[PASS])) + 1), values.size]
-        spans = [slice(first, end) for first, end in zip([0, *ends], ends, strict=False)]
-    time = history["time_s"]
-    whole = sum(float(trapezoid(values[span], time[span])) for span in spans)
-    slid = float(sliding_time(history)[-1])
-    return whole / slid if slid else float(values[0])
+    time, values = sliding_time(history), history[column]
+    slid = float(time[-1])
+    return float(trapezoid(values, time)) / slid if slid else float(values[0])
 
 
-def history_of(history: Mapping[str, Array], number: int, start: float) -> dict[str, Array]:
-    """The rows of one pass; their times begin at its `start` (s)."""
-    here = history[PASS] == number
-    rows = {name: values[here] for name, values in history.items() if name != PASS}
-    return rows | {"time_s": rows["time_s"] - start}
+def history_of(history: Mapping[str, Array], number: int) -> dict[str, Array]:
+    """The rows of one pass; their times begin with it."""
+    here = {name: values[history[PASS] == number] for name, values in history.items()}
+    time = sliding_time(here)
+    del here[PASS]
+    return here | {"time_s": time}
 
 
 def summary_of(

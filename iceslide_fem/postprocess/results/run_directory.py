@@ -82,8 +82,7 @@ class Run(NamedTuple):
             )
         if not self.passes:
             return self
-        start = float(self.passes["start_s"][which - 1])
-        history = history_of(self.history, which, start)
+        history = history_of(self.history, which)
         summary = self.summary | summary_of(history, self.passes, which)
         return self._replace(summary=summary, history=history, passes={})
 
