@@ -40,15 +40,19 @@ OF_THE_FILM = (
 def notes(scene: Scene) -> list[str]:
     """A sentence each, without its full stop; none for a scene that is all in use and usual."""
     table = scene.outside_table()
-    return _unused(scene) + _point(scene) + ([table] if table else []) + _outside_envelope(scene)
+    found = _unused(scene) + _point(scene) + _wet_start(scene) + ([table] if table else [])
+    return found + _outside_envelope(scene)
 
 
 def _unused(scene: Scene) -> list[str]:
     """Keys that are given and have no effect, by the reason why."""
     ice, sliding = scene.ice, scene.ice.motion == "sliding"
     reasons: dict[str, list[str]] = {}
+    if scene.load.passes == 1:
+        reasons["without load.passes of more than 1"] = ["film.between"]
     if scene.model == "point":
-        reasons['with model = "point"'] = NOT_OF_A_POINT
+        of_rows = {"film.water_speed"} if scene.rubber.rows > 1 else set()
+        reasons['with model = "point"'] = [key for key in NOT_OF_A_POINT if key not in of_rows]
     else:
         if not sliding:
             of_sliding = ["ice.cell", "ice.trail", "film.carrier", "film.water_speed"]
@@ -123,6 +127,17 @@ def _is_given(scene: Scene, key: str) -> bool:
     table, name = key.split(".")
     values = getattr(scene, table)
     return bool(getattr(values, name) != type(values).model_fields[name].default)
+
+
+def _wet_start(scene: Scene) -> list[str]:
+    """Dry shear that begins on a film of water."""
+    height = scene.initial_height
+    if scene.film.dry_stress is None or height == 0.0:
+        return []
+    return [
+        f"film.initial_height = {readable(height, 'm')} with film.dry_stress: rubber begins on a "
+        "film of water; film.initial_height = 0 begins dry"
+    ]
 
 
 def _have(keys: list[str]) -> str:
