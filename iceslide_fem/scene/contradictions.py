@@ -157,7 +157,7 @@ def _passes_follow_each_other(scene: Tables) -> None:
             f'{key} and ice.heat = "half-space" contradict each other: the closed form holds for '
             "ice that was never warmed before; allowed: ice.heat = 'column'"
         )
-    taken = load.duration if scene.ice.motion == "attached" else rubber.length / speeds.mean
+    taken = load.duration
     if rubber.rows > 1:
         if scene.ice.motion == "attached" or load.changes:
             raise ValueError(
@@ -169,6 +169,12 @@ def _passes_follow_each_other(scene: Tables) -> None:
                 f"rubber.row_pitch = {readable(rubber.row_pitch, 'm')} is not more than "
                 f"rubber.length = {readable(rubber.length, 'm')}; it goes from leading edge to "
                 "leading edge"
+            )
+        if rubber.row_pitch is not None and not rubber.row_pitch / speeds.mean > taken:
+            raise ValueError(
+                f"load.duration = {readable(taken, 's')} is not less than the "
+                f"{readable(rubber.row_pitch / speeds.mean, 's')} from row to row; "
+                "rubber.length / load.speed is enough"
             )
     elif load.period is not None and not load.period > taken:
         raise ValueError(
