@@ -135,4 +135,4 @@ def test_a_block_without_equilibrium_ends_with_3_and_says_why(script, change, wo
 
 
 def test_every_scene_has_a_script():
-    assert SCRIPTS == sorted(path.stem for path in CASES.glob("*.toml"))
+    assert sorted([*SCRIPTS, *POINTS]) == sorted(path.stem for path in CASES.glob("*.toml"))

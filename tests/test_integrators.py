@@ -105,17 +105,13 @@ def test_error_estimate_falls_with_its_order_and_bounds_the_error(name, order):
 @pytest.mark.parametrize("name", IMPLICIT)
 @pytest.mark.parametrize("dt", [1e-9, 1e-5, 1.0])
 def test_every_step_is_positive_and_conserves_energy(name, dt):
-    here = Conditions(
-        *(
-            np.concatenate(parts)
-            for parts in zip(
-                conditions(),
-                conditions(1e5, 3.0),
-                conditions(1e5, 30.0, initial_height=1e-9),
-                conditions(5e5, 30.0, initial_height=1e-9),
-                strict=True,
-            )
-        )
+    here = Conditions.together(
+        [
+            conditions(),
+            conditions(1e5, 3.0),
+            conditions(1e5, 30.0, initial_height=1e-9),
+            conditions(5e5, 30.0, initial_height=1e-9),
+        ]
     )
     column, loads = Column(here.temperature, DURATION), here.loads()
     state = start(here, column)
@@ -153,7 +149,7 @@ def test_a_trial_step_leaves_its_start_untouched(name):
 
 def test_steps_of_several_sizes_at_once_are_those_taken_alone():
     here = conditions()
-    both = Conditions(*(np.repeat(part, 2) for part in here))
+    both = Conditions.together([here, here])
     method, dt = INTEGRATORS["sdirk2"], np.array([1e-5, 1e-4])
     column = Column(269.15, DURATION)
     loads = both.loads()
