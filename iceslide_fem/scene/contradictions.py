@@ -2,18 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
-from iceslide_fem.runtime.units import readable
-from iceslide_fem.scene.film import Film
-from iceslide_fem.scene.friction import Friction
-from iceslide_fem.scene.ice import Ice, Water
-from iceslide_fem.scene.load import Load
 from iceslide_fem.scene.materials import BAR
-from iceslide_fem.scene.numerics import Numerics
-from iceslide_fem.scene.output import Output
-from iceslide_fem.scene.rubber import Rubber
+from iceslide_fem.scene.passes import check_passes
 from iceslide_fem.scene.shape import check_room_across
+from iceslide_fem.scene.tables import Tables
 from iceslide_fem.scene.thermal_layers import HEATED_LAYERS
 
 DEEPEST = 0.1  # that contact may sink in, of the height
@@ -24,46 +16,6 @@ _WEAKENS = (
     "weakens by its own heat has no motion without inertia (docs/cold.md); allowed: "
     'rubber.inertia = true, model = "point", or a dry_stress that is the same at every temperature'
 )
-
-
-class Tables(Protocol):
-    """The tables of a scene (`scene.model`)."""
-
-    @property
-    def model(self) -> str:
-        """Its level of the model hierarchy."""
-
-    @property
-    def rubber(self) -> Rubber:
-        """The block."""
-
-    @property
-    def load(self) -> Load:
-        """What presses and moves it."""
-
-    @property
-    def ice(self) -> Ice:
-        """What it slides on."""
-
-    @property
-    def film(self) -> Film:
-        """The water between both."""
-
-    @property
-    def water(self) -> Water:
-        """What it is made of."""
-
-    @property
-    def friction(self) -> Friction:
-        """The friction law."""
-
-    @property
-    def numerics(self) -> Numerics:
-        """How accurately it is computed."""
-
-    @property
-    def output(self) -> Output:
-        """What is written."""
 
 
 def check_contradictions(scene: Tables) -> None:
@@ -89,7 +41,7 @@ def check_contradictions(scene: Tables) -> None:
         )
     if scene.load.changes:
         _loads_may_change(scene)
-    _passes_follow_each_other(scene)
+    check_passes(scene)
     if scene.film.dry_stress is not None:
         _dry_shear_has_a_motion(scene)
     _contact_is_stiff(scene)
@@ -113,89 +65,6 @@ def check_contradictions(scene: Tables) -> None:
             "film.conductance has a meaning only with heat in the rubber; "
             "leave it out, or set rubber.heat = true"
         )
-
-
-def _passes_follow_each_other(scene: Tables) -> None:
-    """Raise ValueError where passes, or rows of blocks, contradict the other tables."""
-    load, rubber, speeds = scene.load, scene.rubber, scene.load.speeds
-    for given, key, spacing, unit in (
-        (load.passes > 1, "load.passes", "load.period", load.period),
-        (rubber.rows > 1, "rubber.rows", "rubber.row_pitch", rubber.row_pitch),
-    ):
-        if given and unit is None:
-            raise ValueError(f"{spacing} is missing; it says how far apart {key} are")
-        if unit is not None and not given:
-            raise ValueError(f"{spacing} has a meaning only with {key} of more than 1")
-    if load.passes == 1 and rubber.rows == 1:
-        return
-    if load.passes > 1 and rubber.rows > 1:
-        raise ValueError(
-            "load.passes and rubber.rows contradict each other: rows are passes of the period "
-            "rubber.row_pitch / load.speed; allowed: one of them"
-        )
-    key = "load.passes" if load.passes > 1 else "rubber.rows"
-    if scene.model != "point":
-        _blocks_pass(scene, key)
-    if scene.friction.law != "film":
-        raise ValueError(
-            f'{key} and friction.law = "{scene.friction.law}" contradict each other; allowed: '
-            'friction.law = "film"'
-        )
-    kept = rubber.rows > 1 or scene.film.between == "keep"
-    if kept and scene.film.refreeze != "nothing":
-        raise ValueError(
-            f'{key} whose water is kept and film.refreeze = "{scene.film.refreeze}" contradict '
-            'each other; allowed: film.between = "freeze" or "drain" with load.passes'
-        )
-    if rubber.heat:
-        raise ValueError(
-            f"{key} and rubber.heat contradict each other: the ice rests between passes, and "
-            "nothing says what the rubber does; allowed: rubber.heat = false"
-        )
-    if scene.ice.heat == "half-space":
-        raise ValueError(
-            f'{key} and ice.heat = "half-space" contradict each other: the closed form holds for '
-            "ice that was never warmed before; allowed: ice.heat = 'column'"
-        )
-    taken = load.duration
-    if rubber.rows > 1:
-        if scene.ice.motion == "attached" or load.changes:
-            raise ValueError(
-                "rubber.rows needs ice that passes below them at one speed; allowed: "
-                'ice.motion = "sliding", and load.speed and load.pressure as numbers'
-            )
-        if rubber.row_pitch is not None and not rubber.row_pitch > rubber.length:
-            raise ValueError(
-                f"rubber.row_pitch = {readable(rubber.row_pitch, 'm')} is not more than "
-                f"rubber.length = {readable(rubber.length, 'm')}; it goes from leading edge to "
-                "leading edge"
-            )
-        if rubber.row_pitch is not None and not rubber.row_pitch / speeds.mean > taken:
-            raise ValueError(
-                f"load.duration = {readable(taken, 's')} is not less than the "
-                f"{readable(rubber.row_pitch / speeds.mean, 's')} from row to row; "
-                "rubber.length / load.speed is enough"
-            )
-    elif load.period is not None and not load.period > taken:
-        raise ValueError(
-            f"load.period = {readable(load.period, 's')} is not more than the "
-            f"{readable(taken, 's')} that a pass takes; it goes from beginning to beginning"
-        )
-
-
-def _blocks_pass(scene: Tables, key: str) -> None:
-    """Raise ValueError where passes of a slice or block contradict the other tables."""
-    for wrong, what, allowed in (
-        (scene.rubber.rows > 1, "rubber.rows", 'model = "point"'),
-        (scene.ice.motion == "sliding", 'ice.motion = "sliding"', "ice.motion = 'attached'"),
-        (scene.load.changes, "rows of load.pressure or load.speed", "numbers"),
-        (scene.rubber.wall_friction > 0.0, "rubber.wall_friction", "0"),
-    ):
-        if wrong:
-            raise ValueError(
-                f'{key}, model = "{scene.model}" and {what} contradict each other; allowed: '
-                f'{allowed}, or model = "point"'
-            )
 
 
 def _dry_shear_has_a_motion(scene: Tables) -> None:
