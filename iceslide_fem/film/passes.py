@@ -69,9 +69,11 @@ def next_start(
     elif passes.between == "drain":
         height, squeezed = conditions.initial_height, np.zeros_like(squeezed)
     else:
-        heat, water, rest = frozen(heat, height + squeezed, rest, ice)
-        height = np.maximum(np.minimum(height, water), conditions.initial_height)
-        squeezed = np.maximum(water - height, 0.0)
+        first = conditions.initial_height  # what no ice has melted to
+        molten = np.maximum(height + squeezed - first, 0.0)
+        heat, left, rest = frozen(heat, molten, rest, ice)
+        height = first + np.clip(height - first, 0.0, left)
+        squeezed = np.maximum(left - (height - first), 0.0)
     heat = ice.cooled(heat, rest)
     films = conditions.films(height, ice.surface_temperature(heat))
     return InterfaceState(films.log_height, squeezed, heat, state.rubber, films.internal)

@@ -171,12 +171,14 @@ class PassBegin(NamedTuple):
         """
         height, squeezed = law.film_height(state), state.squeezed_height
         freezes = self.rest.between == "freeze"
-        water = height + squeezed if freezes else np.zeros_like(squeezed)
+        # the first film is no ice that has melted
+        molten = np.maximum(height + squeezed - self.first, 0.0)
+        water = molten if freezes else np.zeros_like(squeezed)
         heat, left = rested(state.ice, water, ice, self.rest, self.solid, self.comm)
         if self.rest.between == "drain":
             height, squeezed = np.full_like(height, self.first), np.zeros_like(squeezed)
         elif freezes:
-            height = np.maximum(np.minimum(height, left), self.first)
-            squeezed = np.maximum(left - height, 0.0)
+            height = self.first + np.clip(height - self.first, 0.0, left)
+            squeezed = np.maximum(left - (height - self.first), 0.0)
         log_height, internal = law.films(height, ice.surface_temperature(heat))
         return InterfaceState(log_height, squeezed, heat, state.rubber, internal)
