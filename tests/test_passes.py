@@ -131,6 +131,18 @@ def test_friction_falls_from_pass_to_pass():
     assert max(first) == pytest.approx(alone, rel=1e-3)
 
 
+def test_a_viscosity_over_temperature_goes_on_from_pass_to_pass():
+    """One that hardly varies is as a number; one that falls begins at the rested temperature."""
+    alike, falls = [[263.15, 1.8e-3], [273.15, 1.8e-3]], [[263.15, 2.64e-3], [273.15, 1.79e-3]]
+    means = []
+    for viscosity in (1.8e-3, alike, falls):
+        found = []
+        point_history(scene(water={"viscosity": viscosity}), found.append)
+        means.append([row.mu_mean for row in found])
+    np.testing.assert_allclose(means[1], means[0], rtol=1e-3)
+    assert (np.diff(means[2]) < 0.0).all()
+
+
 def test_rows_of_blocks_are_passes_one_pitch_apart():
     """Each block meets the films and the water that the one before has left."""
     alone = {"passes": 1, "period": None}

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from iceslide_fem import reference
+from iceslide_fem.film.conditions import scene_conditions
 from iceslide_fem.run.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.materials import MELTING_ENTHALPY
+from iceslide_fem.workflow.sweep.points import simulate_points
 
 # Flux (W/m2), undercooling (K), melt onset (s), height (m) after 5 ms, frozen after that (s)
 STEFAN = (
@@ -107,6 +109,22 @@ def test_voids_empty_by_freezing_if_told():
     }
     assert stored["film"] > 50e-9
     assert stored["all"] < 0.05 * stored["film"]
+
+
+@pytest.mark.quick
+def test_a_sweep_freezes_what_each_of_its_scenes_says():
+    """Whatever scenes are computed beside it."""
+    dry = {"dry_stress": 3.3e5, "dry_softening": 10.0, "dry_residual": 5.0}
+    scenes = [point(4.0, 5e-3, -2.0, **dry, refreeze=kind) for kind in ("nothing", "film", "all")]
+    together = simulate_points(scenes)
+    limits = [scene_conditions(scene).limit for scene in scenes]
+    assert [(limit.freezes, limit.voids_freeze) for limit in limits] == [
+        (False, False), (True, False), (True, True),
+    ]  # fmt: skip
+    for outcome, scene in zip(together, scenes, strict=True):
+        alone = point_history(scene)[1]
+        assert outcome.summary["mu_mean"] == pytest.approx(alone["mu_mean"], rel=1e-9)
+        assert outcome.summary["steps"] == alone["steps"]
 
 
 @pytest.mark.quick

@@ -99,10 +99,10 @@ def scene_conditions(scene: Scene) -> Conditions:
         duration=exposure(scene),
         viscosity=scene.viscosity,
         strength=scene.shear_strength,
+        refreeze=scene.film.refreeze,
+        fastest=scene.load.speeds.largest,
         **scene.ice.solid._asdict(),
     )
-    if scene.shear_strength is not None:
-        here = here.limited(scene.shear_strength, scene.load.speeds.largest, scene.film.refreeze)
     return here if speed else here._replace(speed=np.zeros(1))
 
 
@@ -123,7 +123,7 @@ def varied_conditions(scene: Scene, **varied: ArrayLike) -> Conditions:
     height = scene.height_on(varied.get("temperature", fixed["temperature"]))
     fixed |= {"k": k, "D": D, "H_V": H_V, "initial_height": height}
     fixed["duration"] = np.broadcast_to(fixed["duration"], count)
-    return Conditions.of(strength=strength, **fixed | varied)
+    return Conditions.of(strength=strength, refreeze=scene.film.refreeze, **fixed | varied)
 
 
 def scene_passes(scene: Scene) -> Passes:

@@ -14,13 +14,12 @@ import numpy as np
 
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.film.point import simulate
+from iceslide_fem.film.point import CONDENSED, simulate
 from iceslide_fem.film.point_conditions import Conditions
 from iceslide_fem.film.point_result import PointResult
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import ViscosityTable
 
-# How closely a column answers with fewer modes, relative to the tolerance.
-CONDENSED = 0.005
 # Steps in which water freezes: so many, the first relative to the whole rest.
 REST_STEPS, FIRST_REST = 80, 1e-6
 
@@ -55,13 +54,17 @@ def simulate_passes(
     for _ in range(passes.number):
         found = simulate(conditions, ice, start=start, **settings)
         yield found
-        start = next_start(found.state, conditions, ice, passes)
+        start = next_start(found.state, conditions, ice, passes, settings.get("water"))
 
 
 def next_start(
-    state: InterfaceState, conditions: Conditions, ice: Column, passes: Passes
+    state: InterfaceState,
+    conditions: Conditions,
+    ice: Column,
+    passes: Passes,
+    water: ViscosityTable | None = None,
 ) -> InterfaceState:
-    """What a pass begins with after one that has left `state`."""
+    """What a pass begins with after one that has left `state`; `water` as of `point.simulate`."""
     height, squeezed = conditions.loads().height(state.log_height), state.squeezed_height
     heat, rest = state.ice, passes.period - conditions.duration
     if passes.between == "keep":
@@ -75,7 +78,7 @@ def next_start(
         height = first + np.clip(height - first, 0.0, left)
         squeezed = np.maximum(left - (height - first), 0.0)
     heat = ice.cooled(heat, rest)
-    films = conditions.films(height, ice.surface_temperature(heat))
+    films = conditions.films(height, ice.surface_temperature(heat), water)
     return InterfaceState(films.log_height, squeezed, heat, state.rubber, films.internal)
 
 

@@ -104,13 +104,14 @@ def simulate(
     if fixed_step is not None:
         lengths = AsGiven(fixed_step)
 
-    loads, films = conditions.loads(water), conditions.at_start
+    loads = conditions.loads(water)
+    films = conditions.films(conditions.initial_height, conditions.temperature, water)
     begin = start or InterfaceState(
         films.log_height,
         np.zeros(n),
         heat.initial(n),
         rubber.initial(n),
-        films.internal if water is None else np.zeros((1, n)),
+        films.internal,
     )
     first_shear = conditions.first_shear if start is None else loads.shear(start, heat)
     undercooling = conditions.melting_temperature - conditions.temperature

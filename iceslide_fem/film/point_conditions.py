@@ -74,13 +74,15 @@ class Conditions(NamedTuple):
         cls,
         strength: ShearStrength | None = None,
         refreeze: str = "nothing",
+        fastest: float | None = None,
         **values: ArrayLike,
     ) -> Conditions:
         """Conditions from anything that broadcasts to one dimension; water and ice as by default.
 
         strength: tau_b of dry rubber on ice, where that limits the shear (`limiting_shear`); then
         films may begin with the height 0, and freeze: `refreeze` is "nothing", "film" or "all".
-        Raises ValueError, with a sentence, where a value is missing, unknown, or outside `RANGES`.
+        fastest: speed (m/s) up to which theirs may go, by default the `speed`. Raises ValueError,
+        with a sentence, where a value is missing, unknown, or outside `RANGES`.
         """
         values = DEFAULTS | values
         for name in sorted({*RANGES} ^ {*values}):
@@ -99,8 +101,11 @@ class Conditions(NamedTuple):
         }
         if refreeze != "nothing" and numbers["initial_height"].any():
             raise ValueError("films that freeze begin with the height 0: water on cold ice is gone")
-        found = cls(**numbers, limit=None)
-        return found if strength is None else found.limited(strength, found.speed, refreeze)
+        if strength is None:
+            return cls(**numbers, limit=None)
+        speed = numbers["speed"] if fastest is None else fastest
+        limit = LimitingShear.of(strength, numbers["viscosity"], speed, refreeze)
+        return cls(**numbers, limit=limit)
 
     @classmethod
     def together(cls, parts: Sequence[Conditions]) -> Conditions:
@@ -109,10 +114,6 @@ class Conditions(NamedTuple):
         arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in RANGES}
         sizes = [part.pressure.size for part in parts]
         return cls(**arrays, limit=LimitingShear.together(limits, sizes) if limits else None)
-
-    def limited(self, strength: ShearStrength, speed: Array | float, refreeze: str) -> Conditions:
-        """The same with a limiting shear stress, at speeds up to `speed` (m/s)."""
-        return self._replace(limit=LimitingShear.of(strength, self.viscosity, speed, refreeze))
 
     def loads(self, water: ViscosityTable | None = None) -> FilmLoads:
         """The film's loads, constant in time; with `water` the viscosity is that table's at T_0."""
@@ -126,8 +127,16 @@ class Conditions(NamedTuple):
         """Films before the first step."""
         return self.films(self.initial_height, self.temperature)
 
-    def films(self, height: Array, temperature: Array) -> FilmStart:
-        """Films of the `height` (m) on ice whose surface has the `temperature` (K), (n,)."""
+    def films(
+        self, height: Array, temperature: Array, water: ViscosityTable | None = None
+    ) -> FilmStart:
+        """Films of the `height` (m) on ice whose surface has the `temperature` (K), (n,).
+
+        water: as for `loads`.
+        """
+        if water is not None:
+            viscosity = VariableViscosity(water, water(self.temperature))
+            return FilmStart(np.log(height), viscosity(temperature)[None])
         if self.limit is None:
             return FilmStart(np.log(height), np.zeros((0, self.pressure.size)))
         strength = self.limit.strength(np.maximum(self.melting_temperature - temperature, 0.0))

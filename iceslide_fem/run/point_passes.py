@@ -53,7 +53,8 @@ def passes_history(
             observe(row)
             found.append(row)
             task.show(number, f"pass {number} of {passes.number}", f"mean mu {row.mu_mean:.3f}")
-            state = next_start(result.state, conditions, ice, passes)
+            water = scene.water.table
+            state = next_start(result.state, conditions, ice, passes, water)
     return rows, _results(found, rows)
 
 

@@ -56,7 +56,7 @@ def simulate_points(scenes: Sequence[Scene]) -> list[CaseResult]:
 
 def _shared(scene: Scene) -> tuple[Any, ...]:
     """What scenes must share to be one call: duration, settings, ground, the number of rows that
-    dry shear has, and columns of rubber, which are as cold as the ice at first.
+    dry shear has and what freezes, and columns of rubber, which are as cold as the ice at first.
     """
     ice, rubber, strength = scene.ice, scene.rubber, scene.shear_strength
     heat: tuple[Any, ...] = ()
@@ -65,7 +65,8 @@ def _shared(scene: Scene) -> tuple[Any, ...]:
         heat = ice.temperature, ice.melting_temperature, *rubber.solid, *film
     below = None if ice.ground == BOTTOMLESS else ice.solid  # one for all on it
     rows = 0 if strength is None else len(strength.depth)
-    return scene.load.duration, heat, below, rows, *simulation_settings(scene).values()
+    limit = rows, scene.film.refreeze
+    return scene.load.duration, heat, below, *limit, *simulation_settings(scene).values()
 
 
 def _alone(scene: Scene) -> CaseResult:
