@@ -68,9 +68,7 @@ class Sliding:
             self._longest = min(self._longest, cells_in_a_step(scene) * plate.passing)
         error = StepError(block, self._longest, limits)
         self._step = CoupledStep(block, self.frame, plate, self.motion_law, error)
-        first = FIRST_STEP * self._duration if self._step.adaptive else np.inf
-        self._dt = min(first, self._longest)
-        self._film_dt = self._dt
+        self._dt = self._film_dt = self._first_step
         interface = self.frame.start(scene.initial_height, block.surface.n_points)
         self._start = block.rubber.u.x.array.copy()
         self.current = self._at_rest(0.0, interface)
@@ -104,6 +102,12 @@ class Sliding:
         """When this pass ends, s."""
         return self.number * self._duration
 
+    @property
+    def _first_step(self) -> float:
+        """Length of the first step of a pass, s."""
+        first = FIRST_STEP * self._duration if self._step.adaptive else np.inf
+        return min(first, self._longest)
+
     def begin_pass(self) -> None:
         """Rest, and begin the next pass: the block is as it was at t = 0, on the ice as it is now.
         Collective. Raises SimulationStopped where that has no equilibrium.
@@ -118,7 +122,7 @@ class Sliding:
         speed = np.full(block.surface.weights.shape, scene.load.speeds.first)
         try:
             interface = frame.rested(self.current.interface, loads, begins)
-            sheared = self.frame.sheared(interface, loads)
+            sheared = frame.sheared(interface, loads)
             law = block.sliding(sheared, lambda _: (speed, 0.0))
             block.balance(law, friction=block.friction_force(sheared))
         except NotConverged as reason:
@@ -128,8 +132,7 @@ class Sliding:
             ) from reason
         self.current = self._at_rest(self._end, interface)
         self.number += 1
-        first = FIRST_STEP * self._duration if self._step.adaptive else np.inf
-        self._dt = self._film_dt = min(first, self._longest)
+        self._dt = self._film_dt = self._first_step
 
     def checkpoint_state(self) -> CheckpointState:
         """All that later steps depend on, of this rank."""

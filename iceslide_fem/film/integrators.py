@@ -38,11 +38,8 @@ class InterfaceState(NamedTuple):
         return InterfaceState(*(part.take(index, axis=-1, mode="clip") for part in self))
 
 
-class Loads(Protocol):
-    """What acts on the interface at an end of a step, and the law that it acts under.
-
-    All may be collective: a law may keep its history elsewhere than at its points.
-    """
+class Acting(Protocol):
+    """What acts on the interface at an end of a step, as the integrator asks for it."""
 
     def at(self, end: Self, fraction: float) -> Self:
         """Loads at `fraction` of a step that ends with `end`."""
@@ -63,6 +60,13 @@ class Loads(Protocol):
 
     def internal_after(self, before: Array, stage: FilmStage) -> Array:
         """Internal variables after the `stage`, which were `before` at its start."""
+
+
+class Loads(Acting, Protocol):
+    """What acts on the interface at an end of a step, and the law that it acts under.
+
+    All may be collective: a law may keep its history elsewhere than at its points.
+    """
 
     def take(self, index: Index) -> Self:
         """The loads at `index`."""
@@ -156,8 +160,8 @@ class Step(NamedTuple):
 
 def advance(
     state: InterfaceState,
-    start: Loads,
-    end: Loads,
+    start: Acting,
+    end: Acting,
     dt: Array | float,
     ice: IceHeat,
     integrator: Integrator,

@@ -20,7 +20,7 @@ import numpy as np
 
 from iceslide_fem.film.height import CLOSE, Terms, log_height_of
 from iceslide_fem.film.law import FilmForcing, FilmStage, Surface
-from iceslide_fem.film.limiting_shear import NO_STRENGTH, LimitingShear, dry_strength
+from iceslide_fem.film.limiting_shear import NO_STRENGTH, LimitingShear, dry_strength, shearing
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 # Heights, over s, up to which a film may freeze altogether within a stage: of more the stage would
@@ -131,7 +131,7 @@ def limited_stage(
     at_melting = ~gone if limit.freezes else molten > ice.melted_flux
     available = np.zeros_like(y)
     if limit.freezes:
-        available = np.maximum(limit.height(log_height), 0.0) / unit
+        available = limit.height(log_height) / unit
     voids = np.zeros_like(y)
     if limit.voids_freeze:
         stored = np.maximum(squeezed, 0.0) / unit
@@ -154,7 +154,7 @@ def limited_stage(
     stays = squeezed + np.minimum(flow, room)
     if limit.voids_freeze:  # start values of a stage may be a rounding error below 0
         stays = np.maximum(stays - unit * voids, 0.0)
-    shearing = strength / (h * strength + drag)
+    sheared = shearing(h, strength, drag)
     return FilmStage(
         y,
         stays,
@@ -167,8 +167,8 @@ def limited_stage(
         flow - room,
         np.where(at_melting, 1.0, less / (1.0 + less)),
         np.zeros_like(q_ice),
-        np.stack([np.log((h + limit.added) * shearing), strength]),
-        shearing,
+        limit.kept(h, sheared, strength),
+        sheared,
     )
 
 

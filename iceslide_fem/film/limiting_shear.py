@@ -107,8 +107,8 @@ class LimitingShear(NamedTuple):
 
     def log_shearing(self, state: FilmHistory, speed: Array) -> Array:
         """-ln(h + h_b) of films in `state` at slip speeds (m/s), (n,)."""
-        strength = state.internal[1]
-        return np.log(strength / (self.height(state.log_height) * strength + self.drag(speed)))
+        height = self.height(state.log_height)
+        return np.log(shearing(height, state.internal[1], self.drag(speed)))
 
     def temperature_scale(self, stage: FilmStage, speed: Array) -> Array:
         """By how much (K) temperatures change that change tau as a whole; of points that do not
@@ -124,9 +124,16 @@ class LimitingShear(NamedTuple):
 
     def internal(self, height: Array, speed: Array, strength: Array) -> Array:
         """Internal variables (2, n) of films of the height h (m) at slip speeds (m/s) and tau_b."""
-        drag = self.drag(speed)
-        shearing = strength / (height * strength + drag)
+        return self.kept(height, shearing(height, strength, self.drag(speed)), strength)
+
+    def kept(self, height: Array, shearing: Array, strength: Array) -> Array:
+        """The same of films that shear by 1 / (h + h_b) (1/m)."""
         return np.stack([np.log((height + self.added) * shearing), strength])
+
+
+def shearing(height: Array, strength: Array, drag: Array) -> Array:
+    """1 / (h + h_b) (1/m) of films of the height h (m), tau_b (Pa) and eta v (Pa m)."""
+    return strength / (height * strength + drag)
 
 
 class Strengths(NamedTuple):

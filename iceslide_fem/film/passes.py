@@ -72,14 +72,25 @@ def next_start(
     elif passes.between == "drain":
         height, squeezed = conditions.initial_height, np.zeros_like(squeezed)
     else:
-        first = conditions.initial_height  # what no ice has melted to
-        molten = np.maximum(height + squeezed - first, 0.0)
-        heat, left, rest = frozen(heat, molten, rest, ice)
-        height = first + np.clip(height - first, 0.0, left)
-        squeezed = np.maximum(left - (height - first), 0.0)
+        first = conditions.initial_height
+        heat, left, rest = frozen(heat, molten(height, squeezed, first), rest, ice)
+        height, squeezed = unfrozen(height, left, first)
     heat = ice.cooled(heat, rest)
     films = conditions.films(height, ice.surface_temperature(heat), water)
     return InterfaceState(films.log_height, squeezed, heat, state.rubber, films.internal)
+
+
+def molten(height: Array, squeezed: Array, first: Array | float) -> Array:
+    """Water (m) of films of the `height` and squeezed out of them that ice has melted to: that of
+    the `first` film is none.
+    """
+    return np.maximum(height + squeezed - first, 0.0)
+
+
+def unfrozen(height: Array, left: Array, first: Array | float) -> tuple[Array, Array]:
+    """Heights of films and of squeezed-out water (m) where so much of the `molten` is `left`."""
+    film = np.clip(height - first, 0.0, left)
+    return first + film, np.maximum(left - film, 0.0)
 
 
 def frozen(heat: Array, water: Array, rest: Array, ice: Column) -> tuple[Array, Array, Array]:

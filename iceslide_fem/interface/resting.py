@@ -14,12 +14,12 @@ import numpy as np
 
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import IceHeat
-from iceslide_fem.film.integrators import InterfaceState, Step, advance
+from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.law import FilmHistory, FilmStage, Surface
-from iceslide_fem.film.rubber_heat import RubberHeat
+from iceslide_fem.film.passes import molten, unfrozen
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.laws.interface_law import InterfaceLaw
-from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import Solid
 
 # The first step, relative to how long the rubber was there, and the factor on each, also of steps
@@ -81,7 +81,7 @@ class RestingWater(NamedTuple):
 
 
 class Resting(NamedTuple):
-    """What acts on ice without rubber: nothing (`film.integrators.Loads`).
+    """What acts on ice without rubber: nothing (`film.integrators.Acting`).
 
     most: what the ice can take at each point, W/m2, (n,).
     """
@@ -107,26 +107,6 @@ class Resting(NamedTuple):
     def internal_after(self, before: Array, stage: FilmStage) -> Array:
         """As before."""
         return before
-
-    def take(self, index: Index) -> Resting:
-        """The same."""
-        return self
-
-    def shear(self, state: InterfaceState, ice: IceHeat) -> Array:
-        """None."""
-        return np.zeros_like(self.most)
-
-    def force(self, step: Step) -> Array:
-        """None."""
-        return np.zeros_like(self.most)
-
-    def shear_change(self, state: InterfaceState, other: InterfaceState, ice: IceHeat) -> Array:
-        """None."""
-        return np.zeros_like(self.most)
-
-    def local_error(self, step: Step, ice: IceHeat, rubber: RubberHeat, scale: Array) -> Array:
-        """Steps are as they are."""
-        return np.zeros_like(self.most)
 
 
 def rested(
@@ -171,14 +151,11 @@ class PassBegin(NamedTuple):
         """
         height, squeezed = law.film_height(state), state.squeezed_height
         freezes = self.rest.between == "freeze"
-        # the first film is no ice that has melted
-        molten = np.maximum(height + squeezed - self.first, 0.0)
-        water = molten if freezes else np.zeros_like(squeezed)
+        water = molten(height, squeezed, self.first) if freezes else np.zeros_like(squeezed)
         heat, left = rested(state.ice, water, ice, self.rest, self.solid, self.comm)
         if self.rest.between == "drain":
             height, squeezed = np.full_like(height, self.first), np.zeros_like(squeezed)
         elif freezes:
-            height = self.first + np.clip(height - self.first, 0.0, left)
-            squeezed = np.maximum(left - (height - self.first), 0.0)
+            height, squeezed = unfrozen(height, left, self.first)
         log_height, internal = law.films(height, ice.surface_temperature(heat))
         return InterfaceState(log_height, squeezed, heat, state.rubber, internal)

@@ -7,7 +7,7 @@ import functools
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from iceslide_fem.coupling.ledger import Ledger
 from iceslide_fem.coupling.restart import checkpoint_tables, resumed
@@ -16,7 +16,7 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.heat.linear import check_options
 from iceslide_fem.output.history import internal_names, preload_row, slide_row
 from iceslide_fem.output.log import Log
-from iceslide_fem.output.passes import PASS
+from iceslide_fem.output.passes import PASS, PassRow
 from iceslide_fem.output.probes import ProbeRow, Probes
 from iceslide_fem.output.summary import notify_next_run
 from iceslide_fem.output.table import (
@@ -156,6 +156,8 @@ def _before(
         size_of_rows(out / "history.csv", columns_of(history_type(sliding)), len(results.rows))
         if state["probes"]:
             size_of_rows(out / "probes.csv", ProbeRow._fields, state["probes"])
+        if ended := state.get("passes", {}).get("written"):
+            size_of_rows(out / "passes.csv", columns_of(PassRow), ended)
     return sliding, ledger
 
 
@@ -169,15 +171,23 @@ def _slide(
         watch.progress.go_on(sliding.current.time)
     watch.log("slide", time_s=sliding.current.time, unknowns=results.dofs)
     with ExitStack() as open_files:
+        tables: list[Table] = []
+
+        def opened(name: str, kind: type[NamedTuple], keep: int | None) -> Table:
+            table = open_files.enter_context(Table(out / name, kind, comm.rank, keep))
+            tables.append(table)
+            return table
+
         rows = len(results.rows) if state else None
-        kind = history_type(sliding)
-        history = open_files.enter_context(Table(out / "history.csv", kind, comm.rank, rows))
+        history = opened("history.csv", history_type(sliding), rows)
         earlier = from_root(lambda: fields_there(out, state), comm)
         fields = FieldSeries(out / "fields", sliding, earlier, watch.log)
-        probing = ProbeSeries(out / "probes.csv", probes, state.get("probes"), comm.rank)
-        open_files.enter_context(probing)
-        passes = PassSeries(out / "passes.csv", sliding, results, state.get("passes"))
-        open_files.enter_context(passes)
+        probed, passed = state.get("probes", 0), state.get("passes", {})
+        values = opened("probes.csv", ProbeRow, probed or None) if len(probes) else None
+        probing = ProbeSeries(values, probes, probed)
+        load, over = sliding.block.scene.load, passed.get("written") or None
+        ended = opened("passes.csv", PassRow, over) if load.passes > 1 else None
+        passes = PassSeries(ended, load, results, passed)
         parts: dict[str, Callable[[], Any]] = {
             "passes": passes.state,
             "sliding": functools.partial(checkpoint_tables, sliding),
@@ -186,7 +196,7 @@ def _slide(
             "fields": fields.state,
             "probes": probing.state,
         }
-        checkpoints = Checkpoints(out, sliding, parts, [history, probing, passes], watch)
+        checkpoints = Checkpoints(out, sliding, parts, tables, watch)
         stops = Stops(sliding, checkpoints, watch)
         observers: list[Observer] = [
             lambda step: history.row(step.history_row),

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
-from typing import Any, NamedTuple, Protocol, Self
+from typing import Any, NamedTuple
 
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.output.block_fields import BlockFields
 from iceslide_fem.output.fields import Fields
 from iceslide_fem.output.log import Log
-from iceslide_fem.output.probes import ProbeRow, Probes
+from iceslide_fem.output.probes import Probes
 from iceslide_fem.output.table import Table
 from iceslide_fem.run.checkpoint import write_checkpoint
 from iceslide_fem.run.interruption import Interruption
@@ -63,21 +62,15 @@ class FieldSeries:
 
 
 class ProbeSeries:
-    """Writes `probes.csv`, if there are probes; a context manager, which closes it."""
+    """Writes a row for each probe, if there are any."""
 
-    def __init__(self, path: Path, probes: Probes, written: int | None, rank: int) -> None:
-        """`written` is the `state` of the run that goes on, else None."""
-        self._probes, self._written = probes, written or 0
-        self._table = Table(path, ProbeRow, rank, written or None) if len(probes) else None
+    def __init__(self, table: Table | None, probes: Probes, written: int) -> None:
+        """Into a `table`, None without probes; `written` is the `state` of the run that goes on."""
+        self._table, self._probes, self._written = table, probes, written
 
     def state(self) -> int:
         """Rows written so far."""
         return self._written
-
-    def secure(self) -> None:
-        """Return when all rows are on the disk."""
-        if self._table is not None:
-            self._table.secure()
 
     def __call__(self, step: Observation) -> None:
         """Write a row for each probe."""
@@ -86,25 +79,6 @@ class ProbeSeries:
         for row in self._probes.rows(step.sliding, step.accepted):
             self._table.row(row)
         self._written += len(self._probes)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        if self._table is not None:
-            self._table.close()
-
-
-class Secured(Protocol):
-    """A table on the disk."""
-
-    def secure(self) -> None:
-        """Return when all rows are on the disk."""
 
 
 class Checkpoints:
@@ -115,7 +89,7 @@ class Checkpoints:
         folder: Path,
         sliding: Sliding,
         parts: Mapping[str, Callable[[], Any]],
-        tables: Sequence[Secured],
+        tables: Sequence[Table],
         watch: Watch,
     ) -> None:
         """A checkpoint holds what `parts` give, by their names; `tables` are secured before.

@@ -3,39 +3,31 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
-from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.output.passes import PassRow
 from iceslide_fem.output.table import Table
 from iceslide_fem.run.observation import Observation
 from iceslide_fem.run.summary import Results
+from iceslide_fem.scene.load import Load
 
 
 class PassSeries:
-    """A row for each pass, at its end; a context manager, which closes the table."""
+    """A row for each pass, at its end."""
 
     def __init__(
-        self, path: Path, sliding: Sliding, results: Results, earlier: dict[str, Any] | None
+        self, table: Table | None, load: Load, results: Results, earlier: dict[str, Any]
     ) -> None:
-        """`results` are told the means; `earlier` is the `state` of the run that goes on."""
-        self._results = results
-        scene, rank = sliding.block.scene, sliding.block.surface.comm.rank
-        self._load = scene.load
-        self._now: dict[str, Any] = dict(earlier or {"written": 0})
-        written = self._now["written"] or None
-        self._table = Table(path, PassRow, rank, written) if scene.load.passes > 1 else None
+        """In a `table`, None where there is one pass.
+
+        `results` are told the means; `earlier` is the `state` of the run that goes on, or empty.
+        """
+        self._table, self._load, self._results = table, load, results
+        self._now: dict[str, Any] = {"written": 0} | earlier
 
     def state(self) -> dict[str, Any]:
         """What this pass has come to, and how many rows are written."""
         return dict(self._now)
-
-    def secure(self) -> None:
-        """Return when all rows are on the disk."""
-        if self._table is not None:
-            self._table.secure()
 
     def __call__(self, step: Observation) -> None:
         """Enter a moment of a pass; write its row at its end."""
@@ -77,15 +69,3 @@ class PassSeries:
         )
         now["written"] += 1
         self._results.passes, self._results.last_pass = number, now["sum"] / self._load.duration
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        if self._table is not None:
-            self._table.close()
