@@ -368,6 +368,17 @@ def test_cost_of_dry_shear_and_of_passes():
     assert int(passes[3]) < 10 * 200
 
 
+def test_dry_shear_freezing_and_passes_are_exact():
+    rows = printed("dry_exact")
+    warming, freezing, rises = rows[2:6], rows[8:11], rows[13:17]
+    assert all(abs(float(row[i])) < 1e-3 for row in warming for i in (3, 5))
+    assert [row[4] for row in freezing] == ["570.97", "1630.71", "404.93"]
+    assert all(abs(float(row[i])) < 1e-2 for row in freezing for i in (3, 5, 7))
+    assert all(abs(float(row[3].rstrip("%"))) < 0.5 for row in rises)
+    freeze = [float(mu) for mu in rows[19][3].split(",")]
+    assert freeze == sorted(freeze, reverse=True)
+
+
 def test_friction_over_passes_of_a_drum(tmp_path):
     text = printed("friction_drum", "--pictures", str(tmp_path))
     means = {row[0]: [float(cell) for cell in row[1:]] for row in text if row[0] in DRUM_ROWS}
