@@ -14,6 +14,7 @@ PACKAGE = Path(__file__).parent.parent / "iceslide_fem"
 # From the ground up; a module or folder imports only what stands below its floor.
 FLOORS = [
     {"runtime"},
+    {"relaxation"},
     {"scene", "fenics"},
     {"film", "mesh"},
     {"laws"},
@@ -32,8 +33,17 @@ FLOORS = [
 ]
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 # What needs no finite elements is usable without them, and starts fast.
-WITHOUT_FENICS = {"runtime", "scene", "film", "laws", "reference", "materials", "results"}
-WITHOUT_FENICS |= {"preprocess", "postprocess", "app", "commands", "cli"}
+WITHOUT_FENICS = {
+    "runtime",
+    "relaxation",
+    "scene",
+    "film",
+    "laws",
+    "reference",
+    "materials",
+    "results",
+}
+WITHOUT_FENICS |= {"relaxation", "preprocess", "postprocess", "app", "commands", "cli"}
 FINITE_ELEMENTS = {
     "basix",
     "dolfinx",

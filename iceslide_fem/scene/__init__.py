@@ -1,7 +1,7 @@
 """What is simulated: a frozen scene, completely validated, in SI units.
 
 From a TOML file or a dictionary, with units at the edge; data of materials with their sources.
-Imports `runtime` only.
+Imports `relaxation` and `runtime` only.
 """
 
 from iceslide_fem.scene.film import Film

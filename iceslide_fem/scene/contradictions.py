@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from iceslide_fem.scene.materials import BAR
+import numpy as np
+
+from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.scene.passes import check_passes
 from iceslide_fem.scene.shape import check_room_across
 from iceslide_fem.scene.tables import Tables
@@ -42,6 +44,8 @@ def check_contradictions(scene: Tables) -> None:
     if scene.load.changes:
         _loads_may_change(scene)
     check_passes(scene)
+    if scene.rubber.relaxation is not None:
+        _rubber_relaxes_here(scene)
     if scene.film.dry_stress is not None:
         _dry_shear_has_a_motion(scene)
     _contact_is_stiff(scene)
@@ -88,6 +92,18 @@ def _dry_shear_has_a_motion(scene: Tables) -> None:
         )
     if scene.model != "point" and film.dry_shear.softens and not scene.rubber.inertia:
         raise ValueError(_WEAKENS)
+
+
+def _rubber_relaxes_here(scene: Tables) -> None:
+    """Raise ValueError where the shift with temperature has no value at the scene's."""
+    wlf, temperature = scene.rubber.wlf, scene.ice.temperature
+    if wlf is not None and not np.isfinite(wlf.shift(temperature)):
+        coldest = wlf.reference - wlf.C2 - ZERO_CELSIUS
+        raise ValueError(
+            f"rubber.wlf has no shift at {temperature - ZERO_CELSIUS:.4g} degC, as cold as "
+            f"reference - C2 = {coldest:.4g} degC or colder; allowed: warmer ice, or "
+            "arrhenius_below and activation_energy"
+        )
 
 
 def _loads_may_change(scene: Tables) -> None:

@@ -136,6 +136,10 @@ class MooneyRivlin:
         bulk = 2.0 * shear * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu))
         return cls(C10, C01, 2.0 / bulk)
 
+    def stiffer(self, factor: float) -> MooneyRivlin:
+        """The same with C10 and C01 times the `factor`, and the bulk modulus as it is."""
+        return MooneyRivlin(factor * self.C10, factor * self.C01, self.D1)
+
     @property
     def shear_modulus(self) -> float:
         """G = 2 (C10 + C01), Pa."""

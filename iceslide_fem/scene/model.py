@@ -110,7 +110,10 @@ class Scene(Table):
 
     @property
     def mooney_rivlin(self) -> MooneyRivlin:
-        """Constants of the rubber (SI), of the compound or as given."""
+        """Constants of the rubber (SI), of the compound or as given.
+
+        Where it relaxes C10 and C01 are the instantaneous ones.
+        """
         rubber = self.rubber
         if rubber.compound is not None:
             C10, C01, D1 = astuple(COMPOUNDS[rubber.compound])
@@ -118,8 +121,12 @@ class Scene(Table):
             assert rubber.C10 is not None and rubber.C01 is not None  # by Rubber's validation
             C10, C01, D1 = rubber.C10, rubber.C01, 0.0
         if rubber.nu is not None:
-            return MooneyRivlin.from_nu(C10, C01, rubber.nu)
-        return MooneyRivlin(C10, C01, D1 if rubber.D1 is None else rubber.D1)
+            D1 = MooneyRivlin.from_nu(C10, C01, rubber.nu).D1
+        given = MooneyRivlin(C10, C01, D1 if rubber.D1 is None else rubber.D1)
+        relaxation = rubber.relaxation
+        if relaxation is None or rubber.modulus_is == "instantaneous":
+            return given
+        return given.stiffer(1.0 / relaxation.prony.long_term)
 
     @property
     def contact_parameters(self) -> ContactTable | ConstantContact:

@@ -14,6 +14,8 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from iceslide_fem.relaxation.compound import Relaxation
+from iceslide_fem.relaxation.shift import NoShift
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import (
     COMPOUNDS,
@@ -23,6 +25,7 @@ from iceslide_fem.scene.materials import (
     Solid,
 )
 from iceslide_fem.scene.outline_file import read_outline
+from iceslide_fem.scene.relaxation import Arms, Wlf, series
 from iceslide_fem.scene.shape import (
     WIDEST,
     Cut,
@@ -62,6 +65,9 @@ class Rubber(Table):
     from above, instead of the rectangle. `rows` of blocks slide over the ice one after the other, a
     `row_pitch` (m) from leading edge to leading edge. `mesh` replaces the box by a mesh file, whose
     coordinates are in `mesh_unit`.
+
+    Rubber that relaxes has arms [g, tau (s)], `prony`, with fractions g of the instantaneous
+    modulus; C10 and C01 are those of the modulus that `modulus_is`; `wlf` shifts the times.
     """
 
     compound: str | None = None
@@ -71,6 +77,9 @@ class Rubber(Table):
     nu: Annotated[float, Quantity("", "0", "0.4995")] | None = Field(
         None, validation_alias=AliasChoices("nu", "poisson_ratio")
     )
+    prony: Arms = None
+    wlf: Wlf | None = None
+    modulus_is: Literal["instantaneous", "long-term"] | None = None
     length: Length = 1e-3
     width: Length = 1e-3
     height: Length = 1e-3
@@ -158,6 +167,29 @@ class Rubber(Table):
         if self.C10 == self.C01 == 0.0:
             raise ValueError("rubber.C10 and rubber.C01 are both 0; one of them must be positive")
         return self
+
+    @model_validator(mode="after")
+    def _relaxation_is_whole(self) -> Self:
+        if self.prony is None:
+            for key in ("wlf", "modulus_is"):
+                if getattr(self, key) is not None:
+                    raise ValueError(
+                        f"rubber.{key} has a meaning only for rubber that relaxes; leave it out, "
+                        "or give rubber.prony"
+                    )
+        elif self.modulus_is is None:
+            raise ValueError(
+                "rubber.modulus_is is missing: rubber.prony does not say which modulus the "
+                'compound, or C10 and C01, are; allowed: "instantaneous", "long-term"'
+            )
+        return self
+
+    @property
+    def relaxation(self) -> Relaxation | None:
+        """How the rubber relaxes; None where it is elastic."""
+        if self.prony is None:
+            return None
+        return Relaxation(series(self.prony), NoShift() if self.wlf is None else self.wlf.shift)
 
     @property
     def solid(self) -> Solid:

@@ -1,0 +1,94 @@
+"""How a scene says that its rubber relaxes: Prony series, shift with temperature."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any, Self
+
+from pydantic import BeforeValidator, PlainSerializer, model_validator
+from pydantic_core import PydanticCustomError
+
+from iceslide_fem.relaxation.prony import Prony
+from iceslide_fem.relaxation.shift import Shift
+from iceslide_fem.scene.table import Table
+from iceslide_fem.scene.units import Quantity
+
+MOST_ARMS = 50
+FRACTION = Quantity("", "1e-9", "0.999999")
+TIME = Quantity("s", "1e-15 s", "1e15 s")
+SOFTEST = 1e-6  # long-term modulus over the instantaneous one
+
+
+def _prony(given: Any) -> Any:
+    """Arms [g, tau] by rising tau, as numbers (of the instantaneous modulus, s)."""
+    if given is None:
+        return None
+    if not isinstance(given, list | tuple) or not 1 <= len(given) <= MOST_ARMS:
+        raise _fault(f'is no list of 1 to {MOST_ARMS} arms [g, tau], as in [[0.3, "5 ms"]]')
+    arms = []
+    for number, arm in enumerate(given, start=1):
+        if not isinstance(arm, list | tuple) or len(arm) != 2:
+            raise _fault(f'arm {number} is no pair of g and tau, as in [0.3, "5 ms"]')
+        try:
+            arms.append((FRACTION.validate(arm[0]), TIME.validate(arm[1])))
+        except PydanticCustomError as error:
+            raise _fault(f"arm {number}, {json.dumps(arm)}: {error.message()}") from None
+    arms.sort(key=lambda arm: arm[1])
+    for (_, before), (_, after) in zip(arms[:-1], arms[1:], strict=True):
+        if before == after:
+            raise _fault(f"two arms have the same tau, {after:g} s; give their sum")
+    total = sum(g for g, _ in arms)
+    if total > 1.0 - SOFTEST:
+        raise _fault(
+            f"the fractions g are {total:.6g} in sum, of the instantaneous modulus; allowed: "
+            f"less than {1.0 - SOFTEST:g} (docs/rubber.md has other programs' conventions)"
+        )
+    return tuple(arms)
+
+
+def _fault(message: str) -> PydanticCustomError:
+    return PydanticCustomError("prony", "{message}", {"message": message})
+
+
+Arms = Annotated[
+    tuple[tuple[float, float], ...] | None,
+    BeforeValidator(_prony),
+    PlainSerializer(lambda arms: arms and [list(arm) for arm in arms], when_used="json"),
+]
+
+
+class Wlf(Table):
+    """log10 a_T = -C1 (T - reference) / (C2 + T - reference), C2 and the reference in K.
+
+    Below `arrhenius_below` (K) times follow an `activation_energy` (J/mol) instead.
+    """
+
+    C1: Annotated[float, Quantity("", "0", "1000")]
+    C2: Annotated[float, Quantity("", "0.1", "10000")]
+    reference: Annotated[float, Quantity("K", "-150 degC", "200 degC")]
+    arrhenius_below: Annotated[float, Quantity("K", "-150 degC", "200 degC")] | None = None
+    activation_energy: Annotated[float, Quantity("J/mol", "0.1 kJ/mol", "2000 kJ/mol")] | None = (
+        None
+    )
+
+    @model_validator(mode="after")
+    def _both_or_none(self) -> Self:
+        if (self.arrhenius_below is None) != (self.activation_energy is None):
+            given = "activation_energy" if self.arrhenius_below is None else "arrhenius_below"
+            raise ValueError(
+                f"rubber.wlf has {given} only; give arrhenius_below and activation_energy "
+                "together, or none of them"
+            )
+        return self
+
+    @property
+    def shift(self) -> Shift:
+        """As a function of the temperature."""
+        below, energy = self.arrhenius_below or 0.0, self.activation_energy or 0.0
+        return Shift(self.C1, self.C2, self.reference, below, energy)
+
+
+def series(arms: tuple[tuple[float, float], ...]) -> Prony:
+    """The Prony series of arms."""
+    fractions, times = zip(*arms, strict=True)
+    return Prony(fractions, times)
