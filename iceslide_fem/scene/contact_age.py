@@ -1,0 +1,29 @@
+"""Where k, D and H_V may follow the contact's age."""
+
+from __future__ import annotations
+
+from iceslide_fem.scene.tables import Tables
+
+
+def check_contact_age(scene: Tables) -> None:
+    """Raise ValueError where k, D and H_V cannot follow the contact's age."""
+    if scene.friction.law != "film":
+        raise ValueError(
+            f'film.contact_age and friction.law = "{scene.friction.law}" contradict each other: k, '
+            'D and H_V are of films; allowed: friction.law = "film"'
+        )
+    if scene.rubber.relaxation is None:
+        raise ValueError(
+            "film.contact_age needs rubber that relaxes: k grows with its creep; give rubber.prony"
+        )
+    if scene.rubber.heat and scene.model == "point":
+        raise ValueError(
+            'film.contact_age, rubber.heat and model = "point" contradict each other: at a point k '
+            "follows the age at one temperature of the rubber; allowed: rubber.heat = false, or "
+            'model = "slice" or "block"'
+        )
+    if scene.rubber.heat == "mesh":
+        raise ValueError(
+            'film.contact_age and rubber.heat = "mesh" contradict each other: the age follows the '
+            "rubber's surface in columns; allowed: rubber.heat = true or false"
+        )
