@@ -5,6 +5,11 @@ from __future__ import annotations
 from iceslide_fem.scene.tables import Tables
 
 
+def ages_in_warm_rubber(scene: Tables) -> bool:
+    """Whether the age follows a temperature that changes: at a point it is a function of time."""
+    return scene.film.contact_age and bool(scene.rubber.heat)
+
+
 def check_contact_age(scene: Tables) -> None:
     """Raise ValueError where k, D and H_V cannot follow the contact's age."""
     if scene.friction.law != "film":
@@ -16,7 +21,7 @@ def check_contact_age(scene: Tables) -> None:
         raise ValueError(
             "film.contact_age needs rubber that relaxes: k grows with its creep; give rubber.prony"
         )
-    if scene.rubber.heat and scene.model == "point":
+    if ages_in_warm_rubber(scene) and scene.model == "point":
         raise ValueError(
             'film.contact_age, rubber.heat and model = "point" contradict each other: at a point k '
             "follows the age at one temperature of the rubber; allowed: rubber.heat = false, or "
