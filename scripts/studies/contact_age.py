@@ -82,8 +82,11 @@ def of_points() -> None:
     def rows() -> Any:
         for name, rubber in SETS.items():
             for celsius in CELSIUS:
-                kinds = scene({}, celsius, age=False), scene(instantaneous(rubber), celsius)
-                kinds = *kinds, scene(rubber, celsius)
+                kinds = (
+                    scene({}, celsius, age=False),
+                    scene(instantaneous(rubber), celsius),
+                    scene(rubber, celsius),
+                )
                 mu = [point_history(one)[1]["mu_mean"] for one in kinds]
                 change = f"{mu[2] / mu[0] - 1.0:+.1%}"
                 yield name, f"{celsius:g}", *(f"{one:.4f}" for one in mu), change
