@@ -149,7 +149,7 @@ def test_a_point_is_that_with_k_over_time():
     here = scene(numerics={"tolerance": 1e-4})
     settings = simulation_settings(here) | {"times": np.linspace(0.0, 5e-3, 11)}
     found = simulate(scene_conditions(here), **settings)
-    fine = settings | {"loading": Reference(), "fixed_step": 2e-6}
+    fine = settings | {"loading": Reference(), "fixed_step": 5e-6}
     expected = simulate(scene_conditions(here), **fine)
     np.testing.assert_allclose(found.samples, expected.samples, rtol=1e-3)
     assert found.mu_mean == pytest.approx(expected.mu_mean, rel=1e-4)
@@ -159,10 +159,10 @@ def test_steps_keep_the_tolerance():
     arms = [[0.2, 1e-6], [0.2, 1e-4], [0.2, 1e-2]]
     times = np.linspace(0.0, 5e-3, 21)
     exact = simulate(
-        scene_conditions(fine := scene(arms, numerics={"tolerance": 1e-6})),
+        scene_conditions(fine := scene(arms, numerics={"tolerance": 1e-5})),
         **simulation_settings(fine) | {"times": times},
     ).samples
-    for tolerance in (1e-2, 1e-3, 1e-4):
+    for tolerance in (1e-2, 1e-3):
         here = scene(arms, numerics={"tolerance": tolerance})
         found = simulate(scene_conditions(here), **simulation_settings(here) | {"times": times})
         assert np.abs(found.samples / exact - 1.0).max() < 1.2 * tolerance
