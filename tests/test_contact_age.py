@@ -277,7 +277,6 @@ def test_wrong_input_is_one_sentence(tmp_path):
         ({"film": {"contact_modulus": 1e6}}, "only with film.contact_age"),
         ({"film": AGED | {"contact_modulus": 1e6}}, "is that of film.contact, which is missing"),
         ({"rubber": {"heat": True}}, "rubber.heat = false"),
-        ({"rubber": {"heat": "mesh"}, "model": "slice"}, "in columns"),
         ({"film": {"contact_age": "yes"}}, "film.contact_age"),
     ):
         with pytest.raises(SceneError, match=said) as error:
