@@ -28,7 +28,9 @@ from iceslide_fem.relaxation.shift import Shift
 from iceslide_fem.run.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene, scene_from_dict
+from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.materials import CONTACT_TABLES
+from iceslide_fem.workflow.planning.info import describe
 from iceslide_fem.workflow.sweep import points as sweep_points
 from iceslide_fem.workflow.sweep.points import simulate_points
 
@@ -378,3 +380,20 @@ def test_the_command_takes_the_age_of_a_scene(tmp_path):
     ):
         with pytest.raises(SceneError, match=said):
             FootprintCase.of(given | wrong)
+
+
+def test_info_says_k_at_both_ends():
+    rows = {row.quantity: row for row in describe(scene())}
+    k = [float(scene().contact_parameters(2e5 * creep(t)).k) for t in (0.0, 5e-3)]
+    assert [rows[name].value for name in ("k", "k at the end")] == [f"{one:.3g}" for one in k]
+    assert "5 ms old" in rows["k at the end"].meaning
+    assert rows["compliance at the end"].value == "1.22"
+    passing = scene(ice={"motion": "sliding", "temperature": 269.15}, rubber={"length": 4e-3})
+    rows = {row.quantity: row for row in describe(passing)}
+    assert "1 ms old" in rows["k at the end"].meaning
+
+
+def test_shipped_tables_say_their_modulus():
+    for name, modulus in (("A", 1.10e6), ("B", 1.64e6), ("C", 2.04e6)):
+        file = Path(SURFACE).with_name(f"compound_{name}.csv")
+        assert read_contact_table(file, "table").youngs_modulus == modulus

@@ -8,6 +8,7 @@ from test_sliding import slide, started  # noqa: E402
 
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
+from iceslide_fem.film.law import log_shearing  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
 from iceslide_fem.run.point import point_history  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
@@ -106,6 +107,27 @@ def test_warm_rubber_is_older():
         k.append(slide(here)["contact_area_fraction"][-1])
     assert k[1] > 1.01 * k[0]
     assert k[2] == pytest.approx(k[1], rel=5e-3)
+
+
+@pytest.mark.parametrize("film", [{}, DRY], ids=["film", "dry"])
+def test_points_and_nodes_have_the_same_power(film):
+    """To rounding, with a film and a history at each node."""
+    sliding = started(scene("on ice", film=film, rubber={"inertia": bool(film)}))
+    frame, loads = sliding.frame, sliding.current.loads
+    state, rng = sliding.current.interface, np.random.default_rng(1)
+    internal = state.internal.copy()
+    internal[-1] = rng.uniform(0.0, 2e5, internal.shape[1])  # c of the one arm
+    height = state.log_height + rng.uniform(-1.0, 1.0, state.log_height.size)
+    state = state._replace(log_height=height, internal=internal)
+    shear = frame.sheared(state, loads)(loads.pressure, loads.speed)[0]
+    covered, nodal = frame.on_nodes(loads)
+    aged = nodal.of(state)
+    power = aged.viscous * aged.speed * np.exp(log_shearing(state))
+    power = power @ frame.ice.grid.cell_area[frame.ice.grid.own]
+    assert power == pytest.approx(float(loads.touching @ (shear * loads.speed)), rel=1e-10)
+    growth = nodal.growth(state)
+    assert growth[covered].min() >= 1.0 and growth[covered].mean() > 1.01
+    assert (growth[~covered] == 1.0).all()
 
 
 @pytest.mark.three
