@@ -30,6 +30,8 @@ from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.contact_table import ContactParameters, ContactTable
 
+CONTACT_AREA = "contact_area_fraction"  # the column of k in tables
+
 
 @dataclass(frozen=True)
 class ContactAge:

@@ -9,20 +9,18 @@ from typing import ClassVar
 import numpy as np
 
 from iceslide_fem.film.aged_loads import AgedLoads
-from iceslide_fem.film.contact_age import ContactAge
+from iceslide_fem.film.contact_age import CONTACT_AREA, ContactAge
 from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.laws.interface_law import Sheared
 from iceslide_fem.runtime.arrays import Array, Mask
-
-CONTACT_AREA = "contact_area_fraction"  # the column of k in tables
 
 
 @dataclass(frozen=True, eq=False)
 class AgedFilm:
     """A `film` law of contact that has just touched down, and how the contact ages.
 
-    Internal variables are those of the film, one of them at least, ln(eta / eta_0), and the
+    Internal variables are those of the film, or ln(eta / eta_0) = 0 where it has none, and then the
     contact's history. temperature: of the rubber (K), where no heat reaches it.
     """
 

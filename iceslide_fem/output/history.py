@@ -12,8 +12,8 @@ from iceslide_fem.coupling.ledger import Ledger
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import AcceptedStep, CoupledState
 from iceslide_fem.fenics.compat import MPI
+from iceslide_fem.film.contact_age import CONTACT_AREA
 from iceslide_fem.film.viscosity import FILM_VISCOSITY
-from iceslide_fem.laws.aged_film import CONTACT_AREA
 from iceslide_fem.output.table import HistoryRow, PreloadRow, row_of
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import ContactState

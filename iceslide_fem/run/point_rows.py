@@ -8,8 +8,8 @@ from operator import sub
 
 import numpy as np
 
+from iceslide_fem.film.contact_age import CONTACT_AREA
 from iceslide_fem.film.integrators import InterfaceState, Step
-from iceslide_fem.laws.aged_film import CONTACT_AREA
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.output.table import HistoryRow, row_of
 from iceslide_fem.scene import Scene

@@ -9,6 +9,7 @@ import numpy as np
 from iceslide_fem.postprocess.report.page import Band, Chart, Curve
 from iceslide_fem.postprocess.results import Run
 from iceslide_fem.postprocess.results.quantities import (
+    AREA,
     BALANCE,
     ENERGIES,
     FRICTION,
@@ -37,6 +38,7 @@ def charts_of(runs: Mapping[str, Run]) -> list[Chart]:
     drawn = (
         *QUANTITIES,
         VISCOSITY,
+        AREA,
         *(load for load in LOADS.values() if _goes_in_time(runs, load)),
     )
     for quantity in drawn:
@@ -46,7 +48,7 @@ def charts_of(runs: Mapping[str, Run]) -> list[Chart]:
             if quantity.column in run.history
         ]
         if not any(np.isfinite(curve.y).any() for curve in curves):
-            continue  # Coulomb's friction has no film, and few films a viscosity that changes
+            continue  # of laws without a film, and of films without such a column
         said = "; ".join(map(_said, curves)) if len(curves) <= SAID else _said_of_many(curves)
         bands = phases(alone) if alone is not None else ()
         name = quantity.column

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from iceslide_fem.film.contact_age import CONTACT_AREA
 from iceslide_fem.film.viscosity import FILM_VISCOSITY
 from iceslide_fem.scene.materials import BAR
 
@@ -25,6 +26,7 @@ HEIGHT = Quantity("film_height_m", "Height of the water film", "h (nm)", 1e9)
 WARMTH = Quantity("surface_temperature_C", "Temperature of the ice surface", "T (°C)", 1.0)
 SQUEEZED = Quantity("squeezed_height_m", "Water squeezed into the roughness", "Hₛ (µm)", 1e6)
 VISCOSITY = Quantity(FILM_VISCOSITY, "Viscosity of the film's water", "η (mPa s)", 1e3)
+AREA = Quantity(CONTACT_AREA, "Real contact area at the contact's age", "k (1)", 1.0)
 LOADS = {  # by keys of the scene
     "pressure": Quantity("nominal_pressure_Pa", "Nominal pressure", "p (bar)", 1.0 / BAR),
     "speed": Quantity("speed_m_per_s", "Sliding speed", "v (m/s)", 1.0),
