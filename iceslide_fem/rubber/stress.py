@@ -14,14 +14,10 @@ from numpy.typing import NDArray
 
 from iceslide_fem.fenics import compat
 from iceslide_fem.rubber.contact_surface import space_degree
-from iceslide_fem.rubber.element import QUADRATURE_DEGREE, SPLIT, VOLUME_DEGREE
+from iceslide_fem.rubber.element import QUADRATURE_DEGREE, SIX, SPLIT, VOLUME_DEGREE
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import MooneyRivlin
-
-# Rows and columns of the six components of a symmetric tensor, in VTK's order; in a slice they are
-# x, z and the direction out of the plane.
-SIX = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
 class Deformation(NamedTuple):
