@@ -78,7 +78,8 @@ class Sliding:
         block, loads = self.block, self._plate.first_loads()
         motion = motion_at_rest(block.rubber.u.x.array)._replace(time=time)
         shear = self.shear(interface, loads)
-        mechanics = mechanics_of(block, shear, loads.area, self.motion_law, motion)
+        relaxed = block.relaxed_at_rest()
+        mechanics = mechanics_of(block, shear, loads.area, self.motion_law, motion, relaxed)
         return CoupledState(
             time=time,
             motion=motion,
@@ -88,6 +89,7 @@ class Sliding:
             mechanics=mechanics,
             solved_shear=shear,
             quiescent=False,
+            relaxed=relaxed,
             stick_points=block.stick_points,
             largest_friction_force=mechanics.friction_force,
         )
@@ -116,6 +118,7 @@ class Sliding:
         assert isinstance(frame, Attached)  # only attached ice has passes
         block.rubber.u.x.array[:] = self._start
         block.equilibrium.forget()
+        block.begin_elastic()
         loads = self._plate.first_loads()
         rest = Rest(scene.load.rest, self._duration, scene.film.between)
         begins = PassBegin(rest, scene.initial_height, scene.ice.solid, block.surface.comm)
@@ -151,25 +154,26 @@ class Sliding:
             sliding_distance=now.sliding_distance,
             largest_friction_force=now.largest_friction_force,
             stick_points=now.stick_points,
+            relaxed=now.relaxed,
         )
 
     def restore(self, state: CheckpointState) -> None:
         """Go to a moment of a run of this scene from the same start. Collective."""
-        interface, motion = state.interface, state.motion
+        interface, motion, relaxed = state.interface, state.motion, state.relaxed
         self.block.rubber.u.x.array[:] = motion.displacements
         self.block.set_stick_points(state.stick_points)
         loads = self._plate.loads(state.speed, state.offset)
+        shear = self.shear(interface, loads)
         self.current = CoupledState(
             time=state.time,
             motion=motion,
             contact=self.block.contact,
             loads=loads,
             interface=interface,
-            mechanics=mechanics_of(
-                self.block, self.shear(interface, loads), loads.area, self.motion_law, motion
-            ),
+            mechanics=mechanics_of(self.block, shear, loads.area, self.motion_law, motion, relaxed),
             solved_shear=state.shear,
             quiescent=state.quiescent,
+            relaxed=relaxed,
             stick_points=state.stick_points,
             sliding_distance=state.sliding_distance,
             largest_friction_force=state.largest_friction_force,

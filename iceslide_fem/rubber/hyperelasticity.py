@@ -14,7 +14,7 @@ from iceslide_fem.relaxation.compound import Relaxation
 from iceslide_fem.rubber.element import DEGREE, Energy, kinds_of_cells, stored_energy
 from iceslide_fem.rubber.plate_contact import PlateContact
 from iceslide_fem.rubber.self_contact import SelfContact
-from iceslide_fem.rubber.viscoelasticity import Viscoelasticity, relaxing_energy
+from iceslide_fem.rubber.viscoelasticity import Relaxed, Viscoelasticity, relaxing_energy
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import MooneyRivlin
 
@@ -214,10 +214,15 @@ class HyperelasticBody:
         self._velocity.x.array[:] = velocity
         return compat.assemble_scalar(self._momentum, self.mesh.comm)
 
-    def elastic_energy(self) -> float:
-        """Energy that an elastic rubber stores, J (J/m in a slice), on all ranks. Collective."""
+    def elastic_energy(self, relaxed: Relaxed | None = None) -> float:
+        """Stored energy, J (J/m in a slice), on all ranks, of rubber as it has `relaxed`.
+
+        Collective.
+        """
         pressing = (self.self_contact, self.beside)
         pressed = sum(one.energy(self.displacements) for one in pressing if one is not None)
+        if relaxed is not None and self.viscoelasticity is not None:
+            pressed += self.viscoelasticity.total(relaxed.stored)
         return compat.assemble_scalar(self._energy, self.mesh.comm) + pressed
 
     def _dofs(self, name: str) -> Any:

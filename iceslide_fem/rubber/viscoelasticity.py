@@ -167,7 +167,8 @@ class Viscoelasticity:
         self._values = np.asarray(self.history.x.array).reshape(-1, size)
         self._at_points = compat.at_points(_strained(u, material), self.points)
         stretch = compat.at_points(abs(ufl.JacobianDeterminant(mesh)), self.points)
-        self.volume = compat.evaluated(stretch, mesh, self._cells).reshape(owned, -1) * weights
+        determinants = compat.evaluated(stretch, mesh, self._cells)
+        self.volume = determinants.reshape(owned, len(weights)) * weights
         self._shear_modulus = shear_modulus
         self._whole = self.total(np.ones_like(self.volume))
         self._g = np.array(relaxation.prony.fractions)
@@ -217,6 +218,13 @@ class Viscoelasticity:
         error = self.total(np.sqrt(_inner(off, off))) / self._whole
         return RelaxedStep(after, heat, error)
 
+    @property
+    def places(self) -> Array:
+        """Where the points are in the undeformed block, (c q, d), m."""
+        x = compat.at_points(ufl.SpatialCoordinate(self._mesh), self.points)
+        values = compat.evaluated(x, self._mesh, self._cells)
+        return values.reshape(-1, self._mesh.geometry.dim)
+
     def total(self, density: Array) -> float:
         """Integral of values (c, q) over the undeformed rubber of all ranks. Collective."""
         own = float((self.volume * density).sum())
@@ -241,7 +249,7 @@ class Viscoelasticity:
 
     def _now(self) -> Strained:
         values = compat.evaluated(self._at_points, self._mesh, self._cells)
-        values = values.reshape(len(self._cells), -1, 13)
+        values = values.reshape(*self.volume.shape, 13)
         return Strained(values[..., :6].copy(), values[..., 6:12].copy(), values[..., 12].copy())
 
 

@@ -1,0 +1,91 @@
+"""How a block relaxes from step to step: before its equilibrium, and after it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from iceslide_fem.coupling.state import CoupledState
+from iceslide_fem.fenics import compat
+from iceslide_fem.interface.film_frame import FilmFrame
+from iceslide_fem.rubber.block import Block
+from iceslide_fem.rubber.viscoelasticity import Relaxed, Viscoelasticity
+from iceslide_fem.runtime.arrays import Array
+
+
+class RelaxationStep(NamedTuple):
+    """After a step: the rubber's internal variables, None of an elastic one; the heat that it has
+    made, (c, q), J/m3, and in the whole block, J; the error of its stress, Pa.
+    """
+
+    relaxed: Relaxed | None = None
+    heat: Array | None = None
+    dissipation: float = 0.0
+    error: float = 0.0
+
+
+class Relaxing(Protocol):
+    """What a coupled step asks of the block's relaxation. All is collective.
+
+    may_skip: whether a block whose loads hardly change stays as it is.
+    """
+
+    may_skip: bool
+
+    def begin(self, start: CoupledState, dt: float) -> None:
+        """Let the block's equilibrium be that at the end of a step of `dt` (s) from `start`."""
+
+    def end(self, start: CoupledState, dt: float) -> RelaxationStep:
+        """The step as it ends at the block's present displacements."""
+
+
+class Elastic:
+    """A block that does not relax."""
+
+    may_skip = True
+
+    def begin(self, start: CoupledState, dt: float) -> None:
+        """Nothing."""
+
+    def end(self, start: CoupledState, dt: float) -> RelaxationStep:
+        """Nothing."""
+        return RelaxationStep()
+
+
+class Viscoelastic:
+    """A `block` that relaxes, with times that go with its temperature at the start of a step."""
+
+    may_skip = False
+
+    def __init__(self, block: Block, rubber: Viscoelasticity, frame: FilmFrame) -> None:
+        self._rubber, self._frame, self._scale = rubber, frame, block.scale
+        self._ambient = block.scene.ice.temperature
+        self._meshed = block.scene.rubber.heat == "mesh"
+        space = block.rubber.space
+        name, cells = compat.cell_name(space.mesh), len(rubber.volume)
+        element = compat.basix_lagrange(name, 2)  # of temperatures and displacements
+        self._shape = np.array(element.tabulate(0, rubber.points))[0, ..., 0]
+        self._dofs = compat.cell_dofs(space)[:cells]
+
+    def begin(self, start: CoupledState, dt: float) -> None:
+        """What has relaxed until `start` goes on."""
+        assert start.relaxed is not None
+        self._rubber.begin_step(start.relaxed, dt, self._temperature(start))
+
+    def end(self, start: CoupledState, dt: float) -> RelaxationStep:
+        """With what has relaxed by then."""
+        assert start.relaxed is not None
+        after, heat, error = self._rubber.end_step(start.relaxed, dt, self._temperature(start))
+        return RelaxationStep(after, heat, self._scale * self._rubber.total(heat), error)
+
+    def _temperature(self, start: CoupledState) -> Array | float:
+        """Of the rubber, K: everywhere, or at the points (c, q) of its mesh."""
+        rise = self._frame.ice.rises(start.interface.ice).rubber if self._meshed else None
+        return self._ambient if rise is None else self._ambient + rise[self._dofs] @ self._shape.T
+
+
+def relaxing(block: Block, frame: FilmFrame) -> Relaxing:
+    """How the `block` on this `frame` relaxes."""
+    rubber = block.rubber.viscoelasticity
+    return Elastic() if rubber is None else Viscoelastic(block, rubber, frame)
