@@ -22,7 +22,7 @@ import numpy as np
 from iceslide_fem.coupling.accept import Acceptance, CorrectedStep
 from iceslide_fem.coupling.energy import mechanics_of
 from iceslide_fem.coupling.plate import Plate
-from iceslide_fem.coupling.relaxing import relaxing
+from iceslide_fem.coupling.relaxing import Relaxing
 from iceslide_fem.coupling.state import AcceptedStep, CoupledState
 from iceslide_fem.coupling.step_error import StepError, StepRejected
 from iceslide_fem.coupling.subcycles import Subcycles
@@ -80,6 +80,7 @@ class CoupledStep:
         frame: FilmFrame,
         plate: Plate,
         motion_law: MotionLaw,
+        relaxing: Relaxing,
         error: StepError,
     ) -> None:
         self._block, self._frame, self._plate = block, frame, plate
@@ -89,8 +90,8 @@ class CoupledStep:
         self.adaptive = bool(integrator.estimate)
         # Under a law that is not viscous the shear may fall for long. What springs back makes heat,
         # which a block that is solved for now and then would not give.
-        self._relaxing = relaxing(block, frame)
-        self._may_skip = motion_law.may_skip and block.law.viscous and self._relaxing.may_skip
+        self._relaxing = relaxing
+        self._may_skip = motion_law.may_skip and block.law.viscous and relaxing.may_skip
         self._acceptance = Acceptance(block, frame, error, self.adaptive)
 
     def attempt(self, start: CoupledState, dt: float, film_dt: float) -> AcceptedStep:

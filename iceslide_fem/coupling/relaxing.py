@@ -33,6 +33,12 @@ class Relaxing(Protocol):
 
     may_skip: bool
 
+    def at_rest(self) -> Relaxed | None:
+        """Internal variables of a block that has just been brought to its present displacements."""
+
+    def begin_at_once(self) -> None:
+        """Let the block's equilibrium be one that it is brought to in no time."""
+
     def begin(self, start: CoupledState, dt: float) -> None:
         """Let the block's equilibrium be that at the end of a step of `dt` (s) from `start`."""
 
@@ -44,6 +50,12 @@ class Elastic:
     """A block that does not relax."""
 
     may_skip = True
+
+    def at_rest(self) -> None:
+        """None."""
+
+    def begin_at_once(self) -> None:
+        """Nothing."""
 
     def begin(self, start: CoupledState, dt: float) -> None:
         """Nothing."""
@@ -67,6 +79,14 @@ class Viscoelastic:
         element = compat.basix_lagrange(name, 2)  # of temperatures and displacements
         self._shape = np.array(element.tabulate(0, rubber.points))[0, ..., 0]
         self._dofs = compat.cell_dofs(space)[:cells]
+
+    def at_rest(self) -> Relaxed:
+        """Nothing has relaxed."""
+        return self._rubber.at_rest()
+
+    def begin_at_once(self) -> None:
+        """With the instantaneous modulus."""
+        self._rubber.begin_elastic()
 
     def begin(self, start: CoupledState, dt: float) -> None:
         """What has relaxed until `start` goes on."""

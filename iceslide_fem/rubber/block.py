@@ -31,7 +31,6 @@ from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.rubber.loaded_block import TractionLaw
 from iceslide_fem.rubber.newton import Solution
 from iceslide_fem.rubber.self_contact_friction import StickPoints
-from iceslide_fem.rubber.viscoelasticity import Relaxed
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.runtime.ranks import from_root
@@ -190,18 +189,6 @@ class Block:
         stick_points, heat = walls.followed(self.rubber.displacements)
         return stick_points, self.scale * heat
 
-    def begin_elastic(self) -> None:
-        """What follows happens at once: rubber that relaxes has no time to."""
-        if self.rubber.viscoelasticity is not None:
-            self.rubber.viscoelasticity.begin_elastic()
-
-    def relaxed_at_rest(self) -> Relaxed | None:
-        """Internal variables of rubber that relaxes, at present displacements that it has had for
-        no time; None if it is elastic.
-        """
-        relaxes = self.rubber.viscoelasticity
-        return None if relaxes is None else relaxes.at_rest()
-
     def normal_force(self, contact: ContactState) -> float:
         """Contact force of the whole block, N. Collective."""
         return self.total(contact.pressure, contact.area)
@@ -230,7 +217,7 @@ def build_block(scene: Scene, comm: MPI.Comm, energy: Energy = stored_energy) ->
     material = scene.mooney_rivlin
     density = scene.rubber.density if scene.rubber.inertia else 0.0
     relaxation = scene.rubber.relaxation
-    rubber = HyperelasticBody(mesh, material, energy=energy, density=density, relaxation=relaxation)
+    rubber = HyperelasticBody(mesh, material, 2, energy, density, relaxation)
     numerics = scene.numerics
     penalty = numerics.penalty or default_penalty(material, height, numerics.tolerance)
     rubber.enable_self_contact(WALLS * penalty, scene.rubber.wall_friction)
