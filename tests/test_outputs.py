@@ -35,7 +35,7 @@ from iceslide_fem.output.summary import write_summary  # noqa: E402
 from iceslide_fem.output.table import Table  # noqa: E402
 from iceslide_fem.output.vtu import write_vtu  # noqa: E402
 from iceslide_fem.postprocess.results import field_files  # noqa: E402
-from iceslide_fem.rubber.block import build_block  # noqa: E402
+from iceslide_fem.rubber.build import build_block  # noqa: E402
 from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402

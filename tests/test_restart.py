@@ -104,6 +104,8 @@ CLOSED_SIPE = ["rubber.length=4mm", "rubber.height=3mm", SIPE, "rubber.wall_fric
 DRY = ["film.dry_stress=3.3bar", "film.dry_softening=10K", "film.initial_height=0nm"]
 DRY = [*DRY, "ice.heat=column", "rubber.inertia=true"]
 
+RELAXES = ["rubber.prony=[[0.2,'0.2 ms'],[0.3,'5 ms']]", "rubber.modulus_is=long-term"]
+
 
 @pytest.mark.parametrize(
     "changes",
@@ -124,6 +126,8 @@ DRY = [*DRY, "ice.heat=column", "rubber.inertia=true"]
         [*PASSING, "ice.heat=column", *CLOSED_SIPE],
         ["load.duration=0.3ms", *DRY],
         pytest.param([*PASSING, *DRY], marks=pytest.mark.mpi),
+        pytest.param([ATTACHED, "ice.heat=column", *RELAXES], marks=pytest.mark.mpi),
+        [ATTACHED, "ice.heat=mesh", "rubber.heat=mesh", *RELAXES],
         [*PASSING, *DRY, "film.carrier=rubber"],
     ],
     ids=" ".join,

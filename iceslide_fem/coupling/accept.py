@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.coupling.energy import step_energies
-from iceslide_fem.coupling.relaxing import RelaxationStep
 from iceslide_fem.coupling.state import AcceptedStep, CoupledState
 from iceslide_fem.coupling.step_error import StepError, StepRejected
 from iceslide_fem.coupling.subcycles import Subcycles
@@ -30,7 +29,7 @@ class CorrectedStep(NamedTuple):
     after: its state, before water and the window have followed; dt: its length, s; subcycles: of
     film and heat; forces: friction of the block at its start and after each substep, N; factor: on
     the next step's length, by its errors; iterations: Newton's; solved: whether the block was
-    solved for; wall_heat: of walls that have slipped, J; relaxation: of the rubber.
+    solved for; wall_heat: of walls that have slipped, J; dissipation: of rubber that relaxes, J.
     """
 
     after: CoupledState
@@ -41,7 +40,7 @@ class CorrectedStep(NamedTuple):
     iterations: int = 0
     solved: bool = False
     wall_heat: float = 0.0
-    relaxation: RelaxationStep = RelaxationStep()
+    dissipation: float = 0.0
 
 
 class Acceptance:
@@ -74,7 +73,7 @@ class Acceptance:
             start.mechanics,
             after.mechanics,
             corrected.wall_heat,
-            corrected.relaxation.dissipation,
+            corrected.dissipation,
         )
         unclosed = self._error.of_energy(energies, dt, force)
         shorter = float(step_factor(unclosed, 2))

@@ -204,7 +204,7 @@ class CoupledStep:
         drift = self._error.of_motion(local, dt, area, self._elasticity(sheared, loads))
         if drift > 1.0:
             raise StepRejected("the block moves too fast", float(step_factor(drift, 2)))
-        relaxation = self._relaxing.end(start, dt)
+        relaxation = self._relaxing.end(start, dt, film.subcycles.state)
         delay = self._error.of_stress(relaxation.error)
         if delay > 1.0 and self.adaptive:
             raise StepRejected("the rubber relaxes too fast", float(step_factor(delay, 2)))
@@ -226,7 +226,7 @@ class CoupledStep:
             motion,
             block.contact,
             loads,
-            film.subcycles.state,
+            relaxation.interface,
             mechanics_of(block, shear, loads.area, law, motion, relaxation.relaxed),
             shear,
             quiescent,
@@ -237,10 +237,8 @@ class CoupledStep:
         factor = float(step_factor(max(errors), 2))
         if iterations > MANY_ITERATIONS:
             factor = min(factor, SHORTER)
-        subcycles, forces = film.subcycles, film.forces
-        return CorrectedStep(
-            after, dt, subcycles, forces, factor, iterations, True, wall_heat, relaxation
-        )
+        given, heats = (film.subcycles, film.forces), (wall_heat, relaxation.dissipation)
+        return CorrectedStep(after, dt, *given, factor, iterations, True, *heats)
 
     def _velocity_error(
         self,

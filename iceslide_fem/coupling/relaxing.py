@@ -8,19 +8,22 @@ import numpy as np
 
 from iceslide_fem.coupling.state import CoupledState
 from iceslide_fem.fenics import compat
+from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.interface.film_frame import FilmFrame
+from iceslide_fem.interface.rubber_mesh import MeshedIceAndRubber
 from iceslide_fem.rubber.block import Block
+from iceslide_fem.rubber.contact_surface import space_degree
 from iceslide_fem.rubber.viscoelasticity import Relaxed, Viscoelasticity
 from iceslide_fem.runtime.arrays import Array
 
 
 class RelaxationStep(NamedTuple):
-    """After a step: the rubber's internal variables, None of an elastic one; the heat that it has
-    made, (c, q), J/m3, and in the whole block, J; the error of its stress, Pa.
+    """After a step: the rubber's internal variables, None of an elastic one; the interface, whose
+    rubber the heat has warmed; the heat, J of the whole block; the error of the stress, Pa.
     """
 
-    relaxed: Relaxed | None = None
-    heat: Array | None = None
+    relaxed: Relaxed | None
+    interface: InterfaceState
     dissipation: float = 0.0
     error: float = 0.0
 
@@ -42,8 +45,8 @@ class Relaxing(Protocol):
     def begin(self, start: CoupledState, dt: float) -> None:
         """Let the block's equilibrium be that at the end of a step of `dt` (s) from `start`."""
 
-    def end(self, start: CoupledState, dt: float) -> RelaxationStep:
-        """The step as it ends at the block's present displacements."""
+    def end(self, start: CoupledState, dt: float, interface: InterfaceState) -> RelaxationStep:
+        """The step as it ends at the block's present displacements, with this `interface`."""
 
 
 class Elastic:
@@ -60,25 +63,28 @@ class Elastic:
     def begin(self, start: CoupledState, dt: float) -> None:
         """Nothing."""
 
-    def end(self, start: CoupledState, dt: float) -> RelaxationStep:
-        """Nothing."""
-        return RelaxationStep()
+    def end(self, start: CoupledState, dt: float, interface: InterfaceState) -> RelaxationStep:
+        """Nothing happens."""
+        return RelaxationStep(None, interface)
 
 
 class Viscoelastic:
-    """A `block` that relaxes, with times that go with its temperature at the start of a step."""
+    """A `block` that relaxes. Its heat warms a mesh that conducts heat at the end of the step, and
+    times go with the temperature at the start of the next one.
+    """
 
     may_skip = False
 
     def __init__(self, block: Block, rubber: Viscoelasticity, frame: FilmFrame) -> None:
-        self._rubber, self._frame, self._scale = rubber, frame, block.scale
+        self._rubber, self._ice, self._scale = rubber, frame.ice, block.scale
         self._ambient = block.scene.ice.temperature
-        self._meshed = block.scene.rubber.heat == "mesh"
         space = block.rubber.space
-        name, cells = compat.cell_name(space.mesh), len(rubber.volume)
-        element = compat.basix_lagrange(name, 2)  # of temperatures and displacements
+        element = compat.basix_lagrange(compat.cell_name(space.mesh), space_degree(space))
         self._shape = np.array(element.tabulate(0, rubber.points))[0, ..., 0]
-        self._dofs = compat.cell_dofs(space)[:cells]
+        self._dofs = compat.cell_dofs(space)[: len(rubber.volume)]
+        self._nodes = len(block.rubber.displacements)
+        portions = (self._shape**2).sum(axis=0)  # of a cell's heat, for its nodes: all positive
+        self._portions = portions / portions.sum()
 
     def at_rest(self) -> Relaxed:
         """Nothing has relaxed."""
@@ -93,15 +99,19 @@ class Viscoelastic:
         assert start.relaxed is not None
         self._rubber.begin_step(start.relaxed, dt, self._temperature(start))
 
-    def end(self, start: CoupledState, dt: float) -> RelaxationStep:
+    def end(self, start: CoupledState, dt: float, interface: InterfaceState) -> RelaxationStep:
         """With what has relaxed by then."""
         assert start.relaxed is not None
         after, heat, error = self._rubber.end_step(start.relaxed, dt, self._temperature(start))
-        return RelaxationStep(after, heat, self._scale * self._rubber.total(heat), error)
+        if isinstance(self._ice, MeshedIceAndRubber):
+            at_nodes, of_cells = np.zeros(self._nodes), (self._rubber.volume * heat).sum(axis=1)
+            np.add.at(at_nodes, self._dofs, of_cells[:, None] * self._portions)
+            interface = interface._replace(ice=self._ice.warmed(interface.ice, at_nodes))
+        return RelaxationStep(after, interface, self._scale * self._rubber.total(heat), error)
 
     def _temperature(self, start: CoupledState) -> Array | float:
         """Of the rubber, K: everywhere, or at the points (c, q) of its mesh."""
-        rise = self._frame.ice.rises(start.interface.ice).rubber if self._meshed else None
+        rise = self._ice.rises(start.interface.ice).rubber
         return self._ambient if rise is None else self._ambient + rise[self._dofs] @ self._shape.T
 
 
