@@ -462,7 +462,7 @@ def test_probes_of_a_known_field(model):
     inner = gradient[np.ix_(axes, axes)]
     rubber.displacements[:] = rubber.space.tabulate_dof_coordinates()[:, :dim] @ inner.T
     motion = SimpleNamespace(velocity=3.0 * rubber.u.x.array)
-    sliding = SimpleNamespace(current=SimpleNamespace(motion=motion, time=1e-3))
+    sliding = SimpleNamespace(current=SimpleNamespace(motion=motion, relaxed=None, time=1e-3))
     probes = Probes(block)
     probes.touches_ice = False  # there is no film yet
     contact = [probe.contact for probe in probes.places]
