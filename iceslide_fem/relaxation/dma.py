@@ -56,8 +56,9 @@ def read_dma(path: Path, said: str, of: Kind | None = None) -> Dma:
     say, else E. Raises SceneError, one sentence that says what is wrong in which row.
     """
     table = read_table(path, said).filled()
-    kind = of or next((kind for kind in ("E", "G") if _has(table, kind)), "E")
-    other = "G" if kind == "E" else "E"
+    named: Kind = "G" if _has(table, "G") and not _has(table, "E") else "E"
+    kind: Kind = of or named
+    other: Kind = "G" if kind == "E" else "E"
     if _has(table, other):
         table.refuse(f"has moduli {other}, and {kind} was asked for")
     storage, loss = _moduli(kind)
@@ -77,7 +78,7 @@ def read_dma(path: Path, said: str, of: Kind | None = None) -> Dma:
     return Dma(kind, *(values[order] for values in arrays))
 
 
-def _moduli(kind: str) -> tuple[Wanted, Wanted]:
+def _moduli(kind: Kind) -> tuple[Wanted, Wanted]:
     """Columns of the storage and the loss modulus by the names that a table of `kind` gives."""
     marks = (("'", "\N{PRIME}", "_prime"), ("''", "\N{DOUBLE PRIME}", "_double_prime"))
     words = ("storage", "loss")
@@ -94,7 +95,7 @@ def _moduli(kind: str) -> tuple[Wanted, Wanted]:
     return storage, loss
 
 
-def _has(table: TextTable, kind: str) -> bool:
+def _has(table: TextTable, kind: Kind) -> bool:
     """Whether a heading names a modulus of `kind`."""
     named = (Wanted(column.other[0], "Pa", column.other[1:]) for column in _moduli(kind))
     return any(places(table, column) for column in named)

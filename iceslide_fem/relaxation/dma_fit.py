@@ -107,9 +107,7 @@ def characterised(
 
 
 def _with(dma: Dma, shift: Shift | NoShift, factors: Array | None) -> Characterised:
-    prony, instantaneous, flows = fit(
-        dma.frequency * shift(dma.temperature), dma.storage, dma.loss
-    )
+    prony, instantaneous, flows = fit(dma.frequency * shift(dma.temperature), dma.storage, dma.loss)
     return Characterised(dma, Relaxation(prony, shift), instantaneous, factors, flows)
 
 

@@ -18,7 +18,7 @@ from iceslide_fem.relaxation.shift import GAS_CONSTANT, Shift
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 
-PER_DECADE = 2.0  # times of the spectrum that isotherms are shifted onto
+PER_DECADE = 4.0  # times of the spectrum that isotherms are shifted onto
 FURTHEST = 1.5  # decades by which the first shifts of neighbours may all together be off
 # C2 (K) about the coldest isotherm, within which WLF is looked for.
 LOWEST_C2, HIGHEST_C2 = 1.0, 5e3
@@ -37,9 +37,8 @@ def shifts(dma: Dma, said: str) -> Array:
         return np.zeros(1)
     which = np.searchsorted(temperatures, dma.temperature)
     reduced = np.log(dma.frequency) + np.array(first)[which]
-    ends = np.array([-reduced.max(), -reduced.min()]) + FURTHEST * np.log(10.0) * np.array([-1, 1])
-    decades = (ends[1] - ends[0]) / np.log(10.0)
-    times = np.exp(np.linspace(*ends, 1 + round(PER_DECADE * decades)))
+    decades = -reduced.max() / np.log(10.0) - FURTHEST, -reduced.min() / np.log(10.0) + FURTHEST
+    times = np.logspace(*decades, 1 + round(PER_DECADE * (decades[1] - decades[0])))
 
     def off(free: Array) -> Array:
         all_shifts = np.concatenate([[0.0], free])
@@ -120,8 +119,8 @@ def _wlf(temperatures: Array, logs: Array, said: str) -> Shift:
     C1 = float(solved(log_C2)[0][0])
     if C1 <= 0.0:
         raise SceneError(
-            f"{said}: its isotherms do not shift as those of rubber, which relaxes more slowly when "
-            "it is colder; needed: moduli that rise with the frequency and fall with the "
+            f"{said}: its isotherms do not shift as those of rubber, which relaxes more slowly the "
+            "colder it is; needed: moduli that rise with the frequency and fall with the "
             "temperature, or the constants of a WLF shift"
         )
     return Shift(C1, float(np.exp(log_C2)), float(temperatures[0]))

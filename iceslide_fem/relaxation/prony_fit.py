@@ -3,10 +3,10 @@
     E'  = E_inf + sum E_i (w tau_i)^2 / (1 + (w tau_i)^2)
     E'' =         sum E_i  w tau_i    / (1 + (w tau_i)^2)
 
-E_inf and E_i >= 0 minimise the squared relative errors of both (C. L. Lawson, R. J. Hanson, *Solving
-Least Squares Problems*, 1974, chapter 23). The tau_i begin as what a fine grid of times finds, its
-neighbours joined, and are then fitted, too; E_inf and E_i are eliminated while they are (variable
-projection, G. H. Golub, V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
+E_inf and E_i >= 0 minimise the squared relative errors of both (C. L. Lawson, R. J. Hanson,
+*Solving Least Squares Problems*, 1974, chapter 23). The tau_i begin as what a fine grid of times
+finds, its neighbours joined, and are then fitted, too; E_inf and E_i are eliminated while they are
+(variable projection, G. H. Golub, V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
 """
 
 from __future__ import annotations
@@ -69,9 +69,7 @@ def fit(frequency: Array, storage: Array, loss: Array, most: int = MOST_ARMS) ->
     arms = np.maximum(moduli[1:][kept], SMALLEST_ARM * total)
     order = np.argsort(times[kept])
     instantaneous = float(moduli[0] + arms.sum())
-    prony = Prony(
-        tuple((arms[order] / instantaneous).tolist()), tuple(times[kept][order].tolist())
-    )
+    prony = Prony(tuple((arms[order] / instantaneous).tolist()), tuple(times[kept][order].tolist()))
     return Fit(prony, instantaneous, bool(moduli[0] <= _floor(storage)))
 
 
