@@ -40,12 +40,16 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, 
     with claimed(out, partial(other_case, "rubber.json", here), force, case.files):
         found = compound(case)
         figures = summary(case, found)
+        texts = {
+            "rubber.toml": fragment(found),
+            "rubber.csv": relaxation_table(found),
+            "shift_factors.csv": shift_table(found),
+        }
         with writing(out):
             clear_results(out)
             draw(case, found, out)
-        replace_file(out / "rubber.toml", fragment(found))
-        replace_file(out / "rubber.csv", relaxation_table(found))
-        replace_file(out / "shift_factors.csv", shift_table(found))
+        for name, text in texts.items():
+            replace_file(out / name, text)
         figures["wall_s"] = time.perf_counter() - begun
         replace_file(out / "rubber.json", json.dumps(figures, indent=2) + "\n")
         return figures

@@ -22,6 +22,7 @@ SAID = "the DMA table"
 # (1990) 1187.
 BULK_MODULUS = 2.9e9
 SHOWN = (253.15, 273.15, 293.15)  # K, where no temperatures are asked for
+UNITS = {"compound": "", "C10": "Pa", "C01": "Pa", "D1": "1/Pa", "nu": ""}
 DECADES = 4.0  # that a scene's series is shown beyond its arms
 
 
@@ -30,8 +31,8 @@ class Compound:
     """Rubber that relaxes.
 
     name: for titles; modulus: instantaneous, Pa, of Young's (E) or the shear modulus (G), as `of`
-    says; constants: the instantaneous ones; keys: those of the scene's `[rubber]` that say so;
-    measured: of a DMA table.
+    says; constants: the instantaneous ones; keys: those of a scene's `[rubber]` that say so, with
+    remarks on them; measured: of a DMA table.
     """
 
     name: str
@@ -39,7 +40,7 @@ class Compound:
     modulus: float
     relaxation: Relaxation
     constants: MooneyRivlin
-    keys: dict[str, Any]
+    keys: dict[str, tuple[Any, str]]
     modulus_is: str
     measured: Characterised | None = None
 
@@ -101,7 +102,17 @@ def _of_table(case: RubberCase) -> Compound:
     modulus_is = case.modulus_is or "long-term"
     long_term = measured.relaxation.prony.long_term
     given = now if modulus_is == "instantaneous" else now.stiffer(long_term)
-    keys = {"C10": given.C10, "C01": 0.0, "D1": given.D1}
+    keys: dict[str, tuple[Any, str]] = {
+        "C10": (
+            given.C10,
+            f"Pa; Neo-Hookean, half of the {modulus_is} shear modulus, {2.0 * given.C10:.4g} Pa",
+        ),
+        "C01": (0.0, "Pa; moduli at small strain say nothing about it"),
+        "D1": (
+            given.D1,
+            f"1/Pa; not in a DMA table: of a bulk modulus of {BULK_MODULUS / 1e9:g} GPa",
+        ),
+    }
     return Compound(
         case.source.stem, table.of, measured.instantaneous, measured.relaxation, now, keys,
         modulus_is, measured,
@@ -117,19 +128,16 @@ def _of_scene(case: RubberCase) -> Compound:
         )
     now = scene.mooney_rivlin
     keys = {
-        name: getattr(rubber, name)
-        for name in ("compound", "C10", "C01", "D1", "nu")
+        name: (getattr(rubber, name), unit)
+        for name, unit in UNITS.items()
         if getattr(rubber, name) is not None
     }
     found = Compound(scene.name, "E", now.youngs_modulus, relaxation, now, keys, rubber.modulus_is)
     if rubber.dma is None:
         return found
     said = f"rubber.dma {rubber.dma}"
-    table, shift = (
-        read_dma(rubber.dma, "rubber.dma"),
-        None if rubber.wlf is None else rubber.wlf.shift,
-    )
-    measured = characterised(table, said, shift)
+    table = read_dma(rubber.dma, "rubber.dma")
+    measured = characterised(table, said, None if rubber.wlf is None else rubber.wlf.shift)
     # The table gives ratios: its moduli are brought to those of the constants.
     ratio = now.youngs_modulus / measured.instantaneous
     scaled = replace(table, of="E", storage=ratio * table.storage, loss=ratio * table.loss)

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from iceslide_fem.preprocess.rubber.case import RubberCase
-from iceslide_fem.preprocess.rubber.compound import BULK_MODULUS, Compound
+from iceslide_fem.preprocess.rubber.compound import Compound
 from iceslide_fem.relaxation.dma import ZERO_CELSIUS
 from iceslide_fem.relaxation.shift import Shift
 
 PER_DECADE = 10  # rows of the relaxation
-UNITS = {"C10": "Pa", "C01": "Pa", "D1": "1/Pa, 2 / K"}
+UNSEEN = 0.05  # of a modulus that may lie beyond the measured frequencies without a remark
 
 
 def fragment(found: Compound) -> str:
@@ -25,10 +25,8 @@ def fragment(found: Compound) -> str:
         "# Paste it into a scene in place of the compound or the constants of its [rubber].",
         "[rubber]",
     ]
-    remarks = {} if found.measured is None else _remarks(found)
-    for key, value in found.keys.items():
+    for key, (value, remark) in found.keys.items():
         text = json.dumps(value) if isinstance(value, str) else f"{value:.7g}"
-        remark = remarks.get(key, UNITS.get(key, ""))
         lines.append(f"{key} = {text}" + (f"  # {remark}" if remark else ""))
     lines.append(f'modulus_is = "{found.modulus_is}"  # of the compound, or C10 and C01')
     at = "" if reference is None else f" at {reference - ZERO_CELSIUS:.6g} degC"
@@ -40,15 +38,6 @@ def fragment(found: Compound) -> str:
     if isinstance(shift, Shift):
         lines += ["# log10 a_T = -C1 (T - reference) / (C2 + T - reference), C2 in K", _wlf(shift)]
     return "\n".join(lines) + "\n"
-
-
-def _remarks(found: Compound) -> dict[str, str]:
-    shear = 2.0 * found.keys["C10"]
-    return {
-        "C10": f"Pa; Neo-Hookean, half of the {found.modulus_is} shear modulus, {shear:.4g} Pa",
-        "C01": "Pa; moduli at small strain say nothing about it",
-        "D1": f"1/Pa; not in a DMA table: of a bulk modulus of {BULK_MODULUS / 1e9:g} GPa",
-    }
 
 
 def _wlf(shift: Shift) -> str:
@@ -140,15 +129,20 @@ def summary(case: RubberCase, found: Compound) -> dict[str, Any]:
 
 def warnings(found: Compound) -> list[str]:
     """What a person should know before using the series; one sentence each."""
-    result, measured = [], found.measured
-    if measured is not None and measured.flows:
+    measured, prony = found.measured, found.relaxation.prony
+    if measured is None:
+        return []
+    low, high = found.frequencies
+    g, tau = np.array(prony.fractions), np.array(prony.times)
+    fast, slow = g[tau * high < 1.0].sum(), g[tau * low > 1.0].sum()
+    result = []
+    if fast > UNSEEN:
         result.append(
-            "the lowest frequencies do not reach the long-term modulus: what the series says of "
-            "longer times is no measurement"
+            f"{100 * fast:.0f} % of the instantaneous modulus relax faster than the highest "
+            "frequency shows: its value is no measurement"
         )
-    if measured is not None and found.relaxation.prony.fractions[0] > 0.5:
+    if measured.flows or slow > UNSEEN * prony.long_term:
         result.append(
-            "the fastest arm has more than half of the modulus: the highest frequencies do not "
-            "reach the instantaneous one, which is no measurement then"
+            "the lowest frequency does not reach the long-term modulus: its value is no measurement"
         )
     return result
