@@ -35,7 +35,7 @@ def from_ls_dyna(
 
 
 def to_ls_dyna(prony: Prony, instantaneous: float) -> tuple[float, list[float], list[float]]:
-    """G_inf (Pa), G_i (Pa) and beta_i (1/s) of a series and its instantaneous shear modulus (Pa)."""
+    """G_inf (Pa), G_i (Pa), beta_i (1/s) of a series and its instantaneous shear modulus (Pa)."""
     return (
         instantaneous * prony.long_term,
         [instantaneous * g for g in prony.fractions],
