@@ -71,6 +71,17 @@ RESULTS = {
         "parameters.png",
         "spectrum.png",
     ),
+    "rubber": (
+        "rubber.toml",
+        "rubber.csv",
+        "rubber.json",
+        "shift_factors.csv",
+        "master_curve.png",
+        "shift_factors.png",
+        "temperature.png",
+        "relaxation.png",
+        "stress.png",
+    ),
 }
 FOLDERS = ("fields", "cases", "scenes", "point_*", "slice_*", "block_*")
 # May lie beside results, and stays: scenes, and what a queue or a sweep writes down.

@@ -31,6 +31,7 @@ from iceslide_fem.scene.table import Name, Table
 FILE_KEYS = (
     ("rubber", "mesh"),
     ("rubber", "outline"),
+    ("rubber", "dma"),
     ("ice", "mesh"),
     ("film", "contact"),
     ("friction", "table"),
