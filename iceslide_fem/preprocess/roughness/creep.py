@@ -118,7 +118,7 @@ def steps(prony: Prony, ages: Sequence[float]) -> Array:
 
 
 def step_error(prony: Prony, times: Array, ages: Sequence[float]) -> float:
-    """Largest relative error at `ages` of the mean of P, in steps that end at `times` (s, from 0)."""
+    """Largest relative error at `ages` of the mean of P, in steps that end at `times` (s)."""
     g, tau = np.array(prony.fractions), np.array(prony.times)
     P, lagging, found = 1.0, np.zeros_like(g), [1.0]
     for before, now in pairwise(times):
