@@ -106,7 +106,10 @@ def _columns(frequency: Array, times: Array) -> Array:
 
 
 def _times(data: _Data, most: int) -> Array:
-    """Times (s) of as many arms as the data carry; see `fit`. A fold has every fifth frequency."""
+    """Times (s) of as many arms as the data carry; see `fit`.
+
+    A fold has every fifth frequency. Without it the moduli are fitted anew, the times are not.
+    """
     rows = len(data.frequency)
     fold = np.argsort(np.argsort(data.frequency, kind="stable")) % min(FOLDS, rows)
     joined = _joined(data, min(most, max(1, rows - 1)))
@@ -116,9 +119,8 @@ def _times(data: _Data, most: int) -> Array:
         squares = np.empty(rows)
         for left_out in range(fold.max() + 1):
             out = fold == left_out
-            inside = data.at(~out)
-            there = _fitted(inside, times, evaluations=4)
-            squares[out] = _squares(data.at(out), there, spectrum(*inside, there)[0])
+            moduli, _ = spectrum(*data.at(~out), times)
+            squares[out] = _squares(data.at(out), times, moduli)
         found.append(times)
         errors.append(squares)
         means = [each.mean() for each in errors]
@@ -136,16 +138,13 @@ def _squares(data: _Data, times: Array, moduli: Array) -> Array:
     return np.asarray((off.reshape(2, -1) ** 2).sum(axis=0))
 
 
-def _fitted(data: _Data, start: Array, evaluations: int = 15) -> Array:
+def _fitted(data: _Data, start: Array) -> Array:
     """Times (s) near `start` for which the errors are least."""
     grid = fine_grid(data.frequency)
     low, high = np.log(grid[0]), np.log(grid[-1])
     inside = np.clip(np.log(start), low + 1e-9, high - 1e-9)
     found = least_squares(
-        lambda logs: spectrum(*data, np.exp(logs))[1],
-        inside,
-        bounds=(low, high),
-        max_nfev=evaluations,
+        lambda logs: spectrum(*data, np.exp(logs))[1], inside, bounds=(low, high), max_nfev=15
     )
     return np.sort(np.exp(found.x))
 

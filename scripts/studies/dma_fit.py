@@ -4,7 +4,7 @@ The compound is made up: a continuous spectrum of times between a glassy modulus
 rubbery one of 3 MPa, shifted by the universal WLF constants about -50 degC (17.44, 51.6 K), at 0.1
 to 100 Hz from -40 to 60 degC. E(t) is compared over the times that the table covers. In the
 last row isotherms below -15 degC follow 200 kJ/mol instead. --update-case
-writes cases/rubber/synthetic_dma.csv anew.
+writes cases/rubber/synthetic_dma.csv anew, which the pictures show.
 """
 
 from __future__ import annotations
@@ -15,13 +15,16 @@ from pathlib import Path
 
 import numpy as np
 
+from iceslide_fem.preprocess.rubber.case import RubberCase
+from iceslide_fem.preprocess.rubber.compound import compound
+from iceslide_fem.preprocess.rubber.figures import master_curve, stress
 from iceslide_fem.relaxation.dma import read_dma
 from iceslide_fem.relaxation.dma_fit import characterised
 from iceslide_fem.relaxation.prony import Prony
 from iceslide_fem.relaxation.shift import Shift
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import ZERO_CELSIUS
-from scripts.studies.common import ROOT, options, table
+from scripts.studies.common import ROOT, draw, options, picture_options, table
 
 GLASSY, RUBBERY = 300e6, 3e6  # Pa
 CASE = ROOT / "cases" / "rubber" / "synthetic_dma.csv"
@@ -95,7 +98,9 @@ def main() -> None:
     """Print the table."""
     parser = options(__doc__)
     parser.add_argument("--update-case", action="store_true", help=f"write {CASE.name} anew")
-    if parser.parse_args().update_case:
+    picture_options(parser)
+    given = parser.parse_args()
+    if given.update_case:
         CASE.write_text(REMARK + text(0.01, seed=0), encoding="utf-8")
     print(f"given: C1 {UNIVERSAL.C1:.4f}, C2 {UNIVERSAL.C2:.1f} K at 20 degC")
     head = (
@@ -104,6 +109,10 @@ def main() -> None:
     )  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
         table(head, rows(Path(folder)))
+    case = RubberCase.of({"source": CASE})
+    shown = compound(case)
+    draw(master_curve(shown), given.pictures / "rubber_master_curve.png")
+    draw(stress(case, shown), given.pictures / "rubber_stress.png")
 
 
 if __name__ == "__main__":

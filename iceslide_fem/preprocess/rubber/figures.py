@@ -26,11 +26,11 @@ NAMES = ("master_curve", "shift_factors", "temperature", "relaxation", "stress")
 
 def draw(case: RubberCase, found: Compound, out: Path) -> None:
     """Write the pictures of `NAMES` to `out`."""
-    _master_curve(found).savefig(out / "master_curve.png", dpi=DPI)
-    _shifts(found).savefig(out / "shift_factors.png", dpi=DPI)
-    _over_temperature(found).savefig(out / "temperature.png", dpi=DPI)
-    _over_time(case, found).savefig(out / "relaxation.png", dpi=DPI)
-    _stress(case, found).savefig(out / "stress.png", dpi=DPI)
+    master_curve(found).savefig(out / "master_curve.png", dpi=DPI)
+    shift_factors(found).savefig(out / "shift_factors.png", dpi=DPI)
+    over_temperature(found).savefig(out / "temperature.png", dpi=DPI)
+    over_time(case, found).savefig(out / "relaxation.png", dpi=DPI)
+    stress(case, found).savefig(out / "stress.png", dpi=DPI)
 
 
 def _celsius(temperature: float) -> str:
@@ -44,7 +44,8 @@ def _at(found: Compound) -> str:
     return f" at {_celsius(found.isotherms[0])}" if found.isotherms.size else ""
 
 
-def _master_curve(found: Compound) -> Figure:
+def master_curve(found: Compound) -> Figure:
+    """Moduli and tan delta over the reduced frequency: measured, and of the series."""
     figure = Figure(figsize=(10, 4.4), layout="constrained")
     left, right = figure.subplots(1, 2)
     low, high = found.frequencies
@@ -87,7 +88,8 @@ def _title(found: Compound) -> str:
     )
 
 
-def _shifts(found: Compound) -> Figure:
+def shift_factors(found: Compound) -> Figure:
+    """log10 a_T over the temperature, of isotherms on their own and of the law."""
     figure = Figure(figsize=(6.5, 4.4), layout="constrained")
     axes = figure.subplots()
     shift, T = found.relaxation.shift, found.isotherms
@@ -130,7 +132,8 @@ def _span(found: Compound, shift: Shift) -> tuple[float, float]:
     return shift.reference - AROUND, shift.reference + AROUND
 
 
-def _over_temperature(found: Compound) -> Figure:
+def over_temperature(found: Compound) -> Figure:
+    """Moduli and tan delta at 1 Hz over the temperature."""
     figure = Figure(figsize=(6.5, 4.4), layout="constrained")
     axes = figure.subplots()
     shift = found.relaxation.shift
@@ -154,7 +157,8 @@ def _over_temperature(found: Compound) -> Figure:
     return figure
 
 
-def _over_time(case: RubberCase, found: Compound) -> Figure:
+def over_time(case: RubberCase, found: Compound) -> Figure:
+    """The relaxation modulus over the times that are known, at some temperatures."""
     figure = Figure(figsize=(6.5, 4.4), layout="constrained")
     axes = figure.subplots()
     low, high = found.frequencies
@@ -180,7 +184,8 @@ def _over_time(case: RubberCase, found: Compound) -> Figure:
     return figure
 
 
-def _stress(case: RubberCase, found: Compound) -> Figure:
+def stress(case: RubberCase, found: Compound) -> Figure:
+    """Stress over strain of a bar and in simple shear, by rate and temperature."""
     figure = Figure(figsize=(10, 4.4), layout="constrained")
     shown, prony = temperatures(case, found), found.relaxation.prony
     panels = figure.subplots(1, 2)
@@ -188,9 +193,9 @@ def _stress(case: RubberCase, found: Compound) -> Figure:
         for T, colour in zip(shown, _colours(len(shown)), strict=True):
             for rate, line in zip(case.rates, LINES, strict=False):
                 reduced = rate * float(found.relaxation.shift(T))
-                strain, stress = at_rate(found.constants, prony, path, LARGEST_STRAIN, reduced)
+                strain, pulled = at_rate(found.constants, prony, path, LARGEST_STRAIN, reduced)
                 label = f"{_celsius(T)}, {rate:g} 1/s"
-                axes.plot(strain, stress / 1e6, color=colour, ls=line, label=label)
+                axes.plot(strain, pulled / 1e6, color=colour, ls=line, label=label)
         axes.grid(True, alpha=0.2)
         _readable(axes)
     panels[0].set(
