@@ -102,6 +102,8 @@ ATTACHED, PASSING = "load.duration=2ms", ["ice.motion=sliding", "load.duration=0
 SIPE = "rubber.sipes=[{position='0.3 mm', width='20 um', depth='2 mm'}]"
 CLOSED_SIPE = ["rubber.length=4mm", "rubber.height=3mm", SIPE, "rubber.wall_friction=0.3"]
 DRY = ["film.dry_stress=3.3bar", "film.dry_softening=10K", "film.initial_height=0nm"]
+AGED = ["film.contact_age=true", "rubber.prony=[[0.3, '0.1 ms'], [0.2, '2 ms']]"]
+AGED = [*AGED, "rubber.modulus_is=instantaneous", "ice.heat=column"]
 DRY = [*DRY, "ice.heat=column", "rubber.inertia=true"]
 
 RELAXES = ["rubber.prony=[[0.2,'0.2 ms'],[0.3,'5 ms']]", "rubber.modulus_is=long-term"]
@@ -129,6 +131,9 @@ RELAXES = ["rubber.prony=[[0.2,'0.2 ms'],[0.3,'5 ms']]", "rubber.modulus_is=long
         pytest.param([ATTACHED, "ice.heat=column", *RELAXES], marks=pytest.mark.mpi),
         [ATTACHED, "ice.heat=mesh", "rubber.heat=mesh", *RELAXES],
         [*PASSING, *DRY, "film.carrier=rubber"],
+        pytest.param([*PASSING, *AGED], marks=pytest.mark.mpi),
+        [*PASSING, *AGED, "film.carrier=rubber"],
+        [ATTACHED, *AGED, "water.viscosity=[['-10 degC', '2.6 mPa*s'], ['0 degC', '1.8 mPa*s']]"],
     ],
     ids=" ".join,
 )

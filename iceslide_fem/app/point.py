@@ -13,7 +13,12 @@ import tomlkit
 
 from iceslide_fem.app.form import Slider, Texts, scene_of, tables
 from iceslide_fem.app.snippets import map_lines, point_lines
-from iceslide_fem.film.conditions import ice_model, scene_conditions, varied_conditions
+from iceslide_fem.film.conditions import (
+    ice_model,
+    scene_conditions,
+    scene_loading,
+    varied_conditions,
+)
 from iceslide_fem.film.point import PointResult, simulate
 from iceslide_fem.output.table import HistoryRow
 from iceslide_fem.run.point import point_history
@@ -131,7 +136,8 @@ def map_result(scene: Scene, x: Slider, y: Slider) -> PointResult:
     across, up = np.meshgrid(x.si(x.values(MAP_SIZE)), y.si(y.values(MAP_SIZE)))
     varied = {CONDITIONS[x.key]: across.ravel(), CONDITIONS[y.key]: up.ravel()}
     conditions = varied_conditions(scene, **varied)
-    return simulate(conditions, ice_model(scene), MAP_TOLERANCE, water=scene.water.table)
+    loading, water = scene_loading(scene), scene.water.table
+    return simulate(conditions, ice_model(scene), MAP_TOLERANCE, loading=loading, water=water)
 
 
 def _constant(texts: Texts) -> Scene:

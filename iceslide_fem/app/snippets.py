@@ -40,7 +40,7 @@ def map_lines(
 import numpy as np
 
 from iceslide_fem import point
-from iceslide_fem.film.conditions import ice_model, varied_conditions
+from iceslide_fem.film.conditions import ice_model, scene_loading, varied_conditions
 from iceslide_fem.scene import scene_from_dict
 
 {_scene(tables)}
@@ -49,7 +49,10 @@ x, y = np.meshgrid(
     {_values(y, count)},  # {names[y.key]}, SI
 )
 conditions = varied_conditions(scene, {names[x.key]}=x.ravel(), {names[y.key]}=y.ravel())
-found = point.simulate(conditions, ice_model(scene), {tolerance:g}, water=scene.water.table)
+loading, water = scene_loading(scene), scene.water.table
+found = point.simulate(
+    conditions, ice_model(scene), {tolerance:g}, loading=loading, water=water
+)
 z = found.{quantity}.reshape(x.shape)
 """
 

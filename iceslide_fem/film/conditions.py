@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from iceslide_fem.film.aged_loading import AgedLoading
+from iceslide_fem.film.contact_age import contact_age
 from iceslide_fem.film.film_between import HalfFilm
 from iceslide_fem.film.passes import Passes
-from iceslide_fem.film.point_conditions import Conditions, Loading
+from iceslide_fem.film.point_conditions import Conditions, InTime, Loading
 from iceslide_fem.film.rubber_heat import INSULATED, Insulated, RubberColumns
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.runtime.arrays import Array
@@ -111,8 +113,12 @@ def varied_conditions(scene: Scene, **varied: ArrayLike) -> Conditions:
 
     varied: what `Conditions.of` takes, and of dry shear dry_stress (Pa), dry_softening and
     dry_residual (K); they broadcast to one dimension. k, D and H_V follow the pressure, and the
-    first height the temperature, unless they are varied. Raises ValueError as `Conditions.of`.
+    first height the temperature, unless they are varied. Raises ValueError as `Conditions.of`,
+    and where k, D or H_V is varied that follows the contact's age.
     """
+    constants = sorted({"k", "D", "H_V"} & {*varied})
+    if scene.film.contact_age and constants:
+        raise ValueError(f"{constants[0]} follows the contact's age (film.contact_age)")
     count = np.broadcast_shapes((1,), *map(np.shape, varied.values()))
     keys = {name: f"dry_{name}" for name in DryShear._fields}
     dry: dict[str, Any] = {name: varied.pop(key) for name, key in keys.items() if key in varied}
@@ -134,12 +140,12 @@ def scene_passes(scene: Scene) -> Passes:
     return Passes(load.passes, load.period or load.duration, film.between)
 
 
-def scene_loading(scene: Scene) -> Loading | None:
-    """How the scene's loads go in time, None where they do not."""
-    load = scene.load
-    if not load.changes:
-        return None
-    near = SAMPLED * scene.numerics.tolerance
-    return Loading(
-        load.pressures.sampled(near), load.speeds.sampled(near), scene.contact_parameters
-    )
+def scene_loading(scene: Scene) -> InTime | None:
+    """What of the scene's loads and contact goes in time, None where nothing does."""
+    load, age = scene.load, contact_age(scene)
+    loads = None
+    if load.changes:
+        near = SAMPLED * scene.numerics.tolerance
+        courses = load.pressures.sampled(near), load.speeds.sampled(near)
+        loads = Loading(*courses, scene.contact_parameters)
+    return loads if age is None else AgedLoading(age, loads)

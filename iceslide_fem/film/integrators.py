@@ -12,54 +12,13 @@ from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
+from iceslide_fem.film.acting import Acting, InterfaceState
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import IceHeat
-from iceslide_fem.film.law import Film, FilmHistory, FilmStage, log_shearing
+from iceslide_fem.film.law import FilmStage, log_shearing
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 from iceslide_fem.film.runge_kutta import Integrator
 from iceslide_fem.runtime.arrays import Array, Index
-
-
-class InterfaceState(NamedTuple):
-    """History of the interface: ln h and H_s (m) per film, heat states of ice and rubber.
-
-    internal: (m, n), see `film.law.FilmHistory`; of the film law only where the viscosity follows
-    its temperature.
-    """
-
-    log_height: Array
-    squeezed_height: Array
-    ice: Array
-    rubber: Array = np.zeros((0, 1))
-    internal: Array = np.zeros((0, 1))
-
-    def take(self, index: Index) -> InterfaceState:
-        """The state at the points of `index`."""
-        return InterfaceState(*(part.take(index, axis=-1, mode="clip") for part in self))
-
-
-class Acting(Protocol):
-    """What acts on the interface at an end of a step, as the integrator asks for it."""
-
-    def at(self, end: Self, fraction: float) -> Self:
-        """Loads at `fraction` of a step that ends with `end`."""
-
-    def film(
-        self,
-        start: FilmHistory,
-        before: FilmHistory,
-        dt: Array | float,
-        stage: Callable[..., FilmStage],
-        near: Array | None,
-        close: float,
-    ) -> Film:
-        """The law in an implicit stage of `dt` (s) from `start`, in a step that begins `before`.
-
-        `near` and `close` are for the search of heights, as `film.height.log_height_of` has them.
-        """
-
-    def internal_after(self, before: Array, stage: FilmStage) -> Array:
-        """Internal variables after the `stage`, which were `before` at its start."""
 
 
 class Loads(Acting, Protocol):
@@ -180,9 +139,10 @@ def advance(
     guess = None if rate is None else stage_dt * rate
     changes: list[InterfaceState] = []
     stages: list[FilmStage] = []
+    begun = start.begun(dt, state, rubber)
     for row, node in zip(integrator.rows, integrator.nodes, strict=True):
         begin = _combine(state, changes, row, diagonal)
-        acting = start.at(end, node)
+        acting = begun.at(end, node)
         near = None if guess is None else begin.log_height + guess
         film = acting.film(begin, state, stage_dt, integrator.stage, near, close)
         new_ice, stage = ice.stage(begin.ice, stage_dt, rubber.over(film, begin.rubber))

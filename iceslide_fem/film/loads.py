@@ -23,7 +23,7 @@ from iceslide_fem.film.limited_stage import limited_stage
 from iceslide_fem.film.limiting_shear import LimitingShear
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.viscosity import VariableViscosity, consistent_viscosity
-from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.runtime.arrays import Array, Index, Mask
 from iceslide_fem.scene.materials import WATER_VISCOSITY
 
 T = TypeVar("T", float, Array)
@@ -50,6 +50,23 @@ class FilmLoads(NamedTuple):
         limit = self.limit and self.limit.take(index)
         viscous, speed, squeeze, free = (part.take(index, mode="clip") for part in self[:4])
         return FilmLoads(viscous, speed, squeeze, free, variable_viscosity, limit)
+
+    def completed(self, covered: Mask, other: FilmLoads) -> FilmLoads:
+        """Loads at one end of a step, with speed and free height of the `other` where places are
+        not `covered`.
+        """
+        return self._replace(
+            speed=np.where(covered, self.speed, other.speed),
+            free_height=np.where(covered, self.free_height, other.free_height),
+        )
+
+    def begun(self, dt: Array | float, state: InterfaceState, rubber: RubberHeat) -> FilmLoads:
+        """The loads: they do not follow what has been before."""
+        return self
+
+    def of(self, state: FilmHistory) -> FilmLoads:
+        """The loads, whatever the state."""
+        return self
 
     def at(self, end: FilmLoads, fraction: float) -> FilmLoads:
         """Loads at `fraction` of a step that ends with `end`, on straight lines."""

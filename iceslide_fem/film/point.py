@@ -15,7 +15,7 @@ from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.film.point_conditions import Conditions, Loading
+from iceslide_fem.film.point_conditions import Conditions, InTime
 from iceslide_fem.film.point_events import Warmth, events
 from iceslide_fem.film.point_result import PointResult, Record, Tally
 from iceslide_fem.film.point_steps import SURFACE_EASE, AsGiven, ByError, Front, StepLengths
@@ -47,7 +47,7 @@ def simulate(
     max_step: float = np.inf,
     observe: Callable[[Record], None] | None = None,
     rubber: RubberHeat = INSULATED,
-    loading: Loading | None = None,
+    loading: InTime | None = None,
     water: ViscosityTable | None = None,
     start: InterfaceState | None = None,
 ) -> PointResult:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -168,6 +168,16 @@ class FilmStart(NamedTuple):
     log_height: Array
     internal: Array
     squeezed_height: Array = np.zeros(0)
+
+
+class InTime(Protocol):
+    """What goes in time at points."""
+
+    def at(self, here: Conditions, time: Array) -> Conditions:
+        """The conditions at `time` (s, one per point)."""
+
+    def next_corner(self, time: Array) -> Array:
+        """When something has its next corner (s)."""
 
 
 class Loading(NamedTuple):

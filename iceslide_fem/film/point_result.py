@@ -12,7 +12,7 @@ from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState, Step
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.loads import FilmLoads
-from iceslide_fem.film.point_conditions import Conditions, Loading
+from iceslide_fem.film.point_conditions import Conditions, InTime
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 
@@ -133,7 +133,7 @@ class Tally:
         start: InterfaceState,
         shear: Array,
         here: Conditions,
-        loading: Loading | None,
+        loading: InTime | None,
     ) -> Array:
         """Enter accepted steps from `start`; mu at their ends.
 
@@ -189,7 +189,7 @@ class Tally:
         end: Array,
         mu_end: Array,
         here: Conditions,
-        loading: Loading | None,
+        loading: InTime | None,
     ) -> None:
         """Enter mu at the times that fall into accepted steps, of which `mu_end` is the last."""
         sampled, times, step = self._sums.sampled, self._times, record.step

@@ -11,7 +11,7 @@ from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState, Step
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.loads import FilmLoads, interpolate
-from iceslide_fem.film.point_conditions import Conditions, Loading
+from iceslide_fem.film.point_conditions import Conditions, InTime
 from iceslide_fem.film.point_events import Events, Warmth, onset_below, until
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.step_control import GROW_ALONE, Trial, step_factor
@@ -58,7 +58,7 @@ class Front(NamedTuple):
         parts: tuple[Any, ...] = self
         return Front(*(part.take(index) for part in parts))
 
-    def length(self, max_step: float, loading: Loading | None) -> Array:
+    def length(self, max_step: float, loading: InTime | None) -> Array:
         """Of the next step, s: no further than the next event or corner is expected."""
         dt = np.minimum(np.minimum(self.dt, self.ahead), self.duration - self.time)
         np.minimum(dt, max_step, out=dt)
@@ -109,7 +109,7 @@ class ByError(NamedTuple):
     """Steps whose relative error of mu(t) is about the tolerance."""
 
     tolerance: float
-    loading: Loading | None
+    loading: InTime | None
 
     def first(self, conditions: Conditions, loads: FilmLoads) -> Array:
         """A fraction of the duration, and so short that the surface hardly warms.

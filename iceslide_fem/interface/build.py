@@ -11,6 +11,7 @@ from iceslide_fem.film.conditions import half_film, rubber_columns
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.rubber_heat import INSULATED
+from iceslide_fem.interface.aged_on_ice import AgedOnIce
 from iceslide_fem.interface.heat_models import continuum_of, equation_of, meshed_rubber, settings_of
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints, OwnColumns
 from iceslide_fem.interface.ice_continuum import Continuum
@@ -23,6 +24,7 @@ from iceslide_fem.interface.rubber_mesh import MeshedIceAndRubber
 from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid, own_points
 from iceslide_fem.interface.user_law_on_ice import UserLawOnIce
 from iceslide_fem.interface.window import PassingIce
+from iceslide_fem.laws.aged_film import AgedFilm
 from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.laws.limited_film import LimitedFilm
 from iceslide_fem.laws.user_law import UserLaw
@@ -32,8 +34,10 @@ from iceslide_fem.rubber.block import Block
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 
+OnNodes = OnIce | AgedOnIce
 
-def film_frame_of(block: Block, layers_for: float | None = None) -> Attached | OnRubber | OnIce:
+
+def film_frame_of(block: Block, layers_for: float | None = None) -> Attached | OnRubber | OnNodes:
     """Frame of the films below the block at its present displacements. Collective.
 
     layers_for (s): what conducts heat has the layers of a run of that duration, and more below them
@@ -100,7 +104,7 @@ ATTACHED: dict[str, Callable[[Block, Array], Attached]] = {
 }
 
 
-def _sliding(block: Block, duration: Array) -> OnRubber | OnIce:
+def _sliding(block: Block, duration: Array) -> OnRubber | OnNodes:
     scene, law = block.scene, block.law
     _, footprint = _footprint(block)
     lines = window_lines(scene, footprint)
@@ -141,11 +145,14 @@ def _films_on_rubber(block: Block, ice: PassingIce, duration: Array) -> OnRubber
     return OnRubber(block.law, ice, rubber_columns(block.scene, duration))
 
 
-def _films_on_nodes(block: Block, ice: PassingIce, duration: Array) -> OnIce:
+def _films_on_nodes(block: Block, ice: PassingIce, duration: Array) -> OnNodes:
     scene, law = block.scene, block.law
-    assert isinstance(law, FilmLaw)
     rubber = _rubber_over_grid(scene, ice.grid, duration)
-    return OnIce(law, ice, scene.initial_height, rubber, scene.film.water_speed)
+    settings = ice, scene.initial_height, rubber, scene.film.water_speed
+    if isinstance(law, AgedFilm):
+        return AgedOnIce(law, *settings)
+    assert isinstance(law, FilmLaw)
+    return OnIce(law, *settings)
 
 
 def _user_law_on_nodes(block: Block, ice: PassingIce, duration: Array) -> OnRubber:
@@ -155,9 +162,10 @@ def _user_law_on_nodes(block: Block, ice: PassingIce, duration: Array) -> OnRubb
 
 
 # What lies on the nodes of passing ice: the films of a law, or its internal variables alone.
-ON_ICE: dict[type, Callable[[Block, PassingIce, Array], OnRubber | OnIce]] = {
+ON_ICE: dict[type, Callable[[Block, PassingIce, Array], OnRubber | OnNodes]] = {
     FilmLaw: _films_on_nodes,
     LimitedFilm: _films_on_nodes,
+    AgedFilm: _films_on_nodes,
     UserLaw: _user_law_on_nodes,
 }
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from typing import Generic, Protocol, Self, TypeVar
+
 import numpy as np
 
-from iceslide_fem.film.integrators import InterfaceState, advance
+from iceslide_fem.film.integrators import InterfaceState, Loads, advance
 from iceslide_fem.film.law import log_shearing
 from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.runge_kutta import Integrator
@@ -14,12 +17,26 @@ from iceslide_fem.interface.rubber_columns import InsulatedOverGrid, RubberOverG
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes
 from iceslide_fem.interface.water import HALF, cells_passed, moved_by_a_cell
 from iceslide_fem.interface.window import RECENT, PassingIce, place, reaches, shifted, whole_cells
+from iceslide_fem.laws.aged_film import AgedFilm
 from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.laws.interface_law import Sheared
 from iceslide_fem.runtime.arrays import Array, Mask
 
 
-class OnIce:
+class Nodal(Loads, Protocol):
+    """Loads of films on nodes."""
+
+    def completed(self, covered: Mask, other: Self) -> Self:
+        """Loads at one end of a step, with what the `other` has where nodes are not `covered`."""
+
+    def of(self, state: InterfaceState) -> FilmLoads:
+        """The film's loads in `state`."""
+
+
+NodeLoads = TypeVar("NodeLoads", bound=Nodal)
+
+
+class FilmsOnNodes(ABC, Generic[NodeLoads]):
     """Films on the ice's nodes: they enter under the leading edge with h0 and are left behind.
 
     Loads are averaged over the points of the rubber with the same weights with which the points
@@ -28,7 +45,7 @@ class OnIce:
 
     def __init__(
         self,
-        law: FilmLaw,
+        law: FilmLaw | AgedFilm,
         ice: PassingIce,
         film_height: float,
         rubber: RubberOverGrid | InsulatedOverGrid | None = None,
@@ -73,7 +90,7 @@ class OnIce:
         grid = self.ice.grid
         covered, first = self.on_nodes(start)
         covers, last = self.on_nodes(end)
-        first, last = _completed(covered, first, last), _completed(covers, last, first)
+        first, last = first.completed(covered, last), last.completed(covers, first)
         # Water that is left behind gives its heat to the ice, too, where it freezes.
         meet = covered | covers | self._law.freezes
         area = np.where(meet, grid.cell_area[grid.own], 0.0)
@@ -128,7 +145,7 @@ class OnIce:
         )
         for _ in range(cells_passed(here, there, cell)):
             _, loads = self.on_nodes(end)
-            free = grid.allgather(loads.free_height).reshape(grid.shape)
+            free = grid.allgather(loads.of(state).free_height).reshape(grid.shape)
             height, pushed = moved_by_a_cell(height, (cover > HALF).reshape(grid.shape), free)
             lost += pushed.ravel()
         height = height.ravel()[grid.own]
@@ -140,7 +157,7 @@ class OnIce:
         cell, covered = grid.cell_area[grid.own], self._cover(contact)[grid.own] > HALF
         return np.where(covered, cell, 0.0), np.where(covered, 0.0, cell)
 
-    def on_nodes(self, contact: ContactLoads) -> tuple[Mask, FilmLoads]:
+    def on_nodes(self, contact: ContactLoads) -> tuple[Mask, NodeLoads]:
         """Which of this rank's nodes are covered, and their loads per area of the node's cell.
 
         A cell that is covered in part has that part of the loads, so that a film is as old as it
@@ -148,9 +165,13 @@ class OnIce:
         """
         return self._on_nodes.of(contact)
 
-    def _found_on_nodes(self, contact: ContactLoads) -> tuple[Mask, FilmLoads]:
-        grid, loads = self.ice.grid, self._law.loads(contact.pressure, contact.speed)
-        touching = contact.touching
+    @abstractmethod
+    def _found_on_nodes(self, contact: ContactLoads) -> tuple[Mask, NodeLoads]:
+        """What `on_nodes` says. Collective."""
+
+    def _of_nodes(self, loads: FilmLoads, contact: ContactLoads) -> tuple[Mask, FilmLoads]:
+        """The nodes' of those of the points. Collective."""
+        grid, touching = self.ice.grid, contact.touching
         viscous = touching * loads.viscous
         squeeze, free = touching * loads.squeeze_rate, touching * loads.free_height
         amounts = np.stack([touching, viscous, viscous * loads.speed, squeeze, free])
@@ -187,9 +208,10 @@ class OnIce:
         return Shifted(after, rest, left)
 
 
-def _completed(covered: Mask, loads: FilmLoads, other: FilmLoads) -> FilmLoads:
-    """Loads at one end of a step: nodes not `covered` have speed and free height of the other."""
-    return loads._replace(
-        speed=np.where(covered, loads.speed, other.speed),
-        free_height=np.where(covered, loads.free_height, other.free_height),
-    )
+class OnIce(FilmsOnNodes[FilmLoads]):
+    """Films on the ice's nodes, of a law without a memory of the contact's own."""
+
+    _law: FilmLaw
+
+    def _found_on_nodes(self, contact: ContactLoads) -> tuple[Mask, FilmLoads]:
+        return self._of_nodes(self._law.loads(contact.pressure, contact.speed), contact)

@@ -17,6 +17,7 @@ from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.law import FilmHistory, FilmStage, Surface
 from iceslide_fem.film.passes import molten, unfrozen
+from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.runtime.arrays import Array
@@ -87,6 +88,10 @@ class Resting(NamedTuple):
     """
 
     most: Array
+
+    def begun(self, dt: Array | float, state: InterfaceState, rubber: RubberHeat) -> Resting:
+        """The same."""
+        return self
 
     def at(self, end: Resting, fraction: float) -> Resting:
         """The same."""

@@ -15,7 +15,7 @@ from iceslide_fem.film.viscosity import FILM_VISCOSITY, VariableViscosity
 from iceslide_fem.laws.interface_law import Sheared
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
+from iceslide_fem.scene.contact_table import ContactLaw
 from iceslide_fem.scene.materials import WATER_VISCOSITY, ViscosityTable
 
 # Shear is faded in up to this fraction of the nominal pressure, or more slowly where it would
@@ -35,7 +35,7 @@ class FilmLaw:
     temperature.
     """
 
-    parameters: ContactTable | ConstantContact
+    parameters: ContactLaw
     nominal: float | None
     ramp_pressure: float
     viscosity: float = WATER_VISCOSITY
@@ -66,7 +66,7 @@ class FilmLaw:
 
     def loads(self, pressure: Array, speed: Array) -> FilmLoads:
         """Loads of the film at local `pressure` (Pa) and `speed` (m/s)."""
-        p = self._read_at(pressure)
+        p = self.read_at(pressure)
         k, D, H_V, _ = self.parameters(p)
         ramp, _ = self._ramp(pressure)
         p, k = np.where(pressure > 0.0, p, 0.0), ramp * k
@@ -109,7 +109,7 @@ class FilmLaw:
         """Shear of films around points, of these eta / (eta_0 h) (1/m), (n,)."""
         return self.over(1.0 / shearing)
 
-    def reported(self, internal: Array) -> Mapping[str, Array]:
+    def reported(self, internal: Array, pressure: Array) -> Mapping[str, Array]:
         """The viscosity (Pa s) of films that keep ln(eta / eta_0), (1, n)."""
         return dict(zip(self.columns, self.viscosity * np.exp(internal), strict=True))
 
@@ -125,7 +125,7 @@ class FilmLaw:
 
     def shear(self, pressure: Array, speed: Array, film_height: Array) -> tuple[Array, Array]:
         """tau = k eta v / h (5.29), faded in with pressure (Pa), and d tau / d p."""
-        k, dk_dp = self.parameters.contact_area(self._read_at(pressure))
+        k, dk_dp = self.parameters.contact_area(self.read_at(pressure))
         if self.nominal is not None:
             dk_dp = np.zeros_like(dk_dp)
         ramp, slope = self._ramp(pressure)
@@ -134,9 +134,9 @@ class FilmLaw:
 
     def outside(self, pressure: Array) -> Mask:
         """Whether the table of k, D, H_V does not cover the pressure at which it is read."""
-        return self.parameters.outside(self._read_at(pressure))
+        return self.parameters.outside(self.read_at(pressure))
 
-    def _read_at(self, pressure: Array) -> Array:
+    def read_at(self, pressure: Array) -> Array:
         """The pressure that k, D, H_V and the squeeze term follow, Pa."""
         return pressure if self.nominal is None else np.full_like(pressure, self.nominal)
 

@@ -77,8 +77,8 @@ class InterfaceLaw(Protocol):
     def film_height(self, state: InterfaceState) -> Array:
         """Film heights (n,), m; NaN of a law without a film."""
 
-    def reported(self, internal: Array) -> Mapping[str, Array]:
-        """Column -> values, SI, of internal variables (m, n)."""
+    def reported(self, internal: Array, pressure: Array) -> Mapping[str, Array]:
+        """Column -> values, SI, of internal variables (m, n) under pressures (Pa), (n,)."""
 
     def outside(self, pressure: Array) -> Mask:
         """Where the law has no data for the pressure."""

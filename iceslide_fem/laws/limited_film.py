@@ -86,7 +86,7 @@ class LimitedFilm(FilmLaw):
         """Mean h (m) of the films around points."""
         return read(self.film_height(state))
 
-    def reported(self, internal: Array) -> Mapping[str, Array]:
+    def reported(self, internal: Array, pressure: Array) -> Mapping[str, Array]:
         """tau_b (Pa)."""
         return {SHEAR_STRENGTH: internal[1]}
 

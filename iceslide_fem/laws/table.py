@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from iceslide_fem.film.contact_age import contact_age
+from iceslide_fem.laws.aged_film import AgedFilm
 from iceslide_fem.laws.coulomb import Coulomb
-from iceslide_fem.laws.film import film_law
+from iceslide_fem.laws.film import FilmLaw, film_law
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.law_file import read_law
 from iceslide_fem.laws.limited_film import limited_film
@@ -44,10 +46,12 @@ def user_law(scene: Scene) -> UserLaw:
     return bound
 
 
-def film(scene: Scene) -> InterfaceLaw:
-    """The film law, under a limiting shear stress where the scene has one."""
+def film(scene: Scene) -> FilmLaw | AgedFilm:
+    """The film law: under a limiting shear stress, at the contact's age, as the scene has it."""
     strength = scene.shear_strength
-    return film_law(scene) if strength is None else limited_film(scene, strength)
+    law = film_law(scene) if strength is None else limited_film(scene, strength)
+    age = contact_age(scene)
+    return law if age is None else AgedFilm(law, age, scene.ice.temperature)
 
 
 LAWS: dict[str, Callable[[Scene], InterfaceLaw]] = {"film": film, "coulomb": user_law}

@@ -78,7 +78,7 @@ class UserLaw:
         """NaN: there is no film."""
         return np.full_like(state.log_height, np.nan)
 
-    def reported(self, internal: Array) -> Mapping[str, Array]:
+    def reported(self, internal: Array, pressure: Array) -> Mapping[str, Array]:
         """The fields by their columns."""
         return dict(zip(self.columns, internal, strict=True))
 

@@ -71,6 +71,10 @@ class UserLoads(NamedTuple):
     speed: Array
     places: Places | None = None
 
+    def begun(self, dt: Array | float, state: InterfaceState, rubber: RubberHeat) -> UserLoads:
+        """The loads: they do not follow what has been before."""
+        return self
+
     def at(self, end: Self, fraction: float) -> UserLoads:
         """Loads at `fraction` of a step that ends with `end`, on straight lines."""
         pressure, speed = (a + fraction * (b - a) for a, b in zip(self[1:3], end[1:3], strict=True))

@@ -20,7 +20,7 @@ from iceslide_fem.output.grids import (
     point_grid,
     tensor_grid,
 )
-from iceslide_fem.output.history import interface_fields, internal_fields
+from iceslide_fem.output.history import fields_on_nodes, interface_fields
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import ZERO_CELSIUS
 
@@ -125,7 +125,7 @@ class BlockFields:
             values["film height (m)"] = grid.allgather(self._sliding.block.law.film_height(state))
             values["squeezed height (m)"] = grid.allgather(state.squeezed_height)
         if self._sliding.frame.internal_nodes is not None:
-            for name, row in internal_fields(self._sliding, state.internal).items():
+            for name, row in fields_on_nodes(self._sliding).items():
                 values[name] = grid.allgather(row)
         return tensor_grid(self._lines(grid), values) if _is_last(grid) else None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.coupling.state import AcceptedStep, CoupledState
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.viscosity import FILM_VISCOSITY
+from iceslide_fem.laws.aged_film import CONTACT_AREA
 from iceslide_fem.output.table import HistoryRow, PreloadRow, row_of
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import ContactState
@@ -19,7 +21,8 @@ from iceslide_fem.rubber.press import PathPoint
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import ZERO_CELSIUS
 
-_FIELDS = {FILM_VISCOSITY: "film viscosity (Pa s)"}  # what fields call it
+# What fields call them.
+_FIELDS = {FILM_VISCOSITY: "film viscosity (Pa s)", CONTACT_AREA: "contact area fraction (1)"}
 
 
 def preload_row(block: Block, point: PathPoint) -> PreloadRow:
@@ -79,7 +82,7 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: AcceptedStep | None) -
         "newton_iterations": accepted.iterations if accepted else 0,
     }
     energies = {f"{name}_J": getattr(ledger, name) for name in Energies._fields}
-    reported = _reported(sliding, _internal_at_points(sliding))
+    reported = _at_points(sliding)
     internal = {name: mean(field) for name, field in reported.items()}
     return row_of(block.scene.load, current.time, values | energies, internal)
 
@@ -103,7 +106,7 @@ def interface_fields(sliding: Sliding, accepted: AcceptedStep | None) -> dict[st
         "melted (1)": melted,
         "saturated (1)": saturated,
     }
-    fields |= internal_fields(sliding, _internal_at_points(sliding))
+    fields |= _named(_at_points(sliding))
     touching = current.contact.pressure > 0.0
     return {
         name: np.where(touching | (name in always), np.reshape(values, shape), np.nan)
@@ -116,23 +119,28 @@ def internal_names(sliding: Sliding) -> tuple[str, ...]:
     return sliding.block.law.columns
 
 
-def internal_fields(sliding: Sliding, internal: Array) -> dict[str, Array]:
-    """Rows of the law's `internal` (m, n), wherever they live, by what fields call them."""
-    values = _reported(sliding, internal)
-    return {_FIELDS.get(name, name): field for name, field in values.items()}
+def fields_on_nodes(sliding: Sliding) -> dict[str, Array]:
+    """What the law's internal variables on this rank's nodes say, by what fields call it.
+
+    But for k: nodes have no pressure of their own.
+    """
+    internal = sliding.current.interface.internal
+    found = sliding.block.law.reported(internal, np.zeros(internal.shape[1]))
+    return _named({name: row for name, row in found.items() if name != CONTACT_AREA})
 
 
-def _reported(sliding: Sliding, internal: Array) -> dict[str, Array]:
-    """Rows of the law's `internal` (m, n) by their columns, in SI."""
-    return dict(sliding.block.law.reported(internal))
-
-
-def _internal_at_points(sliding: Sliding) -> Array:
-    """The law's internal variables at the points, (m, n)."""
+def _at_points(sliding: Sliding) -> Mapping[str, Array]:
+    """What the law's internal variables at the points say, by their columns, SI. Collective."""
     current = sliding.current
     if not internal_names(sliding):
-        return np.empty((0, current.contact.pressure.size))
-    return sliding.frame.internal_at_points(current.interface, current.loads)
+        return {}
+    internal = sliding.frame.internal_at_points(current.interface, current.loads)
+    return sliding.block.law.reported(internal, current.loads.pressure)
+
+
+def _named(columns: Mapping[str, Array]) -> dict[str, Array]:
+    """Columns of internal variables by what fields call them."""
+    return {_FIELDS.get(name, name): field for name, field in columns.items()}
 
 
 def thinnest_film(sliding: Sliding) -> float:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from iceslide_fem.run.simplifications import simplifications
 from iceslide_fem.scene import Scene, scene_from_dict
+from iceslide_fem.scene.contact_age import ages_in_warm_rubber
 
 MODELS = "point", "slice", "block"
 HEATS = "half-space", "column", "continuum", "mesh"
@@ -46,7 +47,8 @@ def cheapest(scene: Scene) -> ModelLevel:
     if rubber.mesh is not None or rubber.outline is not None or rubber.grooves:
         return ModelLevel("block", heat, scene.numerics.refinement)
     attached = scene.ice.motion == "attached"  # estimates of passing ice are rougher
-    if attached and found.uniform_pressure <= tolerance and heat not in SIDEWAYS:
+    has_point = attached and not ages_in_warm_rubber(scene)
+    if has_point and found.uniform_pressure <= tolerance and heat not in SIDEWAYS:
         return ModelLevel("point", heat, 1.0)
     model = "slice" if found.plane_strain.effect <= tolerance else "block"
     return ModelLevel(model, heat, scene.numerics.refinement)

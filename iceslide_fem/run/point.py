@@ -19,6 +19,7 @@ from iceslide_fem.film.conditions import (
 from iceslide_fem.film.doubts import doubts
 from iceslide_fem.film.point import Conditions, PointResult, ice_below
 from iceslide_fem.film.runge_kutta import INTEGRATORS
+from iceslide_fem.laws.aged_film import AgedFilm
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.points import moments
 from iceslide_fem.laws.table import law_of
@@ -44,6 +45,8 @@ def point_history(
     several. Raises SimulationStopped where no step can be made.
     """
     law = law_of(scene)
+    if isinstance(law, AgedFilm):
+        law = law.film  # at a point the contact's age is the time (`film.aged_loading`)
     if scene.several_passes:
         rows, entries = passes_history(scene, law, observe)
         return rows, entries | {"energy_imbalance": rows[-1].energy_imbalance}

@@ -39,7 +39,13 @@ def one_pass(
     SimulationStopped.
     """
     duration = float(conditions.duration[0])
-    history = PointRows(scene, law)
+    aged = settings["loading"]
+
+    def contact_area(time: float) -> float:
+        """k at `time` (s)."""
+        return float(aged.at(conditions, np.array([time])).k[0])
+
+    history = PointRows(scene, law, contact_area if scene.film.contact_age else None)
     if start is None:
         shear, kelvin = float(conditions.first_shear[0]), scene.ice.temperature
         history.add(0.0, first_state(scene, law), shear, kelvin)

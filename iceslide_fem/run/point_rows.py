@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import reduce
 from operator import sub
 
+import numpy as np
+
 from iceslide_fem.film.integrators import InterfaceState, Step
+from iceslide_fem.laws.aged_film import CONTACT_AREA
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.output.table import HistoryRow, row_of
 from iceslide_fem.scene import Scene
@@ -16,10 +20,18 @@ ENERGIES = ("friction_work", "ice_heat", "rubber_heat", "latent_heat")
 
 
 class PointRows:
-    """Rows of one point under `law`, one per accepted step from t = 0; forces are the block's."""
+    """Rows of one point under `law`, one per accepted step from t = 0; forces are the block's.
 
-    def __init__(self, scene: Scene, law: InterfaceLaw) -> None:
-        self._scene, self._law = scene, law
+    contact_area: k at a time (s), where it follows the contact's age.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        law: InterfaceLaw,
+        contact_area: Callable[[float], float] | None = None,
+    ) -> None:
+        self._scene, self._law, self._contact_area = scene, law, contact_area
         self._area = scene.rubber.length * scene.rubber.width
         self._energies = dict.fromkeys(ENERGIES, 0.0)  # J
         self.rows: list[HistoryRow] = []
@@ -62,6 +74,8 @@ class PointRows:
             "water_below_m3": squeezed * area,
         }
         energies = {f"{name}_J": energy for name, energy in self._energies.items()}
-        internal = self._law.reported(state.internal)
+        internal = self._law.reported(state.internal, np.array([pressure]))
         of_law = {name: float(values[0]) for name, values in internal.items()}
+        if self._contact_area is not None:
+            of_law[CONTACT_AREA] = self._contact_area(time)
         self.rows.append(row_of(load, time, known | energies, of_law))

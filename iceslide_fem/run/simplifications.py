@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.film.aged_loading import AgedLoading
+from iceslide_fem.film.contact_age import contact_age
 from iceslide_fem.film.point import Conditions, ice_below, simulate
 from iceslide_fem.film.point_conditions import RANGES
 from iceslide_fem.film.runge_kutta import INTEGRATORS
@@ -134,6 +136,7 @@ def _friction(
     acting = pressure if scene.film.pressure == "local" else np.full_like(fractions, nominal)
     acting = np.clip(acting, *RANGES["pressure"][:2])  # where an edge has all but lifted off
     k, D, H_V, _ = scene.contact_parameters(acting)
+    age = contact_age(scene)
     conditions = Conditions.of(
         pressure=acting,
         speed=scene.load.speeds.mean,
@@ -153,6 +156,7 @@ def _friction(
         ice,
         min(ACCURACY, scene.numerics.tolerance),
         times=times,
+        loading=None if age is None else AgedLoading(age),
         water=scene.water.table,
     )
     return np.asarray(found.samples * acting)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.tables.columns import Wanted, read_columns
 from iceslide_fem.scene.contact_table import ContactTable
@@ -14,19 +16,25 @@ COLUMNS = (
     (Wanted("k", ""), 1e-6, 1.0),
     (Wanted("D", "m"), 1e-8, 1e-2),
     (Wanted("H_V", "m"), 1e-12, 1e-2),
+    (Wanted("youngs_modulus", "Pa"), 1e3, 1e11),
 )
+NEEDED = ("pressure", "k", "D", "H_V")
 
 
 def read_contact_table(path: Path, key: str) -> ContactTable:
     """Table from a file with the columns pressure_Pa, k, D_m, H_V_m; more are left alone.
+
+    youngs_modulus_Pa, the same in all rows, may be there: of the rubber that the table is of.
 
     Other units are named in the heading, as in "pressure (bar)". Rows in ascending pressure, two
     or more; lines that begin with # are remarks. k must not fall and H_V not rise with pressure.
     Raises SceneError, one sentence that names `key`, otherwise.
     """
     wanted = [column for column, _, _ in COLUMNS]
-    table, found = read_columns(path, key, wanted, [column.name for column in wanted])
+    table, found = read_columns(path, key, wanted, NEEDED)
     for column, low, high in COLUMNS:
+        if column.name not in found:
+            continue
         for row, value in enumerate(found[column.name]):
             if not low <= value <= high:
                 said = "is missing" if value != value else f"= {value:g} is out of range"
@@ -34,7 +42,7 @@ def read_contact_table(path: Path, key: str) -> ContactTable:
                     f"{table.said}: row {row + 1} (line {table.lines[row].number}): "
                     f"{column.heading} {said}; allowed: {low:g} to {high:g}"
                 )
-    rows = list(zip(*(found[column.name].tolist() for column in wanted), strict=True))
+    rows = list(zip(*(found[name].tolist() for name in NEEDED), strict=True))
     if len(rows) < 2:
         raise SceneError(f"{table.said} has {len(rows)} pressure; allowed: 2 or more")
     for number, (now, after) in enumerate(zip(rows[:-1], rows[1:], strict=True), start=1):
@@ -45,5 +53,12 @@ def read_contact_table(path: Path, key: str) -> ContactTable:
         ):
             if wrong:
                 raise SceneError(f"{table.said}: rows {number} and {number + 1}: {what}")
+    moduli = found.get("youngs_modulus")
+    if moduli is not None and np.ptp(moduli) > 0.0:
+        raise SceneError(
+            f"{table.said}: youngs_modulus_Pa is {moduli.min():g} to {moduli.max():g}; allowed: "
+            "the same in all rows, that of the rubber which the table is of"
+        )
     pressure, k, D, H_V = zip(*rows, strict=True)
-    return ContactTable(path.name, pressure, k, D, H_V)
+    modulus = None if moduli is None else float(moduli[0])
+    return ContactTable(path.name, pressure, k, D, H_V, modulus)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,11 +25,25 @@ class ContactParameters(NamedTuple):
     dk_dp: Array
 
 
+class ContactLaw(Protocol):
+    """k, D and H_V as they follow from a pressure."""
+
+    def __call__(self, pressure: ArrayLike) -> ContactParameters:
+        """At `pressure` (Pa, any shape)."""
+
+    def contact_area(self, pressure: ArrayLike) -> tuple[Array, Array]:
+        """k alone at `pressure` (Pa, any shape), and its derivative by it, 1/Pa."""
+
+    def outside(self, pressure: ArrayLike) -> Mask:
+        """Where they are not known at `pressure` (Pa)."""
+
+
 @dataclass(frozen=True)
 class ContactTable:
     """k, D (m) and H_V (m) at ascending pressures (Pa), two or more; clamped outside.
 
-    Straight lines in log-log lie between. `source` says in messages whose table this is.
+    Straight lines in log-log lie between. `source` says in messages whose table this is,
+    `youngs_modulus` (Pa) of what rubber, where that is known.
     """
 
     source: str
@@ -37,6 +51,17 @@ class ContactTable:
     k: tuple[float, ...]
     D: tuple[float, ...]
     H_V: tuple[float, ...]
+    youngs_modulus: float | None = None
+
+    def at_modulus(self, modulus: float) -> ContactTable:
+        """The table of the same surface on rubber of another Young's modulus (Pa).
+
+        Contact of elastic rubber with small slopes follows p / E alone.
+        """
+        assert self.youngs_modulus is not None  # by Scene's validation
+        stiffer = modulus / self.youngs_modulus
+        pressure = tuple(stiffer * p for p in self.pressure)
+        return replace(self, pressure=pressure, youngs_modulus=modulus)
 
     def __call__(self, pressure: ArrayLike) -> ContactParameters:
         """Evaluate at `pressure` (Pa, any shape; values below or above the table are clamped)."""

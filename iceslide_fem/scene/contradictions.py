@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from iceslide_fem.relaxation.shift import Shift
+from iceslide_fem.scene.contact_age import check_contact_age
 from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.scene.passes import check_passes
 from iceslide_fem.scene.shape import check_room_across
@@ -46,6 +47,8 @@ def check_contradictions(scene: Tables) -> None:
         _loads_may_change(scene)
     check_passes(scene)
     _rubber_relaxes_here(scene)
+    if scene.film.contact_age:
+        check_contact_age(scene)
     if scene.film.dry_stress is not None:
         _dry_shear_has_a_motion(scene)
     _contact_is_stiff(scene)

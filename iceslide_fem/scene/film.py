@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import model_validator
+from pydantic import StrictBool, model_validator
 
 from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.dry_shear import (
@@ -31,7 +31,9 @@ class Film(Table):
     """The water film: who carries it, the pressure it follows, and constant k, D (m), H_V (m).
 
     k, D and H_V override the compound's table, all three together; `contact`, the path of a CSV
-    file, is another table (`read_contact_table`). `initial_height` is h0, m, or rows of it
+    file, is another table (`read_contact_table`). With `contact_age` they follow the contact's own
+    age (`film.contact_age`): then the table's file, or `contact_modulus` (Pa), says what Young's
+    modulus its rubber has. `initial_height` is h0, m, or rows of it
     over the ice's initial temperature (K).
     `conductance` is that from the film to either body with heat in the rubber, W/(m2 K).
     `water_speed` is that of squeezed-out water relative to the rubber, a fraction of the
@@ -50,6 +52,8 @@ class Film(Table):
     D: Annotated[float, Quantity("m", "0.01 um", "10 mm")] | None = None
     H_V: Annotated[float, Quantity("m", "1 nm", "10 mm")] | None = None
     contact: InputFile | None = None
+    contact_age: StrictBool = False
+    contact_modulus: Annotated[float, Quantity("Pa", "1 kPa", "100 GPa")] | None = None
     initial_height: Annotated[Any, HEIGHT] = 70e-9
     conductance: Annotated[float, Quantity("W/m^2/K", "10 W/m^2/K", "1e9 W/m^2/K")] | None = None
     water_speed: Annotated[float, Quantity("", "0", "1")] = 1.0
@@ -73,6 +77,35 @@ class Film(Table):
                     "the other holds at every pressure; give one of them"
                 )
             read_contact_table(self.contact, "film.contact")
+        return self
+
+    @model_validator(mode="after")
+    def _contact_may_age(self) -> Self:
+        if self.contact_modulus is not None and not self.contact_age:
+            raise ValueError(
+                "film.contact_modulus has a meaning only with film.contact_age = true; leave it out"
+            )
+        if not self.contact_age:
+            return self
+        if self.k is not None:
+            raise ValueError(
+                "film.contact_age and film.k contradict each other: constants do not follow the "
+                "contact's age; allowed: film.contact, or a compound's table"
+            )
+        if self.contact is None:
+            if self.contact_modulus is not None:
+                raise ValueError(
+                    "film.contact_modulus is that of film.contact, which is missing; leave it out: "
+                    "the compound's own table has its modulus"
+                )
+            return self
+        given = read_contact_table(self.contact, "film.contact").youngs_modulus
+        if (given is None) == (self.contact_modulus is None):
+            what = "none" if given is None else "both"
+            raise ValueError(
+                "film.contact_age needs one Young's modulus of the rubber that film.contact is of; "
+                f"given: {what} of the file's column youngs_modulus_Pa and film.contact_modulus"
+            )
         return self
 
     @property

@@ -179,5 +179,6 @@ CONTACT_TABLES = {
         k=(0.266, 0.405),
         D=(29.0e-6, 46.5e-6),
         H_V=(2.86e-6, 0.56e-6),
+        youngs_modulus=YOUNGS_MODULUS["B"],
     )
 }

@@ -5,7 +5,7 @@ Numbers are SI (temperatures in kelvin); a file may give strings with a unit ins
 
 from __future__ import annotations
 
-from dataclasses import astuple
+from dataclasses import astuple, replace
 from pathlib import Path
 from typing import Any, Literal, Self
 
@@ -133,15 +133,29 @@ class Scene(Table):
     def contact_parameters(self) -> ContactTable | ConstantContact:
         """k, D and H_V over pressure (Pa): the film's constants or table, or the compound's.
 
-        Of the film law only: under others there may be none.
+        With `film.contact_age` those of a contact that has just touched down, of rubber with its
+        instantaneous modulus. Of the film law only: under others there may be none.
         """
         film = self.film
+        if film.contact_age:
+            return self.touching_table
         if film.contact is not None:
             return read_contact_table(film.contact, "film.contact")
         if film.k is not None and film.D is not None and film.H_V is not None:
             return ConstantContact(film.k, film.D, film.H_V)
         assert self.rubber.compound is not None  # by Scene's validation
         return CONTACT_TABLES[self.rubber.compound]
+
+    @property
+    def touching_table(self) -> ContactTable:
+        """k, D and H_V over pressure (Pa) of rubber with its instantaneous modulus, 3 G."""
+        film, modulus = self.film, 3.0 * self.mooney_rivlin.shear_modulus
+        if film.contact is None:
+            assert self.rubber.compound is not None  # by Scene's validation
+            return CONTACT_TABLES[self.rubber.compound].at_modulus(modulus)
+        table = read_contact_table(film.contact, "film.contact")
+        given = table.youngs_modulus or film.contact_modulus
+        return replace(table, youngs_modulus=given).at_modulus(modulus)
 
     def outside_table(self) -> str | None:
         """A sentence if the nominal pressure lies outside the table of k, D, H_V, else None."""

@@ -31,6 +31,7 @@ COLUMNS = (
     *("k", "D_m", "H_V_m"),
     *("k_std", "D_std_m", "H_V_std_m"),
     *("k_raw", "D_median_m", "open_area_below_h0"),
+    "youngs_modulus_Pa",
 )
 
 
@@ -118,9 +119,10 @@ def table(result: Survey) -> str:
     """The text of contact.csv, which a scene reads as `film.contact`."""
     import pandas as pd  # takes long to import
 
-    columns = np.array(
-        [result.case.pressures, *result.mean[:3], *result.deviation[:3], *result.mean[3:]]
-    )
+    pressures, (_, modulus) = np.array(result.case.pressures), result.case.rubber
+    incompressible = np.full_like(pressures, 0.75 * modulus)  # of E* = E / (1 - nu^2)
+    found = *result.mean[:3], *result.deviation[:3], *result.mean[3:]
+    columns = np.array([pressures, *found, incompressible])
     return str(pd.DataFrame(columns.T, columns=COLUMNS).to_csv(index=False, float_format="%.6g"))
 
 

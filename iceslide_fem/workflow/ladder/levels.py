@@ -14,6 +14,7 @@ import numpy as np
 from iceslide_fem.run.model_levels import MODELS, SIDEWAYS, ModelLevel
 from iceslide_fem.run.simplifications import Simplifications
 from iceslide_fem.scene import REFINEMENTS, Scene
+from iceslide_fem.scene.contact_age import ages_in_warm_rubber
 
 
 def levels(
@@ -29,6 +30,7 @@ def levels(
     has_point = scene.ice.motion == "attached" or (
         on_ice and not scene.rubber.heat and not own_mesh
     )
+    has_point = has_point and not ages_in_warm_rubber(scene)
     refinements = sorted({float(np.clip(f * numerics.refinement, *REFINEMENTS)) for f in factors})
     if own_mesh:
         refinements = [numerics.refinement]

@@ -15,6 +15,7 @@ from iceslide_fem.scene import Scene
 from iceslide_fem.scene.contact_table import ContactTable
 from iceslide_fem.scene.course import SAMPLED
 from iceslide_fem.scene.materials import BAR
+from iceslide_fem.workflow.planning.contact import aged_contact
 from iceslide_fem.workflow.planning.cost import estimate
 from iceslide_fem.workflow.planning.passes import describe_passes
 from iceslide_fem.workflow.planning.regime import regime
@@ -117,6 +118,7 @@ def _film(scene: Scene, size: tuple[float, ...]) -> list[Row]:
     return [
         *_table(scene, size, tau / p),
         Row("film", "k", f"{k:.3g}", "relative contact area at the nominal pressure"),
+        *aged_contact(scene),
         Row("film", "D", readable(D, "m"), "mean asperity diameter"),
         Row("film", "H_V", readable(H_V, "m"), "mean free height; saturated when squeezed full"),
         *_viscosity(scene),

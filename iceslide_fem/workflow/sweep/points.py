@@ -106,33 +106,36 @@ def _together(scenes: list[Scene]) -> list[CaseResult]:
     times = np.linspace(0.0, scenes[0].load.duration, SAMPLES)
     work, missing = np.zeros((2, len(scenes)))  # energies, J/m2
 
-    dry = None if conditions.limit is None else SampledHeights(conditions, times)
+    settings = simulation_settings(scenes[0])
+    loading = settings["loading"]
+    follows = conditions.limit is None and loading is None  # heights from mu
+    heights = None if follows else SampledHeights(conditions, times)
 
     def add(record: Record) -> None:
         step, at = record.step, record.places
         work[record.points] += step.friction_work[at]
         taken = step.ice_heat[at] + step.rubber_heat[at] + step.latent_heat[at]
         missing[record.points] += step.friction_work[at] - taken
-        if dry is not None:
-            dry.add(record)
+        if heights is not None:
+            heights.add(record)
 
-    settings = simulation_settings(scenes[0])
     rubber = rubber_columns(scenes[0])
     result = simulate(conditions, times=times, observe=add, rubber=rubber, **settings)
     mu: Array = result.samples.T
     mu[:, -1] = result.mu_end  # the last step may end a rounding error early
-    if dry is None:
+    if heights is None:
         height = (conditions.loads().viscous / conditions.pressure)[:, None] / mu
     else:
-        height = dry.values
+        height = heights.values
         height[:, -1] = result.film_height
     wall = (monotonic() - started) / len(scenes)
+    at_peak = conditions if loading is None else loading.at(conditions, result.mu_peak_time)
     outcomes = []
     for i in range(len(scenes)):
         entries = point_summary(result, i) | {
             "energy_imbalance": float(missing[i] / work[i]),
             "wall_s": wall,
-            "warnings": point_doubts(conditions, result, i),
+            "warnings": point_doubts(at_peak, result, i),
             "versions": versions(),
         }
         outcomes.append(CaseResult(DONE, "", entries, {"mu": mu[i], "film_height_m": height[i]}))

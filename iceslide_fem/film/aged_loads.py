@@ -1,0 +1,136 @@
+"""What acts on films below contact that ages: k, D and H_V of every stage are its own.
+
+Loads are those of contact that has just touched down. The age multiplies them by ratios of the
+table at p_e and at p. So what averages such loads over places needs nothing of the age.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.film.contact_age import ContactAge
+from iceslide_fem.film.height import CLOSE
+from iceslide_fem.film.ice_heat import IceHeat
+from iceslide_fem.film.integrators import InterfaceState, Step
+from iceslide_fem.film.law import FilmHistory, FilmStage
+from iceslide_fem.film.loads import FilmLoads, FilmOnIce
+from iceslide_fem.film.rubber_heat import Insulated, RubberHeat
+from iceslide_fem.runtime.arrays import Array, Index, Mask
+
+
+class AgedLoads(NamedTuple):
+    """Loads of films at an end of a step; arrays (n,).
+
+    touching: of contact that has just touched down; pressure: where a place is in contact, mean:
+    that over the whole place (Pa). temperature: of the rubber (K), where no heat reaches it.
+
+    The last internal variables of films are the contact's history, those of the film come before.
+    """
+
+    age: ContactAge
+    temperature: float
+    touching: FilmLoads
+    pressure: Array
+    mean: Array
+
+    def take(self, index: Index) -> AgedLoads:
+        """The loads at `index`."""
+        pressure, mean = self.pressure.take(index), self.mean.take(index)
+        return self._replace(touching=self.touching.take(index), pressure=pressure, mean=mean)
+
+    def completed(self, covered: Mask, other: AgedLoads) -> AgedLoads:
+        """As of `FilmLoads`."""
+        return self._replace(touching=self.touching.completed(covered, other.touching))
+
+    def begun(self, dt: Array | float, state: InterfaceState, rubber: RubberHeat) -> AgedStep:
+        """A step of `dt` (s) from `state`: the rubber has its temperature at the start."""
+        kelvin = np.full_like(self.pressure, self.temperature)
+        if not isinstance(rubber, Insulated):
+            kelvin = rubber.surface_temperature(state.rubber)
+        reduced = self.age.relaxation.reduced(dt, kelvin)
+        return AgedStep(self, state.internal[-self.age.rows :], reduced)
+
+    def under(self, history: Array) -> FilmLoads:
+        """The film's loads below contact with this `history`."""
+        contact = self.age.so_far(history)
+        new, old = self.age.table(self.pressure), contact(self.pressure)
+        return self.touching._replace(
+            viscous=self.touching.viscous * (old.k / new.k),
+            squeeze_rate=self.touching.squeeze_rate * (new.D / old.D) ** 2,
+            free_height=self.touching.free_height * (old.H_V / new.H_V),
+        )
+
+    def of(self, state: FilmHistory) -> FilmLoads:
+        """The film's loads below contact whose history is that in `state`."""
+        return self.under(state.internal[-self.age.rows :])
+
+    def growth(self, state: FilmHistory) -> Array:
+        """k in `state` over that of contact that has just touched down, (n,)."""
+        contact = self.age.so_far(state.internal[-self.age.rows :])
+        old, _ = contact.contact_area(self.pressure)
+        return np.asarray(old / self.age.table.contact_area(self.pressure)[0])
+
+    def shear(self, state: InterfaceState, ice: IceHeat) -> Array:
+        """tau (Pa), (n,), of films in `state`, whatever the ice."""
+        return self.of(state).shear(state, ice)
+
+    def force(self, step: Step) -> Array:
+        """Size of tau (Pa) at the end of the `step`, (n,)."""
+        return self.of(step.state).force(step)
+
+    def shear_change(self, state: InterfaceState, other: InterfaceState, ice: IceHeat) -> Array:
+        """Relative difference (n,) of the shear of the `other` state from that of `state`."""
+        grown = np.log(self.growth(other) / self.growth(state))
+        return self.touching.shear_change(state, other, ice) + grown
+
+    def local_error(self, step: Step, ice: IceHeat, rubber: RubberHeat, scale: Array) -> Array:
+        """Relative local errors (n,) of a step that ends here; `scale` of temperatures, K."""
+        return self.of(step.state).local_error(step, ice, rubber, scale)
+
+
+class AgedStep(NamedTuple):
+    """A step from the loads `start` on, with the history there; `reduced`: its reduced time (s)."""
+
+    start: AgedLoads
+    history: Array
+    reduced: Array
+
+    def at(self, end: AgedLoads, fraction: float) -> AgedStage:
+        """Loads at `fraction` of the step that ends with `end`, on straight lines."""
+        start = self.start
+        pressure = start.pressure + fraction * (end.pressure - start.pressure)
+        mean = start.mean + fraction * (end.mean - start.mean)
+        reduced = fraction * self.reduced
+        history = start.age.after(self.history, start.mean, mean, pressure, reduced)
+        touching = start.touching.at(end.touching, fraction)
+        here = end._replace(touching=touching, pressure=pressure, mean=mean)
+        return AgedStage(here.under(history), history)
+
+
+class AgedStage(NamedTuple):
+    """Loads of films in a stage, and the contact's history there."""
+
+    loads: FilmLoads
+    history: Array
+
+    def film(
+        self,
+        start: FilmHistory,
+        before: FilmHistory,
+        dt: Array | float,
+        stage: Callable[..., FilmStage],
+        near: Array | None = None,
+        close: float = CLOSE,
+    ) -> FilmOnIce:
+        """As of `FilmLoads`."""
+        return self.loads.film(start, before, dt, stage, near, close)
+
+    def internal_after(self, before: Array, stage: FilmStage) -> Array:
+        """The film's after the `stage`, 0 where it has none, and the history."""
+        of_film = before[: -len(self.history)]
+        if len(stage.internal):
+            of_film = stage.internal
+        return np.concatenate([of_film, self.history])

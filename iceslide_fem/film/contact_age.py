@@ -1,0 +1,128 @@
+"""k, D and H_V at the contact's own age: asperities of rubber that creeps under the pressure.
+
+On smooth ice the rubber's asperities are loaded once. Contact that only grows is the elastic one
+with p / E replaced by the hereditary integral of the creep compliance J (E. H. Lee, J. R. M. Radok,
+J. Appl. Mech. 27 (1960) 438). So k, D and H_V are those of elastic rubber with the instantaneous
+modulus E_0 under the equivalent pressure
+
+    p_e(t) = E_0 integral of J(xi(t) - xi(s)) dp(s) = p + sum J_i c_i          (1)
+    a_T lambda_i dc_i/dt = p - c_i,   c_i(0) = 0                               (2)
+
+with the reduced time xi, d xi = dt / a_T(T), and J_i and lambda_i of `relaxation.prony.Creep`.
+
+Contact under a falling pressure is held at the largest p_e since the place has touched down. That
+bounds it from above: it would shrink with a delay (T. C. T. Ting, J. Appl. Mech. 33 (1966) 845).
+Where the contact has opened the largest is forgotten. Nothing is held above films that lie on ice
+which slides: the rubber above a piece of ice is another one at every moment.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from iceslide_fem.relaxation.compound import Relaxation
+from iceslide_fem.relaxation.prony import delayed
+from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.scene import Scene
+from iceslide_fem.scene.contact_table import ContactParameters, ContactTable
+
+
+@dataclass(frozen=True)
+class ContactAge:
+    """Contact that ages: its `table` of the instantaneous modulus, and how the rubber relaxes.
+
+    The history of a place is the largest p_e so far and c_i of (2), Pa, (1 + arms, n). holds:
+    whether the largest is held; if not it is 0.
+    """
+
+    table: ContactTable
+    relaxation: Relaxation
+    holds: bool = True
+
+    @property
+    def rows(self) -> int:
+        """Values of a place's history."""
+        return 1 + len(self.relaxation.prony.creep.times)
+
+    @cached_property
+    def _fractions(self) -> Array:
+        return np.array(self.relaxation.prony.creep.fractions)
+
+    @cached_property
+    def _times(self) -> Array:
+        return np.array(self.relaxation.prony.creep.times)[:, None]
+
+    def fresh(self, n: int) -> Array:
+        """The history of `n` places that nothing has touched."""
+        return np.zeros((self.rows, n))
+
+    def after(self, history: Array, start: Array, end: Array, here: Array, reduced: Array) -> Array:
+        """The history after a `reduced` time (s, (n,)) in which pressures go straight: exact.
+
+        start, end: pressures (Pa) averaged over the whole place at both ends; here: that at the end
+        where the place is in contact.
+        """
+        creeping = delayed(history[1:], start, end, reduced / self._times)
+        largest = np.maximum(history[0], here + self._fractions @ creeping)
+        held = self.holds & (here > 0.0)
+        return np.concatenate([np.where(held, largest, 0.0)[None], creeping])
+
+    def so_far(self, history: Array) -> AgedContact:
+        """Contact of places with this history."""
+        return AgedContact(self.table, self._fractions @ history[1:], history[0])
+
+    def under_constant(self, pressure: Array, time: Array, temperature: Array) -> ContactParameters:
+        """k, D and H_V a `time` (s) after touching down under a constant pressure (Pa), (n,).
+
+        p_e = p E_0 J(t / a_T) at the rubber's temperature (K).
+        """
+        return self.table(pressure * self.relaxation.compliance(time, temperature))
+
+
+@dataclass(frozen=True)
+class AgedContact:
+    """k, D and H_V of places under whatever pressure acts there now.
+
+    They are the `table`'s at p_e = p + `creep`, or at the `largest` p_e so far, Pa, (n,).
+    """
+
+    table: ContactTable
+    creep: Array
+    largest: Array
+
+    def equivalent(self, pressure: ArrayLike) -> Array:
+        """p_e (Pa) under `pressure` (Pa), n values of any shape; the pressure below 0."""
+        p = np.asarray(pressure, dtype=float)
+        creep, largest = self.creep.reshape(p.shape), self.largest.reshape(p.shape)
+        return np.where(p > 0.0, np.maximum(largest, p + creep), p)
+
+    def __call__(self, pressure: ArrayLike) -> ContactParameters:
+        """At `pressure` (Pa); k does not follow it where the largest p_e is held."""
+        found = self.table(self.equivalent(pressure))
+        return found._replace(dk_dp=np.where(self._rises(pressure), found.dk_dp, 0.0))
+
+    def contact_area(self, pressure: ArrayLike) -> tuple[Array, Array]:
+        """k alone, and its derivative by the pressure, 1/Pa."""
+        k, slope = self.table.contact_area(self.equivalent(pressure))
+        return k, np.where(self._rises(pressure), slope, 0.0)
+
+    def outside(self, pressure: ArrayLike) -> Mask:
+        """Where the table does not cover p_e."""
+        return self.table.outside(self.equivalent(pressure))
+
+    def _rises(self, pressure: ArrayLike) -> Mask:
+        p = np.asarray(pressure, dtype=float)
+        return np.asarray(p + self.creep.reshape(p.shape) > self.largest.reshape(p.shape))
+
+
+def contact_age(scene: Scene) -> ContactAge | None:
+    """How the scene's contact ages; None where it does not."""
+    relaxation = scene.rubber.relaxation
+    if not scene.film.contact_age or relaxation is None:
+        return None
+    passes = scene.ice.motion == "sliding" and scene.film.carrier == "ice"
+    return ContactAge(scene.touching_table, relaxation, holds=not passes)

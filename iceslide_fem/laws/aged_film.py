@@ -1,0 +1,115 @@
+"""The film law below contact whose k, D and H_V follow its age (`film.contact_age`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from iceslide_fem.film.aged_loads import AgedLoads
+from iceslide_fem.film.contact_age import ContactAge
+from iceslide_fem.film.integrators import InterfaceState
+from iceslide_fem.laws.film import FilmLaw
+from iceslide_fem.laws.interface_law import Sheared
+from iceslide_fem.runtime.arrays import Array, Mask
+
+CONTACT_AREA = "contact_area_fraction"  # the column of k in tables
+
+
+@dataclass(frozen=True, eq=False)
+class AgedFilm:
+    """A `film` law of contact that has just touched down, and how the contact ages.
+
+    Internal variables are those of the film, one of them at least, ln(eta / eta_0), and the
+    contact's history. temperature: of the rubber (K), where no heat reaches it.
+    """
+
+    film: FilmLaw
+    age: ContactAge
+    temperature: float
+    has_film: ClassVar[bool] = True
+    fault: ClassVar[str | None] = None
+
+    @property
+    def name(self) -> str:
+        """That of the film."""
+        return f"{self.film.name} at the contact's age"
+
+    @property
+    def viscous(self) -> bool:
+        """As the film is."""
+        return self.film.viscous
+
+    @property
+    def freezes(self) -> bool:
+        """As the film does."""
+        return self.film.freezes
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The film's, and k."""
+        return *self.film.columns, CONTACT_AREA
+
+    @property
+    def internal_at_start(self) -> tuple[float, ...]:
+        """The film's, and a contact that nothing has touched."""
+        return *(self.film.internal_at_start or (0.0,)), *(0.0,) * self.age.rows
+
+    def frame(self, asked: str) -> str:
+        """As the scene has it."""
+        return self.film.frame(asked)
+
+    def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
+        """The film's at the start, below contact that nothing has touched."""
+        log_height, squeezed, internal = self.film.initial(film_height, n)
+        return log_height, squeezed, self._below_fresh(internal, n)
+
+    def films(self, height: Array, temperature: Array) -> tuple[Array, Array]:
+        """The film's, below contact that begins anew."""
+        log_height, internal = self.film.films(height, temperature)
+        return log_height, self._below_fresh(internal, height.size)
+
+    def loads(self, pressure: Array, speed: Array) -> AgedLoads:
+        """Loads of the film at local `pressure` (Pa) and `speed` (m/s)."""
+        acting = np.where(pressure > 0.0, self.film.read_at(pressure), 0.0)
+        touching = self.film.loads(pressure, speed)
+        return AgedLoads(self.age, self.temperature, touching, acting, acting)
+
+    def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
+        """Shear of films as they are in `state`; k answers a change of pressure at once."""
+        contact = self.age.so_far(state.internal[-self.age.rows :])
+        return replace(self.film, parameters=contact).sheared(state, temperature)
+
+    def at_start(self, film_height: float, n: int) -> Sheared:
+        """Shear of `n` films of the height (m) below contact that has just touched down."""
+        return self.film.at_start(film_height, n)
+
+    def film_height(self, state: InterfaceState) -> Array:
+        """h of every film (n,), m."""
+        return self.film.film_height(state)
+
+    def height_at(self, state: InterfaceState, read: Callable[[Array], Array]) -> Array:
+        """As of `FilmLaw`."""
+        return self.film.height_at(state, read)
+
+    def read(self, shearing: Array, internal: Array, speed: Array) -> Sheared:
+        """As of `FilmLaw`, below contact that has just touched down."""
+        return self.film.read(shearing, internal, speed)
+
+    def reported(self, internal: Array, pressure: Array) -> Mapping[str, Array]:
+        """The film's, and k of contact with that history under `pressure` (Pa), (n,)."""
+        of_film = internal[: len(self.film.internal_at_start)]
+        contact = self.age.so_far(internal[-self.age.rows :])
+        k, _ = contact.contact_area(self.film.read_at(pressure))
+        return {**self.film.reported(of_film, pressure), CONTACT_AREA: k}
+
+    def outside(self, pressure: Array) -> Mask:
+        """Whether the table of k, D, H_V does not cover the pressure of contact just touched."""
+        return self.film.outside(pressure)
+
+    def _below_fresh(self, internal: Array, n: int) -> Array:
+        """Internal variables of `n` films, and contact that nothing has touched."""
+        of_film = internal if len(internal) else np.zeros((1, n))
+        return np.concatenate([of_film, self.age.fresh(n)])

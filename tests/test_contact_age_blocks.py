@@ -1,0 +1,125 @@
+"""k, D and H_V at the contact's age below slices and blocks, wherever films live."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+from test_sliding import slide, started  # noqa: E402
+
+from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
+from iceslide_fem.fenics.compat import MPI  # noqa: E402
+from iceslide_fem.output.history import slide_row  # noqa: E402
+from iceslide_fem.run.point import point_history  # noqa: E402
+from iceslide_fem.scene import scene_from_dict  # noqa: E402
+
+pytestmark = [pytest.mark.fe, pytest.mark.once]
+
+FRAMES = {
+    "attached": {"ice": {"motion": "attached"}},
+    "on rubber": {"ice": {"motion": "sliding"}, "film": {"carrier": "rubber"}},
+    "on ice": {"ice": {"motion": "sliding"}, "film": {"carrier": "ice"}},
+}
+DRY = {"dry_stress": 2e5, "dry_softening": 10.0, "initial_height": 0.0}
+
+
+def scene(frame, arms=((0.3, 2e-3),), celsius=-4.0, model="slice", **changes):
+    """A coarse stiff block of 5 mm at 2 bar and 4 m/s."""
+    tables = {
+        "rubber": {
+            "compound": "B",
+            "length": 5e-3,
+            "width": 5e-3,
+            "height": 2e-3,
+            "prony": arms,
+            "modulus_is": "instantaneous",
+        },
+        "load": {"pressure": 2e5, "speed": 4.0, "duration": 1e-3},
+        "ice": {"temperature": celsius + 273.15},
+        "film": {"contact_age": True},
+        "numerics": {"tolerance": 1e-2, "refinement": 0.5},
+    }
+    for more in (FRAMES[frame], changes):
+        tables |= {name: tables.get(name, {}) | dict(table) for name, table in more.items()}
+    return scene_from_dict({"name": "aged", "model": model, **tables})
+
+
+@pytest.mark.parametrize("film", [{}, DRY], ids=["film", "dry"])
+@pytest.mark.parametrize("frame", FRAMES)
+def test_rubber_of_one_modulus_is_elastic(frame, film, tmp_path):
+    """As slow as never: the film law with E_0; as fast as at once: with E_inf.
+
+    The nominal pressure does not fall, so that no contact is held.
+    """
+    inertia = {"inertia": bool(film)}
+    film = {"pressure": "nominal", **film}
+    for tau, share in ((1e12, 1.0), (1e-14, 0.7)):
+        table = scene(frame).contact_parameters.at_modulus(share * 3.0 * 546e3)
+        columns = [getattr(table, name) for name in ("pressure", "k", "D", "H_V")]
+        lines = [",".join(map(repr, row)) for row in zip(*columns, strict=True)]
+        (tmp_path / "t.csv").write_text("\n".join(["pressure_Pa,k,D_m,H_V_m", *lines]))
+        own = {"contact_age": False, "contact": str(tmp_path / "t.csv")}
+        elastic = slide(scene(frame, film=film | own, rubber=inertia))
+        found = slide(scene(frame, [[0.3, tau]], film=film, rubber=inertia))
+        expected = np.interp(found["time_s"], elastic["time_s"], elastic["mu"])
+        later = found["time_s"] > 1e-4  # at t = 0 nothing has crept yet
+        assert found["mu"][later] == pytest.approx(expected[later], rel=1e-2)
+        k = float(table(2e5).k)
+        assert found["contact_area_fraction"][1:] == pytest.approx(k, rel=2e-3)
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_energies_close_and_k_is_that_of_a_point(frame):
+    """Under one pressure: over passing ice the mean of k is that of a point over its transit."""
+    found = slide(scene(frame, load={"duration": 2e-3}, film={"pressure": "nominal"}))
+    assert abs(found["energy_imbalance"][-1]) < 1e-3
+    rows, _ = point_history(
+        scene(frame if frame != "on rubber" else "attached", model="point", load={"duration": 2e-3})
+    )
+    k = np.interp(
+        found["time_s"],
+        [row.time_s for row in rows],
+        [row.contact_area_fraction for row in rows],
+    )
+    assert found["contact_area_fraction"] == pytest.approx(k, rel=3e-3)
+    assert k[-1] > 1.01 * k[0]
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_finer_steps_give_the_same_curve(frame):
+    """Local pressures, fast and slow arms: mu within the tolerance of a run five times closer."""
+    arms = [[0.2, 1e-5], [0.2, 1e-3]]
+    coarse = slide(scene(frame, arms))
+    fine = slide(scene(frame, arms, numerics={"tolerance": 2e-3}))
+    mu = np.interp(coarse["time_s"], fine["time_s"], fine["mu"])
+    assert np.abs(coarse["mu"] / mu - 1.0).mean() < 1e-2
+
+
+def test_warm_rubber_is_older():
+    """With heat in the rubber its surface shifts the times."""
+    wlf = {"C1": 17.44, "C2": 51.6, "reference": 261.15}
+    found = [
+        slide(
+            scene(
+                "attached", celsius=-12.0, rubber={"heat": heat, "wlf": wlf}, ice={"heat": "column"}
+            )
+        )["contact_area_fraction"][-1]
+        for heat in (False, True)
+    ]
+    assert found[1] > 1.01 * found[0]
+
+
+@pytest.mark.three
+@pytest.mark.mpi
+@pytest.mark.parametrize("film", [{}, DRY], ids=["film", "dry"])
+@pytest.mark.parametrize("frame", FRAMES)
+def test_any_number_of_ranks_has_the_same_contact(frame, film):
+    found = []
+    for comm in (MPI.COMM_WORLD, MPI.COMM_SELF):
+        sliding = started(scene(frame, film=film, rubber={"inertia": bool(film)}), comm)
+        ledger = Ledger(sliding)
+        for _ in range(8):
+            ledger.add(accepted := sliding.advance())
+        found.append(slide_row(sliding, ledger, accepted))
+    together, alone = found
+    for name, share in (("mu", 1e-6), ("contact_area_fraction", 1e-7), ("ice_heat_J", 2e-4)):
+        assert getattr(together, name) == pytest.approx(getattr(alone, name), rel=share), name
