@@ -65,6 +65,7 @@ RESULTS = {
     ),
     "roughness": (
         "contact.csv",
+        "contact_*ms.csv",
         "surface.json",
         "map.png",
         "contact.png",
