@@ -368,6 +368,15 @@ def test_cost_of_dry_shear_and_of_passes():
     assert int(passes[3]) < 10 * 200
 
 
+def test_contact_age_of_points():
+    rows = printed("contact_age")
+    one, wide = rows[2:5], rows[5:8]
+    assert [row[0] for row in (*one, *wide)] == ["one arm"] * 3 + ["wide"] * 3
+    for row in (*one, *wide):
+        as_it_is, at_once, aged = (float(mu) for mu in row[2:5])
+        assert at_once < aged < as_it_is
+
+
 def test_dry_shear_freezing_and_passes_are_exact():
     rows = printed("dry_exact")
     warming, freezing, rises = rows[2:6], rows[8:11], rows[13:17]

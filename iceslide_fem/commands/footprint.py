@@ -100,6 +100,9 @@ def footprint(
         Text,
         option("PA", "Of dry rubber on ice, the film's limit; or a CSV file over temperature."),
     ] = None,
+    contact_age: Annotated[
+        Text, option("SCENE", "Whose contact ages: its k, D and H_V, instead of the compound's.")
+    ] = None,
     dry_softening: Annotated[Text, option("K", "Over which a number of it falls.")] = None,
     dry_residual: Annotated[Text, option("K", "Above melting where it is 0.", "0.5K")] = None,
     melting_temperature: Annotated[Text, option("T", "Of the ice, as of salt.", "0degC")] = None,

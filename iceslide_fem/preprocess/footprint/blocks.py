@@ -15,7 +15,7 @@ from iceslide_fem.preprocess.footprint.outlines import outline_text, patch_outli
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene import scene_from_dict
+from iceslide_fem.scene import Scene, scene_from_dict
 from iceslide_fem.scene.dry_shear import USUAL_RESIDUAL
 from iceslide_fem.scene.materials import (
     BAR,
@@ -114,6 +114,29 @@ def representative(blocks: list[TreadBlock], count: int) -> list[tuple[TreadBloc
     return chosen
 
 
+def aged_keys(scene: Scene) -> tuple[str, str]:
+    """Lines of the tables rubber and film that say how the contact of a scene ages, SI."""
+    of_rubber, of_film = scene.as_dict()["rubber"], scene.as_dict()["film"]
+    if scene.film.contact is not None:
+        of_film["contact"] = str(scene.film.contact.resolve())
+    tables = []
+    for table, names in (
+        (of_rubber, ("compound", "C10", "C01", "D1", "nu", "prony", "wlf", "modulus_is")),
+        (of_film, ("contact", "contact_modulus", "contact_age")),
+    ):
+        text = tomlkit.document()
+        for name in names:
+            if table[name] is not None:
+                inline = tomlkit.inline_table()
+                value = table[name]
+                if isinstance(value, dict):
+                    inline.update({key: part for key, part in value.items() if part is not None})
+                    value = inline
+                text.add(name, value)
+        tables.append(tomlkit.dumps(text))
+    return tables[0], tables[1]
+
+
 def scene_text(name: str, block: TreadBlock, fraction: float, case: FootprintCase) -> str:
     """The scene file of a block that meets fresh ice, checked: SceneError if it is not valid.
 
@@ -146,6 +169,10 @@ def scene_text(name: str, block: TreadBlock, fraction: float, case: FootprintCas
         inertia = "inertia = true\n"
     if case.contact is not None:
         film += f"contact = {tomlkit.item(str(case.contact.resolve())).as_string()}\n"
+    rubber = f"compound = {json.dumps(case.compound)}\n"
+    if case.aged_scene is not None:
+        rubber, aged = aged_keys(case.aged_scene)
+        film += aged
     text = f"""\
 # A tread block of a footprint, on fresh ice. Its load of {block.load:.1f} N is centred
 # {1e3 * block.x:.1f} mm from the left and {1e3 * block.y:.1f} mm from the lower edge of the map.
@@ -154,8 +181,7 @@ name = {json.dumps(name)}
 model = "slice"
 
 [rubber]
-compound = {json.dumps(case.compound)}
-length = "{1e3 * block.length:.4g} mm"
+{rubber}length = "{1e3 * block.length:.4g} mm"
 width = "{1e3 * block.width:.4g} mm"
 height = "{1e3 * case.tread_height:.4g} mm"
 {inertia}

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import ConfigDict, Field, field_validator, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from iceslide_fem.preprocess.footprint.film_options import FilmOptions
 from iceslide_fem.preprocess.footprint.jaeger import TABLE_1_ICE, TABLE_1_RUBBER
@@ -23,12 +23,9 @@ from iceslide_fem.preprocess.footprint.option_values import (
 )
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.scene.command_options import Number, option_names
-from iceslide_fem.scene.contact_file import read_contact_table
-from iceslide_fem.scene.contact_table import ContactTable
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import (
     BAR,
-    CONTACT_TABLES,
     ICE,
     ICE_EFFUSIVITY,
     WATER_CONDUCTIVITY,
@@ -67,7 +64,7 @@ class FootprintCase(FilmOptions):
     picture is dark, high or low. min_pressure and max_pressure: ends of the colour scale (Pa).
     rotation: degrees counter-clockwise, to turn the direction of travel to the right. slip, of film
     and moving source: 1 is a locked wheel. thesis_slip and thesis_time (s) enter (3.2) and (3.3)
-    alone. contact: a file with k, D, H_V over pressure instead of the compound's. air_temperature
+    alone. air_temperature
     (K): of the tread before it touches, else the ice's. ice_material, tread_material,
     water_conductivity: of the macroscopic model, else table 1; the ice's is that below the film,
     too. melting_temperature (K), latent_heat (J/kg): of film and ice. aggregate: of (1.2), g/m2.
@@ -100,8 +97,6 @@ class FootprintCase(FilmOptions):
     slip: Annotated[float, Quantity("", "1e-6", "1"), Number] = 1.0
     water_speed: Annotated[float, Quantity("", "0", "1"), Number] = 1.0
     temperature: IceTemperature = 269.15
-    compound: str = "B"
-    contact: InputFile | None = None
     static_friction: Annotated[float, Quantity("", "0.001", "2"), Number] = 0.1
     depth: Annotated[float, Quantity("m", "1 um", "1 m"), Number] = 1e-4
     thesis_slip: Annotated[float, Quantity("", "1e-9", "1"), Number] = 1e-5
@@ -122,23 +117,6 @@ class FootprintCase(FilmOptions):
     tolerance: Annotated[float, Quantity("", "1e-6", "0.1"), Number] = 1e-2
     scenes: Annotated[int, Field(ge=0, le=1000)] = 0
     tread_height: Length = 8e-3
-
-    @field_validator("compound")
-    @classmethod
-    def _has_contact_parameters(cls, compound: str) -> str:
-        if compound not in CONTACT_TABLES:
-            allowed = ", ".join(f'"{name}"' for name in CONTACT_TABLES)
-            raise ValueError(
-                f'--compound "{compound}" has no published contact parameters; allowed: {allowed}'
-            )
-        return compound
-
-    @field_validator("contact")
-    @classmethod
-    def _is_a_table(cls, contact: Path | None) -> Path | None:
-        if contact is not None:
-            read_contact_table(contact, "--contact")
-        return contact
 
     @model_validator(mode="after")
     def _no_contradiction(self) -> Self:
@@ -219,13 +197,6 @@ class FootprintCase(FilmOptions):
         return self.min_pressure + THRESHOLD * (self.max_pressure - self.min_pressure)
 
     @property
-    def contact_table(self) -> ContactTable:
-        """k, D and H_V over pressure: of the file, else of the compound."""
-        if self.contact is not None:
-            return read_contact_table(self.contact, "--contact")
-        return CONTACT_TABLES[self.compound]
-
-    @property
     def moving(self) -> Macroscopic:
         """The macroscopic model with a source that moves."""
         ice = Solid(*self.ice_material) if self.ice_material else None
@@ -266,4 +237,5 @@ class FootprintCase(FilmOptions):
             self.water,
             self.water_speed,
             self.dry_shear.strength(self.melting_temperature),
+            self.age,
         )

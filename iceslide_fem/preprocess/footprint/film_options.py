@@ -1,18 +1,25 @@
-"""What `iceslide footprint` is asked for of the film: its water, and dry rubber on ice."""
+"""What `iceslide footprint` is asked for of the film: contact, water, and dry rubber on ice."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Self
 
-from pydantic import model_validator
+from pydantic import field_validator, model_validator
 
+from iceslide_fem.film.contact_age import ContactAge, contact_age
 from iceslide_fem.preprocess.footprint.option_values import DryStressText, ViscosityText
 from iceslide_fem.preprocess.footprint.ride import FIRST_HEIGHT
+from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.scene.command_options import CommandOptions, Number, option_name
+from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.contact_table import ContactTable
 from iceslide_fem.scene.dry_shear import DRY_STRESS, RESIDUAL, SOFTENING, USUAL_RESIDUAL, DryShear
 from iceslide_fem.scene.ice import VISCOSITY, viscosity_table
-from iceslide_fem.scene.materials import WATER_VISCOSITY, ViscosityTable
+from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.materials import CONTACT_TABLES, WATER_VISCOSITY, ViscosityTable
 from iceslide_fem.scene.units import Quantity
 
 
@@ -21,14 +28,52 @@ class FilmOptions(CommandOptions):
 
     viscosity (Pa s, or a CSV file of it over temperature); initial_height (m), 0 with dry shear
     alone; dry_stress (Pa, or a CSV file of it over temperature), dry_softening (K), dry_residual
-    (K): dry rubber on ice, as in a scene's film.
+    (K): dry rubber on ice, as in a scene's film. contact: a file with k, D, H_V over pressure
+    instead of the compound's; contact_age: a scene whose contact ages, which they are then of.
     """
+
+    compound: str = "B"
+    contact: InputFile | None = None
+    contact_age: InputFile | None = None
 
     viscosity: ViscosityText = WATER_VISCOSITY
     initial_height: Annotated[float, Quantity("m", "0 nm", "10 um"), Number] = FIRST_HEIGHT
     dry_stress: DryStressText | None = None
     dry_softening: Annotated[float, SOFTENING, Number] | None = None
     dry_residual: Annotated[float, RESIDUAL, Number] = USUAL_RESIDUAL
+
+    @field_validator("compound")
+    @classmethod
+    def _has_contact_parameters(cls, compound: str) -> str:
+        if compound not in CONTACT_TABLES:
+            allowed = ", ".join(f'"{name}"' for name in CONTACT_TABLES)
+            raise ValueError(
+                f'--compound "{compound}" has no published contact parameters; allowed: {allowed}'
+            )
+        return compound
+
+    @field_validator("contact")
+    @classmethod
+    def _is_a_table(cls, contact: Path | None) -> Path | None:
+        if contact is not None:
+            read_contact_table(contact, "--contact")
+        return contact
+
+    @model_validator(mode="after")
+    def _contact_may_age(self) -> Self:
+        if self.contact_age is None:
+            return self
+        if self.contact is not None:
+            raise ValueError(
+                "--contact and --contact-age contradict each other: the scene has a table; give "
+                "one of them"
+            )
+        if contact_age(load_scene(self.contact_age)) is None:
+            raise ValueError(
+                f"--contact-age {self.contact_age} is a scene whose contact does not age; give "
+                "one with film.contact_age = true"
+            )
+        return self
 
     @model_validator(mode="after")
     def _dry_shear_is_whole(self) -> Self:
@@ -55,3 +100,23 @@ class FilmOptions(CommandOptions):
         given = self.dry_stress
         stress = DRY_STRESS.validate(str(given)) if isinstance(given, Path) else given
         return DryShear(stress, self.dry_softening, self.dry_residual)
+
+    @cached_property
+    def aged_scene(self) -> Scene | None:
+        """The scene whose contact ages."""
+        return None if self.contact_age is None else load_scene(self.contact_age)
+
+    @property
+    def age(self) -> ContactAge | None:
+        """How the contact ages on ice that passes, where no largest contact is held."""
+        age = None if self.aged_scene is None else contact_age(self.aged_scene)
+        return age and replace(age, holds=False)
+
+    @property
+    def contact_table(self) -> ContactTable:
+        """k, D and H_V over pressure: of a file or a scene, else of the compound."""
+        if self.aged_scene is not None:
+            return self.aged_scene.touching_table
+        if self.contact is not None:
+            return read_contact_table(self.contact, "--contact")
+        return CONTACT_TABLES[self.compound]

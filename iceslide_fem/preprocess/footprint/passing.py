@@ -26,6 +26,7 @@ from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.step_control import StepControl, close_enough
 from iceslide_fem.film.viscosity import temperature_scale
+from iceslide_fem.preprocess.footprint.aged_path import AgedPath
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.runtime.arrays import Array, Index, Mask
@@ -141,6 +142,9 @@ def films_along(
     )
     # What goes round over a film's height in turn with its viscosity wants it exactly.
     close = CLOSE if variable_viscosity else close_enough(tolerance)
+    aged = ride.age and AgedPath.along(
+        ride.age, path.line, path.pressure, path.behind, passing, np.full(lines, ride.temperature)
+    )
     control, table = (
         StepControl(METHOD, tolerance, close),
         variable_viscosity and variable_viscosity.table,
@@ -162,7 +166,10 @@ def films_along(
             for work in works:
                 work[arrives] = 0.0
         trial = left / np.ceil(left / dt - SLACK)
-        step, good, dt = control.trial(state, load, load, trial, ice, scale, rate=rate)
+        begin = end = load
+        if aged:
+            begin, end = aged.over(load, at, passing - left, trial)
+        step, good, dt = control.trial(state, begin, end, trial, ice, scale, rate=rate)
         bad = np.flatnonzero(~good)
         if bad.size and dt[bad].min() < SHORTEST * passing:
             raise SimulationStopped(
@@ -174,7 +181,10 @@ def films_along(
         growth[bad] = rate[bad]
         rate, passed = growth, np.where(good, trial, 0.0)
         left -= passed
-        added = passed * step.mean_shearing, step.ice_heat, step.latent_heat
+        sheared = passed * step.mean_shearing
+        if aged:  # of contact that has just touched down
+            sheared *= 0.5 * (begin.viscous + end.viscous) / load.viscous
+        added = sheared, step.ice_heat, step.latent_heat
         for work, more in zip(works, added, strict=True):
             more[bad] = 0.0
             work += more

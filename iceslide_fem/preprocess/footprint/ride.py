@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.film.contact_age import ContactAge
 from iceslide_fem.film.limiting_shear import LimitingShear
 from iceslide_fem.film.viscosity import VariableViscosity
 from iceslide_fem.runtime.arrays import Array
@@ -22,7 +23,7 @@ class Ride(NamedTuple):
     T_0 may be an array (ny,), one temperature for each line. water_speed: of squeezed-out water
     relative to the rubber, a fraction of the sliding speed. Tables of the viscosity are read at
     the film's temperature. strength: tau_b of dry rubber on ice, where that limits the shear; then
-    h0 may be 0, and the viscosity is a number.
+    h0 may be 0, and the viscosity is a number. age: how the contact ages, where it does.
     """
 
     speed: float
@@ -33,6 +34,7 @@ class Ride(NamedTuple):
     viscosity: float | ViscosityTable = WATER_VISCOSITY
     water_speed: float = 1.0
     strength: ShearStrength | None = None
+    age: ContactAge | None = None
 
     @property
     def limit(self) -> LimitingShear | None:

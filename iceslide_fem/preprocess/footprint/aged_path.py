@@ -1,0 +1,79 @@
+"""Contact that ages on ice which passes below a footprint, from pixel to pixel.
+
+Each line has one pressure in a pixel and none in a gap, so the history at its beginning is known
+before any film is. The age is the time for which the ice has been below the rubber.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.film.aged_loads import AgedLoads
+from iceslide_fem.film.contact_age import ContactAge
+from iceslide_fem.film.loads import FilmLoads, interpolate
+from iceslide_fem.runtime.arrays import Array, Index
+
+# Of the interval from 0 to 1.
+GAUSS = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
+
+
+class AgedPath(NamedTuple):
+    """Contact along a path of n pixels: `pressure` (Pa, (n,)), the history where the ice enters
+    each, (rows, n), and the temperature there (K, (n,)).
+    """
+
+    age: ContactAge
+    pressure: Array
+    entering: Array
+    temperature: Array
+
+    @classmethod
+    def along(
+        cls,
+        age: ContactAge,
+        line: Index,
+        pressure: Array,
+        behind: Index,
+        passing: float,
+        temperature: Array,
+    ) -> AgedPath:
+        """Of pixels in the order of `passing.Path`, each of which takes `passing` (s).
+
+        behind: how many pixels without contact follow; temperature: of each line (K).
+        """
+        entering = age.fresh(line.size)
+        at = np.flatnonzero(np.diff(line, prepend=-1))
+        last = np.append(at[1:], line.size) - 1
+        history = age.fresh(at.size)
+        while at.size:
+            entering[:, at] = history
+            p, kelvin, nothing = pressure[at], temperature[line[at]], np.zeros(at.size)
+            pixel = age.relaxation.reduced(passing, kelvin)
+            history = age.after(history, p, p, p, pixel)
+            gap = behind[at] * pixel
+            rested = age.after(history, nothing, nothing, nothing, gap)
+            history = np.where(gap > 0.0, rested, history)
+            keep = at < last
+            at, last, history = at[keep] + 1, last[keep], history[:, keep]
+        return cls(age, pressure, entering, temperature[line])
+
+    def over(
+        self, touching: FilmLoads, pixel: Index, start: Array, dt: Array
+    ) -> tuple[FilmLoads, FilmLoads]:
+        """Loads of films at both ends of a step that begins after `start` (s) at their pixels.
+
+        touching: those of contact that has just touched down. They are on the line through the
+        loads at Gauss's two points, by which also what creeps at once has its mean.
+        """
+        first, last = (self._after(touching, pixel, start + point * dt) for point in GAUSS)
+        width = GAUSS[1] - GAUSS[0]
+        begin, end = ((at - GAUSS[0]) / width for at in (0.0, 1.0))
+        return interpolate(first, last, begin), interpolate(first, last, end)
+
+    def _after(self, touching: FilmLoads, pixel: Index, time: Array) -> FilmLoads:
+        p, kelvin = self.pressure[pixel], self.temperature[pixel]
+        reduced = self.age.relaxation.reduced(time, kelvin)
+        history = self.age.after(self.entering[:, pixel], p, p, p, reduced)
+        return AgedLoads(self.age, 0.0, touching, p, p).under(history)
