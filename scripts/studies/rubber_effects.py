@@ -2,7 +2,7 @@
 
 A tread block of 20 mm x 8 mm at 2 bar and 4 m/s for 5 ms, on ice that stays under it, with the
 surface of cases/surfaces/compound_B.csv and the constants of compound B as long-term ones, which
-relax as the made-up compound of cases/rubber/synthetic_dma.csv. At every temperature: mean mu of a
+relax by the wide set of `contact_age`: assumed, not measured. At every temperature: mean mu of a
 point and of a slice, elastic; what `film.contact_age` changes at the point; what the block's own
 relaxation changes in the slice, alone and with `film.contact_age`; the rubber's heat over the
 friction's; E(t) after 1 us and at the end. Tolerance 3e-3. --quick: one temperature, 1e-2.
@@ -19,9 +19,10 @@ from iceslide_fem.postprocess.results.run_directory import read_run
 from iceslide_fem.scene import Scene, scene_from_dict
 from iceslide_fem.scene.materials import ZERO_CELSIUS
 from iceslide_fem.simulate import run
-from scripts.studies.common import ROOT, options, table
+from scripts.studies.common import options, table
+from scripts.studies.contact_age import SETS, SURFACE
 
-DMA, SURFACE = ROOT / "cases/rubber/synthetic_dma.csv", ROOT / "cases/surfaces/compound_B.csv"
+RELAXES = {**SETS["wide"], "modulus_is": "long-term"}
 HEAD = (
     "ice, degC", "E(1 us), MPa", "E(5 ms), MPa", "point, elastic", "k at age", "slice, elastic",
     "block relaxes", "both", "heat of the rubber / friction",
@@ -32,7 +33,7 @@ def scene(celsius: float, tolerance: float, model: str, relaxes: bool, age: bool
     """The block on ice of a temperature; with rubber that relaxes, and k at the contact's age."""
     rubber: dict[str, Any] = {"compound": "B", "length": 20e-3, "width": 20e-3, "height": 8e-3}
     if relaxes:
-        rubber |= {"dma": str(DMA), "modulus_is": "long-term"}
+        rubber |= RELAXES
     return scene_from_dict(
         {
             "name": "rubber", "model": model, "rubber": rubber,
