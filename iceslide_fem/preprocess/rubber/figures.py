@@ -19,6 +19,7 @@ from iceslide_fem.runtime.arrays import Array
 
 DPI = 120
 LARGEST_STRAIN = 0.5
+APART = 20.0  # largest over smallest stress beyond which the axis is logarithmic
 AROUND = 60.0  # K, about the reference, that a scene's rubber is shown
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1)), (0, (1, 3)))
 NAMES = ("master_curve", "shift_factors", "temperature", "relaxation", "stress")
@@ -94,7 +95,7 @@ def shift_factors(found: Compound) -> Figure:
     axes = figure.subplots()
     shift, T = found.relaxation.shift, found.isotherms
     if isinstance(shift, Shift):
-        low, high = _span(found, shift)
+        low, high = span(found, shift)
         line = np.linspace(low - 5.0, high + 5.0, 400)
         with np.errstate(invalid="ignore"):
             logs = np.log10(shift(line))
@@ -124,7 +125,7 @@ def shift_factors(found: Compound) -> Figure:
     return figure
 
 
-def _span(found: Compound, shift: Shift) -> tuple[float, float]:
+def span(found: Compound, shift: Shift) -> tuple[float, float]:
     """Temperatures (K) to draw between."""
     T = found.isotherms
     if T.size:
@@ -138,7 +139,7 @@ def over_temperature(found: Compound) -> Figure:
     axes = figure.subplots()
     shift = found.relaxation.shift
     if isinstance(shift, Shift):
-        line = np.linspace(*_span(found, shift), 300)
+        line = np.linspace(*span(found, shift), 300)
         line = line[np.isfinite(shift(line))]
         moduli = found.modulus * found.relaxation.prony.dynamic(2.0 * np.pi * shift(line))
         axes.semilogy(line - ZERO_CELSIUS, moduli.real / 1e6, "C0-", label=f"{found.of}′")
@@ -211,7 +212,7 @@ def stress(case: RubberCase, found: Compound) -> Figure:
 def _readable(axes: Axes) -> None:
     """Logarithmic stresses where curves would otherwise lie on the axis."""
     ends = [float(np.asarray(line.get_ydata())[-1]) for line in axes.get_lines()]
-    if max(ends) > 20.0 * min(ends):
+    if max(ends) > APART * min(ends):
         axes.set_yscale("log")
         axes.set_ylim(bottom=1e-2 * min(ends))
 
