@@ -72,7 +72,7 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("reduced frequencies", f"{low:.3g} to {high:.3g} Hz"),
     ]
     if wlf is None:
-        result.append(("shift", "none: one temperature"))
+        result.append(("shift", "none"))
     else:
         text = f"C1 = {wlf['C1']:.4g} (log10), C2 = {wlf['C2_K']:.4g} K, reference "
         text += f"{wlf['reference_K'] - ZERO_CELSIUS:.4g} degC"

@@ -115,7 +115,13 @@ def shift_factors(found: Compound) -> Figure:
             )
         axes.legend(fontsize=8)
     else:
-        axes.text(0.5, 0.5, "one temperature: no shift", ha="center", transform=axes.transAxes)
+        axes.text(
+            0.5,
+            0.5,
+            "times do not shift with the temperature",
+            ha="center",
+            transform=axes.transAxes,
+        )
     axes.set(
         xlabel="temperature (°C)",
         ylabel="$\\log_{10}\\, a_T$",
@@ -150,7 +156,13 @@ def over_temperature(found: Compound) -> Figure:
         lines = [*axes.get_lines(), *beside.get_lines()]
         axes.legend(lines, [str(each.get_label()) for each in lines], fontsize=8)
     else:
-        axes.text(0.5, 0.5, "one temperature: no shift", ha="center", transform=axes.transAxes)
+        axes.text(
+            0.5,
+            0.5,
+            "times do not shift with the temperature",
+            ha="center",
+            transform=axes.transAxes,
+        )
     axes.set(
         xlabel="temperature (°C)", ylabel="modulus (MPa)", title="moduli at 1 Hz over temperature"
     )
@@ -165,9 +177,10 @@ def over_time(case: RubberCase, found: Compound) -> Figure:
     low, high = found.frequencies
     reduced, prony = np.geomspace(1.0 / high, 1.0 / low, 400), found.relaxation.prony
     shown = temperatures(case, found)
+    everywhere = found.reference is None and not found.isotherms.size
     for T, colour in zip(shown, _colours(len(shown)), strict=True):
         times = reduced * found.relaxation.shift(T)
-        label = _celsius(T) if isinstance(found.relaxation.shift, Shift) else "any temperature"
+        label = "any temperature" if everywhere else _celsius(T)
         axes.loglog(times, found.modulus * prony.modulus(reduced) / 1e6, color=colour, label=label)
     for value, name in ((1.0, "instantaneous"), (prony.long_term, "long-term")):
         axes.axhline(found.modulus * value / 1e6, color="0.6", lw=0.8, ls=":")
