@@ -130,10 +130,10 @@ def test_headings_as_people_write_them(tmp_path, head):
 def test_radians_are_no_turns(tmp_path, name):
     rows = moduli()
     rows[:, 3] /= rows[:, 2]
-    path = written(tmp_path / "a.csv", rows, f"{name},T (degC),E' (MPa),tan delta")
+    path = written(tmp_path / "a.csv", rows, f"{name},T (degC),E' (kPa),tan delta")
     found = read_dma(path, "the table")
     assert found.frequency[:10] == pytest.approx(rows[:10, 0])
-    assert found.storage[:10] == pytest.approx(1e6 * rows[:10, 2])
+    assert found.storage[:10] == pytest.approx(1e3 * rows[:10, 2])
     assert found.tan_delta[:10] == pytest.approx(rows[:10, 3])
 
 
@@ -150,10 +150,12 @@ HEAD = "f (Hz),T (degC),E' (MPa),tan delta\n"
     ("text", "said"),
     [
         (HEAD + "1,20,5,0.1\n10,20,6,0.1\n", "has 2 rows; allowed: 4 to 20000"),
+        (HEAD + 4 * "1,20,5,0.1\n", "has 1 different frequencies; allowed: 4 or more"),
+        (HEAD + "1,20,5,0.1\n10,20,6,0.1\n20,320,7,0.1\n40,20,8,0.1\n", "temperature = 320 degC"),
         (HEAD + "1,20,5,0.1\n10,20,-6,0.1\n20,20,7,0.1\n40,20,8,0.1\n", "row 2 .line 3.: storage"),
         (HEAD + "1,20,5,0.1\n10,20,6,0\n20,20,7,0.1\n40,20,8,0.1\n", "tan_delta = 0 is out of"),
         (HEAD + "1,20,5,0.1\n10,20,6,\n20,20,7,0.1\n40,20,8,0.1\n", "tan_delta is missing"),
-        (HEAD + "0,20,5,0.1\n10,20,6,0.1\n20,20,7,0.1\n40,20,8,0.1\n", "frequency = 0 is out of"),
+        (HEAD + "0,20,5,0.1\n10,20,6,0.1\n20,20,7,0.1\n40,20,8,0.1\n", "frequency = 0 Hz is out"),
         ("f (Hz),T (degC),E' (MPa)\n1,20,5\n2,20,5\n3,20,6\n4,20,6\n", "no column loss_modulus_Pa"),
         ("T (degC),E' (MPa),tan delta\n20,5,1\n20,5,1\n20,6,1\n20,6,1\n", "column frequency_Hz"),
         ("f (rpm),T (degC),E' (MPa),tan delta\n1,20,5,1\n2,20,5,1\n3,20,5,1\n4,20,6,1\n", "turns"),
@@ -172,6 +174,13 @@ def test_two_isotherms_do_not_say_what_wlf_is(tmp_path):
         fitted(tmp_path / "a.csv", rows[rows[:, 1] >= 30.0])
     rows[:, 1] *= -1.0
     with pytest.raises(SceneError, match="do not (shift as those of rubber|overlap)"):
+        fitted(tmp_path / "a.csv", rows)
+
+
+def test_moduli_that_no_rubber_has_are_refused(tmp_path):
+    rows = moduli()[:10]
+    rows[:, 3] = 10.0 * rows[:, 2]  # as much loss would need a modulus that rises as fast
+    with pytest.raises(SceneError, match="no Prony series describes its moduli"):
         fitted(tmp_path / "a.csv", rows)
 
 

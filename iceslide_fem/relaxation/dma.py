@@ -18,10 +18,18 @@ FEWEST_ROWS, MOST_ROWS = 4, 20_000
 ZERO_CELSIUS = 273.15  # K
 # Rows of one isotherm: neighbours in temperature are closer, and all of them within twice as much.
 ONE_TEMPERATURE = 1.0  # K
-_FREQUENCY = Wanted("frequency", "Hz", ("f", "freq"))
+_FREQUENCY = Wanted("frequency", "Hz", ("f", "freq", "freq."))
 _ANGULAR = Wanted("angular_frequency", "rad/s", ("omega", "ω", "w", "angular freq"))
-_TEMPERATURE = Wanted("temperature", "K", ("T", "temp"))
+_TEMPERATURE = Wanted("temperature", "K", ("T", "temp", "temp."))
 _TAN_DELTA = Wanted("tan_delta", "", ("tan delta", "tan δ", "tand", "tandelta", "loss_factor"))
+# Lowest and highest values, what is zero in the unit of messages, that unit.
+_RANGES = {
+    "frequency": (1e-9, 1e12, 0.0, " Hz"),
+    "temperature": (123.15, 473.15, ZERO_CELSIUS, " degC"),
+    "storage_modulus": (1.0, 1e13, 0.0, " Pa"),
+    "loss_modulus": (1e-6, 1e13, 0.0, " Pa"),
+    "tan_delta": (1e-6, 1e2, 0.0, ""),
+}
 
 
 @dataclass(frozen=True)
@@ -69,10 +77,15 @@ def read_dma(path: Path, said: str, of: Kind | None = None) -> Dma:
     given = find_columns(table, wanted, [column.name for column in needed])
     if not FEWEST_ROWS <= len(frequency) <= MOST_ROWS:
         table.refuse(f"has {len(frequency)} rows; allowed: {FEWEST_ROWS} to {MOST_ROWS}")
-    for name, values in {"frequency": frequency, **given}.items():
-        _check_positive(table, name, values)
+    # Of both the loss modulus counts, and tan delta is what follows from it.
     losses = given.get(loss.name, given[storage.name] * given.get(_TAN_DELTA.name, 1.0))
+    tan_delta = losses / given[storage.name]
+    _check_ranges(table, {_FREQUENCY.name: frequency / (2.0 * np.pi), **given})
+    _check_ranges(table, {_TAN_DELTA.name: tan_delta})
     temperature = _isotherms(table, given[_TEMPERATURE.name])
+    different = len(set(zip(frequency.tolist(), temperature.tolist(), strict=True)))
+    if different < FEWEST_ROWS:
+        table.refuse(f"has {different} different frequencies; allowed: {FEWEST_ROWS} or more")
     order = np.lexsort((frequency, temperature))
     arrays = (frequency, temperature, given[storage.name], losses)
     return Dma(kind, *(values[order] for values in arrays))
@@ -127,13 +140,17 @@ def _angular(table: TextTable) -> Array:
     return values if "rad" in unit else 2.0 * np.pi * values
 
 
-def _check_positive(table: TextTable, name: str, values: Array) -> None:
-    """Refuse the first row whose value is missing, infinite, zero or negative."""
-    for row in np.flatnonzero(~(np.isfinite(values) & (values > 0.0)))[:1]:
-        value = values[row]
-        said = "is missing" if np.isnan(value) else f"= {value:g} is out of range"
-        line = table.lines[row].number
-        table.refuse(f"row {row + 1} (line {line}): {name} {said}; allowed: above 0")
+def _check_ranges(table: TextTable, columns: dict[str, Array]) -> None:
+    """Refuse the first row in which one of the columns is missing or out of its range."""
+    for name, values in columns.items():
+        low, high, zero, unit = _RANGES[name]
+        for row in np.flatnonzero(~((values >= low) & (values <= high)))[:1]:
+            value = values[row]
+            said = "is missing" if np.isnan(value) else f"= {value - zero:g}{unit} is out of range"
+            table.refuse(
+                f"row {row + 1} (line {table.lines[row].number}): {name} {said}; allowed: "
+                f"{low - zero:g} to {high - zero:g}{unit}"
+            )
 
 
 def _isotherms(table: TextTable, temperature: Array) -> Array:

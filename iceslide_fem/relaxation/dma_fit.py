@@ -19,6 +19,7 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 
 ROOM = 293.15  # K; the isotherm nearest to it is the reference unless another is asked for
+WORST = 0.5  # root mean square of ln E' or ln tan delta that is still a fit
 # Of C1 and of C2 (K), as a scene takes them.
 LARGEST_C1, SMALLEST_C2, LARGEST_C2 = 1e3, 0.1, 1e4
 
@@ -88,10 +89,10 @@ def characterised(
     """
     isotherms = dma.isotherms
     if len(isotherms) == 1 and shift is None:
-        return _with(dma, NoShift(), None)
+        return _with(dma, NoShift(), None, said)
     if shift is not None:
         moved = shift if reference is None else shift.moved(reference)
-        return _with(dma, _allowed(moved, isotherms, said), None)
+        return _with(dma, _allowed(moved, isotherms, said), None, said)
     near = float(isotherms[np.abs(isotherms - ROOM).argmin()])
     reference = near if reference is None else reference
     if arrhenius_below is not None and reference < arrhenius_below:
@@ -103,12 +104,20 @@ def characterised(
     logs = shifts(dma, said)
     found = _allowed(law(isotherms, logs, reference, arrhenius_below, said), isotherms, said)
     offset = np.mean(logs - np.log(found(isotherms)))
-    return _with(dma, found, np.exp(logs - offset))
+    return _with(dma, found, np.exp(logs - offset), said)
 
 
-def _with(dma: Dma, shift: Shift | NoShift, factors: Array | None) -> Characterised:
+def _with(dma: Dma, shift: Shift | NoShift, factors: Array | None, said: str) -> Characterised:
+    """The series with a shift; raises SceneError if there is hardly one that fits."""
     prony, instantaneous, flows = fit(dma.frequency * shift(dma.temperature), dma.storage, dma.loss)
-    return Characterised(dma, Relaxation(prony, shift), instantaneous, factors, flows)
+    found = Characterised(dma, Relaxation(prony, shift), instantaneous, factors, flows)
+    off = max(found.misfit.storage, found.misfit.tan_delta)
+    if off > WORST:
+        raise SceneError(
+            f"{said}: no Prony series describes its moduli; the best one is off by "
+            f"{off:.2g} in their logarithms (root mean square), allowed: {WORST:g}"
+        )
+    return found
 
 
 def _allowed(shift: Shift, isotherms: Array, said: str) -> Shift:

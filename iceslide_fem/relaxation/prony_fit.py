@@ -25,7 +25,7 @@ IN_VAIN = 4  # further arms that are tried without less error
 PER_DECADE = 8  # times of the fine grid
 # Times that angular frequencies show: to half a decade beyond their own on either side.
 BEYOND = 10.0**0.5
-RIDGE = 1e-6  # keeps the least squares of times next to each other from cycling
+RIDGE = 1e-12  # of each diagonal term: times next to each other are hardly independent
 SMALLEST_ARM = 1e-6  # of the instantaneous modulus; what is less is left out
 SMALLEST_LONG_TERM = 1e-5  # of the largest storage modulus: rubber does not flow
 
@@ -86,9 +86,13 @@ def spectrum(frequency: Array, storage: Array, loss: Array, times: Array) -> tup
     """
     matrix = _columns(frequency, times) / np.concatenate([storage, loss])[:, None]
     floor = _floor(storage)
-    size = RIDGE * np.linalg.norm(matrix, axis=0)
-    asked = np.concatenate([1.0 - floor * matrix[:, 0], np.zeros(len(size))])
-    moduli, _ = nnls(np.vstack([matrix, np.diag(size)]), asked, maxiter=100 * len(size))
+    asked = 1.0 - floor * matrix[:, 0]
+    # By Cholesky's factor of the normal equations, which is small where there are many rows.
+    normal = matrix.T @ matrix
+    normal += np.diag(RIDGE * np.diag(normal))
+    factor = np.linalg.cholesky(normal)
+    right = np.linalg.solve(factor, matrix.T @ asked)
+    moduli, _ = nnls(factor.T, right, maxiter=100 * len(right))
     moduli[0] += floor
     return moduli, matrix @ moduli - 1.0
 

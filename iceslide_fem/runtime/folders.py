@@ -82,6 +82,7 @@ RESULTS = {
         "temperature.png",
         "relaxation.png",
         "stress.png",
+        "report.html",
     ),
 }
 FOLDERS = ("fields", "cases", "scenes", "point_*", "slice_*", "block_*")

@@ -82,6 +82,11 @@ class Wlf(Table):
                 f"rubber.wlf has {given} only; give arrhenius_below and activation_energy "
                 "together, or none of them"
             )
+        if self.arrhenius_below is not None and self.reference < self.arrhenius_below:
+            raise ValueError(
+                f"rubber.wlf.reference = {self.reference:g} K is colder than arrhenius_below = "
+                f"{self.arrhenius_below:g} K; allowed: a reference where WLF holds, and a_T is 1"
+            )
         return self
 
     @property

@@ -9,10 +9,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from iceslide_fem.postprocess.report.page import write_page
 from iceslide_fem.preprocess.rubber.case import RubberCase
 from iceslide_fem.preprocess.rubber.compound import compound
 from iceslide_fem.preprocess.rubber.figures import NAMES, draw
 from iceslide_fem.preprocess.rubber.output import fragment, relaxation_table, shift_table, summary
+from iceslide_fem.preprocess.rubber.report_page import page_of_rubber
 from iceslide_fem.relaxation.dma import ZERO_CELSIUS
 from iceslide_fem.runtime.files import replace_file, writing
 from iceslide_fem.runtime.folders import claimed, clear_results, other_case
@@ -23,6 +25,7 @@ WRITTEN = (
     "shift_factors.csv",
     "rubber.json",
     *(f"{name}.png" for name in NAMES),
+    "report.html",
 )
 
 
@@ -52,6 +55,7 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, 
             replace_file(out / name, text)
         figures["wall_s"] = time.perf_counter() - begun
         replace_file(out / "rubber.json", json.dumps(figures, indent=2) + "\n")
+        write_page(out / "report.html", page_of_rubber(case, found, figures, lines(figures)))
         return figures
 
 
@@ -68,7 +72,7 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("reduced frequencies", f"{low:.3g} to {high:.3g} Hz"),
     ]
     if wlf is None:
-        result.append(("shift", "none: one temperature"))
+        result.append(("shift", "none"))
     else:
         text = f"C1 = {wlf['C1']:.4g} (log10), C2 = {wlf['C2_K']:.4g} K, reference "
         text += f"{wlf['reference_K'] - ZERO_CELSIUS:.4g} degC"

@@ -19,6 +19,7 @@ from iceslide_fem.runtime.arrays import Array
 
 DPI = 120
 LARGEST_STRAIN = 0.5
+APART = 20.0  # largest over smallest stress beyond which the axis is logarithmic
 AROUND = 60.0  # K, about the reference, that a scene's rubber is shown
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1)), (0, (1, 3)))
 NAMES = ("master_curve", "shift_factors", "temperature", "relaxation", "stress")
@@ -94,7 +95,7 @@ def shift_factors(found: Compound) -> Figure:
     axes = figure.subplots()
     shift, T = found.relaxation.shift, found.isotherms
     if isinstance(shift, Shift):
-        low, high = _span(found, shift)
+        low, high = span(found, shift)
         line = np.linspace(low - 5.0, high + 5.0, 400)
         with np.errstate(invalid="ignore"):
             logs = np.log10(shift(line))
@@ -114,7 +115,13 @@ def shift_factors(found: Compound) -> Figure:
             )
         axes.legend(fontsize=8)
     else:
-        axes.text(0.5, 0.5, "one temperature: no shift", ha="center", transform=axes.transAxes)
+        axes.text(
+            0.5,
+            0.5,
+            "times do not shift with the temperature",
+            ha="center",
+            transform=axes.transAxes,
+        )
     axes.set(
         xlabel="temperature (°C)",
         ylabel="$\\log_{10}\\, a_T$",
@@ -124,7 +131,7 @@ def shift_factors(found: Compound) -> Figure:
     return figure
 
 
-def _span(found: Compound, shift: Shift) -> tuple[float, float]:
+def span(found: Compound, shift: Shift) -> tuple[float, float]:
     """Temperatures (K) to draw between."""
     T = found.isotherms
     if T.size:
@@ -138,7 +145,7 @@ def over_temperature(found: Compound) -> Figure:
     axes = figure.subplots()
     shift = found.relaxation.shift
     if isinstance(shift, Shift):
-        line = np.linspace(*_span(found, shift), 300)
+        line = np.linspace(*span(found, shift), 300)
         line = line[np.isfinite(shift(line))]
         moduli = found.modulus * found.relaxation.prony.dynamic(2.0 * np.pi * shift(line))
         axes.semilogy(line - ZERO_CELSIUS, moduli.real / 1e6, "C0-", label=f"{found.of}′")
@@ -149,7 +156,13 @@ def over_temperature(found: Compound) -> Figure:
         lines = [*axes.get_lines(), *beside.get_lines()]
         axes.legend(lines, [str(each.get_label()) for each in lines], fontsize=8)
     else:
-        axes.text(0.5, 0.5, "one temperature: no shift", ha="center", transform=axes.transAxes)
+        axes.text(
+            0.5,
+            0.5,
+            "times do not shift with the temperature",
+            ha="center",
+            transform=axes.transAxes,
+        )
     axes.set(
         xlabel="temperature (°C)", ylabel="modulus (MPa)", title="moduli at 1 Hz over temperature"
     )
@@ -164,9 +177,10 @@ def over_time(case: RubberCase, found: Compound) -> Figure:
     low, high = found.frequencies
     reduced, prony = np.geomspace(1.0 / high, 1.0 / low, 400), found.relaxation.prony
     shown = temperatures(case, found)
+    everywhere = found.reference is None and not found.isotherms.size
     for T, colour in zip(shown, _colours(len(shown)), strict=True):
         times = reduced * found.relaxation.shift(T)
-        label = _celsius(T) if isinstance(found.relaxation.shift, Shift) else "any temperature"
+        label = "any temperature" if everywhere else _celsius(T)
         axes.loglog(times, found.modulus * prony.modulus(reduced) / 1e6, color=colour, label=label)
     for value, name in ((1.0, "instantaneous"), (prony.long_term, "long-term")):
         axes.axhline(found.modulus * value / 1e6, color="0.6", lw=0.8, ls=":")
@@ -211,7 +225,7 @@ def stress(case: RubberCase, found: Compound) -> Figure:
 def _readable(axes: Axes) -> None:
     """Logarithmic stresses where curves would otherwise lie on the axis."""
     ends = [float(np.asarray(line.get_ydata())[-1]) for line in axes.get_lines()]
-    if max(ends) > 20.0 * min(ends):
+    if max(ends) > APART * min(ends):
         axes.set_yscale("log")
         axes.set_ylim(bottom=1e-2 * min(ends))
 
