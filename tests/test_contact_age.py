@@ -168,6 +168,16 @@ def test_steps_keep_the_tolerance():
         assert np.abs(found.samples / exact - 1.0).max() < 1.2 * tolerance
 
 
+def test_arms_of_any_time_can_be_stepped_over():
+    """Fifty of them, most faster than anything that happens: they are in the modulus at first."""
+    arms = [[0.019, time] for time in np.geomspace(1e-15, 1e10, 50)]
+    _, results = point_history(scene(arms, numerics={"tolerance": 1e-4}))
+    assert results["steps"] < 1000
+    rows = [[0.0, 2e5], [5e-3, 2.000001e5]]
+    _, course = point_history(scene(arms, load={"pressure": rows}))
+    assert course["mu_mean"] == pytest.approx(results["mu_mean"], rel=1e-3)
+
+
 @pytest.mark.parametrize("dry", [{}, {"dry_stress": 3.3e5, "dry_softening": 10.0}])
 def test_rubber_of_one_modulus_is_elastic(tmp_path, dry):
     """As slow as never, and as fast as at once: the film law with E_0, and with E_inf."""
@@ -198,7 +208,7 @@ def test_a_course_of_pressure_is_its_hereditary_integral():
 
     expected = here.contact_parameters(np.array([felt(min(t, 4e-3)) for t in time]))
     rising = time <= 4e-3
-    np.testing.assert_allclose(found.k[rising], expected.k[rising], rtol=1e-10)
+    np.testing.assert_allclose(found.k[rising], expected.k[rising], rtol=1e-8)
     np.testing.assert_allclose(found.k[~rising], expected.k[~rising], rtol=1e-3)
     assert (np.diff(found.k) >= 0.0).all()
     rows, _ = point_history(here)
@@ -277,7 +287,6 @@ def test_wrong_input_is_one_sentence(tmp_path):
         ({"film": {"contact_modulus": 1e6}}, "only with film.contact_age"),
         ({"film": AGED | {"contact_modulus": 1e6}}, "is that of film.contact, which is missing"),
         ({"rubber": {"heat": True}}, "rubber.heat = false"),
-        ({"rubber": {"heat": "mesh"}, "model": "slice"}, "in columns"),
         ({"film": {"contact_age": "yes"}}, "film.contact_age"),
     ):
         with pytest.raises(SceneError, match=said) as error:

@@ -7,6 +7,7 @@ from typing import NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
 
+from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.law import Film, FilmHistory, FilmStage
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.runtime.arrays import Array, Index
@@ -63,5 +64,7 @@ class Begun(Protocol[End]):
 class Acting(Protocol):
     """What acts on the interface at an end of a step, as the integrator asks for it."""
 
-    def begun(self, dt: Array | float, state: InterfaceState, rubber: RubberHeat) -> Begun[Self]:
-        """A step of `dt` (s) that begins here, in `state` and under that rubber."""
+    def begun(
+        self, dt: Array | float, state: InterfaceState, ice: IceHeat, rubber: RubberHeat
+    ) -> Begun[Self]:
+        """A step of `dt` (s) that begins here, in `state`, between these bodies."""

@@ -1,6 +1,7 @@
 """Points whose k, D and H_V follow the contact's age (`contact_age`): functions of time alone.
 
-The contact begins at t = 0. Its rubber has the temperature of the conditions.
+The contact begins at t = 0, or rather `YOUNGEST` before: arms may be so fast that no step would be
+short enough for them. Its rubber has the temperature of the conditions.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from iceslide_fem.scene.contact_table import ContactParameters
 
 # Parts of a line between corners of the pressure, after each of which the largest p_e is kept.
 PARTS = 8
+YOUNGEST = 1e-8  # of the duration
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,8 @@ class AgedLoading:
         """The conditions at `time` (s, one per point)."""
         if self.loads is None or self.loads.pressure.is_constant:
             here = here if self.loads is None else self.loads.at(here, time)
-            k, D, H_V, _ = self.age.under_constant(here.pressure, time, here.temperature)
+            old = time + YOUNGEST * here.duration
+            k, D, H_V, _ = self.age.under_constant(here.pressure, old, here.temperature)
             return here._replace(k=k, D=D, H_V=H_V)
         here = self.loads.at(here, time)
         k, D, H_V = np.empty((3, time.size))
@@ -60,7 +63,9 @@ class AgedLoading:
         if temperature not in self._known:
             times, pressures = self._parts
             steps = self.age.relaxation.reduced(np.diff(times), temperature)
-            history = [self.age.fresh(1)]
+            first = pressures[:1]
+            young = self.age.relaxation.reduced(np.full(1, YOUNGEST * times[-1]), temperature)
+            history = [self.age.after(self.age.fresh(1), first, first, first, young)]
             for number, step in enumerate(steps):
                 start, end = pressures[number : number + 1], pressures[number + 1 : number + 2]
                 history.append(self.age.after(history[-1], start, end, end, np.array([step])))

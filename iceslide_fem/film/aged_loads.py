@@ -17,7 +17,7 @@ from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import InterfaceState, Step
 from iceslide_fem.film.law import FilmHistory, FilmStage
 from iceslide_fem.film.loads import FilmLoads, FilmOnIce
-from iceslide_fem.film.rubber_heat import Insulated, RubberHeat
+from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 
@@ -45,11 +45,13 @@ class AgedLoads(NamedTuple):
         """As of `FilmLoads`."""
         return self._replace(touching=self.touching.completed(covered, other.touching))
 
-    def begun(self, dt: Array | float, state: InterfaceState, rubber: RubberHeat) -> AgedStep:
+    def begun(
+        self, dt: Array | float, state: InterfaceState, ice: IceHeat, rubber: RubberHeat
+    ) -> AgedStep:
         """A step of `dt` (s) from `state`: the rubber has its temperature at the start."""
-        kelvin = np.full_like(self.pressure, self.temperature)
-        if not isinstance(rubber, Insulated):
-            kelvin = rubber.surface_temperature(state.rubber)
+        kelvin = rubber.at_contact(state.rubber, ice, state.ice)
+        if kelvin is None:
+            kelvin = np.full_like(self.pressure, self.temperature)
         reduced = self.age.relaxation.reduced(dt, kelvin)
         return AgedStep(self, state.internal[-self.age.rows :], reduced)
 

@@ -139,7 +139,7 @@ def advance(
     guess = None if rate is None else stage_dt * rate
     changes: list[InterfaceState] = []
     stages: list[FilmStage] = []
-    begun = start.begun(dt, state, rubber)
+    begun = start.begun(dt, state, ice, rubber)
     for row, node in zip(integrator.rows, integrator.nodes, strict=True):
         begin = _combine(state, changes, row, diagonal)
         acting = begun.at(end, node)

@@ -60,7 +60,9 @@ class FilmLoads(NamedTuple):
             free_height=np.where(covered, self.free_height, other.free_height),
         )
 
-    def begun(self, dt: Array | float, state: InterfaceState, rubber: RubberHeat) -> FilmLoads:
+    def begun(
+        self, dt: Array | float, state: InterfaceState, ice: IceHeat, rubber: RubberHeat
+    ) -> FilmLoads:
         """The loads: they do not follow what has been before."""
         return self
 

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from iceslide_fem.film.film_between import WATER_FILM, FilmBetween, HalfFilm, RubberSurface
-from iceslide_fem.film.ice_heat import Column
+from iceslide_fem.film.ice_heat import Column, IceHeat
 from iceslide_fem.film.law import Film
 from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.scene.materials import MELTING_TEMPERATURE, Solid
@@ -36,6 +36,11 @@ class RubberHeat(Protocol):
 
     def surface_temperature(self, heat_state: Array) -> Array:
         """Temperature of the rubber's surface where the films live (K)."""
+
+    def at_contact(self, heat_state: Array, ice: IceHeat, of_ice: Array) -> Array | None:
+        """Its temperature at the films (K) above `ice` whose heat state is `of_ice`; None where no
+        heat reaches it.
+        """
 
     def film_temperature(self, ice: Array, heat_state: Array, films: Heating) -> Array:
         """T_f (K) of `films` between ice whose surface has `ice` (K) and this rubber."""
@@ -62,6 +67,10 @@ class Insulated:
     def surface_temperature(self, heat_state: Array) -> Array:
         """One for all points, of no consequence."""
         return np.zeros(1)
+
+    def at_contact(self, heat_state: Array, ice: IceHeat, of_ice: Array) -> Array | None:
+        """None."""
+        return None
 
     def film_temperature(self, ice: Array, heat_state: Array, films: Heating) -> Array:
         """That of the ice."""
@@ -130,6 +139,10 @@ class RubberColumns:
     def surface_temperature(self, heat_state: Array) -> Array:
         """Temperature at the points (K)."""
         return self.column.surface_temperature(heat_state)
+
+    def at_contact(self, heat_state: Array, ice: IceHeat, of_ice: Array) -> Array | None:
+        """That of the surface."""
+        return self.surface_temperature(heat_state)
 
     def film_temperature(self, ice: Array, heat_state: Array, films: Heating) -> Array:
         """T_f = min(T_m, (T_i + T_r + q_f / G) / 2) at the points (K)."""

@@ -20,7 +20,7 @@ from iceslide_fem.interface.on_ice import OnIce
 from iceslide_fem.interface.on_rubber import Attached, AttachedBetween, OnRubber, Rubbing
 from iceslide_fem.interface.passing_mesh import PassingMeshedIce, PassingMeshedIceAndRubber
 from iceslide_fem.interface.rubber_columns import RubberOverGrid
-from iceslide_fem.interface.rubber_mesh import MeshedIceAndRubber
+from iceslide_fem.interface.rubber_mesh import MeshedIceAndRubber, RubberInMesh
 from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid, own_points
 from iceslide_fem.interface.user_law_on_ice import UserLawOnIce
 from iceslide_fem.interface.window import PassingIce
@@ -75,7 +75,7 @@ def _attached_mesh(block: Block, duration: Array) -> Attached:
     settings = settings_of(block, duration)
     if block.scene.rubber.heat == "mesh":
         both = MeshedIceAndRubber(equation, meshed_rubber(block), settings)
-        return AttachedBetween(block.law, both, both.place(points))
+        return AttachedBetween(block.law, both, both.place(points), RubberInMesh())
     meshed = MeshedIce(equation, settings)
     return _on_shared_ice(block, meshed, meshed.place(points), duration)
 
@@ -112,7 +112,8 @@ def _sliding(block: Block, duration: Array) -> OnRubber | OnNodes:
     if scene.rubber.heat == "mesh":
         grid, settings = SurfaceGrid.shared(lines, block.surface.comm), settings_of(block, heated)
         equation, above = equation_of(block, lines, heated), meshed_rubber(block)
-        return OnRubber(law, PassingMeshedIceAndRubber(equation, above, grid, settings))
+        both = PassingMeshedIceAndRubber(equation, above, grid, settings)
+        return OnRubber(law, both, RubberInMesh())
     frame = ON_ICE[type(law)] if law.frame(scene.film.carrier) == "ice" else _films_on_rubber
     ice = PASSING[scene.ice.heat](block, lines, heated, frame is _films_on_nodes)
     return frame(block, ice, duration)

@@ -89,7 +89,9 @@ class Resting(NamedTuple):
 
     most: Array
 
-    def begun(self, dt: Array | float, state: InterfaceState, rubber: RubberHeat) -> Resting:
+    def begun(
+        self, dt: Array | float, state: InterfaceState, ice: IceHeat, rubber: RubberHeat
+    ) -> Resting:
         """The same."""
         return self
 

@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.film.film_between import HalfFilm
+from iceslide_fem.film.ice_heat import IceHeat
+from iceslide_fem.film.rubber_heat import Insulated
 from iceslide_fem.heat.balance import Meeting
 from iceslide_fem.heat.contact import BetweenIceAndRubber
 from iceslide_fem.heat.elements import QuadraticElements
@@ -70,6 +72,10 @@ class MeshedIceAndRubber(MeshedIce):
         """Temperature of the ice at the points (K), shape (n,). Collective."""
         return np.asarray(np.split(super().surface_temperature(heat_state), 2)[0])
 
+    def rubber_temperature(self, heat_state: Array) -> Array:
+        """Temperature of the rubber at the points (K), shape (n,). Collective."""
+        return np.asarray(np.split(super().surface_temperature(heat_state), 2)[1])
+
     @property
     def places(self) -> Array:
         """Where the unknowns of both are, m; the rubber's `RAISED`: no two are at one place."""
@@ -108,6 +114,15 @@ class MeshedIceAndRubber(MeshedIce):
         number, weight = (np.concatenate(parts) for parts in zip(*both, strict=True))
         reads = Readings(self._bodies.reading(Reading(number, weight)), bodies=2)
         return self._balance.meeting(reads, joins=True)
+
+
+class RubberInMesh(Insulated):
+    """The rubber of `MeshedIceAndRubber`, whose heat is in the state of the ice."""
+
+    def at_contact(self, heat_state: Array, ice: IceHeat, of_ice: Array) -> Array | None:
+        """Where it meets the ice. Collective."""
+        assert isinstance(ice, MeshedIceAndRubber)
+        return ice.rubber_temperature(of_ice)
 
 
 def _widened(reading: Reading, nodes: int) -> Reading:

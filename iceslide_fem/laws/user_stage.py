@@ -71,7 +71,9 @@ class UserLoads(NamedTuple):
     speed: Array
     places: Places | None = None
 
-    def begun(self, dt: Array | float, state: InterfaceState, rubber: RubberHeat) -> UserLoads:
+    def begun(
+        self, dt: Array | float, state: InterfaceState, ice: IceHeat, rubber: RubberHeat
+    ) -> UserLoads:
         """The loads: they do not follow what has been before."""
         return self
 

@@ -27,8 +27,3 @@ def check_contact_age(scene: Tables) -> None:
             "follows the age at one temperature of the rubber; allowed: rubber.heat = false, or "
             'model = "slice" or "block"'
         )
-    if scene.rubber.heat == "mesh":
-        raise ValueError(
-            'film.contact_age and rubber.heat = "mesh" contradict each other: the age follows the '
-            "rubber's surface in columns; allowed: rubber.heat = true or false"
-        )
