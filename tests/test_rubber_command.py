@@ -78,7 +78,7 @@ def test_from_a_table_to_a_scene(small, tmp_path, capsys):
 
 
 def test_a_scene_fits_its_own_table(tmp_path):
-    given = {"compound": "B", "dma": str(DMA), "modulus_is": "long-term"}
+    given = {"compound": "B", "D1": 6.9e-10, "dma": str(DMA), "modulus_is": "long-term"}
     found = scene(given)
     relaxation = found.rubber.relaxation
     assert found.mooney_rivlin.C10 == pytest.approx(0.1662e6 / relaxation.prony.long_term)
@@ -87,7 +87,7 @@ def test_a_scene_fits_its_own_table(tmp_path):
     assert found.files == {("rubber", "dma"): DMA}
     own = scene(given | {"wlf": {"C1": 7.4005, "C2": 121.6, "reference": "20 degC"}})
     assert own.rubber.relaxation.shift.C1 == 7.4005
-    text = SCENE.replace('prony = [[0.3, "5 ms"]]', 'dma = "table.csv"')
+    text = SCENE.replace('prony = [[0.3, "5 ms"]]', 'D1 = 6.9e-10\ndma = "table.csv"')
     (tmp_path / "table.csv").write_bytes(DMA.read_bytes())
     (tmp_path / "s.toml").write_text(text, encoding="utf-8")
     assert load_scene(tmp_path / "s.toml").rubber.dma == tmp_path / "table.csv"

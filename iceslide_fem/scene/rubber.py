@@ -23,6 +23,7 @@ from iceslide_fem.scene.materials import (
     RUBBER_CONDUCTIVITY,
     RUBBER_HEAT_CAPACITY,
     YOUNGS_MODULUS_ONLY,
+    MooneyRivlin,
     Solid,
 )
 from iceslide_fem.scene.outline_file import read_outline
@@ -39,6 +40,7 @@ from iceslide_fem.scene.shape import (
 from iceslide_fem.scene.table import Table
 from iceslide_fem.scene.units import Quantity
 
+LEAST_INSTANTANEOUS_NU = 0.3  # of rubber that relaxes
 Length = Annotated[float, Quantity("m", "10 um", "1 m")]
 Stiffness = Annotated[float, Quantity("Pa", "0 MPa", "10000 MPa")]
 
@@ -214,3 +216,16 @@ class Rubber(Table):
     def solid(self) -> Solid:
         """The rubber as heat sees it."""
         return Solid(self.conductivity, self.density, self.heat_capacity)
+
+
+def check_bulk(instantaneous: MooneyRivlin, rubber: Rubber) -> None:
+    """Raise ValueError where rubber that relaxes is as easily compressed at once as sheared."""
+    nu = instantaneous.poissons_ratio
+    moduli = instantaneous.bulk_modulus, instantaneous.shear_modulus
+    if rubber.relaxation is not None and nu < LEAST_INSTANTANEOUS_NU:
+        K, G = (f"{value / 1e6:.3g} MPa" for value in moduli)
+        raise ValueError(
+            f"rubber with a bulk modulus of {K} and an instantaneous shear modulus of {G} has a "
+            f"Poisson's ratio of {nu:.2g} at once; allowed: {LEAST_INSTANTANEOUS_NU} or more, by a "
+            "smaller rubber.D1 (volume does not relax: 2/D1 is about 2.9 GPa of rubber)"
+        )
