@@ -1,5 +1,5 @@
 """The command line: `iceslide run`, `sweep`, `ladder`, `info`, `view`, `report`, `footprint`,
-`formula`, `roughness`, `app`.
+`formula`, `roughness`, `rubber`, `app`.
 
 What a command does is in `commands`; here they are put together, and errors become exit codes.
 """
@@ -27,6 +27,7 @@ from iceslide_fem.commands.run import run
 from iceslide_fem.commands.sweep import sweep
 from iceslide_fem.commands.view import view
 from iceslide_fem.preprocess.roughness.options import roughness
+from iceslide_fem.preprocess.rubber.options import rubber
 from iceslide_fem.runtime.errors import IceslideError, OutputError, SceneError
 from iceslide_fem.runtime.launch import on_one_process, rank, stop_all_ranks
 from iceslide_fem.runtime.terminal import patient_screen
@@ -66,6 +67,7 @@ app.command()(on_one_process(report))
 app.command()(on_one_process(footprint))
 app.command()(on_one_process(formula))
 app.command()(on_one_process(roughness))
+app.command()(on_one_process(rubber))
 app.command("app")(on_one_process(page))
 
 

@@ -35,7 +35,7 @@ from iceslide_fem.output.summary import write_summary  # noqa: E402
 from iceslide_fem.output.table import Table  # noqa: E402
 from iceslide_fem.output.vtu import write_vtu  # noqa: E402
 from iceslide_fem.postprocess.results import field_files  # noqa: E402
-from iceslide_fem.rubber.block import build_block  # noqa: E402
+from iceslide_fem.rubber.build import build_block  # noqa: E402
 from iceslide_fem.rubber.contact_surface import contact_surface  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
@@ -462,7 +462,7 @@ def test_probes_of_a_known_field(model):
     inner = gradient[np.ix_(axes, axes)]
     rubber.displacements[:] = rubber.space.tabulate_dof_coordinates()[:, :dim] @ inner.T
     motion = SimpleNamespace(velocity=3.0 * rubber.u.x.array)
-    sliding = SimpleNamespace(current=SimpleNamespace(motion=motion, time=1e-3))
+    sliding = SimpleNamespace(current=SimpleNamespace(motion=motion, relaxed=None, time=1e-3))
     probes = Probes(block)
     probes.touches_ice = False  # there is no film yet
     contact = [probe.contact for probe in probes.places]

@@ -12,6 +12,7 @@ from iceslide_fem.scene import scene_from_dict
 pytestmark = pytest.mark.quick
 
 ONE = Prony((0.3,), (5e-3,))
+ARRHENIUS = {"C1": 7.4, "C2": 121, "arrhenius_below": 250, "activation_energy": 1e5}
 UNIVERSAL = Shift(17.44, 51.6, 223.15)  # about a glass transition at -50 degC
 
 
@@ -96,8 +97,10 @@ def test_constants_of_a_scene_are_the_instantaneous_ones():
         ({"prony": [[0.1, 1.0], [0.3, 1.0]]}, "the same tau"),
         ({"modulus_is": None}, "rubber.modulus_is is missing"),
         ({"prony": None}, "only for rubber that relaxes"),
+        ({"prony": [[0.98, 1.0]]}, "Poisson's ratio of"),
         ({"wlf": {"C1": 7.4, "C2": 10, "reference": "20 degC"}}, "no shift at -4 degC"),
         ({"wlf": {"C1": 7.4, "C2": 121, "reference": 293, "arrhenius_below": 250}}, "together"),
+        ({"wlf": {**ARRHENIUS, "reference": "240 K"}}, "colder than arrhenius_below = 250 K"),
     ],
 )
 def test_what_is_no_relaxation_gets_one_sentence(rubber, said):

@@ -106,6 +106,8 @@ AGED = ["film.contact_age=true", "rubber.prony=[[0.3, '0.1 ms'], [0.2, '2 ms']]"
 AGED = [*AGED, "rubber.modulus_is=instantaneous", "ice.heat=column"]
 DRY = [*DRY, "ice.heat=column", "rubber.inertia=true"]
 
+RELAXES = ["rubber.prony=[[0.2,'0.2 ms'],[0.3,'5 ms']]", "rubber.modulus_is=long-term"]
+
 
 @pytest.mark.parametrize(
     "changes",
@@ -126,6 +128,8 @@ DRY = [*DRY, "ice.heat=column", "rubber.inertia=true"]
         [*PASSING, "ice.heat=column", *CLOSED_SIPE],
         ["load.duration=0.3ms", *DRY],
         pytest.param([*PASSING, *DRY], marks=pytest.mark.mpi),
+        pytest.param([ATTACHED, "ice.heat=column", *RELAXES], marks=pytest.mark.mpi),
+        [ATTACHED, "ice.heat=mesh", "rubber.heat=mesh", *RELAXES],
         [*PASSING, *DRY, "film.carrier=rubber"],
         pytest.param([*PASSING, *AGED], marks=pytest.mark.mpi),
         [*PASSING, *AGED, "film.carrier=rubber"],

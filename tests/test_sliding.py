@@ -27,7 +27,8 @@ from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.point import Conditions, simulate  # noqa: E402
 from iceslide_fem.laws.film import default_ramp  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
-from iceslide_fem.rubber.block import Block, build_block  # noqa: E402
+from iceslide_fem.rubber.block import Block  # noqa: E402
+from iceslide_fem.rubber.build import build_block  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
 from iceslide_fem.run.pace import Pace  # noqa: E402

@@ -225,6 +225,13 @@ def test_rough_contact_finds_what_closed_forms_say():
     assert float(rows[-1][3].strip("%")) < 40.0
 
 
+def test_rubber_that_creeps_has_the_contact_of_softer_rubber():
+    lines = output("roughness_creep").splitlines()
+    off = [line.split(" | ")[3:5] for line in lines if " arm" in line and "%" in line]
+    assert len(off) == 6
+    assert all(float(cell.strip(" %")) < 1.0 for row in off for cell in row)  # of k and D
+
+
 def test_maps_of_an_instrument_are_pressed_on_coarser_pixels():
     rows = printed("map_cost")
     pressed = {row[0]: row[2] for row in rows if "um" in row[0]}

@@ -29,7 +29,7 @@ class CorrectedStep(NamedTuple):
     after: its state, before water and the window have followed; dt: its length, s; subcycles: of
     film and heat; forces: friction of the block at its start and after each substep, N; factor: on
     the next step's length, by its errors; iterations: Newton's; solved: whether the block was
-    solved for; wall_heat: of walls that have slipped, J.
+    solved for; wall_heat: of walls that have slipped, J; dissipation: of rubber that relaxes, J.
     """
 
     after: CoupledState
@@ -40,6 +40,7 @@ class CorrectedStep(NamedTuple):
     iterations: int = 0
     solved: bool = False
     wall_heat: float = 0.0
+    dissipation: float = 0.0
 
 
 class Acceptance:
@@ -72,6 +73,7 @@ class Acceptance:
             start.mechanics,
             after.mechanics,
             corrected.wall_heat,
+            corrected.dissipation,
         )
         unclosed = self._error.of_energy(energies, dt, force)
         shorter = float(step_factor(unclosed, 2))

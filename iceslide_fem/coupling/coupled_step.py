@@ -22,6 +22,7 @@ import numpy as np
 from iceslide_fem.coupling.accept import Acceptance, CorrectedStep
 from iceslide_fem.coupling.energy import mechanics_of
 from iceslide_fem.coupling.plate import Plate
+from iceslide_fem.coupling.relaxing import Relaxing
 from iceslide_fem.coupling.state import AcceptedStep, CoupledState
 from iceslide_fem.coupling.step_error import StepError, StepRejected
 from iceslide_fem.coupling.subcycles import Subcycles
@@ -79,6 +80,7 @@ class CoupledStep:
         frame: FilmFrame,
         plate: Plate,
         motion_law: MotionLaw,
+        relaxing: Relaxing,
         error: StepError,
     ) -> None:
         self._block, self._frame, self._plate = block, frame, plate
@@ -88,7 +90,8 @@ class CoupledStep:
         self.adaptive = bool(integrator.estimate)
         # Under a law that is not viscous the shear may fall for long. What springs back makes heat,
         # which a block that is solved for now and then would not give.
-        self._may_skip = motion_law.may_skip and block.law.viscous
+        self._relaxing = relaxing
+        self._may_skip = motion_law.may_skip and block.law.viscous and relaxing.may_skip
         self._acceptance = Acceptance(block, frame, error, self.adaptive)
 
     def attempt(self, start: CoupledState, dt: float, film_dt: float) -> AcceptedStep:
@@ -173,6 +176,7 @@ class CoupledStep:
         block, plate, dt = self._block, self._plate, film.dt
         time = start.time + dt
         block.rubber.u.x.array[:], rate = self._motion_law.begin(start.motion, time)
+        self._relaxing.begin(start, dt)
         speed, load = plate.slip(rate, time), plate.force(time)
         offset = start.loads.offset + plate.ice_passed(start.time, dt)
         iterations, mismatches = 0, []
@@ -200,6 +204,10 @@ class CoupledStep:
         drift = self._error.of_motion(local, dt, area, self._elasticity(sheared, loads))
         if drift > 1.0:
             raise StepRejected("the block moves too fast", float(step_factor(drift, 2)))
+        relaxation = self._relaxing.end(start, dt, film.subcycles.state)
+        delay = self._error.of_stress(relaxation.error)
+        if delay > 1.0 and self.adaptive:
+            raise StepRejected("the rubber relaxes too fast", float(step_factor(delay, 2)))
         motion, velocity_error = self._velocity_error(
             start, motion, sheared, loads, film.forces, straight
         )
@@ -218,17 +226,19 @@ class CoupledStep:
             motion,
             block.contact,
             loads,
-            film.subcycles.state,
-            mechanics_of(block, shear, loads.area, law, motion),
+            relaxation.interface,
+            mechanics_of(block, shear, loads.area, law, motion, relaxation.relaxed),
             shear,
             quiescent,
+            relaxation.relaxed,
             stick_points,
         )
-        factor = float(step_factor(max(mismatch, drift, film.nonlinearity, velocity_error), 2))
+        errors = mismatch, drift, film.nonlinearity, velocity_error, delay
+        factor = float(step_factor(max(errors), 2))
         if iterations > MANY_ITERATIONS:
             factor = min(factor, SHORTER)
-        subcycles, forces = film.subcycles, film.forces
-        return CorrectedStep(after, dt, subcycles, forces, factor, iterations, True, wall_heat)
+        given, heats = (film.subcycles, film.forces), (wall_heat, relaxation.dissipation)
+        return CorrectedStep(after, dt, *given, factor, iterations, True, *heats)
 
     def _velocity_error(
         self,

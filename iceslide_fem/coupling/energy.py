@@ -15,6 +15,7 @@ import numpy as np
 from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.time_discretisation import Motion, MotionLaw
+from iceslide_fem.rubber.viscoelasticity import Relaxed
 from iceslide_fem.runtime.arrays import Array
 
 
@@ -39,8 +40,8 @@ class Energies(NamedTuple):
     friction_work: of the plate against friction, F v; load_work: of the plate's weight, and of what
     accelerates the rubber's mass with the plate, - dv/dt m du, beyond F v; ice_heat,
     rubber_heat, latent_heat: what the interface gave; wall_heat: of the rubber's walls that slip on
-    each other; elastic_energy, kinetic_energy: changes of what is stored. The plate's work should
-    equal the sum of the others.
+    each other; rubber_dissipation: of rubber that relaxes; elastic_energy, kinetic_energy: changes
+    of what is stored. The plate's work should equal the sum of the others.
     """
 
     friction_work: float = 0.0
@@ -49,6 +50,7 @@ class Energies(NamedTuple):
     rubber_heat: float = 0.0
     latent_heat: float = 0.0
     wall_heat: float = 0.0
+    rubber_dissipation: float = 0.0
     elastic_energy: float = 0.0
     kinetic_energy: float = 0.0
 
@@ -56,15 +58,21 @@ class Energies(NamedTuple):
     def missing(self) -> float:
         """What the plate gave and nothing took, J; negative where more was taken."""
         taken = self.ice_heat + self.rubber_heat + self.latent_heat + self.wall_heat
+        taken += self.rubber_dissipation
         kept = self.elastic_energy + self.kinetic_energy
         return self.friction_work + self.load_work - taken - kept
 
 
 def mechanics_of(
-    block: Block, shear: Array, area: Array, motion_law: MotionLaw, motion: Motion
+    block: Block,
+    shear: Array,
+    area: Array,
+    motion_law: MotionLaw,
+    motion: Motion,
+    relaxed: Relaxed | None,
 ) -> Mechanics:
     """What `block` does and stores at its present displacements, those of `motion`, under `shear`
-    (Pa) on `area` (m2), (n,). Collective.
+    (Pa) on `area` (m2), (n,), when it has `relaxed`. Collective.
     """
     contact, scale = block.contact, block.scale
     penalty = 0.5 * contact.pressure**2 / block.equilibrium.penalty
@@ -72,7 +80,7 @@ def mechanics_of(
     return Mechanics(
         block.total(shear, area),
         block.equilibrium.plate_displacement(),
-        scale * (block.rubber.elastic_energy() + sunk),
+        scale * (block.rubber.elastic_energy(relaxed) + sunk),
         scale * motion_law.kinetic_energy(motion),
         scale * motion_law.mass_moment(motion),
     )
@@ -87,9 +95,10 @@ def step_energies(
     before: Mechanics,
     after: Mechanics,
     wall_heat: float,
+    rubber_dissipation: float,
 ) -> Energies:
     """Entries of a step of `dt` (s) from `time` that leads from `before` to `after`; `wall_heat`
-    (J) of walls that have slipped. Collective.
+    (J) of walls that have slipped, `rubber_dissipation` (J) of rubber that relaxes. Collective.
 
     The plate's force and speed are straight lines over the step, and so is friction between the
     `forces` (N) at its start and after each of the `subcycles`.
@@ -117,6 +126,7 @@ def step_energies(
         rubber_heat=total("rubber_heat"),
         latent_heat=total("latent_heat"),
         wall_heat=wall_heat,
+        rubber_dissipation=rubber_dissipation,
         elastic_energy=after.elastic_energy - before.elastic_energy,
         kinetic_energy=after.kinetic_energy - before.kinetic_energy,
     )

@@ -17,6 +17,8 @@ from iceslide_fem.interface.surface_grid import OwnNodes
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.self_contact_friction import StickPoints
 from iceslide_fem.rubber.time_discretisation import Motion
+from iceslide_fem.rubber.viscoelasticity import Relaxed
+from iceslide_fem.runtime.arrays import Array
 
 MOVES = ("displacements", "velocity", "acceleration")  # of a Motion, at the nodes
 
@@ -26,7 +28,7 @@ class Layouts(NamedTuple):
     and rubber.
 
     Rubber conducts heat above its contact points, wherever the films live; walls are its walls'
-    own points.
+    own points, and it relaxes at points of its cells.
     """
 
     nodes: Layout
@@ -36,6 +38,7 @@ class Layouts(NamedTuple):
     ice: Layout
     rubber: Layout
     self_contact: Layout
+    relaxed: Layout
 
 
 def node_layout(block: Block) -> PointLayout:
@@ -55,6 +58,9 @@ def layouts_of(block: Block, frame: FilmFrame) -> Layouts:
     self_contact = block.rubber.self_contact
     at_walls = np.zeros((0, undeformed.shape[-1])) if self_contact is None else self_contact.points
 
+    relaxes = block.rubber.viscoelasticity
+    in_cells = np.zeros((0, undeformed.shape[-1])) if relaxes is None else relaxes.places
+
     def layout(nodes: OwnNodes | None) -> Layout:
         return points if nodes is None else GridLayout(nodes)
 
@@ -66,6 +72,7 @@ def layouts_of(block: Block, frame: FilmFrame) -> Layouts:
         _of_ice(frame.ice, layout, comm),
         points,
         PointLayout(at_walls, len(at_walls), comm),
+        PointLayout(in_cells, len(in_cells), comm),
     )
 
 
@@ -100,6 +107,8 @@ def checkpoint_tables(sliding: Sliding) -> dict[str, Any]:
         "ice": layouts.ice.kept(frame.ice.saved(state.ice)),
         "rubber": layouts.rubber.kept(frame.rubber.saved(state.rubber)),
         "walls": layouts.self_contact.kept(_saved_grip(block, now.stick_points)),
+        "relaxed_for": 0.0 if now.relaxed is None else now.relaxed.span,
+        "relaxed": layouts.relaxed.kept(_saved_relaxed(now.relaxed)),
     }
 
 
@@ -131,6 +140,7 @@ def resumed(
     stick_points = None
     if block.rubber.self_contact is not None and block.stick_points is not None:
         stick_points = block.rubber.self_contact.restored(layouts.self_contact.own(kept("walls")))
+    relaxed = layouts.relaxed.own(kept("relaxed")) if "relaxed" in state else {}
     sliding.restore(
         CheckpointState(
             time=state["time"],
@@ -152,9 +162,43 @@ def resumed(
             sliding_distance=state["way"],
             largest_friction_force=state["strongest"],
             stick_points=stick_points,
+            relaxed=_restored_relaxed(
+                block, state.get("relaxed_for", 0.0), nodes["displacements"], relaxed
+            ),
         )
     )
     return sliding
+
+
+def _saved_relaxed(relaxed: Relaxed | None) -> Arrays:
+    """Internal variables (..., n) at the points where rubber relaxes."""
+    if relaxed is None:
+        return {}
+    parts = {"relaxed": relaxed.relaxed, "rate": relaxed.rate}
+    return {name: _behind(part) for name, part in parts.items()}
+
+
+def _behind(values: Array) -> Array:
+    """Values (..., c, q, 6) as (..., 6, n)."""
+    by_component = np.moveaxis(values, -1, -3)
+    return by_component.reshape(*by_component.shape[:-2], -1)
+
+
+def _restored_relaxed(
+    block: Block, span: float, displacements: Array, saved: Arrays
+) -> Relaxed | None:
+    """Internal variables of what was `saved` at these displacements of all dofs. Collective."""
+    rubber = block.rubber.viscoelasticity
+    if rubber is None:
+        return None
+    block.rubber.u.x.array[:] = displacements
+    shape = rubber.volume.shape
+
+    def at_points(values: Array) -> Array:
+        by_component = values.reshape(*values.shape[:-1], *shape)
+        return np.moveaxis(by_component, -3, -1)
+
+    return rubber.restored(at_points(saved["relaxed"]), at_points(saved["rate"]), span)
 
 
 def _saved_grip(block: Block, stick_points: StickPoints | None) -> Arrays:

@@ -13,6 +13,7 @@ from iceslide_fem.coupling.coupled_step import CoupledStep
 from iceslide_fem.coupling.energy import mechanics_of
 from iceslide_fem.coupling.limits import LIMITS, StepLimits
 from iceslide_fem.coupling.plate import Plate
+from iceslide_fem.coupling.relaxing import relaxing
 from iceslide_fem.coupling.state import AcceptedStep, CheckpointState, CoupledState
 from iceslide_fem.coupling.step_error import StepError, StepRejected
 from iceslide_fem.film.integrators import InterfaceState
@@ -67,7 +68,9 @@ class Sliding:
         if plate.passing < np.inf:  # no ice passes from cell to cell unseen
             self._longest = min(self._longest, cells_in_a_step(scene) * plate.passing)
         error = StepError(block, self._longest, limits)
-        self._step = CoupledStep(block, self.frame, plate, self.motion_law, error)
+        self._relaxing = relaxing(block, self.frame)
+        laws = self.motion_law, self._relaxing
+        self._step = CoupledStep(block, self.frame, plate, *laws, error)
         self._dt = self._film_dt = self._first_step
         interface = self.frame.start(scene.initial_height, block.surface.n_points)
         self._start = block.rubber.u.x.array.copy()
@@ -78,7 +81,8 @@ class Sliding:
         block, loads = self.block, self._plate.first_loads()
         motion = motion_at_rest(block.rubber.u.x.array)._replace(time=time)
         shear = self.shear(interface, loads)
-        mechanics = mechanics_of(block, shear, loads.area, self.motion_law, motion)
+        relaxed = self._relaxing.at_rest()
+        mechanics = mechanics_of(block, shear, loads.area, self.motion_law, motion, relaxed)
         return CoupledState(
             time=time,
             motion=motion,
@@ -88,6 +92,7 @@ class Sliding:
             mechanics=mechanics,
             solved_shear=shear,
             quiescent=False,
+            relaxed=relaxed,
             stick_points=block.stick_points,
             largest_friction_force=mechanics.friction_force,
         )
@@ -116,6 +121,7 @@ class Sliding:
         assert isinstance(frame, Attached)  # only attached ice has passes
         block.rubber.u.x.array[:] = self._start
         block.equilibrium.forget()
+        self._relaxing.begin_at_once()
         loads = self._plate.first_loads()
         rest = Rest(scene.load.rest, self._duration, scene.film.between)
         begins = PassBegin(rest, scene.initial_height, scene.ice.solid, block.surface.comm)
@@ -151,25 +157,26 @@ class Sliding:
             sliding_distance=now.sliding_distance,
             largest_friction_force=now.largest_friction_force,
             stick_points=now.stick_points,
+            relaxed=now.relaxed,
         )
 
     def restore(self, state: CheckpointState) -> None:
         """Go to a moment of a run of this scene from the same start. Collective."""
-        interface, motion = state.interface, state.motion
+        interface, motion, relaxed = state.interface, state.motion, state.relaxed
         self.block.rubber.u.x.array[:] = motion.displacements
         self.block.set_stick_points(state.stick_points)
         loads = self._plate.loads(state.speed, state.offset)
+        shear = self.shear(interface, loads)
         self.current = CoupledState(
             time=state.time,
             motion=motion,
             contact=self.block.contact,
             loads=loads,
             interface=interface,
-            mechanics=mechanics_of(
-                self.block, self.shear(interface, loads), loads.area, self.motion_law, motion
-            ),
+            mechanics=mechanics_of(self.block, shear, loads.area, self.motion_law, motion, relaxed),
             solved_shear=state.shear,
             quiescent=state.quiescent,
+            relaxed=relaxed,
             stick_points=state.stick_points,
             sliding_distance=state.sliding_distance,
             largest_friction_force=state.largest_friction_force,

@@ -11,6 +11,7 @@ from iceslide_fem.interface.film_frame import ContactLoads
 from iceslide_fem.rubber.contact import ContactState
 from iceslide_fem.rubber.self_contact_friction import StickPoints
 from iceslide_fem.rubber.time_discretisation import Motion
+from iceslide_fem.rubber.viscoelasticity import Relaxed
 from iceslide_fem.runtime.arrays import Array
 
 
@@ -20,9 +21,9 @@ class CoupledState(NamedTuple):
     time (s); motion: of the block when it was last solved for; contact and solved_shear (of the
     points, Pa): of then; loads: the rubber's points, (n,); interface: film and ice; mechanics: what
     the block does and stores; quiescent: whether the last step changed the shear so little that
-    mechanics may be skipped; stick_points: of its walls on each other, None without friction there;
-    sliding_distance: of the block over the ice since t = 0, m; largest_friction_force: since then,
-    N.
+    mechanics may be skipped; relaxed: of rubber that relaxes, None if it is elastic; stick_points:
+    of its walls on each other, None without friction there; sliding_distance: of the block over the
+    ice since t = 0, m; largest_friction_force: since then, N.
     """
 
     time: float
@@ -33,6 +34,7 @@ class CoupledState(NamedTuple):
     mechanics: Mechanics
     solved_shear: Array
     quiescent: bool
+    relaxed: Relaxed | None = None
     stick_points: StickPoints | None = None
     sliding_distance: float = 0.0
     largest_friction_force: float = 0.0
@@ -59,6 +61,7 @@ class CheckpointState(NamedTuple):
     sliding_distance: float
     largest_friction_force: float
     stick_points: StickPoints | None
+    relaxed: Relaxed | None
 
 
 class AcceptedStep(NamedTuple):

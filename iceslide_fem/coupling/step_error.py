@@ -77,6 +77,10 @@ class StepError:
         speed = elasticity / (dt * scene.load.speeds.mean)
         return self._mean(size, area) * max(stress, speed) / self._local_tolerance
 
+    def of_stress(self, error: float) -> float:
+        """Error (Pa) of the stress of rubber that relaxes, against the pressure."""
+        return error / (self._block.scene.load.pressures.smallest * self._local_tolerance)
+
     def of_coupling(self, before: InterfaceStep, after: InterfaceStep) -> float:
         """What one more pass over block and film has changed."""
         allowed = self.limits.agreement * self._agreement

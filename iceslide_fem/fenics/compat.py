@@ -117,6 +117,19 @@ def polynomial_space(mesh: Any, degree: int) -> Any:
 
 
 @failing_in_one_sentence
+def quadrature_space(mesh: Any, degree: int, components: int) -> Any:
+    """`components` numbers at every point of the default rule of a degree in every cell."""
+    if _HAS_BASIX_UFL:
+        from basix.ufl import quadrature_element
+
+        element = quadrature_element(cell_name(mesh), (components,), degree=degree)
+        return fem.functionspace(mesh, element)
+    cell = mesh.ufl_cell()
+    element = ufl.VectorElement("Quadrature", cell, degree, components, quad_scheme="default")
+    return fem.FunctionSpace(mesh, element)
+
+
+@failing_in_one_sentence
 def form(expression: Any) -> Any:
     """Compile a UFL form (or a list of them) for this machine's processor."""
     options = {"cffi_extra_compile_args": COMPILER_FLAGS}
@@ -130,6 +143,24 @@ def expression(value: Any, space: Any) -> Any:
     """`fem.Expression` of a UFL expression at the interpolation points of `space`."""
     points = space.element.interpolation_points
     return fem.Expression(value, points() if callable(points) else points)
+
+
+@failing_in_one_sentence
+def at_points(value: Any, points: FloatArray) -> Any:
+    """`fem.Expression` of a UFL expression at `points` (q, d) of the reference cell, compiled for
+    this machine's processor.
+    """
+    options = {"cffi_extra_compile_args": COMPILER_FLAGS}
+    if _HAS_BASIX_UFL:
+        return fem.Expression(value, points, jit_options=options)
+    return fem.Expression(value, points, jit_params=options)
+
+
+def evaluated(expression: Any, mesh: Any, cells: IntArray) -> FloatArray:
+    """Values (c, q, ...) in one row for each of the local `cells` (c, n)."""
+    if len(inspect.signature(type(expression).eval).parameters) > 3:  # since 0.6
+        return np.asarray(expression.eval(mesh, cells))
+    return np.asarray(expression.eval(cells))
 
 
 def create_vector(space: Any) -> PETSc.Vec:

@@ -86,6 +86,18 @@ class QuadraticElements:
         v = ufl.TestFunction(self.space)
         return self._own(compat.form(density * v * ufl.dx(domain=self.space.mesh)))
 
+    def summed(self, shares: Array) -> Array:
+        """Of what this rank gives to all local dofs of the space, ghosts included, the sum of all
+        ranks' at its unknowns, (n_own,). Collective.
+        """
+        vector = compat.create_vector(self.space)
+        with vector.localForm() as local:
+            local.array[:] = shares
+        compat.sum_ghosts(vector)
+        values = vector.array[self.numbering.dofs].copy()
+        vector.destroy()
+        return np.asarray(values)
+
     def values(self, unknowns: Array) -> Any:
         """Function of the space with the `unknowns` (n_own,). Collective."""
         function = fem.Function(self.space)

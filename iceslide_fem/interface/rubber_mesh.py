@@ -16,6 +16,7 @@ from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.rubber_heat import Insulated
 from iceslide_fem.heat.balance import Meeting
 from iceslide_fem.heat.contact import BetweenIceAndRubber
+from iceslide_fem.heat.elements import QuadraticElements
 from iceslide_fem.heat.equation import HeatEquation
 from iceslide_fem.heat.readings import Readings
 from iceslide_fem.heat.surface import Reading
@@ -89,6 +90,16 @@ class MeshedIceAndRubber(MeshedIce):
     def rubber_heat(self, heat_state: Array) -> float:
         """Heat of the rubber above the initial temperature, J (J/m in a slice). Collective."""
         return self.rubber.heat(self._bodies.parts(heat_state)[1])
+
+    def warmed(self, heat_state: Array, heat: Array) -> Array:
+        """Heat state with more `heat` (J; J/m in a slice) at all local dofs of the rubber's space,
+        of which this rank gives its part; none where the plate holds the temperature. Collective.
+        """
+        ice, rubber = self._bodies.parts(heat_state)
+        elements = self.rubber.elements
+        assert isinstance(elements, QuadraticElements)  # by `heat_models.meshed_rubber`
+        warmer = elements.summed(heat) / self.rubber.capacity
+        return np.concatenate([ice, rubber + np.where(self.rubber.held, 0.0, warmer)])
 
     def rises(self, heat_state: Array) -> Rises:
         """Rises at the nodes of both. Collective."""

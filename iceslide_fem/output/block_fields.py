@@ -65,7 +65,9 @@ class BlockFields:
         rise = self._rises().rubber
         first = self._sliding.block.scene.ice.temperature - ZERO_CELSIUS
         warm = {} if rise is None else {TEMPERATURE: first + rise}
-        return self._nodes.grid(u, velocity, self._stress, warm)
+        relaxed = self._sliding.current.relaxed
+        fallen = None if relaxed is None else relaxed.fallen
+        return self._nodes.grid(u, velocity, self._stress, warm, fallen)
 
     def _interface(self, accepted: AcceptedStep | None) -> Grid | None:
         block, contact = self._sliding.block, self._sliding.current.contact

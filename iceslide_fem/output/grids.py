@@ -73,15 +73,18 @@ class RubberGrid:
         velocity: Array | None,
         stress: bool,
         more: Mapping[str, Array] | None = None,
+        fallen: Array | None = None,
     ) -> Grid | None:
         """With displacements `u`, velocities (blocked dofs, d), the `stress`, and `more` values at
-        the nodes; None on a rank without cells. Collective.
+        the nodes; None on a rank without cells. In rubber that relaxes stress and energy have
+        `fallen`. Collective.
         """
         data = {"displacement": _in_space(u), **(more or {})}
         if velocity is not None:
             data["velocity (m/s)"] = _in_space(velocity)
         if stress:
-            six, energy = np.split(self._at_nodes(self._recovery.at_vertices(u)), [6], axis=-1)
+            at_nodes = self._at_nodes(self._recovery.at_vertices(u, fallen))
+            six, energy = np.split(at_nodes, [6], axis=-1)
             data |= {
                 "Cauchy stress (Pa)": six,
                 "von Mises stress (Pa)": von_mises(six),

@@ -124,7 +124,9 @@ class Probes:
             sign = probe.side if axis == "y" else 1.0
             values[f"displacement_{axis}_m"] = sign * moved
             values[f"velocity_{axis}_m_per_s"] = sign * speed
-        *six, energy = at.stress_and_energy(u)[0, 0]
+        relaxed = sliding.current.relaxed
+        fallen = None if relaxed is None else relaxed.fallen
+        *six, energy = at.stress_and_energy(u, fallen)[0, 0]
         values["von_mises_Pa"] = float(von_mises(np.array(six)))
         values["hydrostatic_Pa"] = float(np.mean(six[:3]))
         values["energy_density_J_per_m3"] = energy

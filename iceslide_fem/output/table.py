@@ -47,6 +47,7 @@ class HistoryRow(NamedTuple):
     rubber_heat_J: float
     latent_heat_J: float
     wall_heat_J: float
+    rubber_dissipation_J: float
     elastic_energy_J: float
     kinetic_energy_J: float
     energy_imbalance: float

@@ -8,23 +8,15 @@ from functools import cached_property
 
 import numpy as np
 
-from iceslide_fem.fenics import compat
-from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.laws.interface_law import InterfaceLaw, Sheared
-from iceslide_fem.laws.table import law_of
-from iceslide_fem.mesh.rubber import nominal_area, rubber_mesh
-from iceslide_fem.mesh.size import check_memory
 from iceslide_fem.rubber.contact import (
     ContactState,
     Traction,
     contact_state,
-    default_penalty,
     sliding_friction,
     static_friction,
 )
-from iceslide_fem.rubber.contact_points import contact_points
 from iceslide_fem.rubber.contact_surface import ContactSurface
-from iceslide_fem.rubber.element import Energy, stored_energy
 from iceslide_fem.rubber.equilibrium import Equilibrium
 from iceslide_fem.rubber.failure import Posture, Slenderness, limit_met, most_slender, posture
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
@@ -32,10 +24,8 @@ from iceslide_fem.rubber.loaded_block import TractionLaw
 from iceslide_fem.rubber.newton import Solution
 from iceslide_fem.rubber.self_contact_friction import StickPoints
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.runtime.errors import SceneError, SimulationStopped
-from iceslide_fem.runtime.ranks import from_root
+from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.contradictions import too_soft
 
 # Newton stops at a residual of these fractions of the plate's force and of the friction force,
 # times the scene's tolerance: mu(t) moves by a hundredth of that. The second is the smaller one
@@ -45,10 +35,6 @@ from iceslide_fem.scene.contradictions import too_soft
 EQUILIBRIUM_SHARE, FRICTION_SHARE, INERTIA, NOT_VISCOUS = 5e-3, 5e-2, 0.2, 0.1
 # Static friction is fully mobilised after a slip of about this fraction of the height.
 STICK_SHARE = 1e-3
-# Penalty of walls that meet, of the contact's: lugs are soft, and walls as hard as that would snap
-# open and shut from one iterate to the next.
-WALLS = 0.1
-
 # Slip speed (m/s) of the displacement along x (f, q), and its derivative (1/s).
 SpeedLaw = Callable[[Array], tuple[Array, float]]
 
@@ -198,49 +184,6 @@ class Block:
         a slice), both of one shape. Collective.
         """
         return self.scale * self.surface.total(density, area)
-
-
-def build_block(scene: Scene, comm: MPI.Comm, energy: Energy = stored_energy) -> Block:
-    """Mesh the scene's block and prepare its forms. Collective.
-
-    `energy` chooses another element than the default. Raises SceneError if the user's mesh can't be
-    used, or its penalty below that mesh, or a run needs more memory than there is.
-    """
-    law = law_of(scene)
-    from_root(lambda: check_memory(scene), comm)
-    mesh = rubber_mesh(scene, comm)
-    z = mesh.mesh.geometry.x[:, mesh.mesh.geometry.dim - 1]
-    height = float(comm.allreduce(z.max(initial=0.0), op=MPI.MAX))
-    fault = too_soft(scene, height)  # of a mesh of the user's the height is known only now
-    if fault is not None:
-        raise SceneError(fault)
-    material = scene.mooney_rivlin
-    density = scene.rubber.density if scene.rubber.inertia else 0.0
-    rubber = HyperelasticBody(mesh, material, energy=energy, density=density)
-    numerics = scene.numerics
-    penalty = numerics.penalty or default_penalty(material, height, numerics.tolerance)
-    rubber.enable_self_contact(WALLS * penalty, scene.rubber.wall_friction)
-    rubber.enable_plate_contact(height, penalty)
-    surface = contact_points(scene, rubber, height)
-    ds = ufl.Measure("ds", domain=mesh.mesh, subdomain_data=mesh.facet_tags)
-    plate = fem.Constant(mesh.mesh, PETSc.ScalarType(1.0)) * ds(mesh.tags["plate"])
-    area = nominal_area(scene) or compat.assemble_scalar(compat.form(plate), comm)
-    if scene.model == "slice":
-        scale = scene.rubber.width
-    else:
-        scale = 2.0 if "symmetry" in mesh.tags else 1.0
-    pressure = scene.load.pressures.first
-    return Block(
-        scene,
-        rubber,
-        surface,
-        Equilibrium(rubber, surface, penalty),
-        law,
-        area,
-        pressure * area,
-        scale,
-        height,
-    )
 
 
 def _slipping(

@@ -21,6 +21,9 @@ from iceslide_fem.scene.materials import MooneyRivlin
 DEGREE = 2
 QUADRATURE_DEGREE, VOLUME_DEGREE = 5, 3
 WHOLE, SPLIT = 1, 2  # parts of the measure over the cells: of whose energy, and of whose parts
+# Rows and columns of the six components of a symmetric tensor, in VTK's order; in a slice they are
+# x, z and the direction out of the plane.
+SIX = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 ROUNDING = 1e-6  # of the height: a layer in the middle of the block belongs to the lower half
 # The elastic energy (J; J/m in a slice) as a UFL functional: given a displacement, a material, and
 # the measure over the cells with its parts WHOLE and SPLIT.

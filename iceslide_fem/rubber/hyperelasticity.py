@@ -10,9 +10,11 @@ from scipy.sparse import csr_matrix
 from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, PETSc, fem, ufl
 from iceslide_fem.mesh.gmsh_model import DistributedMesh
+from iceslide_fem.relaxation.compound import Relaxation
 from iceslide_fem.rubber.element import DEGREE, Energy, kinds_of_cells, stored_energy
 from iceslide_fem.rubber.plate_contact import PlateContact
 from iceslide_fem.rubber.self_contact import SelfContact
+from iceslide_fem.rubber.viscoelasticity import Relaxed, Viscoelasticity, relaxing_energy
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import MooneyRivlin
 
@@ -34,11 +36,13 @@ class HyperelasticBody:
         degree: int = DEGREE,
         energy: Energy = stored_energy,
         density: float = 0.0,
+        relaxation: Relaxation | None = None,
     ) -> None:
         """Compile the forms on the mesh of `block`.
 
         `degree` (1 or 2) and `energy` choose another element than the default; a `density` (kg/m3)
-        above zero adds inertia forces.
+        above zero adds inertia forces; by `relaxation` the `material`, which is instantaneous,
+        relaxes.
         """
         self.mesh, self.material = block.mesh, material
         self.space = compat.vector_space(self.mesh, degree)
@@ -46,15 +50,22 @@ class HyperelasticBody:
         self._moved = np.asarray(self.u.x.array).reshape(-1, self.mesh.geometry.dim)
         self.block = block
         # As constants of the form, so that one compilation serves every material.
-        constants = (
-            fem.Constant(self.mesh, PETSc.ScalarType(value))
-            for value in (material.C10, material.C01, material.D1)
+        constants = MooneyRivlin(
+            *(
+                fem.Constant(self.mesh, PETSc.ScalarType(value))
+                for value in (material.C10, material.C01, material.D1)
+            )
         )
         self.kinds = kinds_of_cells(block)
         self.dx = dx = compat.cell_measure(self.mesh, self.kinds)
-        functional = energy(self.u, MooneyRivlin(*constants), dx)
+        self.viscoelasticity: Viscoelasticity | None = None
+        functional = potential = energy(self.u, constants, dx)
+        if relaxation is not None:
+            modulus = material.shear_modulus
+            self.viscoelasticity = Viscoelasticity(self.u, constants, modulus, relaxation)
+            potential = relaxing_energy(self.viscoelasticity.history)(self.u, constants, dx)
         test, trial = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
-        residual = ufl.derivative(functional, self.u, test)
+        residual = ufl.derivative(potential, self.u, test)
         if density > 0.0:
             self._reference, self._velocity = fem.Function(self.space), fem.Function(self.space)
             self._weight = fem.Constant(self.mesh, PETSc.ScalarType(0.0))
@@ -203,10 +214,15 @@ class HyperelasticBody:
         self._velocity.x.array[:] = velocity
         return compat.assemble_scalar(self._momentum, self.mesh.comm)
 
-    def elastic_energy(self) -> float:
-        """Stored energy, J (J/m in a slice), on all ranks. Collective."""
+    def elastic_energy(self, relaxed: Relaxed | None = None) -> float:
+        """Stored energy, J (J/m in a slice), on all ranks, of rubber as it has `relaxed`.
+
+        Collective.
+        """
         pressing = (self.self_contact, self.beside)
         pressed = sum(one.energy(self.displacements) for one in pressing if one is not None)
+        if relaxed is not None and self.viscoelasticity is not None:
+            pressed += self.viscoelasticity.total(relaxed.stored)
         return compat.assemble_scalar(self._energy, self.mesh.comm) + pressed
 
     def _dofs(self, name: str) -> Any:

@@ -14,14 +14,10 @@ from numpy.typing import NDArray
 
 from iceslide_fem.fenics import compat
 from iceslide_fem.rubber.contact_surface import space_degree
-from iceslide_fem.rubber.element import QUADRATURE_DEGREE, SPLIT, VOLUME_DEGREE
+from iceslide_fem.rubber.element import QUADRATURE_DEGREE, SIX, SPLIT, VOLUME_DEGREE
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import MooneyRivlin
-
-# Rows and columns of the six components of a symmetric tensor, in VTK's order; in a slice they are
-# x, z and the direction out of the plane.
-SIX = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
 class Deformation(NamedTuple):
@@ -133,6 +129,7 @@ class CellPoints(Gradients):
         """`points` (q, d) on the reference cell, in the local `cells` of this rank's own."""
         super().__init__(rubber, cells, points)
         self._material = rubber.material
+        self._cells, self._from_rule = cells, _from_rule(rubber, points)
         self._split = rubber.kinds[cells] == SPLIT
         if not self._split.any():
             return
@@ -143,14 +140,29 @@ class CellPoints(Gradients):
         self._kept = Gradients(rubber, cells[self._split], kept)
         self._between = np.linalg.solve(there.T, here.T)  # (points where it is kept, q)
 
-    def stress_and_energy(self, u: Array) -> Array:
-        """The six components of the Cauchy stress (Pa) and the energy density (J/m3), (c, q, 7)."""
-        at = Deformation.of(self.deformation(u))
+    def stress_and_energy(self, u: Array, fallen: Array | None = None) -> Array:
+        """The six components of the Cauchy stress (Pa) and the energy density (J/m3), (c, q, 7).
+
+        fallen: by how much stress and energy are less than an elastic rubber's, of all this rank's
+        own cells at the rule's points (`Relaxed.fallen`).
+        """
+        F = self.deformation(u)
+        at = Deformation.of(F)
         if self._split.any():
             at.J[self._split] = np.linalg.det(self._kept.deformation(u)) @ self._between
         stress = cauchy_stress(at, self._material)
         six = [stress[..., row, column] for row, column in SIX]
-        return np.stack([*six, strain_energy(at, self._material)], axis=-1)
+        found = np.stack([*six, strain_energy(at, self._material)], axis=-1)
+        return found if fallen is None else found - self._fallen(F, at.J, fallen[self._cells])
+
+    def _fallen(self, F: Array, J: Array, fallen: Array) -> Array:
+        """What is `fallen` (c, r, 7) as Cauchy stress and energy density at the points."""
+        here = self._from_rule @ fallen
+        second = np.empty(F.shape)
+        for number, (i, j) in enumerate(SIX):
+            second[..., i, j] = second[..., j, i] = here[..., number]
+        cauchy = F @ second @ np.swapaxes(F, -1, -2) / J[..., None, None]
+        return np.stack([*(cauchy[..., i, j] for i, j in SIX), here[..., 6]], axis=-1)
 
 
 class StressRecovery:
@@ -174,9 +186,24 @@ class StressRecovery:
         self._nearest = np.linalg.solve(mass, np.einsum("cq,qk->ckq", volume, vertex))
         self.weights = volume @ vertex  # (c, k), m3 (m2 in a slice)
 
-    def at_vertices(self, u: Array) -> Array:
-        """Each cell's own values at its vertices (c, k, 7), for `u` (blocked dofs, d)."""
-        return np.asarray(self._nearest @ self._points.stress_and_energy(u))
+    def at_vertices(self, u: Array, fallen: Array | None = None) -> Array:
+        """Each cell's own values at its vertices (c, k, 7), for `u` (blocked dofs, d), with what
+        is `fallen` as in `CellPoints.stress_and_energy`.
+        """
+        return np.asarray(self._nearest @ self._points.stress_and_energy(u, fallen))
+
+
+def _from_rule(rubber: HyperelasticBody, points: Array) -> Array:
+    """Matrix (q, r) from values at a cell's r points of the rule to any others: the displacement's
+    polynomials nearest to them.
+    """
+    name = compat.cell_name(rubber.mesh)
+    rule = compat.quadrature(name, QUADRATURE_DEGREE)[0]
+    if np.array_equal(points, rule):
+        return np.eye(len(rule))
+    element = compat.basix_lagrange(name, space_degree(rubber.space))
+    here, there = (np.array(element.tabulate(0, x))[0, ..., 0] for x in (points, rule))
+    return np.asarray(here @ np.linalg.pinv(there))
 
 
 def from_vertices(rubber: HyperelasticBody) -> Array:

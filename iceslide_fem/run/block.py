@@ -27,7 +27,8 @@ from iceslide_fem.output.table import (
     row_type,
     size_of_rows,
 )
-from iceslide_fem.rubber.block import Block, build_block
+from iceslide_fem.rubber.block import Block
+from iceslide_fem.rubber.build import build_block
 from iceslide_fem.rubber.press import PathPoint, press, start_sliding
 from iceslide_fem.run.checkpoint import (
     GOES_ON,

@@ -65,11 +65,24 @@ RESULTS = {
     ),
     "roughness": (
         "contact.csv",
+        "contact_*ms.csv",
         "surface.json",
         "map.png",
         "contact.png",
         "parameters.png",
         "spectrum.png",
+    ),
+    "rubber": (
+        "rubber.toml",
+        "rubber.csv",
+        "rubber.json",
+        "shift_factors.csv",
+        "master_curve.png",
+        "shift_factors.png",
+        "temperature.png",
+        "relaxation.png",
+        "stress.png",
+        "report.html",
     ),
 }
 FOLDERS = ("fields", "cases", "scenes", "point_*", "slice_*", "block_*")

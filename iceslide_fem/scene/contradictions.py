@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from iceslide_fem.relaxation.shift import Shift
 from iceslide_fem.scene.contact_age import check_contact_age
 from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
 from iceslide_fem.scene.passes import check_passes
@@ -45,8 +46,7 @@ def check_contradictions(scene: Tables) -> None:
     if scene.load.changes:
         _loads_may_change(scene)
     check_passes(scene)
-    if scene.rubber.relaxation is not None:
-        _rubber_relaxes_here(scene)
+    _rubber_relaxes_here(scene)
     if scene.film.contact_age:
         check_contact_age(scene)
     if scene.film.dry_stress is not None:
@@ -99,11 +99,13 @@ def _dry_shear_has_a_motion(scene: Tables) -> None:
 
 def _rubber_relaxes_here(scene: Tables) -> None:
     """Raise ValueError where the shift with temperature has no value at the scene's."""
-    wlf, temperature = scene.rubber.wlf, scene.ice.temperature
-    if wlf is not None and not np.isfinite(wlf.shift(temperature)):
-        coldest = wlf.reference - wlf.C2 - ZERO_CELSIUS
+    relaxation, temperature = scene.rubber.relaxation, scene.ice.temperature
+    shift = None if relaxation is None else relaxation.shift
+    if isinstance(shift, Shift) and not np.isfinite(shift(temperature)):
+        coldest = shift.reference - shift.C2 - ZERO_CELSIUS
+        given = "dma" if scene.rubber.wlf is None else "wlf"
         raise ValueError(
-            f"rubber.wlf has no shift at {temperature - ZERO_CELSIUS:.4g} degC, as cold as "
+            f"rubber.{given} has no shift at {temperature - ZERO_CELSIUS:.4g} degC, as cold as "
             f"reference - C2 = {coldest:.4g} degC or colder; allowed: warmer ice, or "
             "arrhenius_below and activation_energy"
         )

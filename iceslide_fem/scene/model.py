@@ -24,13 +24,14 @@ from iceslide_fem.scene.load import Load
 from iceslide_fem.scene.materials import BAR, COMPOUNDS, CONTACT_TABLES, MooneyRivlin
 from iceslide_fem.scene.numerics import Numerics
 from iceslide_fem.scene.output import Output
-from iceslide_fem.scene.rubber import Rubber
+from iceslide_fem.scene.rubber import Rubber, check_bulk
 from iceslide_fem.scene.shear_strength import ShearStrength
 from iceslide_fem.scene.table import Name, Table
 
 FILE_KEYS = (
     ("rubber", "mesh"),
     ("rubber", "outline"),
+    ("rubber", "dma"),
     ("ice", "mesh"),
     ("film", "contact"),
     ("friction", "table"),
@@ -67,6 +68,8 @@ class Scene(Table):
     @model_validator(mode="after")
     def _no_contradiction(self) -> Self:
         check_contradictions(self)
+        if self.model != "point":
+            check_bulk(self.mooney_rivlin, self.rubber)
         return self
 
     @property

@@ -19,8 +19,11 @@ TIME = Quantity("s", "1e-15 s", "1e15 s")
 SOFTEST = 1e-6  # long-term modulus over the instantaneous one
 
 
-def _prony(given: Any) -> Any:
-    """Arms [g, tau] by rising tau, as numbers (of the instantaneous modulus, s)."""
+def read_arms(given: Any) -> Any:
+    """Arms (g, tau) by rising tau, as numbers (of the instantaneous modulus, s).
+
+    Raises PydanticCustomError with what is wrong with them.
+    """
     if given is None:
         return None
     if not isinstance(given, list | tuple) or not 1 <= len(given) <= MOST_ARMS:
@@ -52,7 +55,7 @@ def _fault(message: str) -> PydanticCustomError:
 
 Arms = Annotated[
     tuple[tuple[float, float], ...] | None,
-    BeforeValidator(_prony),
+    BeforeValidator(read_arms),
     PlainSerializer(lambda arms: arms and [list(arm) for arm in arms], when_used="json"),
 ]
 
@@ -78,6 +81,11 @@ class Wlf(Table):
             raise ValueError(
                 f"rubber.wlf has {given} only; give arrhenius_below and activation_energy "
                 "together, or none of them"
+            )
+        if self.arrhenius_below is not None and self.reference < self.arrhenius_below:
+            raise ValueError(
+                f"rubber.wlf.reference = {self.reference:g} K is colder than arrhenius_below = "
+                f"{self.arrhenius_below:g} K; allowed: a reference where WLF holds, and a_T is 1"
             )
         return self
 

@@ -15,13 +15,15 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from iceslide_fem.relaxation.compound import Relaxation
-from iceslide_fem.relaxation.shift import NoShift
+from iceslide_fem.relaxation.dma_fit import relaxation_of
+from iceslide_fem.relaxation.shift import NoShift, Shift
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import (
     COMPOUNDS,
     RUBBER_CONDUCTIVITY,
     RUBBER_HEAT_CAPACITY,
     YOUNGS_MODULUS_ONLY,
+    MooneyRivlin,
     Solid,
 )
 from iceslide_fem.scene.outline_file import read_outline
@@ -38,6 +40,7 @@ from iceslide_fem.scene.shape import (
 from iceslide_fem.scene.table import Table
 from iceslide_fem.scene.units import Quantity
 
+LEAST_INSTANTANEOUS_NU = 0.3  # of rubber that relaxes
 Length = Annotated[float, Quantity("m", "10 um", "1 m")]
 Stiffness = Annotated[float, Quantity("Pa", "0 MPa", "10000 MPa")]
 
@@ -68,6 +71,8 @@ class Rubber(Table):
 
     Rubber that relaxes has arms [g, tau (s)], `prony`, with fractions g of the instantaneous
     modulus; C10 and C01 are those of the modulus that `modulus_is`; `wlf` shifts the times.
+    Instead of `prony`, `dma` is a table of measured moduli, to which arms are fitted, and the
+    shift, too, unless `wlf` gives it.
     """
 
     compound: str | None = None
@@ -78,6 +83,7 @@ class Rubber(Table):
         None, validation_alias=AliasChoices("nu", "poisson_ratio")
     )
     prony: Arms = None
+    dma: InputFile | None = None
     wlf: Wlf | None = None
     modulus_is: Literal["instantaneous", "long-term"] | None = None
     length: Length = 1e-3
@@ -170,28 +176,56 @@ class Rubber(Table):
 
     @model_validator(mode="after")
     def _relaxation_is_whole(self) -> Self:
-        if self.prony is None:
+        if self.prony is not None and self.dma is not None:
+            raise ValueError(
+                "rubber.prony and rubber.dma contradict each other; give the arms, or the table "
+                "that they are fitted to"
+            )
+        if self.prony is None and self.dma is None:
             for key in ("wlf", "modulus_is"):
                 if getattr(self, key) is not None:
                     raise ValueError(
                         f"rubber.{key} has a meaning only for rubber that relaxes; leave it out, "
-                        "or give rubber.prony"
+                        "or give rubber.prony or rubber.dma"
                     )
         elif self.modulus_is is None:
+            given = "prony" if self.dma is None else "dma"
             raise ValueError(
-                "rubber.modulus_is is missing: rubber.prony does not say which modulus the "
+                f"rubber.modulus_is is missing: rubber.{given} does not say which modulus the "
                 'compound, or C10 and C01, are; allowed: "instantaneous", "long-term"'
             )
+        if self.dma is not None:
+            relaxation_of(self.dma, "rubber.dma", self._given_shift)
         return self
 
     @property
     def relaxation(self) -> Relaxation | None:
         """How the rubber relaxes; None where it is elastic."""
+        shift = self._given_shift
+        if self.dma is not None:
+            return relaxation_of(self.dma, "rubber.dma", shift)
         if self.prony is None:
             return None
-        return Relaxation(series(self.prony), NoShift() if self.wlf is None else self.wlf.shift)
+        return Relaxation(series(self.prony), NoShift() if shift is None else shift)
+
+    @property
+    def _given_shift(self) -> Shift | None:
+        return None if self.wlf is None else self.wlf.shift
 
     @property
     def solid(self) -> Solid:
         """The rubber as heat sees it."""
         return Solid(self.conductivity, self.density, self.heat_capacity)
+
+
+def check_bulk(instantaneous: MooneyRivlin, rubber: Rubber) -> None:
+    """Raise ValueError where rubber that relaxes is as easily compressed at once as sheared."""
+    nu = instantaneous.poissons_ratio
+    moduli = instantaneous.bulk_modulus, instantaneous.shear_modulus
+    if rubber.relaxation is not None and nu < LEAST_INSTANTANEOUS_NU:
+        K, G = (f"{value / 1e6:.3g} MPa" for value in moduli)
+        raise ValueError(
+            f"rubber with a bulk modulus of {K} and an instantaneous shear modulus of {G} has a "
+            f"Poisson's ratio of {nu:.2g} at once; allowed: {LEAST_INSTANTANEOUS_NU} or more, by a "
+            "smaller rubber.D1 (volume does not relax: 2/D1 is about 2.9 GPa of rubber)"
+        )

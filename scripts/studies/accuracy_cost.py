@@ -25,7 +25,7 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.film.runge_kutta import INTEGRATORS
-from iceslide_fem.rubber.block import build_block
+from iceslide_fem.rubber.build import build_block
 from iceslide_fem.rubber.contact import default_penalty
 from iceslide_fem.rubber.contact_surface import ContactSurface
 from iceslide_fem.rubber.equilibrium import Equilibrium

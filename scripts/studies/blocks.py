@@ -11,7 +11,8 @@ import numpy as np
 from iceslide_fem.coupling.limits import LIMITS, StepLimits
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.rubber.block import Block, build_block
+from iceslide_fem.rubber.block import Block
+from iceslide_fem.rubber.build import build_block
 from iceslide_fem.rubber.contact import Traction, sliding_friction
 from iceslide_fem.rubber.equilibrium import TractionLaw
 from iceslide_fem.rubber.press import press, start_sliding

@@ -104,7 +104,7 @@ def main() -> None:
                 path.write_text(f"{remark}\n{text}", encoding="utf-8")
             tables[name] = read_contact_table(path, "table")
         default = surveyed("B", realisations, "0.2bar:20bar:12")
-        draw_survey(default, Path(folder))
+        draw_survey([default], Path(folder))
         given.pictures.mkdir(parents=True, exist_ok=True)
         for name in ("contact", "parameters"):
             shutil.copyfile(Path(folder) / f"{name}.png", given.pictures / f"roughness_{name}.png")

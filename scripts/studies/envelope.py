@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.fenics.start import start_petsc
-from iceslide_fem.rubber.block import build_block
+from iceslide_fem.rubber.build import build_block
 from iceslide_fem.rubber.press import PathPoint, press
 from iceslide_fem.runtime.errors import SimulationStopped
 from scripts.studies import common

@@ -19,7 +19,8 @@ import numpy as np
 
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.laws.film import RAMP_SHARE
-from iceslide_fem.rubber.block import Block, build_block
+from iceslide_fem.rubber.block import Block
+from iceslide_fem.rubber.build import build_block
 from iceslide_fem.rubber.contact import Traction, default_penalty
 from iceslide_fem.rubber.press import press, start_sliding
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped

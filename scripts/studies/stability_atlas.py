@@ -26,7 +26,8 @@ from iceslide_fem.film.law import explicit_stage
 from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.film.runge_kutta import INTEGRATORS
-from iceslide_fem.rubber.block import Block, build_block
+from iceslide_fem.rubber.block import Block
+from iceslide_fem.rubber.build import build_block
 from iceslide_fem.rubber.contact import default_penalty
 from iceslide_fem.rubber.equilibrium import Solution, TractionLaw
 from iceslide_fem.rubber.press import press

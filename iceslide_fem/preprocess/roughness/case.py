@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
+from iceslide_fem.preprocess.relaxation_options import (
+    TEMPERATURE,
+    read_prony,
+    read_wlf,
+    several,
+)
 from iceslide_fem.preprocess.roughness.parameters import Definition
 from iceslide_fem.runtime.units import to_si
-from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.command_options import (
     CommandOptions,
     Number,
@@ -56,6 +61,7 @@ def _pressures(value: Any) -> Any:
     return tuple(float(f"{p:.6g}") for p in np.geomspace(first, last, count))
 
 
+_ages = several("--age", Quantity("s", "0 s", "1e9 s"), "1ms,5ms")
 Length = Annotated[float, Quantity("m", "1 nm", "10 mm"), Number]
 
 
@@ -64,7 +70,9 @@ class RoughnessCase(CommandOptions):
 
     surface: a height map, or a `surface.toml` that generates `realisations` of one. pixel,
     height_unit (m): of a map that does not say. compound, modulus (Young's, Pa, incompressible)
-    or scene: the rubber. shortest_wave: shorter waves of the surface are removed, m.
+    or scene: the rubber. shortest_wave: shorter waves of the surface are removed, m. ages: s after
+    a load was put on and held, rising; prony: arms or the file that has them, of rubber whose
+    modulus is that of `modulus_is`; wlf: C1, C2 and the reference of their times; temperature: K.
     """
 
     model_config = ConfigDict(alias_generator=option_names("surface"))
@@ -80,6 +88,13 @@ class RoughnessCase(CommandOptions):
     )
     realisations: Annotated[int, Field(ge=1, le=1000)] = 8
     definition: Definition = "hydrodynamic"
+    ages: Annotated[tuple[float, ...], _ages, Field(alias="--age")] = ()
+    prony: Annotated[Path | tuple[tuple[float, float], ...] | None, BeforeValidator(read_prony)] = (
+        None
+    )
+    modulus_is: Literal["instantaneous", "long-term"] | None = None
+    wlf: Annotated[tuple[float, float, float] | None, BeforeValidator(read_wlf)] = None
+    temperature: Annotated[float, TEMPERATURE, Number] | None = None
     shortest_wave: Length | None = None
 
     @model_validator(mode="after")
@@ -95,20 +110,26 @@ class RoughnessCase(CommandOptions):
             raise ValueError(f'--compound "{self.compound}" is not known; allowed: {allowed}')
         return self
 
-    @property
-    def rubber(self) -> tuple[str, float]:
-        """What the rubber is called, and its E* = E / (1 - nu^2), Pa; incompressible by default.
+    @model_validator(mode="after")
+    def _age_is_whole(self) -> Self:
+        if not self.ages:
+            for name in ("prony", "modulus_is", "wlf", "temperature"):
+                if getattr(self, name) is not None:
+                    raise ValueError(f"{option_name(name)} has no meaning without --age")
+        elif self.prony is None and self.scene is None:
+            raise ValueError(
+                "--age asks for rubber that relaxes; give --prony, or a --scene whose rubber does"
+            )
+        elif self.prony is None and self.modulus_is is not None:
+            raise ValueError("--modulus-is has no meaning without --prony: the scene says it")
+        elif self.prony is not None and self.modulus_is is None:
+            raise ValueError(
+                "--modulus-is is missing: --prony does not say which modulus the rubber's is; "
+                "allowed: instantaneous, long-term"
+            )
+        return self
 
-        Raises SceneError if the scene cannot be read.
-        """
-        if self.modulus is not None:
-            return f"E = {self.modulus / 1e6:.4g} MPa", self.modulus / 0.75
-        compound = self.compound or "B"
-        if self.scene is not None:
-            scene = load_scene(self.scene)
-            if scene.rubber.compound is None:
-                rubber = scene.mooney_rivlin
-                modulus = rubber.youngs_modulus / (1.0 - rubber.poissons_ratio**2)
-                return f"the rubber of {self.scene}", modulus
-            compound = scene.rubber.compound
-        return f"compound {compound}", YOUNGS_MODULUS[compound] / 0.75
+    @property
+    def rising_ages(self) -> tuple[float, ...]:
+        """The ages, each once."""
+        return tuple(sorted(set(self.ages)))

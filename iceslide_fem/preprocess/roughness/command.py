@@ -4,40 +4,51 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from iceslide_fem.preprocess.roughness.case import RoughnessCase
 from iceslide_fem.preprocess.roughness.figures import draw
-from iceslide_fem.preprocess.roughness.survey import Survey, summary, survey, table
+from iceslide_fem.preprocess.roughness.survey import Survey, summary, surveys, table
 from iceslide_fem.runtime.files import replace_file, writing
 from iceslide_fem.runtime.folders import claimed, clear_results, other_case
 from iceslide_fem.scene.materials import BAR
 
 
-def run(values: Mapping[str, Any], out: Path, force: bool = False) -> tuple[Survey, dict[str, Any]]:
+def run(
+    values: Mapping[str, Any], out: Path, force: bool = False
+) -> tuple[list[Survey], dict[str, Any]]:
     """Press the surface that `values` describe (see `RoughnessCase`) and write to `out`.
 
-    Writes contact.csv, surface.json, map.png, contact.png, parameters.png and spectrum.png;
-    returns the survey and what surface.json holds. The same surface's earlier results go, with
-    `force` any other results, too. Raises SceneError, before anything is written, if the input is
+    Writes contact.csv (of several ages contact_5ms.csv and so on), surface.json, map.png,
+    contact.png, parameters.png and spectrum.png; returns the surveys, one for each age, and what
+    surface.json holds. The same surface's earlier results go, with `force` any other results, too.
+    Raises SceneError, before anything is written, if the input is
     wrong or `out` is not to be written to, and OutputError if something cannot be written.
     """
     begun = time.perf_counter()
     case = RoughnessCase.of(values)
     here = case.model_dump(mode="json")
     with claimed(out, partial(other_case, "surface.json", here), force, case.files):
-        result = survey(case)
-        figures = summary(result)
+        results = surveys(case)
+        figures = summary(results[-1])
         with writing(out):
             clear_results(out)
-            draw(result, out)
-        replace_file(out / "contact.csv", table(result))
+            draw(results, out)
+        for result in results:
+            replace_file(out / table_name(result, results), table(result))
         figures["wall_s"] = time.perf_counter() - begun
         replace_file(out / "surface.json", json.dumps(figures, indent=2) + "\n")
-        return result, figures
+        return results, figures
+
+
+def table_name(result: Survey, results: Sequence[Survey]) -> str:
+    """The name of a result's table among others: by its age if there are several."""
+    if result.age is None or len(results) == 1:
+        return "contact.csv"
+    return f"contact_{1e3 * result.age:g}ms.csv"
 
 
 def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -58,8 +69,15 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
     spectrum = "too few waves for a fit"
     if fit is not None:
         spectrum = f"Hurst {fit['hurst']:.2f}, roll-off {1e6 * fit['rolloff_m']:.3g} um"
+    rubber = f"{figures['rubber']}, E* = {figures['modulus_Pa'] / 1e6:.4g} MPa"
+    relaxing = []
+    if figures["ages_s"]:
+        rubber += ", instantaneous"
+        relaxing = [("a_T", f"{figures['a_T']:.4g}")]
+    solver = figures["solver"]
     return [
-        ("rubber", f"{figures['rubber']}, E* = {figures['modulus_Pa'] / 1e6:.4g} MPa"),
+        ("rubber", rubber),
+        *relaxing,
         *maps,
         ("realisations", str(figures["realisations"])),
         ("rms height", height),
@@ -68,6 +86,7 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("spectrum", spectrum),
         ("shortest wave", "as the pixels show" if wave is None else f"{1e6 * wave:.4g} um"),
         ("definition of k and D", figures["definition"]),
+        ("iterations", str(solver["iterations"])),
         ("seconds", f"{figures['wall_s']:.1f}"),
     ]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,11 +18,15 @@ PRINTED = "compound B, published"
 READ = "k at 5 bar: 0.405 is a reading of 0.105"
 
 
-def draw(result: Survey, out: Path) -> None:
-    """Write map.png, contact.png, parameters.png and spectrum.png to `out`."""
+def draw(results: Sequence[Survey], out: Path) -> None:
+    """Write map.png, contact.png, parameters.png and spectrum.png to `out`.
+
+    results: of one surface, one for each age; patches are shown of the last one.
+    """
+    result = results[-1]
     _map(result).savefig(out / "map.png", dpi=DPI)
     _contact(result).savefig(out / "contact.png", dpi=DPI)
-    _parameters(result).savefig(out / "parameters.png", dpi=DPI)
+    _parameters(results).savefig(out / "parameters.png", dpi=DPI)
     _spectrum(result).savefig(out / "spectrum.png", dpi=DPI)
 
 
@@ -65,42 +70,51 @@ def _contact(result: Survey) -> Figure:
         )
     panels[0].set_ylabel("y (mm)")
     figure.colorbar(image, ax=panels, label="gap (µm); contact is black")
+    if result.age is not None:
+        figure.suptitle(f"{1e3 * result.age:g} ms after loading")
     return figure
 
 
-def _parameters(result: Survey) -> Figure:
-    p, mean, spread = np.array(result.case.pressures) / BAR, result.mean, result.deviation
-    printed, several = CONTACT_TABLES["B"], len(result.found)
+def _parameters(results: Sequence[Survey]) -> Figure:
+    p = np.array(results[0].case.pressures) / BAR
+    printed = CONTACT_TABLES["B"]
     bars = np.array(printed.pressure) / BAR
-    name = f"mean of {several} realisations" if several > 1 else "this surface"
     figure = Figure(figsize=(11, 4), layout="constrained")
-    for axes, scale, values, deviation, points, label in zip(
-        figure.subplots(1, 3),
-        (1.0, 1e6, 1e6),
-        mean[:3],
-        spread[:3],
-        (printed.k, printed.D, printed.H_V),
-        ("k, relative contact area", "D, patch diameter (µm)", "H_V, free height (µm)"),
-        strict=True,
+    panels = figure.subplots(1, 3)
+    for number, scale, points, label in (
+        (0, 1.0, printed.k, "k, relative contact area"),
+        (1, 1e6, printed.D, "D, patch diameter (µm)"),
+        (2, 1e6, printed.H_V, "H_V, free height (µm)"),
     ):
-        axes.plot(p, scale * values, "C0.-", label=name)
-        if several > 1:
-            low = np.maximum(values - deviation, 1e-3 * values)
-            high = values + deviation
-            axes.fill_between(p, scale * low, scale * high, alpha=0.3, label="± std")
-        points = scale * np.array(points)
-        sure = 1 if label.startswith("k,") else len(bars)
-        axes.plot(bars[:sure], points[:sure], "ks", label=PRINTED)
-        axes.plot(bars[sure:], points[sure:], "s", mfc="none", mec="k", label=READ)
+        axes = panels[number]
+        for colour, result in enumerate(results):
+            values, spread = scale * result.mean[number], scale * result.deviation[number]
+            axes.plot(p, values, f"C{colour}.-", label=_name(result))
+            if len(result.found) > 1:
+                low = np.maximum(values - spread, 1e-3 * values)
+                axes.fill_between(p, low, values + spread, alpha=0.3, color=f"C{colour}")
+        published = scale * np.array(points)
+        sure = 1 if number == 0 else len(bars)
+        axes.plot(bars[:sure], published[:sure], "ks", label=PRINTED)
+        axes.plot(bars[sure:], published[sure:], "s", mfc="none", mec="k", label=READ)
         axes.set(xscale="log", yscale="log", xlabel="pressure (bar)", title=label)
         axes.grid(True, which="both", alpha=0.2)
         axes.xaxis.set_major_formatter("{x:g}")
         axes.yaxis.set_major_formatter("{x:g}")
         axes.yaxis.set_minor_formatter(LogFormatter(minor_thresholds=(1.5, 0.7)))
     # The range of H_V stays readable where contact is complete.
-    axes.set_ylim(bottom=max(1e-3, 0.5 * 1e6 * float(mean.H_V.min())))
-    figure.axes[0].legend(fontsize=8)
+    lowest = min(float(result.mean.H_V.min()) for result in results)
+    panels[-1].set_ylim(bottom=max(1e-3, 0.5 * 1e6 * lowest))
+    panels[0].legend(fontsize=8)
     return figure
+
+
+def _name(result: Survey) -> str:
+    several = len(result.found)
+    spread = " ± std" if several > 1 else ""
+    if result.age is not None:
+        return f"{1e3 * result.age:g} ms after loading{spread}"
+    return f"mean{spread} of {several} realisations" if several > 1 else "this surface"
 
 
 def _spectrum(result: Survey) -> Figure:

@@ -64,13 +64,15 @@ def press(
     heights = heights - heights.mean()
     distribution = np.ones_like(heights)
     for mean in pressures:
-        contact = _pressed(heights, waves, soft, distribution * mean, tolerance)
+        contact = pressed(heights, waves, soft, distribution * mean, tolerance)
         yield contact
         distribution = contact.pressure / mean
 
 
-def _pressed(heights: Array, waves: Waves, soft: Array, p: Array, tolerance: float) -> Contact:
+def pressed(heights: Array, waves: Waves, soft: Array, p: Array, tolerance: float) -> Contact:
     """Pressure and gap under the mean pressure of the start `p` (Pa); `soft`: see `compliance`.
+
+    heights: m, of mean 0; arrays of the map's shape. Raises SimulationStopped, as `press`.
 
     They minimise p.u/2 - p.h over p >= 0 with the given mean, where u is what p displaces. The
     gradient, g = u - h less its mean over the contact, is the gap when it has vanished there.

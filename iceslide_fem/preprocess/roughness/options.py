@@ -33,6 +33,17 @@ def roughness(
     shortest_wave: Annotated[
         Text, option("M", "Remove shorter waves.", "35um for a map, with hydrodynamic")
     ] = None,
+    age: Annotated[
+        Text, option("S,...", "After loading, of rubber that relaxes: 1ms,5ms; a table each.")
+    ] = None,
+    prony: Annotated[
+        Text, option("G:TAU,...", "Arms, 0.3:5ms,0.2:1ms, or a rubber.toml or scene with them.")
+    ] = None,
+    modulus_is: Annotated[
+        Text, option("NAME", "The rubber's, with --prony: instantaneous or long-term.")
+    ] = None,
+    wlf: Annotated[Text, option("C1,C2,T", "Shift of the arms' times: 7.4,121.6,20degC.")] = None,
+    temperature: Annotated[Text, option("T", "Of the rubber, for that shift: -4degC.")] = None,
     pixel: Annotated[Text, option("M", "Pixel of a map that does not say: 17.5um.")] = None,
     height_unit: Annotated[Text, option("UNIT", "Of lengths that do not say: um.", "m")] = None,
     out: Annotated[
@@ -43,27 +54,32 @@ def roughness(
     """k, D and H_V over pressure, from a height map of the rubber: contact.csv for film.contact."""
     values = {name: value for name, value in locals().items() if value is not None}
     directory, force = values.pop("out", Path("results") / surface.stem), values.pop("force")
+    if "age" in values:
+        values["ages"] = values.pop("age")
 
     from rich.console import Console
     from rich.table import Table
 
-    from iceslide_fem.preprocess.roughness.command import lines, rows, run
+    from iceslide_fem.preprocess.roughness.command import lines, rows, run, table_name
 
-    result, figures = run(values, directory, force)
+    results, figures = run(values, directory, force)
     console, about = Console(), Table(show_header=False)
     for name, value in lines(figures):
         about.add_row(name, value)
     console.print(about)
-    found = Table("p (bar)", "k", "D (um)", "H_V (um)", "k/D (1/mm)")
-    for row in rows(result):
-        found.add_row(*row)
-    console.print(found)
+    for result in results:
+        title = None if result.age is None else f"{1e3 * result.age:g} ms after loading"
+        found = Table("p (bar)", "k", "D (um)", "H_V (um)", "k/D (1/mm)", title=title)
+        for row in rows(result):
+            found.add_row(*row)
+        console.print(found)
     for warning in figures["warnings"]:
         typer.echo(f"Note: {warning}.")
     typer.echo(
         "Note: k and D hold for the shortest wave that is kept; with shorter ones both are "
         "smaller, and mean friction changes much less (docs/roughness.md)."
     )
-    for name in ("contact.csv", "surface.json", "map.png", "contact.png", "parameters.png"):
+    pictures = ("map.png", "contact.png", "parameters.png", "spectrum.png")
+    tables = (table_name(result, results) for result in results)
+    for name in (*tables, "surface.json", *pictures):
         typer.echo(str(directory / name))
-    typer.echo(str(directory / "spectrum.png"))

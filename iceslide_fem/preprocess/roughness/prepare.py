@@ -24,15 +24,18 @@ PIXEL_ROUNDING = 1e-3  # of a pixel's side, in files that have it to few digits
 THINNED_TO = 10.0  # pixels to the shortest wave that is kept of a map
 THINNED_AT_LEAST = 256  # pixels along the longer side of a map: takes a second or two
 PROGRAM, PER_PIXEL = 0.2e9, 200.0  # bytes, measured by scripts.studies.map_cost
+PER_ARM = 32.0  # bytes more per pixel: a map of each arm, and three while a step is taken
 
 
-def prepared(case: RoughnessCase) -> tuple[Iterator[Surface], float | None, dict[str, Any] | None]:
+def prepared(
+    case: RoughnessCase, arms: int = 0
+) -> tuple[Iterator[Surface], float | None, dict[str, Any] | None]:
     """Surfaces without waves below the cut-off, the cut-off (m), and figures of a measured map.
 
     These are of the levelled map with all its waves. What is left of a map is pressed on coarser
     pixels where its shortest wave allows it; by the definition of the source, which counts pixels,
-    it keeps them. Raises SceneError if the surface cannot be read or resolved, or takes more memory
-    than there is.
+    it keeps them. `arms`: how many rubber has that relaxes. Raises SceneError if the surface cannot
+    be read or resolved, or takes more memory than there is.
     """
     wave = case.shortest_wave
     if case.surface.suffix.lower() == ".toml":
@@ -45,7 +48,7 @@ def prepared(case: RoughnessCase) -> tuple[Iterator[Surface], float | None, dict
                 f"{1e6 * spec.shortest_wave:.4g} um"
             )
         _check_resolution(case.definition, wave or spec.shortest_wave, spec.pixel, spec.size)
-        _check_memory(spec.pixels**2)
+        _check_memory(spec.pixels**2, arms)
         every = (generate(spec, number) for number in range(case.realisations))
         if wave is None:
             return every, spec.shortest_wave, None
@@ -57,12 +60,12 @@ def prepared(case: RoughnessCase) -> tuple[Iterator[Surface], float | None, dict
     if wave is None and case.definition == "hydrodynamic":
         wave = SOURCE_WAVE
     if wave is None:
-        _check_memory(surface.heights.size)
+        _check_memory(surface.heights.size, arms)
         return iter([surface]), None, measured
     _check_resolution(case.definition, wave, surface.resolution, min(surface.size))
     if case.definition == "hydrodynamic":
         surface = coarsened(surface, thinned_pixel(surface, wave))
-    _check_memory(surface.heights.size)
+    _check_memory(surface.heights.size, arms)
     return iter([low_passed(surface, wave)]), wave, measured
 
 
@@ -88,9 +91,10 @@ def _check_resolution(definition: Definition, wave: float, pixel: float, size: f
         )
 
 
-def _check_memory(pixels: int) -> None:
+def _check_memory(pixels: int, arms: int) -> None:
     """Raise SceneError if so many pixels cannot be pressed in the memory of this machine."""
-    needed, present = PROGRAM + PER_PIXEL * pixels, memory_of_machine()
+    per_pixel = PER_PIXEL + (PER_ARM * (arms + 1) if arms else 0.0)
+    needed, present = PROGRAM + per_pixel * pixels, memory_of_machine()
     if needed > present:
         raise SceneError(
             f"{pixels / 1e6:.3g} million pixels take about {needed / 1e9:.3g} GB of memory, and "

@@ -8,7 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from iceslide_fem.preprocess.roughness.case import RoughnessCase
+from iceslide_fem.preprocess.roughness.creep import hold
 from iceslide_fem.preprocess.roughness.half_space import TOLERANCE, Contact, press
+from iceslide_fem.preprocess.roughness.material import Material, material
 from iceslide_fem.preprocess.roughness.parameters import Definition, Parameters, measure
 from iceslide_fem.preprocess.roughness.prepare import prepared
 from iceslide_fem.preprocess.roughness.surface import (
@@ -40,10 +42,12 @@ class Survey(NamedTuple):
 
     surface: the first realisation as it was pressed; statistics: of every realisation; cut_off:
     its shortest wave, m (None: all that the pixels show); shown: number of the pressure -> Contact;
-    measured: figures of a map before its short waves are removed.
+    iterations and error: of all ages; measured: figures of a map before its short waves are
+    removed; age: s after the load was put on, None of elastic rubber.
     """
 
     case: RoughnessCase
+    rubber: Material
     surface: Surface
     statistics: list[Statistics]
     cut_off: float | None
@@ -52,6 +56,7 @@ class Survey(NamedTuple):
     iterations: int
     error: float
     measured: dict[str, Any] | None = None
+    age: float | None = None
 
     @property
     def mean(self) -> Parameters[Array]:
@@ -67,28 +72,51 @@ class Survey(NamedTuple):
 
 
 def survey(case: RoughnessCase) -> Survey:
-    """Press all realisations; raises SceneError if the surface cannot be read or resolved."""
-    surfaces, cut_off, measured = prepared(case)
+    """`surveys` of one age, or of elastic rubber."""
+    (result,) = surveys(case)
+    return result
+
+
+def surveys(case: RoughnessCase) -> list[Survey]:
+    """Press all realisations; one result for each age, one alone of elastic rubber.
+
+    Raises SceneError if the surface cannot be read or resolved, or the rubber is not whole.
+    """
+    rubber = material(case)
+    ages: list[float | None] = [*case.rising_ages] or [None]
+    arms = 0 if rubber.prony is None else len(rubber.prony.times)
+    surfaces, cut_off, measured = prepared(case, arms)
     pictured = (0, len(case.pressures) // 2, len(case.pressures) - 1)
     first: Surface | None = None
-    shown: dict[int, Contact] = {}
+    shown: list[dict[int, Contact]] = [{} for _ in ages]
     described, found = [], []
     iterations, error = 0, 0.0
     for surface in surfaces:
         described.append(statistics(surface))
         _check_slope(case, described[-1])
         rows = []
-        for number, contact in enumerate(_contacts(surface, case.rubber[1], case.pressures)):
-            rows.append(measure(contact, surface.pixel, case.definition, surface.periodic))
-            iterations, error = iterations + contact.iterations, max(error, contact.error)
+        for number, contacts in enumerate(_aged(surface, rubber, case)):
+            rows.append([_measured(case, surface, each) for each in contacts])
+            iterations += sum(each.iterations for each in contacts)
+            error = max(error, *(each.error for each in contacts))
             if first is None and number in pictured:
-                shown[number] = contact
+                for at, contact in zip(shown, contacts, strict=True):
+                    at[number] = contact
         first = first or surface
         found.append(rows)
     assert first is not None  # there is one realisation at least
-    return Survey(
-        case, first, described, cut_off, np.array(found), shown, iterations, error, measured
-    )
+    values = np.array(found)  # (realisations, pressures, ages, `Parameters`)
+    return [
+        Survey(
+            case, rubber, first, described, cut_off, values[:, :, i], shown[i], iterations, error,
+            measured, age,
+        )
+        for i, age in enumerate(ages)
+    ]  # fmt: skip
+
+
+def _measured(case: RoughnessCase, surface: Surface, contact: Contact) -> Parameters[float]:
+    return measure(contact, surface.pixel, case.definition, surface.periodic)
 
 
 def parameters(
@@ -102,6 +130,19 @@ def parameters(
 
 def _contacts(surface: Surface, modulus: float, pressures: Sequence[float]) -> Iterator[Contact]:
     return press(surface.heights, surface.pixel, modulus, pressures, periodic=surface.periodic)
+
+
+def _aged(surface: Surface, rubber: Material, case: RoughnessCase) -> Iterator[list[Contact]]:
+    """Contacts under each pressure, one for each age, or one alone of elastic rubber."""
+    if rubber.prony is None:
+        for contact in _contacts(surface, rubber.modulus, case.pressures):
+            yield [contact]
+        return
+    reduced = [age / rubber.stretched for age in case.rising_ages]
+    yield from hold(
+        surface.heights, surface.pixel, rubber.modulus, case.pressures, rubber.prony, reduced,
+        periodic=surface.periodic,
+    )  # fmt: skip
 
 
 def _check_slope(case: RoughnessCase, figures: Statistics) -> None:
@@ -119,17 +160,21 @@ def table(result: Survey) -> str:
     """The text of contact.csv, which a scene reads as `film.contact`."""
     import pandas as pd  # takes long to import
 
-    pressures, (_, modulus) = np.array(result.case.pressures), result.case.rubber
-    incompressible = np.full_like(pressures, 0.75 * modulus)  # of E* = E / (1 - nu^2)
+    pressures, rubber = np.array(result.case.pressures), result.rubber
+    modulus = 0.75 * rubber.modulus  # incompressible: E* = E / (1 - nu^2)
+    if result.age is not None and rubber.prony is not None:
+        modulus /= float(rubber.prony.creep.compliance(result.age / rubber.stretched))
     found = *result.mean[:3], *result.deviation[:3], *result.mean[3:]
-    columns = np.array([pressures, *found, incompressible])
-    return str(pd.DataFrame(columns.T, columns=COLUMNS).to_csv(index=False, float_format="%.6g"))
+    columns = np.array([pressures, *found, np.full_like(pressures, modulus)])
+    frame = pd.DataFrame(columns.T, columns=COLUMNS)
+    if result.age is not None:
+        frame["age_s"] = result.age
+    return str(frame.to_csv(index=False, float_format="%.6g"))
 
 
 def summary(result: Survey) -> dict[str, Any]:
     """Everything about the surface, for surface.json; SI units as in the names."""
     case, surface = result.case, result.surface
-    name, modulus = case.rubber
     figures = np.array(result.statistics)
     fit = spectrum_fit(spectrum(surface), result.cut_off or 2.0 * surface.pixel)
     return {
@@ -149,8 +194,10 @@ def summary(result: Survey) -> dict[str, Any]:
             "largest_error": result.error,
             "iterations": result.iterations,
         },
-        "rubber": name,
-        "modulus_Pa": modulus,
+        "rubber": result.rubber.name,
+        "modulus_Pa": result.rubber.modulus,
+        "a_T": result.rubber.stretched,
+        "ages_s": [*case.rising_ages],
         "definition": case.definition,
         "realisations": len(result.statistics),
         "warnings": warnings(result),

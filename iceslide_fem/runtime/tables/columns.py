@@ -64,6 +64,11 @@ def units_named(lines: Iterable[str], unit: str) -> list[str]:
     return found
 
 
+def places(table: TextTable, column: Wanted) -> list[int]:
+    """Which columns of the table, from 0, have the name of the wanted one."""
+    return [i for i, name in enumerate(table.heading) if _matches(name, column)]
+
+
 def find_columns(
     table: TextTable, wanted: Sequence[Wanted], needed: Sequence[str]
 ) -> dict[str, Array]:
@@ -73,7 +78,7 @@ def find_columns(
     """
     found: dict[str, Array] = {}
     for column in wanted:
-        matches = [i for i, name in enumerate(table.heading) if _matches(name, column)]
+        matches = places(table, column)
         if len(matches) > 1:
             first = table.heading[matches[0]]
             same = len({table.heading[i] for i in matches}) == 1

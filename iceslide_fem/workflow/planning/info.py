@@ -19,6 +19,7 @@ from iceslide_fem.workflow.planning.contact import aged_contact
 from iceslide_fem.workflow.planning.cost import estimate
 from iceslide_fem.workflow.planning.passes import describe_passes
 from iceslide_fem.workflow.planning.regime import regime
+from iceslide_fem.workflow.planning.relaxation import relaxation_rows
 from iceslide_fem.workflow.planning.row import Row
 
 # sqrt(alpha t) over the contact's shortest side up to which columns of ice are good enough. At
@@ -207,6 +208,7 @@ def _rubber(scene: Scene, size: tuple[float, ...]) -> list[Row]:
         Row("rubber", "Young's modulus", readable(E, "Pa"), f"Poisson's ratio {nu:.3f}"),
         Row("rubber", "compression", strain, "p / E, the expected strain"),
         Row("rubber", "shear wave time", readable(wave, "s"), of_run),
+        *relaxation_rows(scene),
     ]
     if not scene.rubber.inertia and scene.rubber.mesh is None:  # what a quasi-static box leaves out
         effect = f"{simplifications(scene).inertia.effect:.2g}"

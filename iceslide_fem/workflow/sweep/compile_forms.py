@@ -17,7 +17,7 @@ def compile_forms(scene: Scene) -> None:
     """Build block and interface of `scene` once and forget them."""
     from iceslide_fem.fenics.compat import MPI
     from iceslide_fem.interface.build import film_frame_of
-    from iceslide_fem.rubber.block import build_block
+    from iceslide_fem.rubber.build import build_block
 
     block = build_block(scene, MPI.COMM_WORLD)
     block.rubber.displacements[:, -1] -= 1e-6 * block.height  # the ice is meshed below a contact

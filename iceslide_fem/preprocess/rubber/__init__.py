@@ -1,0 +1,5 @@
+"""From dynamic mechanical analysis, or a scene, to rubber that relaxes: arms, shifts, pictures.
+
+`iceslide rubber` on the command line; the fit itself is in `relaxation`. Imports
+`postprocess.report`, `scene`, `relaxation` and `runtime` only.
+"""

@@ -1,0 +1,144 @@
+"""The rubber that is shown: of a DMA table, or of a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from iceslide_fem.preprocess.rubber.case import RubberCase
+from iceslide_fem.relaxation.compound import Relaxation
+from iceslide_fem.relaxation.dma import ZERO_CELSIUS, read_dma
+from iceslide_fem.relaxation.dma_fit import Characterised, characterised
+from iceslide_fem.relaxation.shift import NoShift, Shift
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene import load_scene
+from iceslide_fem.scene.materials import MooneyRivlin
+
+SAID = "the DMA table"
+# Pa; 14 rubbers are within 35 % of it: J. Burns, P. S. Dubbelday, R. Y. Ting, J. Polym. Sci. B 28
+# (1990) 1187.
+BULK_MODULUS = 2.9e9
+SHOWN = (253.15, 273.15, 293.15)  # K, where no temperatures are asked for
+UNITS = {"compound": "", "C10": "Pa", "C01": "Pa", "D1": "1/Pa", "nu": ""}
+DECADES = 4.0  # that a scene's series is shown beyond its arms
+
+
+@dataclass(frozen=True)
+class Compound:
+    """Rubber that relaxes.
+
+    name: for titles; modulus: instantaneous, Pa, of Young's (E) or the shear modulus (G), as `of`
+    says; constants: the instantaneous ones; keys: those of a scene's `[rubber]` that say so, with
+    remarks on them; measured: of a DMA table.
+    """
+
+    name: str
+    of: str
+    modulus: float
+    relaxation: Relaxation
+    constants: MooneyRivlin
+    keys: dict[str, tuple[Any, str]]
+    modulus_is: str
+    measured: Characterised | None = None
+
+    @property
+    def reference(self) -> float | None:
+        """Temperature (K) that the arms' times are of; None where times do not shift."""
+        shift = self.relaxation.shift
+        return shift.reference if isinstance(shift, Shift) else None
+
+    @property
+    def frequencies(self) -> tuple[float, float]:
+        """The lowest and highest angular frequency (rad/s), reduced, that it is known at."""
+        if self.measured is not None:
+            reduced = self.measured.reduced
+            return float(reduced.min()), float(reduced.max())
+        times, beyond = self.relaxation.prony.times, 10.0 ** (0.5 * DECADES)
+        return 1.0 / (times[-1] * beyond), beyond / times[0]
+
+    @property
+    def isotherms(self) -> Array:
+        """Temperatures (K) that were measured; none of a scene."""
+        return np.array([]) if self.measured is None else self.measured.dma.isotherms
+
+
+def compound(case: RubberCase) -> Compound:
+    """The rubber of a case. Raises SceneError, one sentence."""
+    found = _of_scene(case) if case.is_scene else _of_table(case)
+    coldest = [T for T in case.temperatures or () if not np.isfinite(found.relaxation.shift(T))]
+    if coldest:
+        raise SceneError(
+            f"--temperatures: the WLF shift has no value at {coldest[0] - ZERO_CELSIUS:.4g} degC; "
+            "allowed: warmer ones"
+        )
+    return found
+
+
+def temperatures(case: RubberCase, found: Compound) -> list[float]:
+    """Temperatures (K) of curves of stress over strain."""
+    shift = found.relaxation.shift
+    if isinstance(shift, NoShift):
+        return [float(found.isotherms[0])] if found.isotherms.size else list(SHOWN[-1:])
+    return [T for T in case.temperatures or SHOWN if np.isfinite(shift(T))] or [shift.reference]
+
+
+def _of_table(case: RubberCase) -> Compound:
+    table = read_dma(case.source, SAID, case.kind)
+    said = f"{SAID} {case.source}"
+    isotherms = table.isotherms
+    if len(isotherms) == 1 and case.wlf is None:
+        for option in ("reference", "arrhenius_below"):
+            if getattr(case, option) is not None:
+                raise SceneError(
+                    f"{said} has one temperature, {isotherms[0] - ZERO_CELSIUS:.4g} degC, so that "
+                    f"--{option.replace('_', '-')} has no meaning; leave it out, or give --wlf"
+                )
+    measured = characterised(table, said, case.shift, case.reference, case.arrhenius_below)
+    shear = measured.instantaneous / (3.0 if table.of == "E" else 1.0)
+    now = MooneyRivlin(0.5 * shear, 0.0, 2.0 / BULK_MODULUS)
+    modulus_is = case.modulus_is or "long-term"
+    long_term = measured.relaxation.prony.long_term
+    given = now if modulus_is == "instantaneous" else now.stiffer(long_term)
+    keys: dict[str, tuple[Any, str]] = {
+        "C10": (
+            given.C10,
+            f"Pa; Neo-Hookean, half of the {modulus_is} shear modulus, {2.0 * given.C10:.4g} Pa",
+        ),
+        "C01": (0.0, "Pa; moduli at small strain say nothing about it"),
+        "D1": (
+            given.D1,
+            f"1/Pa; not in a DMA table: of a bulk modulus of {BULK_MODULUS / 1e9:g} GPa",
+        ),
+    }
+    return Compound(
+        case.source.stem, table.of, measured.instantaneous, measured.relaxation, now, keys,
+        modulus_is, measured,
+    )  # fmt: skip
+
+
+def _of_scene(case: RubberCase) -> Compound:
+    scene = load_scene(case.source)
+    rubber, relaxation = scene.rubber, scene.rubber.relaxation
+    if relaxation is None or rubber.modulus_is is None:
+        raise SceneError(
+            f"the rubber of {case.source} is elastic: it has neither rubber.prony nor rubber.dma"
+        )
+    now = scene.mooney_rivlin
+    keys = {
+        name: (getattr(rubber, name), unit)
+        for name, unit in UNITS.items()
+        if getattr(rubber, name) is not None
+    }
+    found = Compound(scene.name, "E", now.youngs_modulus, relaxation, now, keys, rubber.modulus_is)
+    if rubber.dma is None:
+        return found
+    said = f"rubber.dma {rubber.dma}"
+    table = read_dma(rubber.dma, "rubber.dma")
+    measured = characterised(table, said, None if rubber.wlf is None else rubber.wlf.shift)
+    # The table gives ratios: its moduli are brought to those of the constants.
+    ratio = now.youngs_modulus / measured.instantaneous
+    scaled = replace(table, of="E", storage=ratio * table.storage, loss=ratio * table.loss)
+    return replace(found, measured=replace(measured, dma=scaled, instantaneous=now.youngs_modulus))

@@ -1,0 +1,62 @@
+"""The options of `iceslide rubber`; nothing heavy is imported before they are read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from iceslide_fem.runtime.options import Force, Text, folder_option, option
+
+
+def rubber(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DMA.csv|SCENE.toml",
+            help="Table of frequency, temperature, storage modulus, and loss modulus or tan "
+            "delta; or a scene, whose rubber is shown.",
+            show_default=False,
+        ),
+    ],
+    of: Annotated[Text, option("E|G", "What the moduli are of.", "as headings say, else E")] = None,
+    reference: Annotated[
+        Text, option("T", "Of the master curve: 20degC.", "the isotherm nearest to 20degC")
+    ] = None,
+    wlf: Annotated[
+        Text, option("C1,C2,T", "Given instead of fitted: 7.4,121.6,20degC (log10, K).")
+    ] = None,
+    arrhenius_below: Annotated[Text, option("T", "Colder isotherms: an activation energy.")] = None,
+    modulus_is: Annotated[
+        Text, option("NAME", "C10 written: instantaneous or long-term.", "long-term")
+    ] = None,
+    rates: Annotated[Text, option("R,...", "Of strain, drawn; 1/s.", "0.01,1,100")] = None,
+    temperatures: Annotated[
+        Text, option("T,...", "That are drawn.", "-20degC,0degC,20degC")
+    ] = None,
+    out: Annotated[
+        Path | None, folder_option("Where to write; else results/<name of the file>.")
+    ] = None,
+    force: Force = False,
+) -> None:
+    """Rubber that relaxes, from a DMA table: shifts, Prony series, a \\[rubber] for scenes."""
+    values = {name: value for name, value in locals().items() if value is not None}
+    directory, force = values.pop("out", Path("results") / source.stem), values.pop("force")
+    if "of" in values:
+        values["kind"] = values.pop("of")
+
+    from rich.console import Console
+    from rich.table import Table
+
+    from iceslide_fem.preprocess.rubber.command import WRITTEN, lines, run
+
+    figures = run(values, directory, force)
+    about = Table(show_header=False)
+    for name, value in lines(figures):
+        about.add_row(name, value)
+    Console().print(about)
+    for warning in figures["warnings"]:
+        typer.echo(f"Note: {warning}.")
+    for name in WRITTEN:
+        typer.echo(str(directory / name))

@@ -1,0 +1,148 @@
+"""What `iceslide rubber` writes as text: a `[rubber]` table for scenes, tables, a summary."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from iceslide_fem.preprocess.rubber.case import RubberCase
+from iceslide_fem.preprocess.rubber.compound import Compound
+from iceslide_fem.relaxation.dma import ZERO_CELSIUS
+from iceslide_fem.relaxation.shift import Shift
+
+PER_DECADE = 10  # rows of the relaxation
+UNSEEN = 0.05  # of a modulus that may lie beyond the measured frequencies without a remark
+
+
+def fragment(found: Compound) -> str:
+    """The text of rubber.toml: its `[rubber]` says how the compound relaxes."""
+    g, tau = found.relaxation.prony.fractions, found.relaxation.prony.times
+    reference = found.reference
+    lines = [
+        f"# Rubber that relaxes: {found.name}. Written by iceslide rubber.",
+        "# Paste it into a scene in place of the compound or the constants of its [rubber].",
+        "[rubber]",
+    ]
+    for key, (value, remark) in found.keys.items():
+        text = json.dumps(value) if isinstance(value, str) else f"{value:.7g}"
+        lines.append(f"{key} = {text}" + (f"  # {remark}" if remark else ""))
+    lines.append(f'modulus_is = "{found.modulus_is}"  # of the compound, or C10 and C01')
+    at = "" if reference is None else f" at {reference - ZERO_CELSIUS:.6g} degC"
+    lines.append(f"# [g, tau]: fractions of the instantaneous modulus, times in s{at}")
+    lines.append("prony = [")
+    lines += [f"    [{arm:.9g}, {time:.7g}]," for arm, time in zip(g, tau, strict=True)]
+    lines.append("]")
+    shift = found.relaxation.shift
+    if isinstance(shift, Shift):
+        lines += ["# log10 a_T = -C1 (T - reference) / (C2 + T - reference), C2 in K", _wlf(shift)]
+    return "\n".join(lines) + "\n"
+
+
+def _wlf(shift: Shift) -> str:
+    keys = {
+        "C1": f"{shift.C1:.7g}",
+        "C2": f"{shift.C2:.7g}",
+        "reference": f"{shift.reference:.7g}",
+    }
+    if shift.activation_energy:
+        keys["arrhenius_below"] = f"{shift.arrhenius_below:.7g}"
+        keys["activation_energy"] = f"{shift.activation_energy:.7g}"
+    return "wlf = { " + ", ".join(f"{key} = {value}" for key, value in keys.items()) + " }"
+
+
+def relaxation_table(found: Compound) -> str:
+    """The text of rubber.csv: moduli over time, and dynamic ones at the inverse frequency."""
+    low, high = found.frequencies
+    rows = 1 + round(PER_DECADE * float(np.log10(high / low)))
+    times = np.geomspace(1.0 / high, 1.0 / low, rows)
+    prony = found.relaxation.prony
+    dynamic = found.modulus * prony.dynamic(1.0 / times)
+    columns = [times, found.modulus * prony.modulus(times), dynamic.real, dynamic.imag]
+    of = found.of
+    head = ("time_s", f"{of}_Pa", f"{of}_storage_Pa", f"{of}_loss_Pa")
+    return _csv(head, np.column_stack(columns))
+
+
+def shift_table(found: Compound) -> str:
+    """The text of shift_factors.csv; of a scene, over the temperatures that it has a shift for."""
+    shift, measured = found.relaxation.shift, found.measured
+    temperatures = found.isotherms
+    if measured is None:
+        reference = found.reference or 293.15
+        temperatures = reference + np.arange(-60.0, 61.0, 5.0)
+        temperatures = temperatures[np.isfinite(shift(temperatures))]
+    law = np.log10(shift(temperatures))
+    columns = [temperatures - ZERO_CELSIUS, law]
+    head: tuple[str, ...] = ("temperature_C", "log10_a_T")
+    if measured is not None and measured.factors is not None:
+        columns.append(np.log10(measured.factors))
+        head += ("log10_a_T_alone",)
+    return _csv(head, np.column_stack(columns))
+
+
+def _csv(head: tuple[str, ...], values: Any) -> str:
+    rows = (",".join(f"{value:.6g}" for value in row) for row in values.tolist())
+    return "\n".join([",".join(head), *rows]) + "\n"
+
+
+def summary(case: RubberCase, found: Compound) -> dict[str, Any]:
+    """Everything about the rubber, for rubber.json; SI units as in the names."""
+    prony, shift, measured = found.relaxation.prony, found.relaxation.shift, found.measured
+    low, high = found.frequencies
+    result: dict[str, Any] = {
+        "name": found.name,
+        "moduli_of": found.of,
+        "instantaneous_modulus_Pa": found.modulus,
+        "long_term_modulus_Pa": found.modulus * prony.long_term,
+        "prony": [list(arm) for arm in zip(prony.fractions, prony.times, strict=True)],
+        "modulus_is": found.modulus_is,
+        "wlf": None,
+        "reduced_frequencies_rad_per_s": [low, high],
+        "warnings": warnings(found),
+    }
+    if isinstance(shift, Shift):
+        result["wlf"] = {"C1": shift.C1, "C2_K": shift.C2, "reference_K": shift.reference}
+        if shift.activation_energy:
+            result["wlf"] |= {
+                "arrhenius_below_K": shift.arrhenius_below,
+                "activation_energy_J_per_mol": shift.activation_energy,
+            }
+    if measured is not None:
+        off, dma = measured.misfit, measured.dma
+        result["measured"] = {
+            "rows": len(dma.frequency),
+            "isotherms_K": found.isotherms.tolist(),
+            "rms_ln_storage": off.storage,
+            "rms_ln_tan_delta": off.tan_delta,
+            "largest_ln": off.largest,
+            "largest_of": off.quantity,
+            "largest_at_Hz": float(dma.frequency[off.row] / (2.0 * np.pi)),
+            "largest_at_K": float(dma.temperature[off.row]),
+        }
+        if measured.factors is not None:
+            decades = np.log10(measured.factors / shift(found.isotherms))
+            result["measured"]["isotherms_off_law_decades"] = float(np.abs(decades).max())
+    return result | {"case": case.model_dump(mode="json")}
+
+
+def warnings(found: Compound) -> list[str]:
+    """What a person should know before using the series; one sentence each."""
+    measured, prony = found.measured, found.relaxation.prony
+    if measured is None:
+        return []
+    low, high = found.frequencies
+    g, tau = np.array(prony.fractions), np.array(prony.times)
+    fast, slow = g[tau * high < 1.0].sum(), g[tau * low > 1.0].sum()
+    result = []
+    if fast > UNSEEN:
+        result.append(
+            f"{100 * fast:.0f} % of the instantaneous modulus relax faster than the highest "
+            "frequency shows: its value is no measurement"
+        )
+    if measured.flows or slow > UNSEEN * prony.long_term:
+        result.append(
+            "the lowest frequency does not reach the long-term modulus: its value is no measurement"
+        )
+    return result

@@ -1,0 +1,141 @@
+"""From isotherms to one master curve: how far each is shifted, and the law of these shifts.
+
+Where E'(w) at two temperatures has the same values, log a_T is the mean distance in log w
+(M. Gergesova, B. Zupancic, I. Saprunov, I. Emri, J. Rheol. 55 (2011) 1). From neighbours' shifts
+all are refined together, until one non-negative spectrum of times describes both moduli best.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import least_squares, minimize_scalar
+
+from iceslide_fem.relaxation.dma import ZERO_CELSIUS, Dma
+from iceslide_fem.relaxation.prony_fit import spectrum
+from iceslide_fem.relaxation.shift import GAS_CONSTANT, Shift
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SceneError
+
+PER_DECADE = 4.0  # times of the spectrum that isotherms are shifted onto
+FURTHEST = 1.5  # decades by which the first shifts of neighbours may all together be off
+# C2 (K) about the coldest isotherm, within which WLF is looked for.
+LOWEST_C2, HIGHEST_C2 = 1.0, 5e3
+
+
+def shifts(dma: Dma, said: str) -> Array:
+    """ln a_T of each isotherm, (isotherms,), 0 at the coldest one.
+
+    Raises SceneError if neighbours have no storage modulus in common.
+    """
+    temperatures = dma.isotherms
+    first = [0.0]
+    for cold, warm in pairwise(temperatures):
+        first.append(first[-1] - _between(dma, cold, warm, said))
+    if len(first) == 1:
+        return np.zeros(1)
+    which = np.searchsorted(temperatures, dma.temperature)
+    reduced = np.log(dma.frequency) + np.array(first)[which]
+    decades = -reduced.max() / np.log(10.0) - FURTHEST, -reduced.min() / np.log(10.0) + FURTHEST
+    times = np.logspace(*decades, 1 + round(PER_DECADE * (decades[1] - decades[0])))
+
+    def off(free: Array) -> Array:
+        all_shifts = np.concatenate([[0.0], free])
+        frequency = dma.frequency * np.exp(all_shifts[which])
+        return spectrum(frequency, dma.storage, dma.loss, times)[1]
+
+    return np.concatenate([[0.0], least_squares(off, np.array(first[1:]), max_nfev=20).x])
+
+
+def _between(dma: Dma, cold: float, warm: float, said: str) -> float:
+    """ln a_T of a cold isotherm (K) less that of a warm one, by the storage modulus alone."""
+    curves = []
+    for temperature in (cold, warm):
+        here = dma.temperature == temperature
+        # Sorted one by one: noise does not make a modulus fall with the frequency.
+        curves.append((np.sort(np.log(dma.storage[here])), np.sort(np.log(dma.frequency[here]))))
+    low, high = max(curve[0][0] for curve in curves), min(curve[0][-1] for curve in curves)
+    if low >= high:
+        ranges = " and ".join(
+            f"{np.exp(curve[0][0]) / 1e6:.4g} to {np.exp(curve[0][-1]) / 1e6:.4g} MPa"
+            for curve in curves
+        )
+        raise SceneError(
+            f"{said}: the isotherms of {_celsius(cold)} and {_celsius(warm)} do not overlap, with "
+            f"storage moduli of {ranges}; needed: temperatures closer to each other, more "
+            "frequencies, or the constants of a WLF shift"
+        )
+    levels = np.linspace(low, high, 50)
+    of_cold, of_warm = (np.interp(levels, *curve) for curve in curves)
+    return float(np.mean(of_warm - of_cold))
+
+
+def law(
+    temperatures: Array, logs: Array, reference: float, arrhenius_below: float | None, said: str
+) -> Shift:
+    """WLF, and Arrhenius below a temperature (K), through shifts of isotherms, by least squares.
+
+    temperatures: K; logs: ln a_T less any constant, both (isotherms,); reference: K, where a_T
+    becomes 1. Raises SceneError if isotherms are too few, or do not shift as rubber does.
+    """
+    kink = -np.inf if arrhenius_below is None else arrhenius_below
+    warm = temperatures >= kink
+    if warm.sum() < 3:
+        raise SceneError(
+            f"{said}: {warm.sum()} isotherms{_above(arrhenius_below)} do not say what C1 and C2 of "
+            "a WLF shift are; needed: 3 or more, or the constants"
+        )
+    shift = _wlf(temperatures[warm], logs[warm], said)
+    if arrhenius_below is not None and not warm.all():
+        shift = _arrhenius(shift, temperatures, logs, arrhenius_below, said)
+    return shift.moved(reference)
+
+
+def _above(arrhenius_below: float | None) -> str:
+    return "" if arrhenius_below is None else f" from {_celsius(arrhenius_below)} on"
+
+
+def _celsius(temperature: float) -> str:
+    return f"{temperature - ZERO_CELSIUS:.4g} degC"
+
+
+def _wlf(temperatures: Array, logs: Array, said: str) -> Shift:
+    """About the coldest isotherm. For a given C2 the other constants are linear."""
+    above = temperatures - temperatures[0]
+
+    def solved(log_C2: float) -> tuple[Array, float]:
+        curve = -above / (np.exp(log_C2) + above) * np.log(10.0)
+        matrix = np.column_stack([curve, np.ones_like(curve)])
+        constants = np.linalg.lstsq(matrix, logs, rcond=None)[0]
+        return constants, float(((matrix @ constants - logs) ** 2).sum())
+
+    tried = np.linspace(np.log(LOWEST_C2), np.log(HIGHEST_C2), 60)
+    best = int(np.argmin([solved(each)[1] for each in tried]))
+    ends = tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)]
+    log_C2 = minimize_scalar(
+        lambda each: solved(each)[1], bounds=ends, method="bounded", options={"xatol": 1e-9}
+    ).x
+    C1 = float(solved(log_C2)[0][0])
+    if C1 <= 0.0:
+        raise SceneError(
+            f"{said}: its isotherms do not shift as those of rubber, which relaxes more slowly the "
+            "colder it is; needed: moduli that rise with the frequency and fall with the "
+            "temperature, or the constants of a WLF shift"
+        )
+    return Shift(C1, float(np.exp(log_C2)), float(temperatures[0]))
+
+
+def _arrhenius(shift: Shift, temperatures: Array, logs: Array, below: float, said: str) -> Shift:
+    """WLF with the activation energy of the isotherms below a temperature (K)."""
+    warm = temperatures >= below
+    offset = float(np.mean(logs[warm] - np.log(shift(temperatures[warm]))))
+    further = logs[~warm] - offset - np.log(float(shift(below)))
+    inverse = 1.0 / temperatures[~warm] - 1.0 / below
+    energy = GAS_CONSTANT * float(inverse @ further) / float(inverse @ inverse)
+    if energy <= 0.0:
+        raise SceneError(
+            f"{said}: isotherms below {_celsius(below)} do not relax more slowly the colder they "
+            "are; allowed: no Arrhenius shift, or one below another temperature"
+        )
+    return Shift(shift.C1, shift.C2, shift.reference, below, energy)

@@ -1,0 +1,192 @@
+"""The Prony series of a master curve: non-negative least squares, arms by cross-validation.
+
+    E'  = E_inf + sum E_i (w tau_i)^2 / (1 + (w tau_i)^2)
+    E'' =         sum E_i  w tau_i    / (1 + (w tau_i)^2)
+
+E_inf and E_i >= 0 minimise the squared relative errors of both (C. L. Lawson, R. J. Hanson,
+*Solving Least Squares Problems*, 1974, chapter 23). The tau_i begin as what a fine grid of times
+finds, its neighbours joined, and are then fitted, too; E_inf and E_i are eliminated while they are
+(variable projection, G. H. Golub, V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares, nnls
+
+from iceslide_fem.relaxation.prony import Prony
+from iceslide_fem.runtime.arrays import Array
+
+MOST_ARMS = 20
+FOLDS = 5
+IN_VAIN = 4  # further arms that are tried without less error
+PER_DECADE = 8  # times of the fine grid
+# Times that angular frequencies show: to half a decade beyond their own on either side.
+BEYOND = 10.0**0.5
+RIDGE = 1e-12  # of each diagonal term: times next to each other are hardly independent
+SMALLEST_ARM = 1e-6  # of the instantaneous modulus; what is less is left out
+SMALLEST_LONG_TERM = 1e-5  # of the largest storage modulus: rubber does not flow
+
+
+class Fit(NamedTuple):
+    """A series and its instantaneous modulus (Pa).
+
+    flows: whether the data alone would have no long-term modulus.
+    """
+
+    prony: Prony
+    instantaneous: float
+    flows: bool
+
+
+class _Data(NamedTuple):
+    """Angular frequencies (rad/s) and moduli (Pa); arrays (rows,)."""
+
+    frequency: Array
+    storage: Array
+    loss: Array
+
+    def at(self, rows: Array) -> _Data:
+        """Some of the rows."""
+        return _Data(*(part[rows] for part in self))
+
+
+def fit(frequency: Array, storage: Array, loss: Array, most: int = MOST_ARMS) -> Fit:
+    """The series of moduli (Pa) at angular frequencies (rad/s), arrays (rows,) in any order.
+
+    The number of arms, up to `most`, is the smallest whose error on rows that are left out is
+    within one standard error of the least (T. Hastie, R. Tibshirani, J. Friedman, *The Elements of
+    Statistical Learning*, 2nd ed., 2009, section 7.10).
+    """
+    data = _Data(frequency, storage, loss)
+    times = _times(data, most)
+    moduli, _ = spectrum(*data, times)
+    total = float(moduli.sum())
+    kept = moduli[1:] > SMALLEST_ARM * total
+    kept[np.argmax(moduli[1:])] = True
+    arms = np.maximum(moduli[1:][kept], SMALLEST_ARM * total)
+    order = np.argsort(times[kept])
+    instantaneous = float(moduli[0] + arms.sum())
+    prony = Prony(tuple((arms[order] / instantaneous).tolist()), tuple(times[kept][order].tolist()))
+    return Fit(prony, instantaneous, bool(moduli[0] <= _floor(storage)))
+
+
+def fine_grid(frequency: Array) -> Array:
+    """Times (s) in equal ratios that angular frequencies (rad/s) show."""
+    fastest, slowest = 1.0 / (BEYOND * frequency.max()), BEYOND / frequency.min()
+    return np.geomspace(fastest, slowest, 1 + round(PER_DECADE * np.log10(slowest / fastest)))
+
+
+def spectrum(frequency: Array, storage: Array, loss: Array, times: Array) -> tuple[Array, Array]:
+    """E_inf and E_i (Pa, (1 + arms,)) of arms with `times` (s), and relative errors (2 rows,).
+
+    Errors of the storage moduli stand before those of the loss moduli.
+    """
+    matrix = _columns(frequency, times) / np.concatenate([storage, loss])[:, None]
+    floor = _floor(storage)
+    asked = 1.0 - floor * matrix[:, 0]
+    # By Cholesky's factor of the normal equations, which is small where there are many rows.
+    normal = matrix.T @ matrix
+    normal += np.diag(RIDGE * np.diag(normal))
+    factor = np.linalg.cholesky(normal)
+    right = np.linalg.solve(factor, matrix.T @ asked)
+    moduli, _ = nnls(factor.T, right, maxiter=100 * len(right))
+    moduli[0] += floor
+    return moduli, matrix @ moduli - 1.0
+
+
+def _floor(storage: Array) -> float:
+    return SMALLEST_LONG_TERM * float(storage.max())
+
+
+def _columns(frequency: Array, times: Array) -> Array:
+    """Moduli of unit arms, the long-term one first: (2 rows, 1 + arms), storage above loss."""
+    turned = 1j * frequency[:, None] * times
+    arms = turned / (1.0 + turned)
+    ones = np.ones((len(frequency), 1))
+    return np.block([[ones, arms.real], [0.0 * ones, arms.imag]])
+
+
+def _times(data: _Data, most: int) -> Array:
+    """Times (s) of as many arms as the data carry; see `fit`.
+
+    A fold has every fifth frequency. Without it the moduli are fitted anew, the times are not.
+    """
+    rows = len(data.frequency)
+    fold = np.argsort(np.argsort(data.frequency, kind="stable")) % min(FOLDS, rows)
+    joined = _joined(data, min(most, max(1, rows - 1)))
+    found, errors = [], []
+    for start in joined:
+        times = _fitted(data, start)
+        squares = np.empty(rows)
+        for left_out in range(fold.max() + 1):
+            out = fold == left_out
+            moduli, _ = spectrum(*data.at(~out), times)
+            squares[out] = _squares(data.at(out), times, moduli)
+        found.append(times)
+        errors.append(squares)
+        means = [each.mean() for each in errors]
+        if len(means) - int(np.argmin(means)) > IN_VAIN:
+            break
+    best = int(np.argmin(means))
+    sure = means[best] + errors[best].std() / rows**0.5
+    return next(times for times, mean in zip(found, means, strict=True) if mean <= sure)
+
+
+def _squares(data: _Data, times: Array, moduli: Array) -> Array:
+    """Squared relative errors of rows, of both moduli together (rows,)."""
+    found = _columns(data.frequency, times) @ moduli
+    off = found / np.concatenate([data.storage, data.loss]) - 1.0
+    return np.asarray((off.reshape(2, -1) ** 2).sum(axis=0))
+
+
+def _fitted(data: _Data, start: Array) -> Array:
+    """Times (s) near `start` for which the errors are least."""
+    grid = fine_grid(data.frequency)
+    low, high = np.log(grid[0]), np.log(grid[-1])
+    inside = np.clip(np.log(start), low + 1e-9, high - 1e-9)
+    found = least_squares(
+        lambda logs: spectrum(*data, np.exp(logs))[1], inside, bounds=(low, high), max_nfev=15
+    )
+    return np.sort(np.exp(found.x))
+
+
+def _joined(data: _Data, most: int) -> list[Array]:
+    """Times of 1, 2, ... up to `most` arms: those of the fine grid, neighbours joined.
+
+    Two are joined whose moduli, seen at the frequencies between them, change least by it.
+    """
+    grid = fine_grid(data.frequency)
+    moduli, _ = spectrum(*data, grid)
+    kept = moduli[1:] > 0.0
+    logs, weights = np.log(grid[kept]), moduli[1:][kept]
+    if not kept.any():
+        logs, weights = np.log(grid[[len(grid) // 2]]), np.ones(1)
+    # The storage modulus at each time, of which an error is a fraction.
+    level = np.interp(-logs, *_by_frequency(data))
+    sets = [logs]
+    while len(logs) > 1:
+        harmonic = weights[:-1] * weights[1:] / (weights[:-1] + weights[1:])
+        cost = harmonic / np.minimum(level[:-1], level[1:]) * np.diff(logs) ** 2
+        i = int(np.argmin(cost))
+        pair = slice(i, i + 2)
+        joined = np.average(logs[pair], weights=weights[pair])
+        logs, level = (np.delete(each, i) for each in (logs, level))
+        logs[i], weights = joined, np.delete(_added(weights, i), i)
+        sets.append(logs.copy())
+    return [np.exp(each) for each in sets[::-1] if len(each) <= most]
+
+
+def _added(weights: Array, i: int) -> Array:
+    """Weights with that of `i` added to the next one."""
+    result = weights.copy()
+    result[i + 1] += weights[i]
+    return result
+
+
+def _by_frequency(data: _Data) -> tuple[Array, Array]:
+    """Logarithms of rising frequencies, and the storage moduli (Pa) there."""
+    order = np.argsort(data.frequency)
+    return np.log(data.frequency[order]), data.storage[order]

@@ -1,0 +1,279 @@
+"""Rubber that relaxes at finite strain: what of its stress has relaxed, at points of its cells.
+
+The isochoric part of the second Piola-Kirchhoff stress relaxes, the volumetric part is elastic
+(J. C. Simo, Comput. Methods Appl. Mech. Eng. 60 (1987) 153; G. A. Holzapfel, *Nonlinear Solid
+Mechanics*, 2000, chapter 6.10). With the instantaneous S_iso and arms g_i, tau_i
+
+    S = S_vol + S_iso - sum R_i,   tau_i dR_i/dt + R_i = g_i S_iso,   R_i(0) = 0       (1)
+
+so that g_i S_iso - R_i is the stress of an arm, and R_i what of it has relaxed. S_iso is taken on a
+straight line over a step: of second order in its length. With x = dt / tau_i and
+b(x) = 1 - (1 - exp(-x)) / x the stress at its end is, with S_iso and R_i at its start marked 0,
+
+    S = S_vol + f S_iso + H,   f = 1 - sum g_i b,
+    H = - sum [exp(-x) R_i0 + g_i (1 - exp(-x) - b) S_iso0],
+
+the derivative of the energy W_vol + f W_iso + H : C / 2 (`relaxing_energy`).
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from iceslide_fem.fenics import compat
+from iceslide_fem.fenics.compat import MPI, fem, ufl
+from iceslide_fem.relaxation.compound import Relaxation
+from iceslide_fem.relaxation.prony import delayed, mean_response
+from iceslide_fem.rubber.element import (
+    QUADRATURE_DEGREE,
+    SIX,
+    SPLIT,
+    VOLUME_DEGREE,
+    WHOLE,
+    Energy,
+    isochoric_energy,
+    volumetric_energy,
+)
+from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.scene.materials import MooneyRivlin
+
+SMALL = 1e-2  # steps over tau below which the error of a step is a series
+
+
+class Strained(NamedTuple):
+    """What is known at the points (c, q) of a moment: S_iso and C by their six components
+    (c, q, 6), Pa and 1, and W_iso (c, q), J/m3.
+    """
+
+    stress: Array
+    strain: Array
+    energy: Array
+
+
+class Relaxed(NamedTuple):
+    """Internal variables of (1): committed as a whole with the step that leads to them.
+
+    relaxed: R_i (m, c, q, 6), Pa; strained: what it is at then; rate: mean dS_iso/dt (Pa/s) of the
+    last step, of `span` (s), infinite if there is none; stored: energy of the arms less what an
+    elastic rubber would store, (c, q), J/m3.
+    """
+
+    relaxed: Array
+    strained: Strained
+    rate: Array
+    span: float
+    stored: Array
+
+    @property
+    def fallen(self) -> Array:
+        """By how much stress (six components) and stored energy are less than elastic ones,
+        (c, q, 7), Pa and J/m3.
+        """
+        return np.concatenate([self.relaxed.sum(axis=0), -self.stored[..., None]], axis=-1)
+
+
+class RelaxedStep(NamedTuple):
+    """A step as it ends: its internal variables, the heat that the rubber has made (c, q), J/m3,
+    and the error of its stress, Pa, a mean over the volume.
+    """
+
+    after: Relaxed
+    heat: Array
+    error: float
+
+
+def relaxing_energy(history: Any) -> Energy:
+    """The energy whose derivative is the stress at the end of a step.
+
+    history: f and the components of H, (xx, zz, xz) or the six of `SIX`, at the points of the
+    rule of degree QUADRATURE_DEGREE.
+    """
+
+    def energy(u: Any, material: MooneyRivlin, dx: Any) -> Any:
+        F, dim = ufl.grad(u), u.ufl_shape[0]
+        whole, volume = ({"quadrature_degree": one} for one in (QUADRATURE_DEGREE, VOLUME_DEGREE))
+        deformed = ufl.Identity(dim) + F
+        kept = _symmetric(history, dim)
+        isochoric = history[0] * isochoric_energy(F, material)
+        isochoric += 0.5 * ufl.inner(deformed * kept, deformed)
+        volumetric = volumetric_energy(F, material)
+        parts = (isochoric + volumetric) * dx(WHOLE, metadata=whole)
+        parts += isochoric * dx(SPLIT, metadata=whole)
+        return parts + volumetric * dx(SPLIT, metadata=volume)
+
+    return energy
+
+
+def _symmetric(history: Any, dim: int) -> Any:
+    """H (d, d) of the components behind the first."""
+    number = {place: 1 + i for i, place in enumerate(_components(dim))}
+    rows = [[history[number[min(i, j), max(i, j)]] for j in range(dim)] for i in range(dim)]
+    return ufl.as_matrix(rows)
+
+
+def _components(dim: int) -> tuple[tuple[int, int], ...]:
+    return tuple((i, j) for i, j in SIX if max(i, j) < dim)
+
+
+def _strained(u: Any, material: MooneyRivlin) -> Any:
+    """S_iso and C, (6,) each, and W_iso as one UFL vector; plane strain in a slice.
+
+    S_iso = 2 [C10 J^(-2/3) (1 - I1/3 C^-1) + C01 J^(-4/3) (I1 1 - C - 2/3 I2 C^-1)].
+    """
+    dim = u.ufl_shape[0]
+    grad = ufl.grad(u)
+    F = ufl.as_matrix(
+        [
+            [grad[i, j] + (i == j) if max(i, j) < dim else float(i == j) for j in range(3)]
+            for i in range(3)
+        ]
+    )
+    C, unit = F.T * F, ufl.Identity(3)
+    inverse, scale = ufl.inv(C), ufl.exp(-2.0 / 3.0 * ufl.ln(ufl.det(F)))
+    I1 = ufl.tr(C)
+    I2 = 0.5 * (I1**2 - ufl.inner(C, C))
+    stress = 2.0 * material.C10 * scale * (unit - I1 / 3.0 * inverse)
+    stress += 2.0 * material.C01 * scale**2 * (I1 * unit - C - 2.0 / 3.0 * I2 * inverse)
+    energy = material.C10 * (scale * I1 - 3.0) + material.C01 * (scale**2 * I2 - 3.0)
+    return ufl.as_vector([*(stress[i, j] for i, j in SIX), *(C[i, j] for i, j in SIX), energy])
+
+
+class Viscoelasticity:
+    """What the rubber remembers on its `space`: (1) at the points of all cells of this rank's own.
+
+    history: Function of f and H in the rubber's energy; points: of the rule on the reference cell;
+    volume: that each point stands for, (c, q), m3 (m2 in a slice).
+    """
+
+    def __init__(
+        self, u: Any, material: MooneyRivlin, shear_modulus: float, relaxation: Relaxation
+    ) -> None:
+        """`material`: constants of the rubber's form; instantaneous as the `shear_modulus` (Pa) is.
+        Collective.
+        """
+        self._mesh = mesh = u.function_space.mesh
+        self._relaxation = relaxation
+        dim = mesh.geometry.dim
+        self._components = [SIX.index(place) for place in _components(dim)]
+        size = 1 + len(self._components)
+        space = compat.quadrature_space(mesh, QUADRATURE_DEGREE, size)
+        self.history = fem.Function(space)
+        self.points, weights = compat.quadrature(compat.cell_name(mesh), QUADRATURE_DEGREE)
+        owned = mesh.topology.index_map(mesh.topology.dim).size_local
+        self._cells = np.arange(owned, dtype=np.int32)
+        self._places = compat.cell_dofs(space)[:owned]
+        self._values = np.asarray(self.history.x.array).reshape(-1, size)
+        self._at_points = compat.at_points(_strained(u, material), self.points)
+        stretch = compat.at_points(abs(ufl.JacobianDeterminant(mesh)), self.points)
+        determinants = compat.evaluated(stretch, mesh, self._cells)
+        self.volume = determinants.reshape(owned, len(weights)) * weights
+        self._shear_modulus = shear_modulus
+        self._whole = self.total(np.ones_like(self.volume))
+        self._g = np.array(relaxation.prony.fractions)
+        self._tau = np.array(relaxation.prony.times)
+        self.begin_elastic()
+
+    def begin_elastic(self) -> None:
+        """What follows is elastic, with the instantaneous modulus: nothing has relaxed."""
+        self._values[:] = np.eye(1, self._values.shape[1])
+
+    def at_rest(self) -> Relaxed:
+        """Internal variables at the present displacements of which nothing has relaxed."""
+        now = self._now()
+        relaxed = np.zeros((self._g.size, *now.stress.shape))
+        return self._relaxed(relaxed, now, np.zeros_like(now.stress), np.inf)
+
+    def restored(self, relaxed: Array, rate: Array, span: float) -> Relaxed:
+        """Internal variables at the present displacements: R_i (m, c, q, 6), and as `Relaxed`."""
+        return self._relaxed(relaxed, self._now(), rate, span)
+
+    def begin_step(self, start: Relaxed, dt: float, temperature: Array | float) -> None:
+        """f and H of a step of `dt` (s) from `start`, at temperatures (K) of the points (c, q)."""
+        factor = np.ones(self.volume.shape)
+        kept = np.zeros_like(start.strained.stress)
+        for g, x, R in zip(self._g, self._steps(dt, temperature), start.relaxed, strict=True):
+            left, mean = np.exp(-x), mean_response(x)
+            factor -= g * mean
+            past = (g * (1.0 - left - mean))[..., None]
+            kept -= left[..., None] * R + past * start.strained.stress
+        self._values[self._places, 0] = factor
+        self._values[self._places, 1:] = kept[..., self._components]
+
+    def end_step(self, start: Relaxed, dt: float, temperature: Array | float) -> RelaxedStep:
+        """The step as it ends at the present displacements. Collective."""
+        before, now = start.strained, self._now()
+        rate = (now.stress - before.stress) / dt
+        bend = 0.0 * rate if start.span == np.inf else 2.0 * (rate - start.rate) / (dt + start.span)
+        relaxed, off = np.empty_like(start.relaxed), np.zeros_like(rate)
+        for i, one in enumerate(self._steps(dt, temperature)):
+            x, g = one[..., None], self._g[i]
+            relaxed[i] = delayed(start.relaxed[i], g * before.stress, g * now.stress, x)
+            off += g * dt**2 * _curvature_response(x) * bend
+        after = self._relaxed(relaxed, now, rate, dt)
+        mean = 0.5 * (start.relaxed + relaxed).sum(axis=0)
+        undone = 0.5 * _inner(mean, now.strain - before.strain)  # work that an elastic rubber takes
+        heat = start.stored - after.stored - undone
+        error = self.total(np.sqrt(_inner(off, off))) / self._whole
+        return RelaxedStep(after, heat, error)
+
+    @property
+    def places(self) -> Array:
+        """Where the points are in the undeformed block, (c q, d), m."""
+        x = compat.at_points(ufl.SpatialCoordinate(self._mesh), self.points)
+        values = compat.evaluated(x, self._mesh, self._cells)
+        return values.reshape(-1, self._mesh.geometry.dim)
+
+    def total(self, density: Array) -> float:
+        """Integral of values (c, q) over the undeformed rubber of all ranks. Collective."""
+        own = float((self.volume * density).sum())
+        return float(self._mesh.comm.allreduce(own, op=MPI.SUM))
+
+    def _relaxed(self, relaxed: Array, at: Strained, rate: Array, span: float) -> Relaxed:
+        """With the energy that is stored.
+
+        An arm of the stress H stores tr(C H C H) / (4 g G), which is its energy for small strains.
+        """
+        energy = -self._g.sum() * at.energy
+        C = _matrices(at.strain)
+        for g, R in zip(self._g, relaxed, strict=True):
+            turned = C @ _matrices(g * at.stress - R)
+            energy += np.einsum("...ij,...ji", turned, turned) / (4.0 * g * self._shear_modulus)
+        return Relaxed(relaxed, at, rate, span, energy)
+
+    def _steps(self, dt: float, temperature: Array | float) -> Array:
+        """dt / (a_T tau_i) of arms, (m, c, q) or (m, 1, 1)."""
+        reduced = self._relaxation.reduced(dt, temperature)
+        return np.asarray(np.atleast_2d(reduced) / self._tau[:, None, None])
+
+    def _now(self) -> Strained:
+        values = compat.evaluated(self._at_points, self._mesh, self._cells)
+        values = values.reshape(*self.volume.shape, 13)
+        return Strained(values[..., :6].copy(), values[..., 6:12].copy(), values[..., 12].copy())
+
+
+def _inner(a: Array, b: Array) -> Array:
+    """a : b of symmetric tensors by their six components."""
+    return np.asarray(a[..., :3] * b[..., :3]).sum(axis=-1) + 2.0 * (a[..., 3:] * b[..., 3:]).sum(
+        axis=-1
+    )
+
+
+def _matrices(six: Array) -> Array:
+    """Symmetric tensors (..., 3, 3) of their six components (..., 6)."""
+    full = np.empty((*six.shape[:-1], 3, 3))
+    for number, (i, j) in enumerate(SIX):
+        full[..., i, j] = full[..., j, i] = six[..., number]
+    return full
+
+
+def _curvature_response(x: Array) -> Array:
+    """Of what follows with a delay, at the end of a step dt = x tau: how far a value's second
+    derivative moves it, in dt^2, beyond the line through the value's ends.
+
+    (1 + exp(-x)) / (2 x) - (1 - exp(-x)) / x^2, which is x / 12 of small steps.
+    """
+    safe = np.maximum(x, SMALL)
+    exact = 0.5 * (1.0 + np.exp(-safe)) / safe + np.expm1(-safe) / safe**2
+    return np.where(x < SMALL, x / 12.0, exact)
