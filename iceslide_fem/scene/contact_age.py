@@ -19,7 +19,8 @@ def check_contact_age(scene: Tables) -> None:
         )
     if scene.rubber.relaxation is None:
         raise ValueError(
-            "film.contact_age needs rubber that relaxes: k grows with its creep; give rubber.prony"
+            "film.contact_age needs rubber that relaxes: k grows with its creep; give "
+            "rubber.prony or rubber.dma"
         )
     if ages_in_warm_rubber(scene) and scene.model == "point":
         raise ValueError(

@@ -117,11 +117,14 @@ def representative(blocks: list[TreadBlock], count: int) -> list[tuple[TreadBloc
 def aged_keys(scene: Scene) -> tuple[str, str]:
     """Lines of the tables rubber and film that say how the contact of a scene ages, SI."""
     of_rubber, of_film = scene.as_dict()["rubber"], scene.as_dict()["film"]
-    if scene.film.contact is not None:
-        of_film["contact"] = str(scene.film.contact.resolve())
+    for table, key, file in (
+        (of_film, "contact", scene.film.contact),
+        (of_rubber, "dma", scene.rubber.dma),
+    ):
+        table[key] = None if file is None else str(file.resolve())
     tables = []
     for table, names in (
-        (of_rubber, ("compound", "C10", "C01", "D1", "nu", "prony", "wlf", "modulus_is")),
+        (of_rubber, ("compound", "C10", "C01", "D1", "nu", "prony", "dma", "wlf", "modulus_is")),
         (of_film, ("contact", "contact_modulus", "contact_age")),
     ):
         text = tomlkit.document()
