@@ -67,7 +67,7 @@ class Wlf(Table):
     """
 
     C1: Annotated[float, Quantity("", "0", "1000")]
-    C2: Annotated[float, Quantity("", "0.1", "10000")]
+    C2: Annotated[float, Quantity("K", "0.1 K", "10000 K")]
     reference: Annotated[float, Quantity("K", "-150 degC", "200 degC")]
     arrhenius_below: Annotated[float, Quantity("K", "-150 degC", "200 degC")] | None = None
     activation_energy: Annotated[float, Quantity("J/mol", "0.1 kJ/mol", "2000 kJ/mol")] | None = (
