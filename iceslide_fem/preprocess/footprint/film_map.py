@@ -36,7 +36,7 @@ def film_map(
     """
     rows, columns = footprint.pressure.shape
     result = FilmMap.untouched((rows, columns), ride)
-    temperature, passing = np.broadcast_to(ride.temperature, rows), footprint.dx / ride.speed
+    passing = footprint.dx / ride.speed
     touching = np.flatnonzero(footprint.contact.any(axis=1))
     pixels = np.count_nonzero(footprint.contact)
     done = 0
@@ -49,7 +49,7 @@ def film_map(
     for first in range(0, touching.size, LINES):
         lines = touching[first : first + LINES]
         path = Path.below(footprint.pressure[lines], passing)
-        part = ride._replace(temperature=temperature[lines])
+        part = ride.lines(lines)
         below = ice(part.temperature, columns * passing, solid=part.solid)
         below = below.condensed(CONDENSED * tolerance)
         films, warm = films_along(path, part, below, contact_of, tolerance, told)
@@ -68,10 +68,14 @@ def _enter(
     contact_of: ContactTable | ConstantContact,
 ) -> None:
     """Films of a path, and what its lines have between their pixels, go into the map's `lines`."""
-    here, fraction = (lines[path.line], path.column), ride.water_fraction
+    here = lines[path.line], path.column
+    fraction = np.broadcast_to(ride.water_fraction, lines.shape)[path.line]
     for whole, values in zip(result, films, strict=True):
         whole[here] = values
-    squeezed = films.squeezed / fraction if fraction > 0.0 else contact_of(path.pressure).H_V
+    carried = fraction > 0.0
+    squeezed = np.where(
+        carried, films.squeezed / np.where(carried, fraction, 1.0), contact_of(path.pressure).H_V
+    )
     result.squeezed[here] = squeezed
     ends = np.flatnonzero(path.behind)
     long = path.behind[ends]

@@ -84,8 +84,8 @@ class FilmMap(NamedTuple):
     def untouched(cls, shape: tuple[int, int], ride: Ride) -> FilmMap:
         """The map of ice (ny, nx) that nothing has touched."""
         still, never = np.zeros((3, *shape)), np.zeros((2, *shape), dtype=bool)
-        height, layer = (np.full(shape, h) for h in (ride.initial_height, ride.thinnest_layer))
-        temperature = np.broadcast_to(ride.temperature, shape[::-1]).T.copy()
+        lines = ride.initial_height, ride.thinnest_layer, ride.temperature
+        height, layer, temperature = (np.broadcast_to(one, shape[::-1]).T.copy() for one in lines)
         return cls._make([*still, height, layer, temperature, *never])
 
     def lines(self, some: slice) -> FilmMap:
@@ -121,11 +121,15 @@ def films_along(
     # The pixels that lines are at, and those that they end with.
     at = np.flatnonzero(np.diff(path.line, prepend=-1))
     last = np.append(at[1:], path.line.size) - 1
-    lines, share, passing = at.size, ride.water_fraction, path.passing
+    lines, passing = at.size, path.passing
+    share, thinnest, speeds = (
+        np.broadcast_to(np.asarray(one, dtype=float), (lines,))
+        for one in (ride.water_fraction, ride.thinnest_layer, ride.sliding_speed)
+    )
     viscosity, variable_viscosity = ride.water(lines)
     k, D, H_V, _ = contact_of(path.pressure)
-    voids = np.maximum(share * H_V, ride.thinnest_layer)
-    sliding = np.full_like(k, ride.sliding_speed)
+    voids = np.maximum(share[path.line] * H_V, thinnest[path.line])
+    sliding = speeds[path.line]
     limit = ride.limit
     loads = film_loads(path.pressure, sliding, k, D, voids, viscosity[path.line], limit=limit)
     gaps = path.behind > 0
@@ -160,8 +164,9 @@ def films_along(
             for part, everywhere in zip(load[:4], loads[:4], strict=True):
                 part[arrives] = everywhere[pixel]
             # At a leading edge voids take in as deep a layer as lies on the ice, of that share.
-            layer = np.where(path.enters[pixel], share, 1.0) * state.squeezed_height[arrives]
-            state.squeezed_height[arrives] = np.maximum(layer, ride.thinnest_layer)
+            line = path.line[pixel]
+            layer = np.where(path.enters[pixel], share[line], 1.0) * state.squeezed_height[arrives]
+            state.squeezed_height[arrives] = np.maximum(layer, thinnest[line])
             left[arrives] = passing
             for work in works:
                 work[arrives] = 0.0

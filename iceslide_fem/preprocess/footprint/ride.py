@@ -9,7 +9,7 @@ import numpy as np
 from iceslide_fem.film.contact_age import ContactAge
 from iceslide_fem.film.limiting_shear import LimitingShear
 from iceslide_fem.film.viscosity import VariableViscosity
-from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.scene.materials import ICE, WATER_VISCOSITY, Solid, ViscosityTable
 from iceslide_fem.scene.shear_strength import ShearStrength
 
@@ -20,14 +20,14 @@ NOTHING = 1e-15  # m, that voids can pass on whose water stays where it is: they
 class Ride(NamedTuple):
     """How ice passes the footprint: V and the sliding speed V S (m/s), T_0 (K), h0 (m).
 
-    T_0 may be an array (ny,), one temperature for each line. water_speed: of squeezed-out water
+    T_0 and V S may be arrays (ny,), one value for each line. water_speed: of squeezed-out water
     relative to the rubber, a fraction of the sliding speed. Tables of the viscosity are read at
     the film's temperature. strength: tau_b of dry rubber on ice, where that limits the shear; then
     h0 may be 0, and the viscosity is a number. age: how the contact ages, where it does.
     """
 
     speed: float
-    sliding_speed: float
+    sliding_speed: float | Array
     temperature: float | Array
     initial_height: float = FIRST_HEIGHT
     solid: Solid = ICE
@@ -42,22 +42,37 @@ class Ride(NamedTuple):
         if self.strength is None:
             return None
         assert not isinstance(self.viscosity, ViscosityTable)
-        return LimitingShear.of(self.strength, self.viscosity, self.sliding_speed)
+        fastest = float(np.max(self.sliding_speed))
+        return LimitingShear.of(self.strength, self.viscosity, fastest)
+
+    def lines(self, some: Index) -> Ride:
+        """The ride of `some` of the lines."""
+        temperature, speed = (
+            np.asarray(one)[some] if np.ndim(one) else np.full(some.size, one)
+            for one in (self.temperature, self.sliding_speed)
+        )
+        return self._replace(temperature=temperature, sliding_speed=speed)
 
     @property
-    def water_fraction(self) -> float:
+    def water_fraction(self) -> float | Array:
         """w / V of the water below the rubber, which itself passes the footprint at V (1 - S)."""
         return 1.0 - self.sliding_speed / self.speed * (1.0 - self.water_speed)
 
     @property
-    def thinnest_layer(self) -> float:
+    def thinnest_layer(self) -> float | Array:
         """Of squeezed-out water on the ice, m."""
-        return 0.0 if self.water_fraction > 0.0 else NOTHING
+        return np.where(np.asarray(self.water_fraction) > 0.0, 0.0, NOTHING)
 
     def water(self, lines: int) -> tuple[Array, VariableViscosity | None]:
         """Viscosity of every line (Pa s), (lines,), and how it follows the temperature."""
+        viscosity = np.broadcast_to(self.viscosity_at(self.temperature), (lines,)).copy()
+        if not isinstance(self.viscosity, ViscosityTable):
+            return viscosity, None
+        return viscosity, VariableViscosity(self.viscosity, viscosity)
+
+    def viscosity_at(self, temperature: float | Array) -> Array:
+        """Of the water (Pa s) at temperatures (K) of any shape."""
         given = self.viscosity
-        if not isinstance(given, ViscosityTable):
-            return np.full(lines, given), None
-        viscosity = np.broadcast_to(given(self.temperature), (lines,))
-        return viscosity, VariableViscosity(given, viscosity)
+        if isinstance(given, ViscosityTable):
+            return given(temperature)
+        return np.full_like(np.asarray(temperature, dtype=float), given)

@@ -1,0 +1,94 @@
+"""Contact that slides below a wheel: by the film law, or by any other law of the one protocol."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from iceslide_fem.film.limiting_shear import shearing
+from iceslide_fem.film.loads import film_loads
+from iceslide_fem.preprocess.footprint.film_map import film_map
+from iceslide_fem.preprocess.footprint.passing import FilmMap
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.preprocess.footprint.ride import Ride
+from iceslide_fem.preprocess.wheel.brush import Ends
+from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
+
+SLOWEST = 1e-6  # m/s, that counts as rest
+
+
+class Slid(NamedTuple):
+    """Pixels that have been slid over, (n, nx), the first column at the leading edge.
+
+    stress: friction (Pa) at both ends; temperature of the ice's surface (K) and height of the film
+    (m, NaN of a law without one) where the ice leaves them; melting, saturated: which switches are
+    on there.
+    """
+
+    stress: Ends
+    temperature: Array
+    height: Array
+    melting: Mask
+    saturated: Mask
+
+    def lines(self, some: slice) -> Slid:
+        """Of `some` of the lines."""
+        first, last = self.stress
+        fields = self.temperature, self.height, self.melting, self.saturated
+        temperature, height, melting, saturated = (field[some] for field in fields)
+        return Slid(Ends(first[some], last[some]), temperature, height, melting, saturated)
+
+
+class SlidingContact(Protocol):
+    """What the brush asks of a friction law."""
+
+    def fresh(self, pressure: Array, speed: Array) -> Array:
+        """Friction stress (Pa) of contact under `pressure` (n, nx) that just begins to slide at a
+        `speed` (m/s, (n,)).
+        """
+
+    def slid(self, pressure: Array, dx: float, passing: float, speed: Array) -> Slid:
+        """Contact under `pressure` (n, nx), 0 where nothing slides, on pixels of the length `dx`
+        (m): ice is `passing` (m/s) and slid over at a `speed` (m/s, (n,)).
+
+        Raises SimulationStopped where a step cannot be made.
+        """
+
+
+@dataclass(frozen=True)
+class FilmContact:
+    """The film law, with or without dry shear: `ride` says all but the speeds.
+
+    contact_of: k, D and H_V over pressure; tolerance: relative error of mu aimed at.
+    """
+
+    ride: Ride
+    contact_of: ContactTable | ConstantContact
+    tolerance: float = 1e-2
+
+    def fresh(self, pressure: Array, speed: Array) -> Array:
+        """k eta v / (h0 + h_b) of contact that begins with films of h0."""
+        flat, speeds = pressure.ravel(), np.repeat(speed, pressure.shape[1])
+        ride = self.ride._replace(sliding_speed=speed)
+        limit, T_0 = ride.limit, np.full_like(flat, ride.temperature)
+        contact, viscosity = self.contact_of(flat)[:3], ride.viscosity_at(T_0)
+        loads = film_loads(flat, speeds, *contact, viscosity, limit=limit)
+        height = np.full_like(flat, ride.initial_height)
+        if limit is None:
+            shear = loads.viscous / height
+        else:
+            strength = limit.strength(np.maximum(ride.solid.melting_temperature - T_0, 0.0))
+            shear = loads.viscous * shearing(height, strength, limit.drag(speeds))
+        return np.where(pressure > 0.0, shear.reshape(pressure.shape), 0.0)
+
+    def slid(self, pressure: Array, dx: float, passing: float, speed: Array) -> Slid:
+        """By `footprint.film_map`, whose ice comes in at the last column."""
+        ride = self.ride._replace(speed=passing, sliding_speed=speed)
+        footprint = PressureMap(pressure[:, ::-1], dx, dx)
+        films = film_map(footprint, ride, self.contact_of, self.tolerance)
+        films = FilmMap._make(field[:, ::-1] for field in films)
+        stress = Ends(films.shear, films.shear)
+        return Slid(stress, films.temperature, films.height, films.melting, films.saturated)

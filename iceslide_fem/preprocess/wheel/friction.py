@@ -1,0 +1,139 @@
+"""Friction of a wheel at one slip ratio: the brush over all lines of its footprint."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.preprocess.wheel.brush import Ends, Traction, ends_of, tractions
+from iceslide_fem.preprocess.wheel.contact import SLOWEST, Slid, SlidingContact
+from iceslide_fem.preprocess.wheel.pattern import Pattern
+from iceslide_fem.preprocess.wheel.rolling import Rolling
+from iceslide_fem.runtime.arrays import Array
+
+PASSES = 6  # over what slides and its friction, until nothing more begins to slide
+
+
+class Tread(NamedTuple):
+    """Shear stiffness c of the tread (Pa/m), and its pattern, if it has one."""
+
+    stiffness: float
+    pattern: Pattern | None = None
+
+
+class SlipPoint(NamedTuple):
+    """A wheel at one slip ratio; fractions and means are over the area in contact.
+
+    mu, mu_across: friction over load against the wheel's motion along its plane, and against that
+    across it; trail (m): of the force across behind the middle of the patch; sliding, melting,
+    saturated: fractions; film_height (m) and temperature (K) where it slides, NaN where nothing
+    does.
+    """
+
+    slip: float
+    mu: float
+    mu_across: float
+    trail: float
+    sliding: float
+    melting: float
+    saturated: float
+    film_height: float
+    temperature: float
+
+
+def friction(
+    footprint: PressureMap, rolls: Sequence[Rolling], tread: Tread, contact: SlidingContact
+) -> list[SlipPoint]:
+    """Wheels whose footprint (ice comes in at its last column) rolls and slips; they have one speed
+    and one slip angle.
+
+    Raises SimulationStopped where the law finds no step.
+    """
+    pressure, dx = footprint.pressure[:, ::-1], footprint.dx
+    passing = rolls[0].forward
+    parts, pattern = 1, tread.pattern
+    if pattern is not None:
+        fastest = max(one.sliding_speed for one in rolls)
+        parts = pattern.refinement(dx * fastest / passing)
+        pressure, dx = np.repeat(pressure, parts, axis=1), dx / parts
+    seen = [
+        pressure if pattern is None else pattern.over(pressure, dx * one.sliding_speed / passing)
+        for one in rolls
+    ]
+    lines = len(seen[0])
+    rise, speed = (
+        np.repeat([getattr(one, name) for one in rolls], lines)
+        for name in ("stretch", "sliding_speed")
+    )
+    traction, slid = _brush(
+        np.concatenate(seen), dx, passing, tread.stiffness * dx * rise, speed, contact
+    )
+
+    def of(number: int) -> SlipPoint:
+        some = slice(number * lines, (number + 1) * lines)
+        here = Traction(*(field[some] for field in traction))
+        return _point(seen[number], dx, rolls[number], here, slid.lines(some))
+
+    return [of(number) for number in range(len(rolls))]
+
+
+def _point(
+    pressure: Array, dx: float, rolling: Rolling, traction: Traction, slid: Slid
+) -> SlipPoint:
+    """What lines (n, nx) of one wheel amount to."""
+    touching, slides = pressure > 0.0, traction.sliding
+    area, whole = np.count_nonzero(touching), traction.stress.sum()
+    along, across = (float(whole / pressure.sum() * part) for part in rolling.direction)
+    columns = np.flatnonzero(touching.any(axis=0))
+    lever = (np.arange(pressure.shape[1]) - 0.5 * (columns[0] + columns[-1])) * dx
+    behind = traction.stress.sum(axis=0) @ lever
+
+    def mean(values: Array) -> float:
+        there = slides > 0.0
+        return float(values[there] @ slides[there] / slides.sum()) if there.any() else np.nan
+
+    return SlipPoint(
+        slip=rolling.slip,
+        mu=along,
+        mu_across=across,
+        trail=float(behind / whole) if whole > 0.0 else 0.0,
+        sliding=float(slides.sum() / area),
+        melting=float((slides * slid.melting).sum() / area),
+        saturated=float((slides * slid.saturated).sum() / area),
+        film_height=mean(slid.height),
+        temperature=mean(slid.temperature),
+    )
+
+
+def _brush(
+    pressure: Array,
+    dx: float,
+    passing: float,
+    rise: Array,
+    speed: Array,
+    contact: SlidingContact,
+) -> tuple[Traction, Slid]:
+    """What bristles bear, and the contact where they slide, of lines (n, nx), leading edge first.
+
+    Where bristles slide first follows from contact that has just begun to; where its friction then
+    falls, more of them do.
+    """
+    touching, speed = pressure > 0.0, np.maximum(speed, SLOWEST)
+    rise = np.where(speed > SLOWEST, rise, 0.0)
+    at_ends = ends_of(pressure, touching)
+    begins = Ends(*(contact.fresh(end, speed) for end in at_ends))
+    at_rest = (contact.fresh(end, np.full_like(speed, SLOWEST)) for end in at_ends)
+    static = Ends(*(np.maximum(one, other) for one, other in zip(begins, at_rest, strict=True)))
+    slides = tractions(rise, touching, static, begins).sliding > 0.0
+    for _ in range(PASSES):
+        slid = contact.slid(np.where(slides, pressure, 0.0), dx, passing, speed)
+        sliding = Ends(*(np.where(slides, *pair) for pair in zip(slid.stress, begins, strict=True)))
+        traction = tractions(rise, touching, static, sliding)
+        more = (traction.sliding > 0.0) & ~slides
+        if not more.any():
+            break
+        slides |= more
+    return traction, slid
