@@ -37,9 +37,9 @@ class Slid(NamedTuple):
     def lines(self, some: slice) -> Slid:
         """Of `some` of the lines."""
         first, last = self.stress
-        fields = self.temperature, self.height, self.melting, self.saturated
-        temperature, height, melting, saturated = (field[some] for field in fields)
-        return Slid(Ends(first[some], last[some]), temperature, height, melting, saturated)
+        temperature, height = self.temperature[some], self.height[some]
+        switches = self.melting[some], self.saturated[some]
+        return Slid(Ends(first[some], last[some]), temperature, height, *switches)
 
 
 class SlidingContact(Protocol):
