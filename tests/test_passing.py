@@ -12,6 +12,7 @@ from test_sliding import CASES, slide, started  # noqa: E402
 
 from iceslide_fem.coupling.coupled_step import CoupledStep  # noqa: E402
 from iceslide_fem.coupling.plate import Plate  # noqa: E402
+from iceslide_fem.coupling.relaxing import Elastic  # noqa: E402
 from iceslide_fem.coupling.step_error import StepError  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.ice_heat import Column  # noqa: E402
@@ -207,7 +208,7 @@ def test_a_trial_step_leaves_no_trace_in_a_model(motion, carrier, heat):
     sliding.advance()
     before = heat_states(sliding.frame)
     block, carrier, law = sliding.block, sliding.frame, sliding.motion_law
-    step = CoupledStep(block, carrier, Plate(block), law, StepError(block, 1e-3))
+    step = CoupledStep(block, carrier, Plate(block), law, Elastic(), StepError(block, 1e-3))
     step.attempt(sliding.current, 1e-6, 1e-6)
     np.testing.assert_equal(heat_states(sliding.frame), before)
     assert before["ice"]

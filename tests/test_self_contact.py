@@ -43,7 +43,7 @@ def model(request, monkeypatch):
         tagged = from_root(lambda: in_tetrahedra(with_sides(tagged_rubber(scene))), comm)
         return distribute(tagged, comm)
 
-    monkeypatch.setattr("iceslide_fem.rubber.block.rubber_mesh", in_pieces)
+    monkeypatch.setattr("iceslide_fem.rubber.build.rubber_mesh", in_pieces)
     return "block"
 
 

@@ -20,6 +20,7 @@ from iceslide_fem.coupling.coupled_step import CoupledStep  # noqa: E402
 from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.coupling.limits import LIMITS  # noqa: E402
 from iceslide_fem.coupling.plate import Plate  # noqa: E402
+from iceslide_fem.coupling.relaxing import Elastic  # noqa: E402
 from iceslide_fem.coupling.sliding import Sliding  # noqa: E402
 from iceslide_fem.coupling.step_error import StepError, StepRejected  # noqa: E402
 from iceslide_fem.coupling.subcycles import Subcycles  # noqa: E402
@@ -177,7 +178,9 @@ def test_where_shear_that_fades_in_has_no_equilibrium_its_fading_is_held(monkeyp
 def test_no_step_is_accepted_whose_energy_does_not_close(monkeypatch):
     sliding = started(thesis("load.duration=1ms", "numerics.refinement=0.25"))
     elastic, given = HyperelasticBody.elastic_energy, [0.0]
-    monkeypatch.setattr(HyperelasticBody, "elastic_energy", lambda self: elastic(self) + given[0])
+    monkeypatch.setattr(
+        HyperelasticBody, "elastic_energy", lambda self, relaxed: elastic(self, relaxed) + given[0]
+    )
     accepted = sliding.advance()
     run_work = sliding.current.mechanics.friction_force * 3.0 * 1e-3
     state = sliding.checkpoint_state()._replace(quiescent=False, dt=1e-5)  # longer than a jump
@@ -398,7 +401,9 @@ def test_a_rejected_step_leaves_no_trace():
     block, carrier, law = sliding.block, sliding.frame, sliding.motion_law
     strict = StepError(block, 1e-3, replace(LIMITS, local=1e-9))
     with pytest.raises(StepRejected):
-        CoupledStep(block, carrier, Plate(block), law, strict).attempt(before, 0.3e-3, 1e-5)
+        CoupledStep(block, carrier, Plate(block), law, Elastic(), strict).attempt(
+            before, 0.3e-3, 1e-5
+        )
     assert sliding.current is before
     for part, copy in zip((before.motion.displacements, *before.interface), copies, strict=True):
         np.testing.assert_array_equal(part, copy)
