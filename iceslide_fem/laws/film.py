@@ -68,7 +68,7 @@ class FilmLaw:
         """Loads of the film at local `pressure` (Pa) and `speed` (m/s)."""
         p = self.read_at(pressure)
         k, D, H_V, _ = self.parameters(p)
-        ramp, _ = self._ramp(pressure)
+        ramp, _ = self.ramp(pressure)
         p, k = np.where(pressure > 0.0, p, 0.0), ramp * k
         variable_viscosity = (
             None if self.table is None else VariableViscosity(self.table, self.viscosity)
@@ -128,7 +128,7 @@ class FilmLaw:
         k, dk_dp = self.parameters.contact_area(self.read_at(pressure))
         if self.nominal is not None:
             dk_dp = np.zeros_like(dk_dp)
-        ramp, slope = self._ramp(pressure)
+        ramp, slope = self.ramp(pressure)
         factor = self.viscosity * speed / film_height
         return ramp * k * factor, (slope * k + ramp * dk_dp) * factor
 
@@ -140,7 +140,8 @@ class FilmLaw:
         """The pressure that k, D, H_V and the squeeze term follow, Pa."""
         return pressure if self.nominal is None else np.full_like(pressure, self.nominal)
 
-    def _ramp(self, pressure: Array) -> tuple[Array, Array]:
+    def ramp(self, pressure: Array) -> tuple[Array, Array]:
+        """By how much shear is faded in at a pressure (Pa), and its derivative, 1/Pa."""
         x = pressure / self.ramp_pressure
         return np.clip(x, 0.0, 1.0), np.where((x > 0.0) & (x < 1.0), 1.0 / self.ramp_pressure, 0.0)
 

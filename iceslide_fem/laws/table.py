@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 from iceslide_fem.film.contact_age import contact_age
 from iceslide_fem.laws.aged_film import AgedFilm
+from iceslide_fem.laws.carrying_film import CarryingFilm, carrying_film
 from iceslide_fem.laws.coulomb import Coulomb
 from iceslide_fem.laws.film import FilmLaw, film_law
 from iceslide_fem.laws.interface_law import InterfaceLaw
@@ -46,10 +47,14 @@ def user_law(scene: Scene) -> UserLaw:
     return bound
 
 
-def film(scene: Scene) -> FilmLaw | AgedFilm:
-    """The film law: under a limiting shear stress, at the contact's age, as the scene has it."""
+def film(scene: Scene) -> FilmLaw | AgedFilm | CarryingFilm:
+    """The film law: under a limiting shear stress, at the contact's age, beside voids that carry,
+    as the scene has it.
+    """
     strength = scene.shear_strength
     law = film_law(scene) if strength is None else limited_film(scene, strength)
+    if scene.film.voids == "carry":
+        return carrying_film(law, scene)
     age = contact_age(scene)
     return law if age is None else AgedFilm(law, age, scene.ice.temperature)
 

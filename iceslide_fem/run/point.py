@@ -69,7 +69,7 @@ def _of_film(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[st
 
 
 def _of_law(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[str, Any]]:
-    """Rows and results of any law without a film."""
+    """Rows and results of any law whose steps end on no event of a film."""
     numerics, load, duration = scene.numerics, scene.load, exposure(scene)
     ice = ice_below(ice_model(scene), scene.ice.temperature, duration, scene.ice.solid)
     integrator = INTEGRATORS[numerics.film_integrator]
@@ -84,14 +84,17 @@ def _of_law(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[str
         scene.ice.melting_temperature - scene.ice.temperature,
         rubber_columns(scene),
         numerics.max_step or (None if integrator.estimate else duration / FIXED_STEPS),
+        film_height=scene.initial_height,
     )
     history, rejected = PointRows(scene, law), 0
     for moment in steps:
         rejected += moment.rejected
         warm = float(ice.surface_temperature(moment.state.ice)[0])
-        melting = moment.step is not None and bool(moment.step.last.melting[0])
-        shear = float(moment.shear[0])
-        history.add(moment.time, moment.state, shear, warm, moment.step, melting)
+        step, shear = moment.step, float(moment.shear[0])
+        switches = (False, False)
+        if step is not None:
+            switches = bool(step.last.melting[0]), bool(step.last.saturated[0])
+        history.add(moment.time, moment.state, shear, warm, step, *switches)
     rows = history.rows
     mu, time = ([getattr(row, name) for row in rows] for name in ("mu", "time_s"))
     peak = int(np.argmax(mu))
@@ -101,7 +104,7 @@ def _of_law(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[str
         "mu_mean": float(trapezoid(mu, time)) / duration,
         "mu_end": mu[-1],
         "melt_onset_s": next((row.time_s for row in rows if row.melted_fraction), None),
-        "saturation_s": None,
+        "saturation_s": next((row.time_s for row in rows if row.saturated_fraction), None),
         "steps": len(rows) - 1,
         "rejected_steps": rejected,
         "warnings": [],

@@ -11,6 +11,7 @@ from iceslide_fem.scene.passes import check_passes
 from iceslide_fem.scene.shape import check_room_across
 from iceslide_fem.scene.tables import Tables
 from iceslide_fem.scene.thermal_layers import HEATED_LAYERS
+from iceslide_fem.scene.wet import check_voids
 
 DEEPEST = 0.1  # that contact may sink in, of the height
 
@@ -46,6 +47,7 @@ def check_contradictions(scene: Tables) -> None:
     if scene.load.changes:
         _loads_may_change(scene)
     check_passes(scene)
+    check_voids(scene)
     _rubber_relaxes_here(scene)
     if scene.film.contact_age:
         check_contact_age(scene)

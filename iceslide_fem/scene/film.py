@@ -43,7 +43,8 @@ class Film(Table):
     film's shear: rows of it over the temperature of the ice's surface (K), or a number, which it
     is on cold ice; it falls over the last `dry_softening` (K) before T_m + `dry_residual` (K).
     With it films may begin without water, initial_height 0, and water may freeze (`refreeze`): that
-    of films, or all. `between` passes water freezes, drains, or is kept.
+    of films, or all. `between` passes water freezes, drains, or is kept. Squeeze-out stops where
+    `voids` are full, or their water carries a part of the pressure.
     """
 
     carrier: Literal["ice", "rubber"] = "ice"
@@ -62,6 +63,7 @@ class Film(Table):
     dry_residual: Annotated[float, RESIDUAL] = USUAL_RESIDUAL
     refreeze: Literal["nothing", "film", "all"] = "nothing"
     between: Literal["freeze", "drain", "keep"] = "freeze"
+    voids: Literal["stop", "carry"] = "stop"
 
     @model_validator(mode="after")
     def _all_or_none(self) -> Self:

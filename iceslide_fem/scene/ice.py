@@ -61,7 +61,7 @@ class Ice(Table):
     The ice is `depth` (m) thick, without it as deep as heat reaches. Below it lie `layers`, each
     with a name of its own. The lowest face, the `base`, is insulated or held at `base_temperature`
     (K), by default the ice's. `mesh` is a mesh file of the ice and what is below, with coordinates
-    in `mesh_unit`, whose regions have the names of the layers.
+    in `mesh_unit`, whose regions have the names of the layers. `water` (m) lies on wet ice.
     """
 
     temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC")] = 269.15
@@ -83,6 +83,7 @@ class Ice(Table):
         ICE.melting_temperature
     )
     latent_heat: Annotated[float, Quantity("J/kg", "1 kJ/kg", "10000 kJ/kg")] = ICE.latent_heat
+    water: Annotated[float, Quantity("m", "0 um", "5 mm")] = 0.0
 
     @model_validator(mode="after")
     def _is_frozen(self) -> Self:

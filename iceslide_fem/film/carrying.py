@@ -1,0 +1,195 @@
+"""Films beside voids whose water carries a part of the pressure: loads, and the implicit stage.
+
+The film law under the contact pressure p_c of `voids`, which follows from the water W in the voids
+at the end of the stage. Both are found together. Water that bears p_f shears, too, as a film of its
+own height over the part p_f / p of the area:
+
+    tau = k(p_c) eta v / h + (p_f / p) eta v / W
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.film.height import CLOSE
+from iceslide_fem.film.ice_heat import IceHeat
+from iceslide_fem.film.integrators import InterfaceState, Step, error_norms
+from iceslide_fem.film.law import FilmHistory, FilmStage, Surface, log_shearing
+from iceslide_fem.film.loads import FilmLoads, film_loads
+from iceslide_fem.film.rubber_heat import RubberHeat
+from iceslide_fem.film.voids import Voids
+from iceslide_fem.runtime.arrays import Array, Index
+
+SETTLED, MOST_PASSES = 1e-11, 80  # change of ln W that is none; of the search
+LEAST_SLOPE = 0.2  # of the residual of ln W, with which a secant is followed
+
+
+class Sharing(NamedTuple):
+    """What shares a pressure: the film's loads at p_c, p_f (Pa), and the shear of the water that
+    bears it (Pa), (n,).
+    """
+
+    film: FilmLoads
+    borne: Array
+    thick: Array
+
+
+class CarryingLoads(NamedTuple):
+    """Loads at an end of a step; arrays (n,).
+
+    pressure (Pa), speed (m/s), fade: by how much shear is faded in there; viscosity: eta, Pa s.
+    """
+
+    voids: Voids
+    pressure: Array
+    speed: Array
+    fade: Array
+    viscosity: float
+
+    def take(self, index: Index) -> CarryingLoads:
+        """The loads at `index`."""
+        parts = {name: getattr(self, name)[index] for name in ("pressure", "speed", "fade")}
+        return self._replace(**parts)
+
+    def begun(
+        self, dt: Array | float, state: InterfaceState, ice: IceHeat, rubber: RubberHeat
+    ) -> CarryingLoads:
+        """The same."""
+        return self
+
+    def at(self, end: CarryingLoads, fraction: float) -> CarryingLoads:
+        """Loads at `fraction` of a step that ends with `end`, on straight lines."""
+        parts = {
+            name: getattr(self, name) + fraction * (getattr(end, name) - getattr(self, name))
+            for name in ("pressure", "speed", "fade")
+        }
+        return self._replace(**parts)
+
+    def sharing(self, water: Array) -> Sharing:
+        """Who bears the pressure with `water` (m) in the voids."""
+        p = np.maximum(self.pressure, 0.0)
+        solid = self.voids.contact_pressure(p, water)
+        k, D = self.voids.contact(solid)
+        unlimited = np.full_like(p, np.inf)
+        film = film_loads(solid, self.speed, self.fade * k, D, unlimited, self.viscosity)
+        borne = p - solid
+        part = np.divide(borne, p, out=np.zeros_like(p), where=p > 0.0)
+        shear = self.viscosity * self.speed * part * self.fade
+        thick = np.divide(shear, water, out=np.zeros_like(p), where=borne > 0.0)
+        return Sharing(film, borne, thick)
+
+    def film(
+        self,
+        start: FilmHistory,
+        before: FilmHistory,
+        dt: Array | float,
+        stage: Callable[..., FilmStage],
+        near: Array | None = None,
+        close: float = CLOSE,
+    ) -> CarryingFilm:
+        """The film in a `stage` of `dt` (s) from `start`."""
+        law = partial(stage, near=near, close=close)
+        return CarryingFilm(law, start.log_height, start.squeezed_height, dt, self)
+
+    def internal_after(self, before: Array, stage: FilmStage) -> Array:
+        """None."""
+        return before
+
+    def shear(self, state: InterfaceState, ice: IceHeat) -> Array:
+        """tau (Pa), (n,), of films in `state`, whatever the ice."""
+        film, _, thick = self.sharing(state.squeezed_height)
+        return np.asarray(film.viscous * np.exp(log_shearing(state)) + thick)
+
+    def force(self, step: Step) -> Array:
+        """Size of tau (Pa) at the end of the `step`, (n,)."""
+        film, _, thick = self.sharing(step.state.squeezed_height)
+        return np.asarray(np.abs(film.viscous * np.exp(log_shearing(step.state)) + thick))
+
+    def shear_change(self, state: InterfaceState, other: InterfaceState, ice: IceHeat) -> Array:
+        """Relative difference (n,) of the shear of the `other` state from that of `state`."""
+        here, there = (self.shear(one, ice) for one in (state, other))
+        size = np.maximum(np.abs(here), np.finfo(float).tiny)
+        return np.where(here == there, 0.0, (there - here) / size)
+
+    def local_error(self, step: Step, ice: IceHeat, rubber: RubberHeat, scale: Array) -> Array:
+        """Relative local errors (n,) of a step that ends here; `scale` of temperatures, K."""
+        free = self.voids.held(np.maximum(self.pressure, self.voids.table.pressure[0]))
+        water = np.maximum(free, step.state.squeezed_height)
+        return error_norms(step, ice, water, scale, rubber)
+
+
+class CarryingFilm(NamedTuple):
+    """A film beside voids in one implicit stage (`film.law.Film`): where it starts, its length dt
+    (s), and what acts; law: the stage of a film.
+    """
+
+    law: Callable[..., FilmStage]
+    log_height: Array
+    squeezed_height: Array
+    dt: Array | float
+    loads: CarryingLoads
+
+    @property
+    def power_at_start(self) -> Array:
+        """q_f (W/m2) of the film that the stage starts from."""
+        film, _, thick = self.loads.sharing(self.squeezed_height)
+        return np.asarray((film.viscous * np.exp(-self.log_height) + thick) * self.loads.speed)
+
+    def height(self, log_height: Array) -> Array:
+        """h (m) of what the stage says."""
+        return np.exp(log_height)
+
+    def solve(self, ice: Surface, near: Array | None = None) -> FilmStage:
+        """Film and voids above `ice`: the water that its own load sharing leaves in the voids.
+
+        What the sharing of W leaves in the voids hardly follows W, or falls as it rises: so there
+        is one root, between places where more and less is left than is shared.
+        """
+        pressure = np.maximum(self.loads.pressure, 0.0)
+        held = self.loads.voids.held(np.maximum(pressure, np.finfo(float).tiny))
+        found, left = self._with(np.minimum(self.squeezed_height, held), ice)
+        full = left > held
+        if not full.any():
+            return found._replace(squeezed_height=left)
+        low, high = held.copy(), np.full_like(held, np.inf)
+        water = np.where(full, np.maximum(self.squeezed_height, held), left)
+        before, residual_before = np.full_like(water, np.nan), np.full_like(water, np.nan)
+        for _ in range(MOST_PASSES):
+            found, left = self._with(water, ice)
+            residual = np.where(full, np.log(water / left), 0.0)
+            if not (np.abs(residual) > SETTLED).any():
+                break
+            low, high = np.where(residual < 0.0, water, low), np.where(residual > 0.0, water, high)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                slope = (residual - residual_before) / np.log(water / before)
+                following = np.where(slope >= LEAST_SLOPE, water * np.exp(-residual / slope), left)
+            outside = ~((following >= low) & (following <= high))
+            middle = np.where(np.isfinite(high), np.sqrt(low * high), np.maximum(left, low))
+            following = np.where(outside, middle, following)
+            before, residual_before = water, residual
+            water = np.where(full, following, water)
+        water = np.where(np.abs(residual) > 1e3 * SETTLED, np.nan, left)
+        return found._replace(
+            squeezed_height=water, log_height=np.where(np.isnan(water), np.nan, found.log_height)
+        )
+
+    def _with(self, water: Array, ice: Surface) -> tuple[FilmStage, Array]:
+        """The stage with the sharing of `water` (m), and what it leaves in the voids."""
+        loads, borne, thick = self.loads.sharing(water)
+        warms = thick * self.loads.speed
+        above = ice._replace(
+            offset=ice.offset + ice.resistance * warms, melted_flux=ice.melted_flux - warms
+        )
+        found = self.law(self.log_height, np.zeros_like(water), self.dt, loads, above)
+        gained = self.squeezed_height + found.squeezed_height
+        out = self.loads.voids.outflow(borne, water, self.loads.viscosity)
+        left = gained / (1.0 + self.dt * out)  # implicit in the water that flows out
+        return found._replace(
+            friction_power=found.friction_power + warms,
+            ice_flux=found.ice_flux + warms,
+            saturated=borne > 0.0,
+        ), left

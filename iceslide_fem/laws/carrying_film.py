@@ -1,0 +1,104 @@
+"""The film law beside voids whose water carries a part of the pressure (`film.voids`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from iceslide_fem.film.carrying import CarryingLoads
+from iceslide_fem.film.integrators import InterfaceState
+from iceslide_fem.film.voids import Voids
+from iceslide_fem.laws.film import FilmLaw
+from iceslide_fem.laws.interface_law import Sheared
+from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.scene import Scene
+from iceslide_fem.scene.contact_table import ContactTable
+from iceslide_fem.scene.wet import longest_lug
+
+
+@dataclass(frozen=True, eq=False)
+class CarryingFilm:
+    """A `film` law of one viscosity, and its `voids`.
+
+    brought: water that the ice brings, m.
+    """
+
+    film: FilmLaw
+    voids: Voids
+    brought: float = 0.0
+    name: ClassVar[str] = "film beside voids that carry"
+    has_film: ClassVar[bool] = False
+    viscous: ClassVar[bool] = True
+    freezes: ClassVar[bool] = False
+    fault: ClassVar[str | None] = None
+    columns: ClassVar[tuple[str, ...]] = ()
+    internal_at_start: ClassVar[tuple[float, ...]] = ()
+
+    def frame(self, asked: str) -> str:
+        """As the scene has it."""
+        return asked
+
+    def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
+        """Films of the height (m), and what the ice brings in the voids."""
+        return np.full(n, np.log(film_height)), np.full(n, self.brought), np.zeros((0, n))
+
+    def films(self, height: Array, temperature: Array) -> tuple[Array, Array]:
+        """ln h of films of the height (m)."""
+        return np.log(height), np.zeros((0, height.size))
+
+    def loads(self, pressure: Array, speed: Array) -> CarryingLoads:
+        """Loads at local `pressure` (Pa) and `speed` (m/s)."""
+        fade, _ = self.film.ramp(pressure)
+        return CarryingLoads(self.voids, pressure, speed, fade, self.film.viscosity)
+
+    def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
+        """Shear of films as they are in `state`, beside voids with the water that they have."""
+        return self.over(np.exp(state.log_height), state.squeezed_height)
+
+    def at_start(self, film_height: float, n: int) -> Sheared:
+        """Shear of `n` films of the height (m)."""
+        return self.over(np.full(n, film_height), np.full(n, self.brought))
+
+    def film_height(self, state: InterfaceState) -> Array:
+        """h of every film (n,), m."""
+        return np.asarray(np.exp(state.log_height))
+
+    def height_at(self, state: InterfaceState, read: Callable[[Array], Array]) -> Array:
+        """As of `FilmLaw`."""
+        return self.film.height_at(state, read)
+
+    def over(self, film_height: Array, water: Array) -> Sheared:
+        """Shear of films of these heights beside voids with this water (m), (n,)."""
+
+        def shear(pressure: Array, speed: Array) -> tuple[Array, Array, Array]:
+            height, full = (part.reshape(pressure.shape) for part in (film_height, water))
+            unit = self._unit(pressure, height, full)
+            step = 1e-6 * np.maximum(np.abs(pressure), 1.0)
+            by_pressure = (self._unit(pressure + step, height, full) - unit) / step
+            return unit * speed, by_pressure * speed, unit
+
+        return shear
+
+    def reported(self, internal: Array, pressure: Array) -> Mapping[str, Array]:
+        """Nothing that its internal variables say."""
+        return {}
+
+    def outside(self, pressure: Array) -> Mask:
+        """Whether the table of k, D, H_V does not cover the pressure."""
+        return self.film.outside(pressure)
+
+    def _unit(self, pressure: Array, height: Array, water: Array) -> Array:
+        """tau over the slip speed (Pa s/m)."""
+        ones = np.ones_like(pressure)
+        film, _, thick = self.loads(pressure, ones).sharing(water)
+        return np.asarray(film.viscous / height + thick)
+
+
+def carrying_film(film: FilmLaw, scene: Scene) -> CarryingFilm:
+    """The scene's `film` law beside voids that carry, below its longest lug."""
+    table = film.parameters
+    assert isinstance(table, ContactTable)  # by the scene's validation
+    return CarryingFilm(film, Voids(table, longest_lug(scene.rubber)), scene.ice.water)

@@ -1,0 +1,125 @@
+"""Water in the voids that carries: load sharing, squeezing, wet ice at points."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from iceslide_fem.film.carrying import CarryingLoads
+from iceslide_fem.film.ice_heat import Column
+from iceslide_fem.film.integrators import InterfaceState, advance
+from iceslide_fem.film.runge_kutta import INTEGRATORS
+from iceslide_fem.film.voids import Voids
+from iceslide_fem.run.point import point_history
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene import scene_from_dict
+from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.materials import CONTACT_TABLES
+
+pytestmark = pytest.mark.quick
+
+FILE = Path(__file__).parent.parent / "cases" / "surfaces" / "compound_B.csv"
+TABLE = read_contact_table(FILE, "the surface")
+
+
+def scene(water="0 um", **changes):
+    tables = {
+        "rubber": {"compound": "B", "length": 20e-3, "width": 20e-3, "height": 8e-3},
+        "load": {"pressure": 5e5, "speed": 6.0, "duration": 5e-3},
+        "ice": {"temperature": "-1 degC", "water": water},
+        "film": {"voids": "carry", "contact": str(FILE)},
+        "numerics": {"tolerance": 1e-3},
+    }
+    for name, table in changes.items():
+        tables[name] = tables[name] | table if isinstance(table, dict) else table
+    return scene_from_dict({"name": "wet", "model": "point"} | tables)
+
+
+@pytest.mark.parametrize(
+    ("water", "bar", "solid", "k"),
+    [(3.0, 2.0, 0.857, 0.226), (2.0, 5.0, 1.619, 0.358), (2.0, 2.0, 1.619, 0.358),
+     (1.0, 5.0, 3.295, 0.560)],
+)  # fmt: skip
+def test_full_voids_share_the_load(water, bar, solid, k):
+    voids = Voids(TABLE)
+    found = voids.contact_pressure(np.array([bar * 1e5]), np.array([water * 1e-6]))
+    assert found / 1e5 == pytest.approx(solid, abs=5e-4)
+    assert voids.contact(found)[0] == pytest.approx(k, abs=5e-4)
+    assert voids.held(found) == pytest.approx(water * 1e-6)
+
+
+def test_voids_that_are_not_full_bear_nothing():
+    p = np.array([2e5, 2e5, 0.0])
+    water = np.array([1.5e-6, 0.0, 1e-6])
+    assert Voids(TABLE).contact_pressure(p, water).tolist() == p.tolist()
+
+
+@pytest.mark.parametrize("table", [TABLE, CONTACT_TABLES["B"]], ids=["surface", "published"])
+def test_voids_hold_what_carries(table):
+    voids, water = Voids(table), np.geomspace(1e-8, 1e-3, 50)
+    solid = voids.carried(water)
+    assert voids.held(solid) == pytest.approx(water, rel=1e-10)
+    assert (np.diff(solid) < 0.0).all() and (np.diff(voids.contact(solid)[0]) <= 0.0).all()
+
+
+@pytest.mark.parametrize(("lug", "left"), [(20e-3, 18.641), (5.5e-3, 5.211), (2e-3, 1.897)])
+def test_a_lug_squeezes_thick_water_as_reynolds_has_it(lug, left):
+    """From 100 um at 2 bar in 5 ms; no asperity bears anything meanwhile."""
+    voids, n = Voids(TABLE, lug), 1
+    stiff = voids.table(np.array([2e5]))  # so deep water that its own roughness does not tell
+    assert stiff.H_V[0] < 2e-6
+    loads = CarryingLoads(voids, np.full(n, 2e5), np.full(n, 1e-3), np.ones(n), 1.8e-3)
+    ice = Column(np.full(n, 270.0), 5e-3)
+    state = InterfaceState(np.full(n, np.log(70e-9)), np.full(n, 100e-6), ice.initial(n))
+    times = np.concatenate([[0.0], np.geomspace(1e-8, 5e-3, 1500)])
+    for dt in np.diff(times):
+        state = advance(state, loads, loads, dt, ice, INTEGRATORS["sdirk2"]).state
+    if left > 5.0:  # thinner water shares the load with asperities
+        assert state.squeezed_height[0] * 1e6 == pytest.approx(left, rel=2e-2)
+    assert state.squeezed_height[0] * 1e6 >= left * 0.999
+
+
+def test_friction_no_longer_dies_when_voids_are_full():
+    rows, entries = point_history(scene())
+    stopped, _ = point_history(scene(film={"voids": "stop"}))
+    assert entries["saturation_s"] is not None
+    assert rows[-1].mu > 1.5 * stopped[-1].mu and rows[-1].film_height_m < stopped[-1].film_height_m
+    assert abs(rows[-1].energy_imbalance) < 1e-9
+    before = [row for row in rows if not row.saturated_fraction]
+    due = np.array([(row.time_s, row.mu) for row in stopped])
+    mu = np.interp([row.time_s for row in before], *due.T)
+    assert [row.mu for row in before] == pytest.approx(mu, rel=2e-3)
+
+
+def test_wet_ice_carries_the_block_at_first():
+    thick, _ = point_history(scene("20 um", load={"pressure": 2e5, "speed": 4.0}))
+    dry, _ = point_history(scene(load={"pressure": 2e5, "speed": 4.0}))
+    assert thick[0].mu < 0.003 < 0.1 < dry[0].mu
+    water = [row.squeezed_height_m for row in thick]
+    assert (np.diff(water) < 0.0).all()
+    assert thick[-1].mu > thick[0].mu
+
+
+def test_steps_keep_their_order():
+    due, _ = point_history(scene(numerics={"tolerance": 1e-5}))
+    off = []
+    for tolerance in (1e-2, 1e-3):
+        rows, _ = point_history(scene(numerics={"tolerance": tolerance}))
+        off.append(abs(rows[-1].mu / due[-1].mu - 1.0))
+    assert off[0] < 1e-2 and off[1] < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"film": {"voids": "stop"}, "water": "5 um"}, "ice.water needs voids that carry"),
+        ({"film": {"contact": None, "k": 0.3, "D": 3e-5, "H_V": 2e-6}}, "film.k contradict"),
+        ({"film": {"dry_stress": 2e5}}, "film.dry_stress contradict"),
+        ({"rubber": {"heat": True}}, "rubber.heat contradict"),
+        ({"model": "slice", "ice": {"motion": "sliding"}}, "films on ice that slides"),
+        ({"load": {"passes": 2, "period": 1.0}}, "passes contradict"),
+    ],
+)
+def test_what_cannot_carry_gets_one_sentence(changes, said):
+    with pytest.raises(SceneError, match=said):
+        scene(**changes)
