@@ -38,7 +38,7 @@ def mu_slip(title: str, found: Sequence[Curve]) -> Figure:
         )  # fmt: skip
     if alone is not None and alone.locked is not None:
         axes.annotate(
-            f"locked {alone.locked.mu:.3g}", (1.0, alone.locked.mu), (-6, 10),
+            f"locked {alone.locked.mu:.3g}", (1.0, alone.locked.mu), (4, -20),
             textcoords="offset points", ha="right",
         )  # fmt: skip
     for marker, name in (("^", "peak"), ("s", "locked wheel")):

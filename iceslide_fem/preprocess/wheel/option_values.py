@@ -57,7 +57,7 @@ def _slips(value: Any) -> Any:
     if not 1 <= number <= MOST_SLIPS:
         raise ValueError(f"{said} has {number} slip ratios; allowed: 1 to {MOST_SLIPS}")
     if ":" in value:
-        slips = np.linspace(*slips, number).round(12).tolist()
+        slips = np.linspace(slips[0], slips[1], number).round(12).tolist()
     return tuple(sorted({slip + 0.0 for slip in slips}))
 
 
