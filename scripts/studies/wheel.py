@@ -8,12 +8,12 @@ measured to have, second hand, beside what is predicted before.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from iceslide_fem.preprocess.footprint.film_options import FilmOptions
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
@@ -67,7 +67,9 @@ def exact_brushes(cells: int) -> None:
     """Coulomb's friction against closed forms."""
     dx = 2.0 * HALF / cells
     x = (np.arange(cells) + 0.5) * dx - HALF
-    parabola = 0.75 * LOAD / HALF * (1.0 - (x / HALF) ** 2)  # N/m: of the whole width
+    parabola = np.asarray(
+        0.75 * LOAD / HALF * (1.0 - (x / HALF) ** 2), dtype=float
+    )  # N/m: of the whole width
     rows = []
     for mu, slips in (((0.2, 0.2), (0.005, 0.01, 0.02, 0.03, 0.035)),
                       ((0.25, 0.2), (0.005, 0.01, 0.02, 0.03, 0.03167))):  # fmt: skip
@@ -102,11 +104,9 @@ def patch(pressure: float, cells: int, lines: int = 1) -> PressureMap:
     return PressureMap(np.full((lines, cells), pressure), LENGTH / cells, WIDTH / lines)
 
 
-def mu_of(
-    footprint: PressureMap, slips: Sequence[float], tread: Tread, contact: FilmContact
-) -> Array:
+def mu_of(footprint: PressureMap, slips: ArrayLike, tread: Tread, contact: FilmContact) -> Array:
     """mu at the slip ratios."""
-    rolls = [Rolling(contact.ride.speed, float(slip)) for slip in slips]
+    rolls = [Rolling(contact.ride.speed, float(slip)) for slip in np.asarray(slips)]
     return np.array([point.mu for point in friction(footprint, rolls, tread, contact)])
 
 
