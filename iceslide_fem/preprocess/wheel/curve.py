@@ -63,7 +63,8 @@ def curves(
     """
     contacts = [(member, contact_of_case(member)) for member in case.members]
     tread = Tread(stiffness, case.pattern)
-    together = max(1, TOGETHER // footprint.pressure.size)
+    phases = 1 if tread.pattern is None else tread.pattern.phases
+    together = max(1, TOGETHER // (phases * footprint.pressure.size))
     slips = np.array([*case.slip, SMALL])
     parts = np.array_split(slips, -(-slips.size // together))
     found = []
