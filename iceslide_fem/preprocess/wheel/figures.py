@@ -33,7 +33,7 @@ def mu_slip(title: str, found: Sequence[Curve]) -> Figure:
     if alone is not None and alone.peak is not None:
         peak = alone.peak
         axes.annotate(
-            f"peak {peak.mu:.3g} at {peak.slip:.3g}", (peak.slip, peak.mu), (9, -3),
+            f"peak {peak.mu:.3g} at {peak.slip:.3g}", (peak.slip, peak.mu), (8, 6),
             textcoords="offset points",
         )  # fmt: skip
     if alone is not None and alone.locked is not None:
