@@ -1,5 +1,5 @@
 """The command line: `iceslide run`, `sweep`, `ladder`, `info`, `view`, `report`, `footprint`,
-`formula`, `roughness`, `rubber`, `app`.
+`wheel`, `formula`, `roughness`, `rubber`, `app`.
 
 What a command does is in `commands`; here they are put together, and errors become exit codes.
 """
@@ -26,6 +26,7 @@ from iceslide_fem.commands.report import report
 from iceslide_fem.commands.run import run
 from iceslide_fem.commands.sweep import sweep
 from iceslide_fem.commands.view import view
+from iceslide_fem.commands.wheel import wheel
 from iceslide_fem.preprocess.roughness.options import roughness
 from iceslide_fem.preprocess.rubber.options import rubber
 from iceslide_fem.runtime.errors import IceslideError, OutputError, SceneError
@@ -65,6 +66,7 @@ app.command()(ladder)
 app.command()(view)
 app.command()(on_one_process(report))
 app.command()(on_one_process(footprint))
+app.command()(on_one_process(wheel))
 app.command()(on_one_process(formula))
 app.command()(on_one_process(roughness))
 app.command()(on_one_process(rubber))

@@ -467,3 +467,11 @@ def test_meshed_ice_beside_the_other_models():
     largest = [float(row[4]) for row in rows]
     assert 0.0 == largest[0] < largest[1] < 5e-3 and 0.0 == largest[3] < largest[4] < 0.05
     assert int(rows[0][2]) > 100
+
+
+def test_a_wheel_is_a_brush_and_slides_on_films():
+    rows = printed("wheel")
+    exact = [row for row in rows if row[0].startswith(("parabola", "even"))]
+    assert len(exact) == 15 and all(abs(float(row[4])) < 3e-6 for row in exact)
+    film = [row for row in rows if len(row) == 5 and row[3].endswith("%")]
+    assert len(film) == 6 and all(abs(float(row[3].strip("%"))) < 0.7 for row in film)

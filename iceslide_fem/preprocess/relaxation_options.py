@@ -24,24 +24,26 @@ _WLF = (Quantity("", "1e-6", "1000"), Quantity("K", "0.1 K", "10000 K"), TEMPERA
 
 def several(name: str, quantity: Quantity, example: str) -> BeforeValidator:
     """Up to six quantities with commas between them, in SI as a tuple."""
+    return BeforeValidator(lambda value: read_several(value, name, quantity, example))
 
-    def read(value: Any) -> Any:
-        if not isinstance(value, str):
-            return value
-        try:
-            found = tuple(quantity.in_range(as_number(part.strip())) for part in value.split(","))
-        except ValueError as error:
-            raise ValueError(
-                f'{name} "{value}" is not of the form {example}: a value {error}; allowed: '
-                f"{quantity.low} to {quantity.high}"
-            ) from None
-        if len(found) > MOST_VALUES:
-            raise ValueError(
-                f'{name} "{value}" has {len(found)} values; allowed: up to {MOST_VALUES}'
-            )
-        return found
 
-    return BeforeValidator(read)
+def read_several(value: Any, name: str, quantity: Quantity, example: str) -> Any:
+    """Up to six quantities from a text with commas between them, in SI as a tuple.
+
+    name, example: how messages call them, and what they show. Raises ValueError.
+    """
+    if not isinstance(value, str):
+        return value
+    try:
+        found = tuple(quantity.in_range(as_number(part.strip())) for part in value.split(","))
+    except ValueError as error:
+        raise ValueError(
+            f'{name} "{value}" is not of the form {example}: a value {error}; allowed: '
+            f"{quantity.low} to {quantity.high}"
+        ) from None
+    if len(found) > MOST_VALUES:
+        raise ValueError(f'{name} "{value}" has {len(found)} values; allowed: up to {MOST_VALUES}')
+    return found
 
 
 def read_wlf(value: Any) -> Any:

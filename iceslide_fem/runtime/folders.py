@@ -72,6 +72,7 @@ RESULTS = {
         "parameters.png",
         "spectrum.png",
     ),
+    "wheel": ("mu_slip.csv", "mu_slip.png"),
     "rubber": (
         "rubber.toml",
         "rubber.csv",

@@ -32,7 +32,7 @@ def report(folders: Sequence[Path], out: Path | None = None) -> Path:
 
 
 def page_of(folders: Sequence[Path]) -> Page:
-    """The page about a run, a sweep, a ladder, a footprint, or several runs side by side."""
+    """The page about a run, sweep, ladder, footprint or wheel, or several runs side by side."""
     for folder in folders:
         if not folder.is_dir():
             raise SceneError(f"{folder} is not a folder; give one that a command wrote to")
@@ -47,6 +47,10 @@ def page_of(folders: Sequence[Path]) -> Page:
         from iceslide_fem.preprocess.footprint.report_page import page_of_footprint
 
         return page_of_footprint(folder, summary)
+    if "wheel" in summary:
+        from iceslide_fem.preprocess.wheel.report_page import page_of_wheel
+
+        return page_of_wheel(folder, summary)
     if summary:
         from iceslide_fem.postprocess.report.of_run import page_of_run
 
@@ -64,7 +68,7 @@ def page_of(folders: Sequence[Path]) -> Page:
 
     if is_unfinished(folder):
         return page_of_unfinished(folder)
-    raise SceneError(f"{folder} holds nothing to report: no run, sweep, ladder or footprint")
+    raise SceneError(f"{folder} holds nothing to report: no run, sweep, ladder, footprint or wheel")
 
 
 def _summary(folder: Path) -> dict[str, object]:

@@ -1,4 +1,4 @@
-"""What `iceslide footprint` is asked for of the film: contact, water, and dry rubber on ice."""
+"""What commands about footprints are asked for of the film: contact, ice, water, dry rubber."""
 
 from __future__ import annotations
 
@@ -10,22 +10,37 @@ from typing import Annotated, Self
 from pydantic import field_validator, model_validator
 
 from iceslide_fem.film.contact_age import ContactAge, contact_age
-from iceslide_fem.preprocess.footprint.option_values import DryStressText, ViscosityText
-from iceslide_fem.preprocess.footprint.ride import FIRST_HEIGHT
+from iceslide_fem.preprocess.footprint.option_values import (
+    DryStressText,
+    IceTemperature,
+    SolidText,
+    ViscosityText,
+)
+from iceslide_fem.preprocess.footprint.ride import FIRST_HEIGHT, Ride
 from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.scene.command_options import CommandOptions, Number, option_name
 from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.contact_table import ContactTable
 from iceslide_fem.scene.dry_shear import DRY_STRESS, RESIDUAL, SOFTENING, USUAL_RESIDUAL, DryShear
-from iceslide_fem.scene.ice import VISCOSITY, viscosity_table
+from iceslide_fem.scene.ice import VISCOSITY, WARMEST, viscosity_table
 from iceslide_fem.scene.input_file import InputFile
-from iceslide_fem.scene.materials import CONTACT_TABLES, WATER_VISCOSITY, ViscosityTable
+from iceslide_fem.scene.materials import (
+    CONTACT_TABLES,
+    ICE,
+    WATER_VISCOSITY,
+    ZERO_CELSIUS,
+    Solid,
+    ViscosityTable,
+)
 from iceslide_fem.scene.units import Quantity
 
 
 class FilmOptions(CommandOptions):
-    """Of the film; SI units.
+    """Of the film and the ice below it; SI units.
 
+    temperature (K), ice_material (conductivity, density, heat capacity), melting_temperature (K)
+    and latent_heat (J/kg): of the ice; water_speed: of squeezed-out water relative to the rubber, a
+    fraction of the sliding speed; tolerance: relative error of the film's mu.
     viscosity (Pa s, or a CSV file of it over temperature); initial_height (m), 0 with dry shear
     alone; dry_stress (Pa, or a CSV file of it over temperature), dry_softening (K), dry_residual
     (K): dry rubber on ice, as in a scene's film. contact: a file with k, D, H_V over pressure
@@ -36,11 +51,30 @@ class FilmOptions(CommandOptions):
     contact: InputFile | None = None
     contact_age: InputFile | None = None
 
+    temperature: IceTemperature = 269.15
+    ice_material: SolidText | None = None
+    melting_temperature: Annotated[float, Quantity("K", "-60 degC", "0.01 degC"), Number] = (
+        ICE.melting_temperature
+    )
+    latent_heat: Annotated[float, Quantity("J/kg", "1 kJ/kg", "10000 kJ/kg"), Number] = (
+        ICE.latent_heat
+    )
+    water_speed: Annotated[float, Quantity("", "0", "1"), Number] = 1.0
     viscosity: ViscosityText = WATER_VISCOSITY
     initial_height: Annotated[float, Quantity("m", "0 nm", "10 um"), Number] = FIRST_HEIGHT
     dry_stress: DryStressText | None = None
     dry_softening: Annotated[float, SOFTENING, Number] | None = None
     dry_residual: Annotated[float, RESIDUAL, Number] = USUAL_RESIDUAL
+    tolerance: Annotated[float, Quantity("", "1e-6", "0.1"), Number] = 1e-2
+
+    @model_validator(mode="after")
+    def _is_frozen(self) -> Self:
+        if self.temperature > self.melting_temperature - WARMEST + 1e-9:
+            raise ValueError(
+                f"--temperature {self.temperature - ZERO_CELSIUS:.6g} degC is not below "
+                f"--melting-temperature {self.melting_temperature - ZERO_CELSIUS:.6g} degC"
+            )
+        return self
 
     @field_validator("compound")
     @classmethod
@@ -111,6 +145,24 @@ class FilmOptions(CommandOptions):
         """How the contact ages on ice that passes, where no largest contact is held."""
         age = None if self.aged_scene is None else contact_age(self.aged_scene)
         return age and replace(age, holds=False)
+
+    def ride_at(self, speed: float, sliding_speed: float) -> Ride:
+        """How ice passes with `speed` (m/s) and is slid over at `sliding_speed` (m/s)."""
+        return Ride(
+            speed,
+            sliding_speed,
+            self.temperature,
+            self.initial_height,
+            ICE._replace(
+                **dict(zip(Solid._fields, self.ice_material or (), strict=False)),
+                melting_temperature=self.melting_temperature,
+                latent_heat=self.latent_heat,
+            ),
+            self.water,
+            self.water_speed,
+            self.dry_shear.strength(self.melting_temperature),
+            self.age,
+        )
 
     @property
     def contact_table(self) -> ContactTable:

@@ -24,6 +24,7 @@ from iceslide_fem.preprocess.footprint.picture import (
 )
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap, pressure_from_values
 from iceslide_fem.preprocess.footprint.pressures import HIGHEST, check_pressures
+from iceslide_fem.preprocess.footprint.source_options import SourceOptions
 from iceslide_fem.preprocess.footprint.tables import (
     read_pressures,
     read_profile,
@@ -60,7 +61,19 @@ class ReadFootprint(NamedTuple):
 
 
 def read_footprint(case: FootprintCase) -> ReadFootprint:
-    """Module 1. Raises SceneError for everything that is wrong with what is read."""
+    """Module 1, with temperatures and states that were given. Raises as `read_source`."""
+    read = _with_own_maps(_whole(case), case)
+    return read if case.row is None else _one_row(read, case.row)
+
+
+def read_source(case: SourceOptions) -> ReadFootprint:
+    """The pressures. Raises SceneError for everything that is wrong with what is read."""
+    read = _whole(case)
+    return read if case.row is None else _one_row(read, case.row)
+
+
+def _whole(case: SourceOptions) -> ReadFootprint:
+    """All lines of a footprint, at its load."""
     if case.gaussian is not None:
         length, peak, sigma = case.gaussian
         x, pressure = gaussian_profile(length, peak, sigma=sigma)
@@ -69,10 +82,7 @@ def read_footprint(case: FootprintCase) -> ReadFootprint:
         read = _read_line(case.line, case)
     else:
         read = _read_picture(case) if case.image is not None else _read_map(case)
-        read = _with_own_maps(read, case)
-    if case.load is not None:
-        read = _loaded(read, case.load)
-    return read if case.row is None else _one_row(read, case.row)
+    return read if case.load is None else _loaded(read, case.load)
 
 
 def _loaded(read: ReadFootprint, load: float) -> ReadFootprint:
@@ -90,7 +100,7 @@ def _loaded(read: ReadFootprint, load: float) -> ReadFootprint:
     return read._replace(pressure_map=footprint, load_factor=factor, notes=notes)
 
 
-def _read_picture(case: FootprintCase) -> ReadFootprint:
+def _read_picture(case: SourceOptions) -> ReadFootprint:
     assert case.image is not None and case.max_pressure is not None
     assert case.length is not None and case.width is not None
     background = None if case.background == "none" else colour(case.background)
@@ -124,7 +134,7 @@ def _read_picture(case: FootprintCase) -> ReadFootprint:
     return ReadFootprint(footprint, reading.distance[::-1], reading.unclear[::-1])
 
 
-def _read_map(case: FootprintCase) -> ReadFootprint:
+def _read_map(case: SourceOptions) -> ReadFootprint:
     assert case.pressure_map is not None
     given = read_pressures(case.pressure_map, case.pressure_unit, case.frame)
     size = {"length": case.length, "width": case.width}
@@ -144,7 +154,7 @@ def _read_map(case: FootprintCase) -> ReadFootprint:
     return ReadFootprint(footprint, notes=given.notes)
 
 
-def _touching(pressure: Array, case: FootprintCase) -> Array:
+def _touching(pressure: Array, case: SourceOptions) -> Array:
     """Pressures (Pa) that were given as numbers, 0 up to the threshold of contact."""
     touching = np.where(pressure > case.lowest_pressure, pressure, 0.0)
     if not touching.any():
@@ -155,7 +165,7 @@ def _touching(pressure: Array, case: FootprintCase) -> Array:
     return touching
 
 
-def _read_line(path: Path, case: FootprintCase) -> ReadFootprint:
+def _read_line(path: Path, case: SourceOptions) -> ReadFootprint:
     """A profile as a map of one row, 1 m wide."""
     profile = read_profile(path, case.pressure_unit)
     line = as_map(_touching(profile.pressure, case), profile.dx)

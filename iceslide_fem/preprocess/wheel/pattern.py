@@ -12,15 +12,19 @@ import numpy as np
 
 from iceslide_fem.runtime.arrays import Array
 
-PHASES = 6  # places of the pattern above the ice that enters, which stand for all
+PHASES = 6  # within 0.4 % of 48 of them (docs/wheel.md)
 FINEST = 4.0  # pixels in which a groove passes, at least
 
 
 class Pattern(NamedTuple):
-    """Blocks along the wheel, `pitch` (m) from edge to edge, with a `groove` (m) between two."""
+    """Blocks along the wheel, `pitch` (m) from edge to edge, with a `groove` (m) between two.
+
+    phases: places of the pattern above the ice that enters, which stand for all.
+    """
 
     pitch: float
     groove: float
+    phases: int = PHASES
 
     def over(self, pressure: Array, slid: float) -> Array:
         """Pressures (phases n, nx), Pa, that ice sees below pressures (n, nx) of a smooth tread.
@@ -30,7 +34,7 @@ class Pattern(NamedTuple):
         """
         columns = pressure.shape[1]
         way = (np.arange(columns) + 0.5) * slid
-        phases = (np.arange(PHASES) + 0.5) / PHASES * self.pitch
+        phases = (np.arange(self.phases) + 0.5) / self.phases * self.pitch
         block = self.pitch - self.groove
         below = (way + phases[:, None]) % self.pitch < block  # (phases, nx)
         seen = below[:, None] * pressure * (self.pitch / block)

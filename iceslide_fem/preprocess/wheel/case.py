@@ -1,0 +1,153 @@
+"""What `iceslide wheel` is asked for: validated like a scene, by the names of its options."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from itertools import product
+from pathlib import Path
+from typing import Annotated, Self
+
+from pydantic import ConfigDict, model_validator
+
+from iceslide_fem.preprocess.footprint.film_options import FilmOptions
+from iceslide_fem.preprocess.footprint.option_values import Length
+from iceslide_fem.preprocess.footprint.source_options import SourceOptions
+from iceslide_fem.preprocess.wheel.option_values import (
+    SPEED,
+    Slips,
+    StiffnessText,
+    Varied,
+)
+from iceslide_fem.preprocess.wheel.pattern import Pattern
+from iceslide_fem.preprocess.wheel.rolling import Rolling
+from iceslide_fem.scene import Scene, load_scene
+from iceslide_fem.scene.command_options import Number, option_name, option_names
+from iceslide_fem.scene.input_file import InputFile
+from iceslide_fem.scene.materials import COMPOUNDS, ZERO_CELSIUS, MooneyRivlin
+from iceslide_fem.scene.units import Quantity
+
+# Options of the film that a scene has, too.
+OF_A_SCENE = (
+    "compound contact contact_age viscosity initial_height dry_stress dry_softening dry_residual "
+    "ice_material melting_temperature latent_heat water_speed"
+).split()
+
+
+class WheelCase(SourceOptions, FilmOptions):
+    """A wheel: its footprint, its slip and what rubs; SI units. Keys are the command's options.
+
+    speed: of the vehicle (m/s); slip: slip ratios, ascending; slip_angle (rad). scene: a file whose
+    law of friction, ice, water and rubber replace the options of the film. pitch and groove (m) of
+    a tread pattern of blocks across the wheel, tread_height (m). stiffness: None where it is to be
+    computed. vary: values (SI) of speed and temperature, every one with every other.
+    """
+
+    model_config = ConfigDict(alias_generator=option_names("image"))
+
+    scene: InputFile | None = None
+    speed: Annotated[float, SPEED, Number] = 50.0 / 3.6
+    slip: Slips = tuple(round(0.05 * i, 2) for i in range(21))
+    slip_angle: Annotated[float, Quantity("rad", "-45 deg", "45 deg"), Number] = 0.0
+    pitch: Length | None = None
+    groove: Annotated[float, Quantity("m", "0.1 mm", "1 m"), Number] | None = None
+    stiffness: StiffnessText = None
+    tread_height: Length = 8e-3
+    vary: Varied = {}
+
+    @model_validator(mode="after")
+    def _pattern_is_whole(self) -> Self:
+        if (self.pitch is None) != (self.groove is None):
+            given, absent = ("pitch", "groove") if self.groove is None else ("groove", "pitch")
+            raise ValueError(f"--{absent} is missing: --{given} is of a pattern, which has both")
+        if self.pitch is not None and self.groove is not None and self.groove >= self.pitch:
+            raise ValueError(
+                f"--groove {1e3 * self.groove:.4g} mm leaves no block of --pitch "
+                f"{1e3 * self.pitch:.4g} mm; allowed: less than the pitch"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _one_law(self) -> Self:
+        given = [name for name in OF_A_SCENE if name in self.model_fields_set]
+        if self.scene is not None and given:
+            raise ValueError(
+                f"--scene and {option_name(given[0])} contradict each other: the scene says what "
+                "rubs; give one of them"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _varied_once(self) -> Self:
+        for key in self.vary:
+            if key in self.model_fields_set:
+                raise ValueError(f"--vary {key} and --{key} contradict each other; give one")
+        melting = self.melting
+        if (warmest := max(self.temperatures)) > melting - 1e-3 + 1e-9:
+            raise ValueError(
+                f"the ice's temperature of {warmest - ZERO_CELSIUS:.6g} degC is not below its "
+                f"melting temperature, {melting - ZERO_CELSIUS:.6g} degC"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _stiffness_has_a_width(self) -> Self:
+        if self.one_line and self.stiffness is not None and self.stiffness.unit == "Pa":
+            raise ValueError(
+                "--stiffness in N/m^2 is that of a whole patch, and one line has no width; give "
+                "it in Pa/m"
+            )
+        return self
+
+    @cached_property
+    def law_scene(self) -> Scene | None:
+        """The scene that says what rubs. Raises SceneError."""
+        return None if self.scene is None else load_scene(self.scene)
+
+    @property
+    def melting(self) -> float:
+        """Melting temperature of the ice, K."""
+        scene = self.law_scene
+        return self.melting_temperature if scene is None else scene.ice.melting_temperature
+
+    @property
+    def temperatures(self) -> Sequence[float]:
+        """Of the ice (K), that of every member of the family."""
+        if "temperature" in self.vary:
+            return self.vary["temperature"]
+        scene = self.law_scene
+        if scene is None or "temperature" in self.model_fields_set:
+            return (self.temperature,)
+        return (scene.ice.temperature,)
+
+    @property
+    def members(self) -> list[Self]:
+        """The family: this case at every speed and temperature."""
+        speeds = self.vary.get("speed", (self.speed,))
+        return [
+            self.model_copy(update={"speed": speed, "temperature": temperature})
+            for speed, temperature in product(speeds, self.temperatures)
+        ]
+
+    @property
+    def pattern(self) -> Pattern | None:
+        """Blocks and grooves of the tread; None of a slick one."""
+        if self.pitch is None or self.groove is None:
+            return None
+        return Pattern(self.pitch, self.groove)
+
+    @property
+    def rubber(self) -> MooneyRivlin:
+        """Constants of the tread's rubber; where it relaxes, those of a moment."""
+        scene = self.law_scene or self.aged_scene
+        return COMPOUNDS[self.compound] if scene is None else scene.mooney_rivlin
+
+    def rolling(self, slip: float) -> Rolling:
+        """The wheel at a slip ratio."""
+        return Rolling(self.speed, slip, self.slip_angle)
+
+    @property
+    def files(self) -> list[Path]:
+        """Every file that is read, those that the scene names among them."""
+        scene = self.law_scene
+        return [*super().files, *([] if scene is None else scene.files.values())]

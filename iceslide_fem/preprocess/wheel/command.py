@@ -1,0 +1,56 @@
+"""What `iceslide wheel` does: read, find the tread's stiffness, compute, write."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from iceslide_fem.preprocess.footprint.reading import read_source
+from iceslide_fem.preprocess.wheel.case import WheelCase
+from iceslide_fem.preprocess.wheel.curve import curves
+from iceslide_fem.preprocess.wheel.figures import draw
+from iceslide_fem.preprocess.wheel.law import contact_of_case
+from iceslide_fem.preprocess.wheel.output import summary, table
+from iceslide_fem.preprocess.wheel.stiffness import stiffness_of
+from iceslide_fem.runtime.files import replace_file, writing
+from iceslide_fem.runtime.folders import claimed, clear_results, other_case
+from iceslide_fem.runtime.progress import LongTask
+from iceslide_fem.scene.fingerprint import versions
+
+WRITTEN = ("mu_slip.csv", "mu_slip.png", "summary.json")
+
+
+def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, Any]:
+    """Friction over slip of the wheel that `values` describe (see `WheelCase`), written to `out`.
+
+    Writes what `WRITTEN` names and returns the summary. The same wheel's earlier results go, with
+    `force` any other results, too. Raises SceneError, before anything is written, if the input is
+    wrong or `out` is not to be written to, SimulationStopped where the law finds no step, and
+    OutputError if something cannot be written.
+    """
+    begun = time.perf_counter()
+    case = WheelCase.of(values)
+    here = case.model_dump(mode="json")
+    contact_of_case(case.members[0])
+    with claimed(out, partial(other_case, "summary.json", here), force, case.files):
+        read = read_source(case)
+        with LongTask(1.0) as shown:
+            stiffness = stiffness_of(case, read.pressure_map, lambda words: shown.show(0.0, words))
+            found = curves(
+                case,
+                read.pressure_map,
+                stiffness.value,
+                lambda part: shown.show(part, f"{part:.0%} of the slip ratios"),
+            )
+        figures = summary(case, read, stiffness, found)
+        with writing(out):
+            clear_results(out)
+            draw(f"{case.source.stem}: friction over slip", found, out)
+        replace_file(out / "mu_slip.csv", table(found))
+        figures |= {"wall_s": time.perf_counter() - begun, "versions": versions()}
+        replace_file(out / "summary.json", json.dumps(figures, indent=2) + "\n")
+        return figures

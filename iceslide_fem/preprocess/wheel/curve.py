@@ -1,0 +1,79 @@
+"""Friction over slip of a whole family: every speed and temperature that was asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.preprocess.wheel.case import WheelCase
+from iceslide_fem.preprocess.wheel.friction import SlipPoint, Tread, friction
+from iceslide_fem.preprocess.wheel.law import contact_of_case
+from iceslide_fem.scene.materials import ZERO_CELSIUS
+
+SMALL = 1e-4  # slip ratio whose mu over it is the slope at 0
+TOGETHER = 2_000_000  # pixels of all slip ratios that are computed at once
+
+
+class Curve(NamedTuple):
+    """Friction of one wheel over its slip ratios, ascending.
+
+    speed (m/s), temperature (K): of the vehicle and of the ice; slope: dmu/dS at S = 0, by the mu
+    of a slip ratio of 1e-4.
+    """
+
+    speed: float
+    temperature: float
+    points: list[SlipPoint]
+    slope: float
+
+    @property
+    def peak(self) -> SlipPoint | None:
+        """Where braking is hardest; None where no slip ratio is above 0."""
+        return max(self.braking, key=lambda point: point.mu, default=None)
+
+    @property
+    def locked(self) -> SlipPoint | None:
+        """That of the locked wheel, if it was asked for."""
+        return next((point for point in self.points if point.slip == 1.0), None)
+
+    @property
+    def braking(self) -> list[SlipPoint]:
+        """Points above S = 0."""
+        return [point for point in self.points if point.slip > 0.0]
+
+    @property
+    def name(self) -> str:
+        """How pictures call it."""
+        return f"{3.6 * self.speed:.4g} km/h, {self.temperature - ZERO_CELSIUS:.4g} °C"
+
+
+def curves(
+    case: WheelCase,
+    footprint: PressureMap,
+    stiffness: float,
+    tell: Callable[[float], None] = lambda fraction: None,
+) -> list[Curve]:
+    """Every member of the family on `footprint`; stiffness: c of the tread (Pa/m).
+
+    `tell` is called with the fraction that is done. Raises SceneError where a law does not fit a
+    wheel, before anything is computed, and SimulationStopped where it finds no step.
+    """
+    contacts = [(member, contact_of_case(member)) for member in case.members]
+    tread = Tread(stiffness, case.pattern)
+    phases = 1 if tread.pattern is None else tread.pattern.phases
+    together = max(1, TOGETHER // (phases * footprint.pressure.size))
+    slips = np.array([*case.slip, SMALL])
+    parts = np.array_split(slips, -(-slips.size // together))
+    found = []
+    for number, (member, contact) in enumerate(contacts):
+        points: list[SlipPoint] = []
+        for part in parts:
+            rolls = [member.rolling(float(slip)) for slip in part]
+            points += friction(footprint, rolls, tread, contact)
+            tell((number + len(points) / slips.size) / len(contacts))
+        *asked, small = points
+        found.append(Curve(member.speed, member.temperature, asked, small.mu / SMALL))
+    return found

@@ -1,0 +1,54 @@
+"""Which friction law a wheel has: chosen here, and nowhere else."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from iceslide_fem.film.contact_age import contact_age
+from iceslide_fem.preprocess.footprint.ride import Ride
+from iceslide_fem.preprocess.wheel.case import WheelCase
+from iceslide_fem.preprocess.wheel.contact import FilmContact, SlidingContact
+from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.scene import Scene
+
+
+def contact_of_case(case: WheelCase) -> SlidingContact:
+    """The contact that slides below the wheel of one member of a family.
+
+    Raises SceneError where the law of its scene needs what a wheel has not.
+    """
+    scene = case.law_scene
+    if scene is None:
+        return FilmContact(case.ride_at(case.speed, 0.0), case.contact_table, case.tolerance)
+    if scene.friction.law == "film":
+        return _film_of(scene, case)
+    raise SceneError(
+        f'friction.law = "{scene.friction.law}" of --scene {case.scene} is not one that a wheel '
+        'takes; allowed: "film"'
+    )
+
+
+def _film_of(scene: Scene, case: WheelCase) -> FilmContact:
+    """The film law of a scene on ice of the case's temperature."""
+    film, age = scene.film, contact_age(scene)
+    for unfit, key, allowed in (
+        (film.refreeze != "nothing", f'film.refreeze = "{film.refreeze}"', '"nothing"'),
+        (scene.ice.depth is not None, "ice.depth", "ice as deep as heat reaches"),
+        (scene.ice.mesh is not None, "ice.mesh", "ice as deep as heat reaches"),
+    ):
+        if unfit:
+            raise SceneError(
+                f"{key} of --scene {case.scene} is not computed below a wheel; allowed: {allowed}"
+            )
+    ride = Ride(
+        case.speed,
+        0.0,
+        case.temperature,
+        float(scene.height_on(case.temperature)),
+        scene.ice.solid,
+        scene.water.table or scene.water.viscosity,
+        film.water_speed,
+        scene.shear_strength,
+        age and replace(age, holds=False),
+    )
+    return FilmContact(ride, scene.contact_parameters, case.tolerance)

@@ -1,0 +1,107 @@
+"""Values of the options of `iceslide wheel`: how their texts are read, and their ranges."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, NamedTuple
+
+import numpy as np
+from pydantic import BeforeValidator
+
+from iceslide_fem.preprocess.relaxation_options import read_several
+from iceslide_fem.runtime.units import to_si
+from iceslide_fem.scene.units import Quantity
+
+MOST_SLIPS = 1001
+SPEED = Quantity("m/s", "0.1 m/s", "100 m/s")
+TEMPERATURE = Quantity("K", "-80 degC", "-0.001 degC")
+VARIED = {
+    "speed": (SPEED, "20km/h,50km/h"),
+    "temperature": (TEMPERATURE, "-10degC,-2degC"),
+}
+# Stiffness of the whole patch (N/m per m of its length) and of an area of it.
+RANGES: dict[Literal["Pa", "Pa/m"], tuple[str, str]] = {
+    "Pa": ("1e3 N/m^2", "1e13 N/m^2"),
+    "Pa/m": ("1e4 Pa/m", "1e15 Pa/m"),
+}
+
+
+class Stiffness(NamedTuple):
+    """A stiffness that was given: of the patch's width in Pa (N/m2), or of an area in Pa/m."""
+
+    value: float
+    unit: Literal["Pa", "Pa/m"]
+
+
+def _slips(value: Any) -> Any:
+    """Slip ratios in ascending order, from "first:last:count" or "0.1,0.2"."""
+    if not isinstance(value, str):
+        return value
+    said = f'--slip "{value}"'
+    try:
+        if ":" in value:
+            first, last, count = value.split(":")
+            number = int(count)
+            slips = [float(first), float(last)]
+        else:
+            slips = [float(part) for part in value.split(",")]
+            number = len(slips)
+    except ValueError:
+        raise ValueError(
+            f"{said} is not of the form 0:1:21 (first, last, how many) or 0.05,0.1,1"
+        ) from None
+    if not all(-1.0 <= slip <= 1.0 for slip in slips):
+        raise ValueError(
+            f"{said} has a slip ratio out of range; allowed: -1 to 1, where 1 is a locked wheel "
+            "and one that is driven is below 0"
+        )
+    if not 1 <= number <= MOST_SLIPS:
+        raise ValueError(f"{said} has {number} slip ratios; allowed: 1 to {MOST_SLIPS}")
+    if ":" in value:
+        slips = np.linspace(slips[0], slips[1], number).round(12).tolist()
+    return tuple(sorted({slip + 0.0 for slip in slips}))
+
+
+def _stiffness(value: Any) -> Any:
+    """ "auto" as None, else a number in N/m2 or in Pa/m."""
+    if not isinstance(value, str):
+        return value
+    if value.strip() == "auto":
+        return None
+    allowed = " or ".join(f"{low} to {high}" for low, high in RANGES.values())
+    for unit, (low, high) in RANGES.items():
+        try:
+            number = to_si(value, unit)
+        except ValueError:
+            continue
+        if to_si(low, unit) <= number <= to_si(high, unit):
+            return Stiffness(number, unit)
+        raise ValueError(f'--stiffness "{value}" is out of range; allowed: {low} to {high}')
+    raise ValueError(
+        f'--stiffness "{value}" is neither "auto" nor a number with its unit, N/m^2 (of the whole '
+        f"patch, per length and displacement) or Pa/m; allowed: {allowed}"
+    )
+
+
+def _varied(value: Any) -> Any:
+    """Texts such as "speed=20km/h,50km/h" as values by their keys."""
+    if isinstance(value, dict):
+        return value
+    found: dict[str, tuple[float, ...]] = {}
+    for text in value:
+        key, equals, values = (part.strip() for part in str(text).partition("="))
+        if key not in VARIED or not equals:
+            raise ValueError(
+                f'--vary "{text}" is not of the form speed=20km/h,50km/h; allowed keys: '
+                f"{' and '.join(VARIED)}"
+            )
+        if key in found:
+            raise ValueError(f"--vary {key} is given twice; give all of its values at once")
+        found[key] = read_several(values, f"--vary {key}", *VARIED[key])
+        if len(set(found[key])) < len(found[key]):
+            raise ValueError(f'--vary "{text}" has a value twice')
+    return found
+
+
+Slips = Annotated[tuple[float, ...], BeforeValidator(_slips)]
+StiffnessText = Annotated[Stiffness | None, BeforeValidator(_stiffness)]
+Varied = Annotated[dict[str, tuple[float, ...]], BeforeValidator(_varied)]

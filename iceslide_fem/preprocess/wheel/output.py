@@ -1,0 +1,143 @@
+"""The figures of a wheel: mu_slip.csv, summary.json, and lines for the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from iceslide_fem.film.doubts import doubts, partly_dry
+from iceslide_fem.preprocess.footprint.reading import ReadFootprint
+from iceslide_fem.preprocess.wheel.case import WheelCase
+from iceslide_fem.preprocess.wheel.curve import Curve
+from iceslide_fem.preprocess.wheel.friction import SlipPoint
+from iceslide_fem.preprocess.wheel.stiffness import TreadStiffness
+from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+
+# Columns of mu_slip.csv by what of a point they are.
+COLUMNS = {
+    "slip": "slip",
+    "mu": "mu",
+    "mu_across": "mu_across",
+    "trail": "trail_m",
+    "sliding": "sliding_fraction",
+    "melting": "melting_fraction",
+    "saturated": "saturated_fraction",
+    "film_height": "mean_film_m",
+    "temperature": "mean_temperature_C",
+}
+
+
+def table(found: Sequence[Curve]) -> str:
+    """The text of mu_slip.csv: a row for each member of the family and slip ratio."""
+    head = ("speed_m_s", "temperature_C", *COLUMNS.values())
+    rows = [
+        (curve.speed, curve.temperature - ZERO_CELSIUS, *_row(point))
+        for curve in found
+        for point in curve.points
+    ]
+    lines = (",".join(_number(value) for value in row) for row in rows)
+    return "\n".join([",".join(head), *lines]) + "\n"
+
+
+def _row(point: SlipPoint) -> list[float]:
+    kelvin = {"temperature": point.temperature - ZERO_CELSIUS}
+    return [(point._asdict() | kelvin)[name] for name in COLUMNS]
+
+
+def _number(value: float) -> str:
+    return f"{value + 0.0:.8g}"
+
+
+def summary(
+    case: WheelCase, read: ReadFootprint, stiffness: TreadStiffness, found: Sequence[Curve]
+) -> dict[str, Any]:
+    """All figures, for summary.json; SI units as in the names."""
+    footprint = read.pressure_map
+    members = [_member(curve) for curve in found]
+    return {
+        "wheel": {
+            "load_N": footprint.load,
+            "contact_area_m2": footprint.contact_area,
+            "mean_pressure_Pa": footprint.mean_pressure,
+            "pixels": list(footprint.pressure.shape[::-1]),
+            "pixel_size_m": [footprint.dx, footprint.dy],
+            "stiffness_Pa_per_m": stiffness.value,
+            "stiffness_from": stiffness.source,
+            "one_line": case.one_line,
+        },
+        "curves": members,
+        "source": str(case.source),
+        "warnings": [*read.notes, *_warnings(case, found)],
+        "case": case.model_dump(mode="json"),
+    }
+
+
+def _member(curve: Curve) -> dict[str, Any]:
+    peak, locked = curve.peak, curve.locked
+    ratio = peak.mu / locked.mu if peak is not None and locked is not None else None
+    return {
+        "speed_m_s": curve.speed,
+        "temperature_C": curve.temperature - ZERO_CELSIUS,
+        "peak_mu": None if peak is None else peak.mu,
+        "slip_at_peak": None if peak is None else peak.slip,
+        "locked_mu": None if locked is None else locked.mu,
+        "peak_over_locked": ratio,
+        "slope_at_0": curve.slope,
+    }
+
+
+def _warnings(case: WheelCase, found: Sequence[Curve]) -> list[str]:
+    """What a person should know before using the curves; one sentence each."""
+    points = [point for curve in found for point in curve.points if point.sliding > 0.0]
+    scene = case.law_scene
+    dry = case.dry_stress is not None if scene is None else scene.shear_strength is not None
+    result: list[str] = []
+    if points:
+        lowest = float(np.nanmin([point.film_height for point in points]))
+        strongest = max(abs(point.mu) for point in points)
+        melting = max(point.melting for point in points)
+        result += doubts(lowest, strongest, melting > 0.0, dry)
+        locked = [curve.locked.melting for curve in found if curve.locked is not None]
+        if not dry and locked:
+            result += partly_dry(min(locked))
+    for curve in found:
+        peak, ends = curve.peak, [point.slip for point in curve.braking]
+        if peak is not None and len(ends) > 1 and peak.slip == ends[0]:
+            result.append(
+                f"the hardest braking at {curve.name} is at the smallest slip ratio above 0, "
+                f"{peak.slip:g}: the peak may lie below it; --slip 0:{4 * peak.slip:g}:21 shows it"
+            )
+    return result
+
+
+def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What all members of the family share, as names and readable values."""
+    wheel = figures["wheel"]
+    load = f"{wheel['load_N']:.5g} N" + " per metre of width" * wheel["one_line"]
+    return [
+        ("load", load),
+        ("mean pressure", f"{wheel['mean_pressure_Pa'] / BAR:.4g} bar"),
+        ("shear stiffness of the tread", f"{wheel['stiffness_Pa_per_m']:.4g} Pa/m"),
+        ("which is from", wheel["stiffness_from"]),
+        ("seconds", f"{figures['wall_s']:.1f}"),
+    ]
+
+
+MEMBER_HEAD = (
+    "speed (km/h)",
+    "ice (°C)",
+    "peak mu",
+    "at slip",
+    "locked mu",
+    "peak / locked",
+    "slope at 0",
+)
+
+
+def member_cells(member: Mapping[str, Any]) -> list[str]:
+    """A row for the screen and the page, below `MEMBER_HEAD`; "-" for what was not asked for."""
+    keys = ("peak_mu", "slip_at_peak", "locked_mu", "peak_over_locked", "slope_at_0")
+    texts = ["-" if member[key] is None else f"{member[key]:.4g}" for key in keys]
+    return [f"{3.6 * member['speed_m_s']:.4g}", f"{member['temperature_C']:.4g}", *texts]
