@@ -20,6 +20,7 @@ pytestmark = pytest.mark.quick
 
 ROOT = Path(__file__).parent.parent
 LINE = ("--gaussian", "120mm,2bar,30mm", "--speed", "20km/h")
+SURFACE = Path(__file__).parent.parent / "cases" / "surfaces" / "compound_B.csv"
 FOOTPRINT = Tread(ribs=3, pitch=36e-3, sipe=4e-3).footprint((14, 54))
 LAW = """\
 name = "law"
@@ -165,7 +166,6 @@ def test_what_is_wrong_is_one_sentence_and_leaves_nothing(words, said, tmp_path,
 @pytest.mark.parametrize(
     ("tables", "said"),
     [
-        ('[friction]\nlaw = "coulomb"\nmu = 0.2', "friction.law"),
         (
             '[film]\ndry_stress = "0.45 MPa"\ninitial_height = 0\nrefreeze = "film"',
             "film.refreeze",
@@ -179,6 +179,22 @@ def test_a_law_that_a_wheel_does_not_take(tables, said, tmp_path, capsys):
     assert wheel(*LINE, "--scene", tmp_path / "law.toml", "--out", out) == 2
     assert said in capsys.readouterr().err
     assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("tables", "mu"),
+    [
+        ('[friction]\nlaw = "coulomb"\nmu = 0.2', 0.2),
+        (f'water = "20 um"\n[film]\nvoids = "carry"\ncontact = "{SURFACE}"', 0.2203),
+    ],
+    ids=["coulomb", "wet"],
+)
+def test_any_law_of_a_scene_rubs_below_a_wheel(tables, mu, tmp_path):
+    (tmp_path / "law.toml").write_text(LAW + tables, encoding="utf-8")
+    out = tmp_path / "out"
+    assert wheel(*LINE, "--scene", tmp_path / "law.toml", "--out", out) == 0
+    found = json.loads((out / "summary.json").read_text(encoding="utf-8"))["curves"][0]["locked_mu"]
+    assert found == pytest.approx(mu, rel=1e-2)
 
 
 def test_without_dolfinx_a_number_is_asked_for(tmp_path, monkeypatch):

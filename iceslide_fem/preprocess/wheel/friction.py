@@ -13,8 +13,9 @@ from iceslide_fem.preprocess.wheel.contact import SLOWEST, Slid, SlidingContact
 from iceslide_fem.preprocess.wheel.pattern import Pattern
 from iceslide_fem.preprocess.wheel.rolling import Rolling
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.errors import SimulationStopped
 
-PASSES = 6  # over what slides and its friction, until nothing more begins to slide
+PASSES = 20  # over what slides and its friction, until nothing more begins to slide
 
 
 class Tread(NamedTuple):
@@ -134,6 +135,8 @@ def _brush(
         traction = tractions(rise, touching, static, sliding)
         more = (traction.sliding > 0.0) & ~slides
         if not more.any():
-            break
+            return traction, slid
         slides |= more
-    return traction, slid
+    raise SimulationStopped(
+        "what slides below the wheel is not found: its friction falls from pass to pass"
+    )

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from iceslide_fem.film.contact_age import contact_age
+from iceslide_fem.laws.table import law_of
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.contact import FilmContact, SlidingContact
+from iceslide_fem.preprocess.wheel.law_contact import LawContact
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene import Scene
+from iceslide_fem.scene import Scene, scene_from_dict
 
 
 def contact_of_case(case: WheelCase) -> SlidingContact:
@@ -20,12 +23,18 @@ def contact_of_case(case: WheelCase) -> SlidingContact:
     scene = case.law_scene
     if scene is None:
         return FilmContact(case.ride_at(case.speed, 0.0), case.contact_table, case.tolerance)
-    if scene.friction.law == "film":
+    if scene.friction.law == "film" and scene.film.voids == "stop":
         return _film_of(scene, case)
-    raise SceneError(
-        f'friction.law = "{scene.friction.law}" of --scene {case.scene} is not one that a wheel '
-        'takes; allowed: "film"'
-    )
+    here = scene_from_dict(scene.as_dict() | {"ice": _ice_of(scene, case)})
+    height = float(here.initial_height)
+    solid = here.ice.solid
+    return LawContact(law_of(here), case.temperature, solid, height, case.tolerance)
+
+
+def _ice_of(scene: Scene, case: WheelCase) -> dict[str, Any]:
+    """The scene's ice as keys, with the case's temperature."""
+    ice: dict[str, Any] = scene.as_dict()["ice"]
+    return ice | {"temperature": case.temperature}
 
 
 def _film_of(scene: Scene, case: WheelCase) -> FilmContact:

@@ -94,8 +94,9 @@ def _warnings(case: WheelCase, found: Sequence[Curve]) -> list[str]:
     scene = case.law_scene
     dry = case.dry_stress is not None if scene is None else scene.shear_strength is not None
     result: list[str] = []
-    if points:
-        lowest = float(np.nanmin([point.film_height for point in points]))
+    films = [point.film_height for point in points if np.isfinite(point.film_height)]
+    if films:
+        lowest = min(films)
         strongest = max(abs(point.mu) for point in points)
         melting = max(point.melting for point in points)
         result += doubts(lowest, strongest, melting > 0.0, dry)
