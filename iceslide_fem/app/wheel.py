@@ -23,7 +23,7 @@ SLIDERS = (
     _slider("ice_temperature", "T₀, ice temperature", "degC", 1.0, -30.0, -0.1, False, T_0),
     _slider("pressure", "largest pressure", "bar", BAR, 0.2, 20.0),
     _slider("length", "length of the patch", "mm", 1e-3, 20.0, 300.0, False),
-    _slider("sigma", "standard deviation of the Gaussian", "mm", 1e-3, 5.0, 200.0),
+    _slider("sigma", "standard deviation of the Gaussian", "mm", 1e-3, 10.0, 200.0),
     _slider("stiffness", "shear stiffness of the tread", "MPa/m", 1e6, 1.0, 1000.0),
     _slider("pitch", "pitch of the blocks", "mm", 1e-3, 10.0, 100.0, False),
     _slider("groove", "groove between two", "mm", 1e-3, 1.0, 20.0, False),
@@ -61,7 +61,7 @@ def curves(texts: Texts) -> dict[str, Any]:
     what is in doubt.
     """
     case = WheelLine.of(texts)
-    points = friction(case.footprint(), case.rolls, case.whole_tread, case.contact)
+    points = friction(case.footprint(), *case.wheel)
     peak, locked = max(points, key=lambda point: point.mu), points[-1]
     return {
         "notes": _doubts(case, points),

@@ -80,28 +80,24 @@ class WheelLine(FilmCase):
         return as_map(pressure, self.length / cells)
 
     @property
-    def rolls(self) -> list[Rolling]:
-        """The wheel at `SLIPS`, from rolling freely to locked."""
-        return [Rolling(self.speed, slip) for slip in SLIPS]
-
-    @property
-    def whole_tread(self) -> Tread:
-        """Stiffness and pattern."""
-        blocks = self.tread == "blocks"
-        return Tread(self.stiffness, Pattern(self.pitch, self.groove) if blocks else None)
-
-    @property
-    def contact(self) -> FilmContact:
-        """The film law with the compound's table."""
-        strength = self.dry_shear.strength(MELTING_TEMPERATURE)
+    def wheel(self) -> tuple[list[Rolling], Tread, FilmContact]:
+        """What `friction` takes beside the footprint: the wheel at `SLIPS`, from rolling freely to
+        locked, its tread, and the film law with the compound's table.
+        """
+        pattern = Pattern(self.pitch, self.groove) if self.tread == "blocks" else None
         ride = Ride(
             self.speed,
             self.speed,
             self.ice_temperature,
             initial_height=self.initial_height,
-            strength=strength,
+            strength=self.dry_shear.strength(MELTING_TEMPERATURE),
         )
-        return FilmContact(ride, CONTACT_TABLES[COMPOUND], TOLERANCE)
+        contact = FilmContact(ride, CONTACT_TABLES[COMPOUND], TOLERANCE)
+        return (
+            [Rolling(self.speed, slip) for slip in SLIPS],
+            Tread(self.stiffness, pattern),
+            contact,
+        )
 
 
 KEYS = list(WheelLine.model_fields)
