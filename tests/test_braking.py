@@ -1,16 +1,20 @@
 """A quarter car that brakes: exact stops, works, controls, and what is refused."""
 
+import csv
+
 import numpy as np
 import pytest
 
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.wheel.braking import brake, brake_ideally, compare_controls
+from iceslide_fem.preprocess.wheel.braking_figure import braking_figure
+from iceslide_fem.preprocess.wheel.braking_output import history_table, stop_figures
 from iceslide_fem.preprocess.wheel.contact import FilmContact
 from iceslide_fem.preprocess.wheel.friction import Tread, friction
 from iceslide_fem.preprocess.wheel.quarter_car import GRAVITY, Brake, QuarterCar, Threshold
 from iceslide_fem.preprocess.wheel.rolling import Rolling
-from iceslide_fem.preprocess.wheel.slip_table import SlipTable, slip_table
+from iceslide_fem.preprocess.wheel.slip_table import SlipTable, axes_of_a_stop, slip_table
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.scene.materials import CONTACT_TABLES
 
@@ -135,6 +139,8 @@ REFUSED = [
     (lambda: brake(CONSTANT, 10.0, 0.5, CAR, Brake()), "1.8 km/h is outside the table"),
     (lambda: brake_ideally(CONSTANT, 10.0, np.nan, CAR), "nan km/h is outside the table"),
     (lambda: brake(CONSTANT, 2.0, 10.0, CAR, Brake()), "the second speed must be below the first"),
+    (lambda: axes_of_a_stop(2.0, 10.0), "from 7.2 km/h to 36 km/h is no braking"),
+    (lambda: axes_of_a_stop(2.0, 0.0), "to a lower speed above 0"),
     (lambda: QuarterCar(mass=0.0), "the mass of the car is 0; it must be above 0"),
     (lambda: QuarterCar(load=-1.0), "the load of the car is -1"),
     (lambda: Brake(ramp_time=np.inf), "the ramp time of the brake is inf"),
@@ -161,3 +167,19 @@ def test_a_car_that_does_not_stop_says_so():
 def test_a_stop_says_what_it_is():
     stop = brake_ideally(CONSTANT, 50 / 3.6, 5 / 3.6, CAR)
     assert str(stop) == "from 50 km/h to 5 km/h in 97.37 m, 12.75 s, at 0.981 m/s2"
+
+
+def test_what_is_written_and_drawn_is_the_stop():
+    stops = compare_controls(PEAKED, 15.0, 1.5)
+    rows = list(csv.DictReader(history_table(stops).splitlines()))
+    for name, figures in stop_figures(stops).items():
+        (*_, last) = (row for row in rows if row["control"] == name)
+        assert np.isclose(float(last["distance_m"]), figures["distance_m"], rtol=1e-8)
+        assert np.isclose(float(last["time_s"]), figures["time_s"], rtol=1e-8)
+        assert np.isclose(figures["end_speed_m_s"], 1.5)
+    speed, *_, distance = braking_figure(stops, CAR, "stops").axes
+    assert [line.get_label() for line in speed.lines[::2]] == list(stops)
+    ends = [line.get_ydata()[-1] for line in distance.lines[::2]]
+    assert ends == [stop.distance for stop in stops.values()]
+    speeds, slips = axes_of_a_stop(15.0, 1.5)
+    assert (speeds[0], speeds[-1], slips[0], slips[-1]) == (1.5, 15.0, 0.0, 1.0)

@@ -17,7 +17,7 @@ from iceslide_fem.preprocess.wheel.braking_figure import braking_figure
 from iceslide_fem.preprocess.wheel.contact import FilmContact
 from iceslide_fem.preprocess.wheel.friction import Tread
 from iceslide_fem.preprocess.wheel.quarter_car import QuarterCar
-from iceslide_fem.preprocess.wheel.slip_table import KMH, SlipTable, slip_table
+from iceslide_fem.preprocess.wheel.slip_table import KMH, SLIPS, SPEEDS, SlipTable, slip_table
 from iceslide_fem.scene.materials import BAR, CONTACT_TABLES, ZERO_CELSIUS
 from scripts.studies.common import draw, options, picture_options, table
 
@@ -25,8 +25,11 @@ FAST, SLOW = 50.0 / KMH, 5.0 / KMH  # m/s
 LENGTH, PRESSURE, CELSIUS = 0.12, 2.0 * BAR, -4.0
 STIFFNESS = 68.25e6  # Pa/m, of the tread
 CELLS = 40
-SIZES = ((8, 21), (16, 41), (32, 81))  # speeds and slip ratios of tables, the last one is finest
-SHOWN = 16, 41
+SIZES = (
+    (SPEEDS // 2, SLIPS // 2 + 1),
+    (SPEEDS, SLIPS),
+    (2 * SPEEDS, 2 * SLIPS - 1),
+)  # speeds and slip ratios of tables, the last one is finest
 
 
 def wheel_table(speeds: int, slips: int) -> SlipTable:
@@ -46,7 +49,7 @@ def main() -> None:
     given = parser.parse_args()
     sizes = SIZES[:1] if given.quick else SIZES
     tables = {size: wheel_table(*size) for size in sizes}
-    shown = tables[sizes[0] if given.quick else SHOWN]
+    shown = tables[sizes[-1 if given.quick else 1]]
     speeds = np.linspace(shown.speeds[0], shown.speeds[-1], 4)
     peaks = [(v, *shown.peak(v), shown(v, 1.0)) for v in speeds]
     table(
@@ -56,7 +59,7 @@ def main() -> None:
     print()
     first, last = float(shown.speeds[-1]), float(shown.speeds[0])
     stops = {size: compare_controls(each, first, last) for size, each in tables.items()}
-    compared = stops[sizes[0] if given.quick else SHOWN]
+    compared = stops[sizes[-1 if given.quick else 1]]
     table(
         [
             "control", "distance, m", "time, s", "deceleration, m/s2", "heat of the contact, kJ",

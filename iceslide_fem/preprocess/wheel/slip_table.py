@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # takes long to import, and only braking needs it
     from scipy.interpolate import RectBivariateSpline
 
 KMH = 3.6
+SPEEDS, SLIPS = 16, 41  # of a table for a stop
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,20 @@ class SlipTable:
         return RectBivariateSpline(self.speeds, self.slips, self.mu, kx=1, ky=1)
 
 
+def axes_of_a_stop(speed: float, end_speed: float) -> tuple[Array, Array]:
+    """Speeds (m/s, geometric steps) and slip ratios (even steps) for stops between two speeds.
+
+    Distances are within 1 % of those by twice as many (docs/braking.md). Raises SceneError if the
+    speeds are not in their order.
+    """
+    if not 0.0 < end_speed < speed < np.inf:
+        raise SceneError(
+            f"braking from {KMH * speed:.4g} km/h to {KMH * end_speed:.4g} km/h is no braking to a "
+            "lower speed above 0"
+        )
+    return np.geomspace(end_speed, speed, SPEEDS), np.linspace(0.0, 1.0, SLIPS)
+
+
 def slip_table(
     footprint: PressureMap,
     speeds: Sequence[float] | Array,
@@ -106,13 +121,10 @@ def slip_table(
 
     Raises SceneError if they are no axes of a table, SimulationStopped where the law finds no step.
     """
-    mu = [
-        [
-            point.mu
-            for point in friction(
-                footprint, [Rolling(float(speed), float(slip)) for slip in slips], tread, contact
-            )
-        ]
-        for speed in speeds
-    ]
-    return SlipTable(np.asarray(speeds, float), np.asarray(slips, float), np.asarray(mu))
+
+    def row(speed: float) -> list[float]:
+        rolls = [Rolling(float(speed), float(slip)) for slip in slips]
+        return [point.mu for point in friction(footprint, rolls, tread, contact)]
+
+    mu = np.array([row(speed) for speed in speeds])
+    return SlipTable(np.asarray(speeds, float), np.asarray(slips, float), mu)
