@@ -7,6 +7,7 @@ import pytest
 
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.ride import Ride
+from iceslide_fem.preprocess.wheel import braking
 from iceslide_fem.preprocess.wheel.braking import brake, brake_ideally, compare_controls
 from iceslide_fem.preprocess.wheel.braking_figure import braking_figure
 from iceslide_fem.preprocess.wheel.braking_output import history_table, stop_figures
@@ -99,9 +100,17 @@ def test_a_locked_wheel_turns_again_where_friction_has_become_stronger_than_the_
 @pytest.mark.parametrize("threshold", [None, Threshold(), Threshold(0.5, 0.05, 2000.0, 4000.0)])
 def test_distances_do_not_depend_on_the_step(threshold):
     stops = [
-        brake(PEAKED, 15.0, 1.5, CAR, Brake(), threshold, tolerance) for tolerance in (1e-7, 1e-10)
+        brake(PEAKED, 15.0, 1.5, CAR, Brake(), threshold, tolerance) for tolerance in (1e-6, 1e-8)
     ]
     assert np.isclose(*(stop.distance for stop in stops), rtol=3e-5)
+
+
+def test_a_light_wheel_that_follows_its_torque_at_once_takes_no_tiny_steps():
+    steep = table_of([0.0, 1e-3, 0.02, 1.0], [0.0, 0.05, 0.25, 0.08])
+    stop = brake(steep, 15.0, 1.5, QuarterCar(inertia=0.01), Brake(80.0, 0.2))
+    assert stop.history.time.size < 2000
+    mu = 80.0 / (CAR.radius * CAR.wheel_load)
+    assert np.isclose(stop.history.mu[-1], mu, rtol=1e-3)
 
 
 def test_rates_of_the_torque_are_those_of_brake_and_thresholds():
@@ -156,7 +165,8 @@ def test_wrong_input_is_one_sentence(make, sentence):
     assert sentence in str(refused.value)
 
 
-def test_a_car_that_does_not_stop_says_so():
+def test_a_car_that_does_not_stop_says_so(monkeypatch):
+    monkeypatch.setattr(braking, "LONGEST", 20.0)
     slippery = table_of([0.0, 1.0], [0.0, 1e-4])
     for stop in (lambda: brake(slippery, 15.0, 1.5, CAR, Brake()),
                  lambda: brake_ideally(slippery, 15.0, 1.5, CAR)):  # fmt: skip

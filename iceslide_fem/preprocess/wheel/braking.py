@@ -41,7 +41,7 @@ def brake(
 
     _check_speeds(table, speed, end_speed)
     energy = _kinetic_energy(car, speed, speed / car.radius)
-    scale = [speed, speed / car.radius, speed**2, brakes.largest_torque, energy, energy]
+    scale = np.array([speed, speed / car.radius, speed**2, brakes.largest_torque, energy, energy])
     time, state = 0.0, np.array([speed, speed / car.radius, 0.0, 0.0, 0.0, 0.0])
     rise, releases, locked = brakes.rise, False, False
     times, states = [np.zeros(1)], [state[:, None]]
@@ -49,8 +49,9 @@ def brake(
         rate = _rate(state[TORQUE], rise, releases, brakes, threshold)
         wheel = _Wheel(table, car, rate, locked)
         events = wheel.events(end_speed, brakes, releases, threshold)
+        # Implicit: a slow wheel follows the slip of its torque within less than a millisecond.
         found = solve_ivp(
-            wheel, (time, LONGEST), state, rtol=tolerance, atol=tolerance * np.array(scale),
+            wheel, (time, LONGEST), state, method="Radau", rtol=tolerance, atol=tolerance * scale,
             max_step=PICTURED, events=list(events.values()),
         )  # fmt: skip
         happened = [name for name, at in zip(events, found.t_events, strict=True) if at.size]
