@@ -16,16 +16,22 @@ import numpy as np
 import pytest
 from app_server import fixtures, stop
 
-from iceslide_fem.app import form, line, line_case, point
+from iceslide_fem.app import form, line, line_case, point, wheel
 from iceslide_fem.postprocess.results import read_run
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.jaeger import TABLE_1_ICE
 from iceslide_fem.preprocess.footprint.line import gaussian_profile, macroscopic_line
 from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic, heat_model
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.reading import read_footprint
+from iceslide_fem.preprocess.footprint.ride import Ride
+from iceslide_fem.preprocess.wheel.contact import FilmContact
+from iceslide_fem.preprocess.wheel.friction import Tread, friction
+from iceslide_fem.preprocess.wheel.rolling import Rolling
 from iceslide_fem.run.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene, scene_from_dict
+from iceslide_fem.scene.materials import CONTACT_TABLES
 
 open_app, served = fixtures()
 CASES = Path(__file__).parent.parent / "cases"
@@ -218,6 +224,64 @@ def test_dry_contact_along_a_line_is_that_of_its_lines_and_its_command():
         line.curves({"initial_height": "0"})
 
 
+@pytest.mark.quick
+def test_the_wheel_is_that_of_the_library():
+    texts = {"speed": "20 km/h", "ice_temperature": "-8 degC", "stiffness": "40 MPa/m"}
+    answer = wheel.curves(texts)
+    pressure = PressureMap(np.full((1, 20), 2e5), 6e-3, 1.0)
+    contact = FilmContact(Ride(5.0, 5.0, 265.15), CONTACT_TABLES["B"], 2e-2)
+    rolls = [Rolling(20 / 3.6, slip) for slip in answer["series"]["slip"]]
+    points = friction(pressure, rolls, Tread(40e6), contact)
+    assert len(points) == 21 and np.allclose(answer["series"]["mu"], [one.mu for one in points])
+    numbers = answer["numbers"]
+    assert numbers["mu_peak"] == max(answer["series"]["mu"]) > numbers["mu_locked"] > 0.0
+    assert (
+        answer["series"]["slip"][answer["series"]["mu"].index(numbers["mu_peak"])]
+        == (numbers["peak_slip"])
+    )
+    assert answer["series"]["film"][0] is None and json.dumps(answer, allow_nan=False)
+    (note,) = answer["notes"]
+    assert note.startswith("Up to a slip ratio of ") and "does not melt" in note
+
+
+WHEELS = {
+    "slick": {},
+    "blocks": {"profile": "gaussian", "tread": "blocks", "speed": "20 km/h", "sigma": "25 mm"},
+    "dry": {"dry_stress": "3.3 bar", "initial_height": "0 nm", "dry_softening": "8 K"},
+}
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize("texts", WHEELS.values(), ids=WHEELS)
+def test_lines_of_python_and_command_of_a_wheel(texts, capsys):
+    answer, found = wheel.curves(texts), {}
+    exec(answer["python"], found)
+    assert [point.mu for point in found["points"]] == answer["series"]["mu"]
+    assert len(capsys.readouterr().out.splitlines()) == 21
+    words = shlex.split(answer["command"].replace("\\\n", ""))
+    assert words[:2] == ["iceslide", "wheel"]
+    options = dict(zip(words[2::2], words[3::2], strict=True))
+    assert [float(slip) for slip in options["--slip"].split(",")] == answer["series"]["slip"]
+    assert ("--pitch" in options) == ("tread" in texts)
+    assert ("--dry-stress" in options) == ("dry_stress" in texts)
+    # The command's even pressure is a Gaussian that is wide.
+    length, peak, sigma = map(float, options["--gaussian"].split(","))
+    ends = gaussian_profile(length, peak, 540, sigma)[1][[0, -1]]
+    assert ("profile" in texts) == bool((ends < 0.99 * peak).all())
+
+
+def test_every_slider_of_the_wheel_changes_it():
+    blocks = {"profile": "gaussian", "tread": "blocks"}
+    dry = {"dry_stress": "2 bar", "ice_temperature": "-1 degC"}
+    for slider in wheel.SLIDERS:
+        texts = blocks | (dry if slider.key.startswith("dry") else {})
+        values = (1.0, 2.0) if slider.key == "dry_stress" else (slider.start, 0.8 * slider.start)
+        before, after = (
+            wheel.curves(texts | {slider.key: slider.text(value)})["series"] for value in values
+        )
+        assert before["mu"] != after["mu"], slider.key
+
+
 DRY = {"film.dry_stress": "3.3 bar", "film.initial_height": "0 nm", "ice.temperature": "-1 degC"}
 
 
@@ -381,6 +445,11 @@ def test_lines_of_python_of_a_profile_in_a_file(tmp_path):
         ("point", {"ice.temperature": "-4"}, ["ice.temperature"], "out of range"),
         ("line", {"speed": "fast"}, ["speed"], "not a number with a unit"),
         ("line", {"profile": "picture"}, ["image"], "is missing"),
+        ("wheel", {"speed": "50 km"}, ["speed"], "wrong unit"),
+        ("wheel", {"tread": "blocks", "groove": "28 mm"}, ["groove"], "leaves no block"),
+        ("wheel", {"profile": "gaussian", "sigma": "5 mm"}, ["sigma"], "less than a cell"),
+        ("wheel", {"profile": "round"}, ["profile"], "is not available; allowed"),
+        ("wheel", {"initial_height": "0 nm"}, ["initial_height"], "is out of range"),
         ("scene", {"name": "a/b"}, ["name"], "is not a name"),
         ("scene", {"model": "cube"}, ["model"], "is not available; allowed"),
         ("scene", {"film.k": "0.3"}, ["film.k", "film.D", "film.H_V"], "film has k only"),
@@ -394,7 +463,7 @@ def test_wrong_input_names_its_fields_with_the_sentence_of_the_command(
     keys,
     words,
 ):
-    whole = {"point": TEXTS, "line": {}, "scene": SLICE}[name]
+    whole = {"point": TEXTS, "scene": SLICE}.get(name, {})
     status, answer = served.ask(name, texts=whole | texts)
     assert status == 422 and words in answer["sentence"]
     assert answer["keys"] == keys

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from app_server import fixtures
 
-from iceslide_fem.app import line, line_case, point
+from iceslide_fem.app import line, line_case, point, wheel
 from iceslide_fem.run.point import point_history
 from iceslide_fem.scene import scene_from_dict
 
@@ -138,6 +138,8 @@ def test_the_page_needs_no_network(served, open_page):
     wait_drawn(page)
     page.click("#tab-line")
     wait_drawn(page, count="lines")
+    page.click("#tab-wheel")
+    wait_drawn(page, count="wheels")
     page.click("#tab-scene")
     until(lambda: page.locator("#info tbody tr").count() > 5)
     assert asked and all(url.startswith((served.address, "data:")) for url in asked)
@@ -227,6 +229,30 @@ def test_the_address_of_a_scene_gives_all_of_it_again(served, open_page):
     assert tables["name"] == "linked" and tables["water"]["viscosity"] == json.loads(rows)
 
 
+def test_every_slider_of_the_wheel_redraws_what_the_library_computes(served, open_page):
+    page = opened(open_page, served, "#tab=wheel&profile=gaussian&tread=blocks", meant=REFUSED)
+    wait_drawn(page, count="wheels")
+    for slider in wheel.SLIDERS:
+        before = drawn(page, "wheels")
+        page.evaluate(MOVE, [f"wheel-{slider.key}-slider", 450])
+        wait_drawn(page, before, "wheels")
+        until(lambda key=slider.key: f"{key}=" in address(page))
+        parts = parse_qs(address(page).partition("#")[2])
+        state = {name: texts[0] for name, texts in parts.items() if name != "tab"}
+        expected = wheel.curves(state)["numbers"]
+        for name, number in (("peak μ", "mu_peak"), ("locked μ", "mu_locked")):
+            place = page.locator(f"#wheel-numbers div:has(dt:text-is('{name}')) dd")
+            assert np.isclose(float(place.inner_text()), expected[number], rtol=6e-3), slider.key
+    said = page.locator("#chart-wheel-mu").get_attribute("aria-label")
+    assert said.startswith("Friction over slip: peak")
+    page.select_option("#wheel-tread", "slick")
+    until(lambda: page.locator("[id='wheel-groove']").is_hidden())
+    page.fill("#wheel-speed", "500 km/h")
+    page.wait_for_selector("#wheel-speed[aria-invalid=true]")
+    page.click("#show-toml")
+    assert page.locator("#snippet pre").inner_text().startswith("iceslide wheel")
+
+
 @pytest.mark.fe
 def test_a_scene_is_checked_run_cancelled_and_run_on(served, open_page):
     pytest.importorskip("iceslide_fem.fenics.compat")
@@ -263,7 +289,7 @@ def test_a_scene_is_checked_run_cancelled_and_run_on(served, open_page):
 @pytest.mark.parametrize("width", [390, 1300])
 def test_every_tab_fits_and_is_readable(served, open_page, scheme, width):
     page = opened(open_page, served, color_scheme=scheme, viewport={"width": width, "height": 844})
-    for tab in ("point", "line", "scene"):
+    for tab in ("point", "line", "wheel", "scene"):
         page.click(f"#tab-{tab}")
         page.wait_for_timeout(100)
         assert page.evaluate("document.documentElement.scrollWidth") <= width, tab

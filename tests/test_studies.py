@@ -419,6 +419,13 @@ def test_layers_of_ice_are_compared_with_a_finer_column():
     assert thin[1] < thick[1]
 
 
+def test_braking_is_shorter_with_control(tmp_path):
+    rows = printed("braking", "--pictures", tmp_path)
+    distance = {row[0]: float(row[1]) for row in rows if row[0] in ("locked", "threshold", "ideal")}
+    assert distance["ideal"] < distance["threshold"] < distance["locked"] < 150.0
+    assert (tmp_path / "braking.png").is_file()
+
+
 def test_footprint_findings_know_both_models(monkeypatch, capsys):
     monkeypatch.setattr(footprint_findings, "SHAPE", (42, 54))
     footprint_findings.friction_by_balance()

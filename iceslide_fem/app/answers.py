@@ -13,7 +13,7 @@ from typing import Any
 import tomlkit
 
 from iceslide_fem import __version__
-from iceslide_fem.app import form, line, line_case, point
+from iceslide_fem.app import form, line, line_case, point, wheel, wheel_case
 from iceslide_fem.app.form import checked_texts, scene_of, tables, texts_of
 from iceslide_fem.app.runs import Runs
 from iceslide_fem.app.snippets import run_lines
@@ -39,7 +39,8 @@ class Answers:
     @staticmethod
     def keys(name: str) -> list[str]:
         """All names of fields that a sentence of the answer `name` may speak of."""
-        return line_case.KEYS if name == "line" else [*form.keys(), "contact"]
+        own = {"line": line_case.KEYS, "wheel": wheel_case.KEYS}
+        return own.get(name, [*form.keys(), "contact"])
 
     def by_name(self) -> dict[str, Callable[[Asked], Any]]:
         """Name in the address -> the function that answers."""
@@ -51,6 +52,7 @@ class Answers:
                 _texts(asked), _words(asked, "along", 2), _words(asked, "quantity", 1)[0]
             ),
             "line": lambda asked: line.curves(_texts(asked)),
+            "wheel": lambda asked: wheel.curves(_texts(asked)),
             "scene": self.scene,
             "read": read,
             "info": self.info,
@@ -70,6 +72,7 @@ class Answers:
                 "quantities": point.QUANTITIES,
             },
             "line": line.described(),
+            "wheel": wheel.described(),
             "scene": self._start,
             "link": self._link,
         }

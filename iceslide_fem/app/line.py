@@ -2,38 +2,22 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from iceslide_fem.app.form import Slider, Texts
-from iceslide_fem.app.line_case import THESIS, LineCase
+from iceslide_fem.app.film_case import slider_of
+from iceslide_fem.app.form import Texts
+from iceslide_fem.app.line_case import LineCase
 from iceslide_fem.app.line_snippets import line_command, line_lines
 from iceslide_fem.film.doubts import WITHOUT_MELTING, partly_dry
 from iceslide_fem.preprocess.footprint.line import film_line, macroscopic_line
 from iceslide_fem.preprocess.footprint.macroscopic import State
 from iceslide_fem.scene.materials import BAR, CONTACT_TABLES, MELTING_TEMPERATURE, ZERO_CELSIUS
 
-
-def _slider(
-    key: str,
-    label: str,
-    unit: str,
-    scale: float,
-    low: float,
-    high: float,
-    log: bool = True,
-    shift: float = 0.0,
-    zero: bool = False,
-) -> Slider:
-    """A slider that begins where the case does; of a key without a value, with the ice."""
-    default = LineCase.model_fields[key].default
-    start = THESIS.ice_temperature if default is None else default
-    shown = float(f"{(start - shift) / scale:.12g}")
-    return Slider(key, label, unit, scale, low, high, shown, log, shift, zero)
-
-
 T_0 = ZERO_CELSIUS
+_slider = partial(slider_of, LineCase)
 SLIDERS = (
     _slider("length", "length of the line", "mm", 1e-3, 20.0, 500.0, False),
     _slider("peak", "largest pressure", "bar", BAR, 0.2, 20.0),
@@ -64,7 +48,7 @@ OF_PICTURE = ("length", "image", "max_pressure", "legend", "crop", "row")
 
 
 def described() -> dict[str, Any]:
-    """What the page needs to make the fields."""
+    """What the page needs to make the fields; only: which choices a field has a meaning with."""
     return {
         "sliders": [slider.described() for slider in SLIDERS],
         "texts": [
@@ -79,11 +63,14 @@ def described() -> dict[str, Any]:
             ("film_law", "film law along the line", ("no", "yes")),
         ],
         "empty": ["air_temperature"],
-        "gaussian": ["length", "peak", "sigma"],
-        "file": ["file"],
-        "picture": OF_PICTURE,
-        "next_pixel": ["time"],
-        "film": OF_FILM,
+        "only": {
+            **{key: ("profile", ["gaussian"]) for key in ("peak", "sigma")},
+            **{key: ("profile", ["picture"]) for key in OF_PICTURE},
+            "length": ("profile", ["gaussian", "picture"]),
+            "file": ("profile", ["file"]),
+            "time": ("source", ["next pixel"]),
+            **{key: ("film_law", ["yes"]) for key in OF_FILM},
+        },
     }
 
 

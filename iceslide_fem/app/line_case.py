@@ -6,43 +6,35 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic import model_validator
 
-from iceslide_fem.app.form import Texts
+from iceslide_fem.app.film_case import FilmCase, Pressure
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.line import gaussian_profile
 from iceslide_fem.preprocess.footprint.macroscopic import Macroscopic, Source
-from iceslide_fem.preprocess.footprint.option_values import IceTemperature, Length, PixelBox
+from iceslide_fem.preprocess.footprint.option_values import Length, PixelBox
 from iceslide_fem.preprocess.footprint.reading import read_footprint
-from iceslide_fem.preprocess.footprint.ride import FIRST_HEIGHT
 from iceslide_fem.preprocess.footprint.tables import read_profile
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.command_options import Number
-from iceslide_fem.scene.dry_shear import RESIDUAL, SOFTENING, USUAL_RESIDUAL, DryShear
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import BAR, Solid
-from iceslide_fem.scene.messages import first_sentence
 from iceslide_fem.scene.units import Quantity
 
 POINTS = 540  # of a Gaussian profile
 THESIS = Macroscopic()
 
-Pressure = Annotated[float, Quantity("Pa", "0.1 bar", "100 bar"), Number]
 Conductivity = Annotated[float, Quantity("W/m/K", "0.01 W/m/K", "1000 W/m/K"), Number]
 
 
-class LineCase(BaseModel):
+class LineCase(FilmCase):
     """Every parameter of the line; SI. Its keys are the fields of the page.
 
     profile: where the pressure comes from. length (m), peak (Pa) and sigma (m) of a Gaussian; file:
     a profile as CSV; image with colours and `row`, the fraction of its height from below: of a
     picture.
-    film_law: whether that is computed along the line, too, from films of the height initial_height
-    (m) and with dry contact of a dry_stress (Pa, 0 for none; dry_softening and dry_residual in K).
+    film_law: whether that is computed along the line, too.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     profile: Literal["gaussian", "file", "picture"] = "gaussian"
     file: InputFile | None = None
@@ -57,7 +49,6 @@ class LineCase(BaseModel):
     speed: Annotated[float, Quantity("m/s", "0.001 m/s", "100 m/s"), Number] = THESIS.speed
     slip: Annotated[float, Quantity("", "1e-9", "1"), Number] = THESIS.slip
     static_friction: Annotated[float, Quantity("", "0.001", "2"), Number] = THESIS.static_friction
-    ice_temperature: IceTemperature = THESIS.ice_temperature
     air_temperature: Annotated[float, Quantity("K", "-80 degC", "60 degC"), Number] | None = None
     source: Source = THESIS.source
     time: Annotated[float, Quantity("s", "1 us", "1000 s"), Number] = THESIS.time
@@ -72,10 +63,6 @@ class LineCase(BaseModel):
     tread_conductivity: Conductivity = THESIS.tread.conductivity
     water_conductivity: Conductivity = THESIS.water_conductivity
     film_law: Literal["no", "yes"] = "no"
-    initial_height: Annotated[float, Quantity("m", "0 nm", "10 um"), Number] = FIRST_HEIGHT
-    dry_stress: Annotated[float, Quantity("Pa", "0 Pa", "1 GPa"), Number] = 0.0
-    dry_softening: Annotated[float, SOFTENING, Number] = 10.0
-    dry_residual: Annotated[float, RESIDUAL, Number] = USUAL_RESIDUAL
 
     @model_validator(mode="after")
     def _has_its_picture(self) -> Self:
@@ -84,20 +71,6 @@ class LineCase(BaseModel):
         if self.profile == "file" and self.file is None:
             raise ValueError("file is missing: the path of a profile as CSV")
         return self
-
-    @model_validator(mode="after")
-    def _begins_with_a_film(self) -> Self:
-        self.dry_shear.check(self.initial_height, lambda key: key)
-        return self
-
-    @classmethod
-    def of(cls, texts: Texts) -> LineCase:
-        """The case of the texts that are not empty. Raises SceneError with one sentence."""
-        given = {key: text.strip() for key, text in texts.items() if text.strip()}
-        try:
-            return cls.model_validate(given)
-        except ValidationError as error:
-            raise SceneError(first_sentence(error, KEYS)) from None
 
     @property
     def parameters(self) -> Macroscopic:
@@ -117,13 +90,6 @@ class LineCase(BaseModel):
             water_conductivity=self.water_conductivity,
             effusivity=ice.effusivity,
         )
-
-    @property
-    def dry_shear(self) -> DryShear:
-        """Dry rubber on ice, below the film law."""
-        if self.dry_stress == 0.0:
-            return DryShear()
-        return DryShear(self.dry_stress, self.dry_softening, self.dry_residual)
 
     def pressure(self) -> tuple[Array, float]:
         """The profile (nx,), Pa, and the length of a pixel (m). Raises SceneError."""

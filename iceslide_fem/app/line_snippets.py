@@ -6,6 +6,7 @@ import shlex
 from dataclasses import fields
 
 from iceslide_fem.app.line_case import POINTS, LineCase
+from iceslide_fem.app.snippets import command, joined, strength_lines
 
 
 def line_command(case: LineCase) -> str:
@@ -14,14 +15,14 @@ def line_command(case: LineCase) -> str:
     words: dict[str, object] = {}
     source = ""
     if case.profile == "gaussian":
-        words["gaussian"] = _joined(case.length, case.peak, case.sigma)
+        words["gaussian"] = joined(case.length, case.peak, case.sigma)
     elif case.profile == "file":
         words["line"] = case.file
     else:
         source = f" {shlex.quote(str(case.image))}"
         words |= {"length": case.length, "width": case.length, "max-pressure": case.max_pressure}
         boxes = {"legend": case.legend, "crop": case.crop}
-        words |= {name: _joined(*box) for name, box in boxes.items() if box}
+        words |= {name: joined(*box) for name, box in boxes.items() if box}
         last = len(case.pressures()[0]) - 1
         words["row"] = last - round(case.row * last)
     words |= {"speed": p.speed, "temperature": p.ice_temperature}
@@ -34,21 +35,13 @@ def line_command(case: LineCase) -> str:
     words |= {
         "static-friction": p.static_friction,
         "depth": p.depth,
-        "ice-material": _joined(*p.ice[:3]),
-        "tread-material": _joined(*p.tread[:3]),
+        "ice-material": joined(*p.ice[:3]),
+        "tread-material": joined(*p.tread[:3]),
         "water-conductivity": p.water_conductivity,
     }
-    dry = case.dry_shear
     if case.film_law == "yes":
-        words["initial-height"] = case.initial_height
-        if dry.stress is not None:
-            words |= {f"dry-{name}": value for name, value in dry._asdict().items()}
-    options = (f"    --{name} {shlex.quote(str(value))}" for name, value in words.items())
-    return " \\\n".join([f"iceslide footprint{source}", *options])
-
-
-def _joined(*values: float) -> str:
-    return ",".join(map(repr, values))
+        words |= case.film_words
+    return command(f"iceslide footprint{source}", words)
 
 
 def line_lines(case: LineCase) -> str:
@@ -73,7 +66,7 @@ def line_lines(case: LineCase) -> str:
         options = {"image": str(case.image), "length": case.length, "width": case.length}
         options |= {"max_pressure": case.max_pressure}
         boxes = {"legend": case.legend, "crop": case.crop}
-        options |= {name: _joined(*box) for name, box in boxes.items() if box}
+        options |= {name: joined(*box) for name, box in boxes.items() if box}
         pressure = (
             f"footprint = read_footprint(FootprintCase.of({options!r})).pressure_map\n"
             f"pressure = footprint.pressure[round({case.row!r} * (len(footprint.pressure) - 1))]\n"
@@ -102,10 +95,7 @@ print(line.mu_mean)
 
 def _film_lines(case: LineCase) -> str:
     """Lines of Python that compute the film law along the line, after those of the line."""
-    before, strength = "", "None"
-    if case.dry_shear.stress is not None:
-        before = "from iceslide_fem.scene.dry_shear import DryShear\n"
-        strength = f"DryShear{tuple(case.dry_shear)}.strength(MELTING_TEMPERATURE)"
+    before, strength = strength_lines(case.dry_shear)
     return f"""
 {before}from iceslide_fem.scene.materials import CONTACT_TABLES, MELTING_TEMPERATURE
 

@@ -37,7 +37,7 @@ def app(
         bool, typer.Option("--no-browser", help="Print the address and open no browser.")
     ] = False,
 ) -> None:
-    """A page in the browser: sliders for friction at a point and under a line, scenes to run."""
+    """A page in the browser: sliders for friction of a point, a line, a wheel; scenes to run."""
     from iceslide_fem.app.command import serve
 
     serve(scene, out or Path("results"), host, port, not no_browser)

@@ -1,13 +1,15 @@
-"""What reproduces a picture of the page elsewhere: lines of Python."""
+"""What reproduces a picture of the page elsewhere: lines of Python, and a command line."""
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from pprint import pformat
 from textwrap import indent
 from typing import Any
 
 from iceslide_fem.app.form import Slider
+from iceslide_fem.scene.dry_shear import DryShear
 
 Tables = Mapping[str, Any]
 
@@ -66,6 +68,25 @@ from iceslide_fem.simulate import run
 {_scene(tables)}
 summary = run(scene, {out!r})
 """
+
+
+def command(words: str, options: Mapping[str, object]) -> str:
+    """A command line of `words` and options by their names, one a line."""
+    lines = (f"    --{name} {shlex.quote(str(value))}" for name, value in options.items())
+    return " \\\n".join([words, *lines])
+
+
+def joined(*values: float) -> str:
+    """Values of one option."""
+    return ",".join(map(repr, values))
+
+
+def strength_lines(dry: DryShear) -> tuple[str, str]:
+    """An import, and the expression of Python for the strength of dry contact."""
+    if dry.stress is None:
+        return "", "None"
+    imported = "from iceslide_fem.scene.dry_shear import DryShear\n"
+    return imported, f"DryShear{tuple(dry)}.strength(MELTING_TEMPERATURE)"
 
 
 def _scene(tables: Tables) -> str:

@@ -1,7 +1,8 @@
-"""How long the page of `iceslide app` takes from a slider's move to the new curves.
+"""How long the page of `iceslide app` takes from the move of a slider to new curves.
 
-The page's own clock, in headless Chromium (Debian's package `chromium`, `scripts/setup --app` and
-`--browser`), over twenty places of every slider of the point.
+Headless Chromium moves each slider of the point and of the wheel to twenty places; the page says
+how long it has taken from there to the curves. A table before says what the wheel's friction is off
+by for its number of cells, against four times as many.
 """
 
 from __future__ import annotations
@@ -11,21 +12,47 @@ import shutil
 import subprocess
 import sys
 from typing import Any
+from urllib.parse import urlencode
 
 import numpy as np
 
-from iceslide_fem.app.point import SLIDERS
+from iceslide_fem.app import point, wheel
+from iceslide_fem.app.form import Slider, Texts
+from iceslide_fem.app.wheel_case import CELLS, WheelLine
+from iceslide_fem.preprocess.wheel.friction import friction
 from scripts.studies.common import options, table
 
 MOVE = """([id, place]) => { const slider = document.getElementById(id); slider.value = place;
     slider.dispatchEvent(new Event("input", { bubbles: true })); }"""
-DRAWN = "Number(document.documentElement.dataset.drawn ?? 0)"
+DRAWN = "name => Number(document.documentElement.dataset[name] ?? 0)"
+BLOCKS = {"profile": "gaussian", "tread": "blocks"}
+DRY = {"dry_stress": "3.3 bar", "initial_height": "0 nm"}
+WHEELS: dict[str, Texts] = {
+    "slick, even pressure": {},
+    "slick, a Gaussian": {"profile": "gaussian"},
+    "slick, dry contact": DRY,
+    "blocks, a Gaussian": BLOCKS,
+    "blocks, dry contact": BLOCKS | DRY,
+}
+# What is moved: a tab, its state in the address, its sliders, and what counts its drawings.
+MOVED: list[tuple[str, Texts, tuple[Slider, ...], str]] = [
+    ("point", {"contact": "constants"}, point.SLIDERS, "drawn"),
+    (
+        "wheel",
+        {},
+        tuple(s for s in wheel.SLIDERS if s.key not in (*wheel.OF_GAUSSIAN, *wheel.OF_BLOCKS)),
+        "wheels",
+    ),
+    ("wheel", BLOCKS, wheel.SLIDERS, "wheels"),
+]
 
 
 def main() -> None:
-    """Print median, 90 % and most of the milliseconds, for each slider."""
+    """Print errors of the wheel's curves, then median, 90 % and most of the milliseconds."""
     options(__doc__).parse_args()
-    places = np.linspace(50, 950, 20).round().tolist()
+    head = [f"wheel of {CELLS} cells", f"mu differs from that of {4 * CELLS} by, of its peak"]
+    table(head, ([name, f"{_off_by(texts):.1%}"] for name, texts in WHEELS.items()))
+    print()
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:
@@ -39,31 +66,56 @@ def main() -> None:
     ):
         try:
             browser = driver.chromium.launch(executable_path=program, args=["--no-sandbox"])
-            page = browser.new_page()
-            page.goto(_address(server) + "#tab=point&contact=constants")
-            page.wait_for_selector("html[data-ready]")
-            _wait_drawn(page, 0)
-            rows = []
-            for slider in SLIDERS:
-                taken = []
-                for place in places:
-                    before = page.evaluate(DRAWN)
-                    page.evaluate(MOVE, [f"point-{slider.key}-slider", place])
-                    _wait_drawn(page, before)
-                    page.wait_for_timeout(150)  # what follows the curves has been drawn, too
-                    said = page.locator("#point-time").inner_text()
-                    taken.append(float(re.findall(r"\d+", said)[0]))
-                values = [np.median(taken), np.quantile(taken, 0.9), max(taken)]
-                rows.append([slider.key, *(f"{value:.0f}" for value in values)])
+            page, address = browser.new_page(), _address(server)
+            rows = [row for each in MOVED for row in _redraws(page, address, *each)]
             browser.close()
         finally:
             server.terminate()
-    table(["slider", "median, ms", "90 %, ms", "most, ms"], rows)
+    table(["tab", "slider", "median, ms", "90 %, ms", "most, ms"], rows)
 
 
-def _wait_drawn(page: Any, before: int) -> None:
+def _off_by(texts: Texts) -> float:
+    """Largest difference of a curve of mu from that with four times as many cells, of its peak."""
+    line = WheelLine.of(texts)
+    coarse, fine = (
+        np.array([each.mu for each in friction(line.footprint(cells), *line.wheel)])
+        for cells in (CELLS, 4 * CELLS)
+    )
+    return float(np.abs(coarse - fine).max() / fine.max())
+
+
+def _redraws(
+    page: Any, address: str, tab: str, state: Texts, sliders: tuple[Slider, ...], count: str
+) -> list[list[str]]:
+    """Milliseconds of every slider of a tab."""
+    page.goto("about:blank")  # another state of the same page would be no new page
+    page.goto(f"{address}#{urlencode({'tab': tab} | dict(state))}")
+    page.wait_for_selector("html[data-ready]")
+    _wait_drawn(page, count, 0)
+    named = f"{tab}, {state['tread']}" if "tread" in state else tab
+    rows = []
+    for slider in sliders:
+        taken = []
+        moved = f"{tab}-{slider.key}-slider"
+        start = int(page.locator(f"[id='{moved}']").input_value())
+        for place in np.linspace(50, 950, 20).round().tolist():
+            before = page.evaluate(DRAWN, count)
+            page.evaluate(MOVE, [moved, place])
+            _wait_drawn(page, count, before)
+            page.wait_for_timeout(150)  # what follows the curves has been drawn, too
+            said = page.locator(f"#{tab}-time").inner_text()
+            taken.append(float(re.findall(r"\d+", said)[0]))
+        before = page.evaluate(DRAWN, count)
+        page.evaluate(MOVE, [moved, start])
+        _wait_drawn(page, count, before)
+        values = [np.median(taken), np.quantile(taken, 0.9), max(taken)]
+        rows.append([named, slider.key, *(f"{value:.0f}" for value in values)])
+    return rows
+
+
+def _wait_drawn(page: Any, count: str, before: int) -> None:
     """Until the curves have been drawn once more (the page lets no text become a script)."""
-    while page.evaluate(DRAWN) <= before:
+    while page.evaluate(DRAWN, count) <= before:
         page.wait_for_timeout(20)
 
 

@@ -29,6 +29,11 @@ export function curve(name, x, y, colour, dash = "solid") {
   return { name, x, y, colour, dash };
 }
 
+/** Points for `draw`, without a line through them. */
+export function dots(name, x, y, colour) {
+  return { name, x, y, colour, dash: "dots" };
+}
+
 /** A shaded band from x0 to x1 over the whole height. */
 export function band(x0, x1, colour) {
   return { x0, x1, colour };
@@ -111,8 +116,10 @@ export function draw(id, curves, { x = "", shapes = [], log = false, said = "" }
     series: [
       { label: x, value: (_, value) => short(value) },
       ...curves.map((each) => ({
-        label: each.name, stroke: each.colour, width: each.dash === "solid" ? 2 : 1.6, dash: DASHES[each.dash],
-        spanGaps: true, points: { show: false }, value: (_, value) => short(value),
+        label: each.name, stroke: each.colour, width: each.dash === "solid" ? 2 : 1.6, value: (_, value) => short(value),
+        ...(each.dash === "dots"
+          ? { paths: () => null, points: { show: true, size: 11, fill: each.colour } }
+          : { dash: DASHES[each.dash], spanGaps: true, points: { show: false } }),
       })),
     ],
     axes: [axis(x, false), axis("", true)],

@@ -37,6 +37,9 @@ export function textOf(spec, value) {
   return `${Number(value.toPrecision(4))} ${spec.unit}`.trim();
 }
 
+/** A result to so many digits; a dash of none. */
+export const fixed = (value, digits = 3) => (value === null || value === undefined ? "–" : Number(value.toPrecision(digits)).toString());
+
 /** A field with a slider in `parent`; `changed()` is called when either is moved. */
 export function slider(parent, prefix, spec, changed) {
   const id = `${prefix}-${spec.key}`;

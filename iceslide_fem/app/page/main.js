@@ -4,8 +4,10 @@ import { ask } from "./api.js";
 import { makeLine } from "./line.js";
 import { makePoint } from "./point.js";
 import { makeScene } from "./scene.js";
+import { makeWheel } from "./wheel.js";
 
-const NAMES = ["point", "line", "scene"];
+const NAMES = ["point", "line", "wheel", "scene"];
+const NO_SCENES = ["line", "wheel"]; // of which a command gives what a file does of the others
 const tabs = {};
 let shown = "point";
 let written = "";
@@ -24,7 +26,7 @@ function show(name) {
     tab.tabIndex = each === name ? 0 : -1;
     document.getElementById(each).hidden = each !== name;
   }
-  document.getElementById("show-toml").textContent = name === "line" ? "Command" : "TOML"; // a line is no scene
+  document.getElementById("show-toml").textContent = NO_SCENES.includes(name) ? "Command" : "TOML";
   document.title = `iceslide: ${document.getElementById(`tab-${name}`).textContent}`;
   tabs[name].redraw();
   write();
@@ -91,7 +93,7 @@ document.getElementById("copy-link").addEventListener("click", () => {
 });
 document.getElementById("show-toml").addEventListener("click", async () => {
   const text = await tabs[shown].toml();
-  if (text) snippet(...(shown === "line" ? ["Command line", "line.sh"] : ["Scene file", "scene.toml"]), text);
+  if (text) snippet(...(NO_SCENES.includes(shown) ? ["Command line", `${shown}.sh`] : ["Scene file", "scene.toml"]), text);
 });
 document.getElementById("show-python").addEventListener("click", async () => {
   const text = await tabs[shown].python();
@@ -110,6 +112,7 @@ const start = await ask("start");
 const page = { start, changed, snippet, save, say };
 tabs.point = makePoint(page);
 tabs.line = makeLine(page);
+tabs.wheel = makeWheel(page);
 tabs.scene = makeScene(page);
 for (const name of NAMES) document.getElementById(`tab-${name}`).addEventListener("click", () => show(name));
 addEventListener("hashchange", () => location.hash !== written && read(location.hash));

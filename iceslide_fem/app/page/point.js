@@ -2,9 +2,8 @@
 
 import { ask, latest, settled } from "./api.js";
 import { SCALE, band, colours, curve, draw, drawMap as paintMap, moveCross, onColours, short } from "./charts.js";
-import { fill, mark, notes, numbers, setTexts, slider, textOf, textsIn } from "./controls.js";
+import { fill, fixed, mark, notes, numbers, setTexts, slider, textOf, textsIn } from "./controls.js";
 
-const fixed = (value, digits = 3) => (value === null || value === undefined ? "–" : Number(value.toPrecision(digits)).toString());
 const ms = (seconds) => (seconds === null ? "does not happen" : `${fixed(1e3 * seconds)} ms`);
 
 export function makePoint({ start, changed, snippet }) {

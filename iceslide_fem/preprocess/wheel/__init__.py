@@ -1,4 +1,4 @@
-"""A wheel on ice: friction over slip from a footprint, by a brush whose bristles slide on films.
+"""A wheel on ice: friction over slip, by a brush that slides on films, and how far it brakes.
 
 Imports what stands below `preprocess`, and `preprocess.footprint`; never FEniCS.
 """

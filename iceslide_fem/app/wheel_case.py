@@ -1,0 +1,103 @@
+"""What the tab of the wheel is asked for: its keys, their ranges, and what rolls and rubs."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import model_validator
+
+from iceslide_fem.app.film_case import FilmCase, Pressure
+from iceslide_fem.preprocess.footprint.line import as_map, gaussian_profile
+from iceslide_fem.preprocess.footprint.option_values import Length
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.preprocess.footprint.ride import Ride
+from iceslide_fem.preprocess.wheel.contact import FilmContact
+from iceslide_fem.preprocess.wheel.friction import Tread
+from iceslide_fem.preprocess.wheel.pattern import Pattern
+from iceslide_fem.preprocess.wheel.rolling import Rolling
+from iceslide_fem.scene.command_options import Number
+from iceslide_fem.scene.materials import (
+    BAR,
+    COMPOUNDS,
+    CONTACT_TABLES,
+    MELTING_TEMPERATURE,
+)
+from iceslide_fem.scene.units import Quantity
+
+COMPOUND = "B"
+HEIGHT = 8e-3  # m, of the tread whose stiffness G / H the slider begins with
+CELLS = 20  # along the patch: a redraw takes below 150 ms
+# Slip ratios, closer where a wheel hardly slips: there dry contact has its peak.
+SLIPS = tuple(round((i / 20) ** 2, 4) for i in range(21))
+TOLERANCE = 2e-2  # of the films: the cells decide the error of the curve
+
+
+class WheelLine(FilmCase):
+    """A wheel on one line of its footprint; SI. Its keys are the fields of the page.
+
+    profile: even pressure over the length (m) of the patch, or a Gaussian whose largest pressure
+    (Pa) it is, with a standard deviation sigma (m). speed: of the vehicle (m/s). stiffness: shear
+    stress over displacement of the tread's surface (Pa/m). tread: slick, or blocks with a pitch and
+    grooves (m).
+    """
+
+    profile: Literal["even", "gaussian"] = "even"
+    tread: Literal["slick", "blocks"] = "slick"
+    speed: Annotated[float, Quantity("m/s", "0.1 m/s", "100 m/s"), Number] = 50.0 / 3.6
+    pressure: Pressure = 2.0 * BAR
+    length: Length = 0.12
+    sigma: Length = 0.03
+    stiffness: Annotated[float, Quantity("Pa/m", "1e4 Pa/m", "1e15 Pa/m"), Number] = (
+        COMPOUNDS[COMPOUND].shear_modulus / HEIGHT
+    )
+    pitch: Length = 0.028
+    groove: Annotated[float, Quantity("m", "0.1 mm", "1 m"), Number] = 8e-3
+
+    @model_validator(mode="after")
+    def _its_cells_show_it(self) -> Self:
+        if self.profile == "gaussian" and self.sigma < self.length / CELLS:
+            raise ValueError(
+                f"sigma = {1e3 * self.sigma:.4g} mm is less than a cell of the patch, length / "
+                f"{CELLS} = {1e3 * self.length / CELLS:.3g} mm"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _has_blocks(self) -> Self:
+        if self.tread == "blocks" and self.groove >= self.pitch:
+            raise ValueError(
+                f"groove = {1e3 * self.groove:.4g} mm leaves no block of pitch = "
+                f"{1e3 * self.pitch:.4g} mm; allowed: less than the pitch"
+            )
+        return self
+
+    def footprint(self, cells: int = CELLS) -> PressureMap:
+        """One line of so many `cells`."""
+        pressure = np.full(cells, self.pressure)
+        if self.profile == "gaussian":
+            _, pressure = gaussian_profile(self.length, self.pressure, cells, self.sigma)
+        return as_map(pressure, self.length / cells)
+
+    @property
+    def wheel(self) -> tuple[list[Rolling], Tread, FilmContact]:
+        """What `friction` takes beside the footprint: the wheel at `SLIPS`, from rolling freely to
+        locked, its tread, and the film law with the compound's table.
+        """
+        pattern = Pattern(self.pitch, self.groove) if self.tread == "blocks" else None
+        ride = Ride(
+            self.speed,
+            self.speed,
+            self.ice_temperature,
+            initial_height=self.initial_height,
+            strength=self.dry_shear.strength(MELTING_TEMPERATURE),
+        )
+        contact = FilmContact(ride, CONTACT_TABLES[COMPOUND], TOLERANCE)
+        return (
+            [Rolling(self.speed, slip) for slip in SLIPS],
+            Tread(self.stiffness, pattern),
+            contact,
+        )
+
+
+KEYS = list(WheelLine.model_fields)
