@@ -197,6 +197,30 @@ def test_any_law_of_a_scene_rubs_below_a_wheel(tables, mu, tmp_path):
     assert found == pytest.approx(mu, rel=1e-2)
 
 
+def test_a_car_that_brakes(tmp_path):
+    out = tmp_path / "out"
+    given = *LINE, "--stiffness", "68.25e6Pa/m", "--slip", "0,0.2,1", "--abs"
+    assert wheel(*given, "--end-speed", "10km/h", "--out", out) == 0
+    stops = json.loads((out / "summary.json").read_text(encoding="utf-8"))["stops"]
+    distances = [stops[name]["distance_m"] for name in ("ideal", "threshold", "locked")]
+    assert sorted(distances) == distances and distances[0] > 1.0
+    assert (out / "stops.png").stat().st_size > 10_000
+    assert (out / "stops.csv").read_text(encoding="utf-8").startswith("control,time_s")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--mass", "300kg"], "give --abs"),
+        (["--abs", "--end-speed", "60km/h"], "is not below --speed"),
+        (["--abs", "--slip-angle", "3deg"], "a stop goes straight"),
+    ],
+)
+def test_what_is_no_stop_gets_one_sentence(words, said, tmp_path, capsys):
+    assert wheel(*LINE, *words, "--out", tmp_path / "out") == 2
+    assert said in capsys.readouterr().err and not (tmp_path / "out").exists()
+
+
 def test_without_dolfinx_a_number_is_asked_for(tmp_path, monkeypatch):
     monkeypatch.setenv("ICESLIDE_CACHE", str(tmp_path / "cache"))
     ended = subprocess.CompletedProcess([], 2, "", "iceslide: there is no DOLFINx\n")

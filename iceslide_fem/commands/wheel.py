@@ -55,6 +55,14 @@ def wheel(
     tread_height: Annotated[Text, option("M", "Height of tread or blocks.", "8mm")] = None,
     pitch: Annotated[Text, option("M", "Of blocks along the wheel, edge to edge: 28mm.")] = None,
     groove: Annotated[Text, option("M", "Between two of them: 8mm.")] = None,
+    abs_: Annotated[
+        bool,
+        typer.Option(
+            "--abs", help="Brake a quarter car, too: locked, by thresholds of slip, at the peak."
+        ),
+    ] = False,
+    end_speed: Annotated[Text, option("M/S", "Where a stop ends.", "5km/h")] = None,
+    mass: Annotated[Text, option("KG", "Of the quarter car.", "350kg")] = None,
     scene: Annotated[
         Text, option("SCENE", "Whose friction law, ice, water and rubber are taken instead.")
     ] = None,
@@ -81,6 +89,8 @@ def wheel(
     """Friction over slip of a wheel that rolls and slips on ice, from its footprint or a line."""
     values = {name: value for name, value in locals().items() if value is not None}
     force, no_report = values.pop("force"), values.pop("no_report")
+    if values.pop("abs_"):
+        values["abs"] = True
     source = image or pressure_map or line or ("gaussian" if gaussian else "footprint")
     directory = values.pop("out", Path("results") / f"{Path(source).stem}_wheel")
 
@@ -88,7 +98,7 @@ def wheel(
         from rich.console import Console
         from rich.table import Table
 
-        from iceslide_fem.preprocess.wheel.command import WRITTEN, run
+        from iceslide_fem.preprocess.wheel.command import OF_STOPS, WRITTEN, run
         from iceslide_fem.preprocess.wheel.output import MEMBER_HEAD, lines, member_cells
 
     figures = run(values, directory, force)
@@ -100,9 +110,17 @@ def wheel(
         found.add_row(*member_cells(member))
     Console().print(about)
     Console().print(found)
+    if figures["stops"]:
+        stops = Table("brake", "distance", "time", "deceleration")
+        for name, stop in figures["stops"].items():
+            cells = stop["distance_m"], stop["time_s"], stop["deceleration_m_s2"]
+            units = ("m", "s", "m/s²")
+            stops.add_row(name, *(f"{x:.4g} {u}" for x, u in zip(cells, units, strict=True)))
+        Console().print(stops)
     for warning in figures["warnings"]:
         typer.echo(f"Note: {warning}.")
     if not no_report:
         leave_report(directory)
-    for name in (*WRITTEN, *(["report.html"] if (directory / "report.html").is_file() else [])):
-        typer.echo(str(directory / name))
+    for name in (*WRITTEN, *OF_STOPS, "report.html"):
+        if (directory / name).is_file():
+            typer.echo(str(directory / name))

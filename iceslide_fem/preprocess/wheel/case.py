@@ -8,7 +8,7 @@ from itertools import product
 from pathlib import Path
 from typing import Annotated, Self
 
-from pydantic import ConfigDict, model_validator
+from pydantic import ConfigDict, StrictBool, model_validator
 
 from iceslide_fem.preprocess.footprint.film_options import FilmOptions
 from iceslide_fem.preprocess.footprint.option_values import Length
@@ -20,6 +20,7 @@ from iceslide_fem.preprocess.wheel.option_values import (
     Varied,
 )
 from iceslide_fem.preprocess.wheel.pattern import Pattern
+from iceslide_fem.preprocess.wheel.quarter_car import QuarterCar
 from iceslide_fem.preprocess.wheel.rolling import Rolling
 from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.scene.command_options import Number, option_name, option_names
@@ -40,7 +41,8 @@ class WheelCase(SourceOptions, FilmOptions):
     speed: of the vehicle (m/s); slip: slip ratios, ascending; slip_angle (rad). scene: a file whose
     law of friction, ice, water and rubber replace the options of the film. pitch and groove (m) of
     a tread pattern of blocks across the wheel, tread_height (m). stiffness: None where it is to be
-    computed. vary: values (SI) of speed and temperature, every one with every other.
+    computed. vary: values (SI) of speed and temperature, every one with every other. abs: whether a
+    quarter car of a `mass` (kg) brakes from the speed to the end_speed (m/s), too.
     """
 
     model_config = ConfigDict(alias_generator=option_names("image"))
@@ -54,6 +56,9 @@ class WheelCase(SourceOptions, FilmOptions):
     stiffness: StiffnessText = None
     tread_height: Length = 8e-3
     vary: Varied = {}
+    abs: StrictBool = False
+    end_speed: Annotated[float, SPEED, Number] = 5.0 / 3.6
+    mass: Annotated[float, Quantity("kg", "1 kg", "100000 kg"), Number] = QuarterCar.mass
 
     @model_validator(mode="after")
     def _pattern_is_whole(self) -> Self:
@@ -64,6 +69,23 @@ class WheelCase(SourceOptions, FilmOptions):
             raise ValueError(
                 f"--groove {1e3 * self.groove:.4g} mm leaves no block of --pitch "
                 f"{1e3 * self.pitch:.4g} mm; allowed: less than the pitch"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _stop_is_one(self) -> Self:
+        if not self.abs:
+            for key in ("end_speed", "mass"):
+                if key in self.model_fields_set:
+                    raise ValueError(f"{option_name(key)} is of a stop; give --abs, too")
+        elif self.vary:
+            raise ValueError("--abs and --vary contradict each other: a stop is of one wheel")
+        elif self.slip_angle:
+            raise ValueError("--abs and --slip-angle contradict each other: a stop goes straight")
+        elif self.end_speed >= self.speed:
+            raise ValueError(
+                f"--end-speed {3.6 * self.end_speed:.4g} km/h is not below --speed "
+                f"{3.6 * self.speed:.4g} km/h"
             )
         return self
 

@@ -10,25 +10,30 @@ from pathlib import Path
 from typing import Any
 
 from iceslide_fem.preprocess.footprint.reading import read_source
+from iceslide_fem.preprocess.wheel.braking_figure import braking_figure
+from iceslide_fem.preprocess.wheel.braking_output import history_table, stop_figures
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.curve import curves
 from iceslide_fem.preprocess.wheel.figures import draw
 from iceslide_fem.preprocess.wheel.law import contact_of_case
 from iceslide_fem.preprocess.wheel.output import summary, table
+from iceslide_fem.preprocess.wheel.quarter_car import QuarterCar
 from iceslide_fem.preprocess.wheel.stiffness import stiffness_of
+from iceslide_fem.preprocess.wheel.stopping import stops_of
 from iceslide_fem.runtime.files import replace_file, writing
 from iceslide_fem.runtime.folders import claimed, clear_results, other_case
 from iceslide_fem.runtime.progress import LongTask
 from iceslide_fem.scene.fingerprint import versions
 
 WRITTEN = ("mu_slip.csv", "mu_slip.png", "summary.json")
+OF_STOPS = ("stops.csv", "stops.png")
 
 
 def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, Any]:
     """Friction over slip of the wheel that `values` describe (see `WheelCase`), written to `out`.
 
-    Writes what `WRITTEN` names and returns the summary. The same wheel's earlier results go, with
-    `force` any other results, too. Raises SceneError, before anything is written, if the input is
+    Writes what `WRITTEN` names, of stops `OF_STOPS`, too, and returns the summary. The same wheel's
+    earlier results go, with `force` any other results, too. Raises SceneError, before anything is written, if the input is
     wrong or `out` is not to be written to, SimulationStopped where the law finds no step, and
     OutputError if something cannot be written.
     """
@@ -46,11 +51,18 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, 
                 stiffness.value,
                 lambda part: shown.show(part, f"{part:.0%} of the slip ratios"),
             )
-        figures = summary(case, read, stiffness, found)
+            stops = stops_of(case, read.pressure_map, stiffness.value) if case.abs else {}
+        figures = summary(case, read, stiffness, found) | {"stops": stop_figures(stops)}
         with writing(out):
             clear_results(out)
             draw(f"{case.source.stem}: friction over slip", found, out)
+            if stops:
+                title = f"{case.source.stem}: a quarter car brakes"
+                figure = braking_figure(stops, QuarterCar(mass=case.mass), title)
+                figure.savefig(out / OF_STOPS[1], dpi=110)
         replace_file(out / "mu_slip.csv", table(found))
+        if stops:
+            replace_file(out / OF_STOPS[0], history_table(stops))
         figures |= {"wall_s": time.perf_counter() - begun, "versions": versions()}
         replace_file(out / "summary.json", json.dumps(figures, indent=2) + "\n")
         return figures

@@ -1,0 +1,39 @@
+"""Stops of the wheel of a case: its table of friction, and how it brakes by it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
+from iceslide_fem.preprocess.wheel.braking import compare_controls
+from iceslide_fem.preprocess.wheel.case import WheelCase
+from iceslide_fem.preprocess.wheel.friction import Tread
+from iceslide_fem.preprocess.wheel.law import contact_of_case
+from iceslide_fem.preprocess.wheel.quarter_car import QuarterCar
+from iceslide_fem.preprocess.wheel.slip_table import axes_of_a_stop, slip_table
+from iceslide_fem.preprocess.wheel.stop import Stop
+from iceslide_fem.runtime.arrays import Array
+
+LINES = 12  # of a footprint, which stand for those around them
+
+
+def stops_of(case: WheelCase, footprint: PressureMap, stiffness: float) -> dict[str, Stop]:
+    """Stops by the name of what controls the brake, with a tread `stiffness` (Pa/m).
+
+    Raises SimulationStopped where the law finds no step.
+    """
+    axes = axes_of_a_stop(case.speed, case.end_speed)
+    some = replace(footprint, pressure=_sample(footprint))
+    tread = Tread(stiffness, case.pattern)
+    table = slip_table(some, *axes, tread, contact_of_case(case.members[0]))
+    car = QuarterCar(mass=case.mass)
+    return compare_controls(table, case.speed, case.end_speed, car)
+
+
+def _sample(footprint: PressureMap) -> Array:
+    """Pressures (n, nx), Pa, of every n-th line that touches."""
+    lines = np.flatnonzero(footprint.contact.any(axis=1))
+    every = max(1, lines.size // LINES)
+    return footprint.pressure[lines[every // 2 :: every]]
