@@ -33,9 +33,9 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, 
     """Friction over slip of the wheel that `values` describe (see `WheelCase`), written to `out`.
 
     Writes what `WRITTEN` names, of stops `OF_STOPS`, too, and returns the summary. The same wheel's
-    earlier results go, with `force` any other results, too. Raises SceneError, before anything is written, if the input is
-    wrong or `out` is not to be written to, SimulationStopped where the law finds no step, and
-    OutputError if something cannot be written.
+    earlier results go, with `force` any other results, too. Raises SceneError, before anything is
+    written, if the input is wrong or `out` is not to be written to, SimulationStopped where the law
+    finds no step, and OutputError if something cannot be written.
     """
     begun = time.perf_counter()
     case = WheelCase.of(values)
