@@ -60,7 +60,7 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, 
                 title = f"{case.source.stem}: a quarter car brakes"
                 figure = braking_figure(stops, QuarterCar(mass=case.mass), title)
                 figure.savefig(out / OF_STOPS[1], dpi=110)
-        replace_file(out / "mu_slip.csv", table(found))
+        replace_file(out / "mu_slip.csv", table(found, read.pressure_map.load))
         if stops:
             replace_file(out / OF_STOPS[0], history_table(stops))
         figures |= {"wall_s": time.perf_counter() - begun, "versions": versions()}

@@ -29,11 +29,19 @@ COLUMNS = {
 }
 
 
-def table(found: Sequence[Curve]) -> str:
-    """The text of mu_slip.csv: a row for each member of the family and slip ratio."""
-    head = ("speed_m_s", "temperature_C", *COLUMNS.values())
+def table(found: Sequence[Curve], load: float) -> str:
+    """The text of mu_slip.csv: a row for each member of the family and slip ratio.
+
+    load: N, or N/m of a line, with which the aligning torque goes.
+    """
+    head = ("speed_m_s", "temperature_C", *COLUMNS.values(), "aligning_torque_N_m")
     rows = [
-        (curve.speed, curve.temperature - ZERO_CELSIUS, *_row(point))
+        (
+            curve.speed,
+            curve.temperature - ZERO_CELSIUS,
+            *_row(point),
+            point.mu_across * load * point.trail,
+        )
         for curve in found
         for point in curve.points
     ]
