@@ -160,7 +160,8 @@ class CarryingFilm(NamedTuple):
         before, residual_before = np.full_like(water, np.nan), np.full_like(water, np.nan)
         for _ in range(MOST_PASSES):
             found, left = self._with(water, ice)
-            residual = np.where(full, np.log(water / left), 0.0)
+            with np.errstate(divide="ignore"):
+                residual = np.log(np.divide(water, left, out=np.ones_like(water), where=full))
             if not (np.abs(residual) > SETTLED).any():
                 break
             low, high = np.where(residual < 0.0, water, low), np.where(residual > 0.0, water, high)
