@@ -8,6 +8,7 @@ import pytest
 from iceslide_fem.film.carrying import CarryingLoads
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState, advance
+from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.voids import Voids
 from iceslide_fem.run.point import point_history
@@ -68,7 +69,9 @@ def test_a_lug_squeezes_thick_water_as_reynolds_has_it(lug, left):
     voids, n = Voids(TABLE, lug), 1
     stiff = voids.table(np.array([2e5]))  # so deep water that its own roughness does not tell
     assert stiff.H_V[0] < 2e-6
-    loads = CarryingLoads(voids, np.full(n, 2e5), np.full(n, 1e-3), np.ones(n), 1.8e-3)
+    p, k, speed = np.full(n, 2e5), stiff.k, np.full(n, 1e-3)
+    touching = film_loads(p, speed, k, stiff.D, stiff.H_V)
+    loads = CarryingLoads(voids, touching, p, np.ones(n), 1.8e-3)
     ice = Column(np.full(n, 270.0), 5e-3)
     state = InterfaceState(np.full(n, np.log(70e-9)), np.full(n, 100e-6), ice.initial(n))
     times = np.concatenate([[0.0], np.geomspace(1e-8, 5e-3, 1500)])
@@ -116,7 +119,6 @@ def test_steps_keep_their_order():
         ({"film": {"contact": None, "k": 0.3, "D": 3e-5, "H_V": 2e-6}}, "film.k contradict"),
         ({"film": {"dry_stress": 2e5}}, "film.dry_stress contradict"),
         ({"rubber": {"heat": True}}, "rubber.heat contradict"),
-        ({"model": "slice", "ice": {"motion": "sliding"}}, "films on ice that slides"),
         ({"load": {"passes": 2, "period": 1.0}}, "passes contradict"),
     ],
 )

@@ -19,10 +19,10 @@ from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import InterfaceState, Step, error_norms
 from iceslide_fem.film.law import FilmHistory, FilmStage, Surface, log_shearing
-from iceslide_fem.film.loads import FilmLoads, film_loads
+from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.voids import Voids
-from iceslide_fem.runtime.arrays import Array, Index
+from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 SETTLED, MOST_PASSES = 1e-11, 80  # change of ln W that is none; of the search
 LEAST_SLOPE = 0.2  # of the residual of ln W, with which a secant is followed
@@ -41,19 +41,27 @@ class Sharing(NamedTuple):
 class CarryingLoads(NamedTuple):
     """Loads at an end of a step; arrays (n,).
 
-    pressure (Pa), speed (m/s), fade: by how much shear is faded in there; viscosity: eta, Pa s.
+    touching: the film's where asperities bear all of the pressure; pressure: where a place is in
+    contact, Pa; cover: by how much shear is faded in there, times the fraction of the place that is
+    in contact; viscosity: eta, Pa s.
     """
 
     voids: Voids
+    touching: FilmLoads
     pressure: Array
-    speed: Array
-    fade: Array
+    cover: Array
     viscosity: float
 
     def take(self, index: Index) -> CarryingLoads:
         """The loads at `index`."""
-        parts = {name: getattr(self, name)[index] for name in ("pressure", "speed", "fade")}
-        return self._replace(**parts)
+        pressure, cover = self.pressure[index], self.cover[index]
+        return self._replace(touching=self.touching.take(index), pressure=pressure, cover=cover)
+
+    def completed(self, covered: Mask, other: CarryingLoads) -> CarryingLoads:
+        """As of `FilmLoads`; nodes that are not `covered` have the pressure of the `other`."""
+        pressure = np.where(covered, self.pressure, other.pressure)
+        touching = self.touching.completed(covered, other.touching)
+        return self._replace(touching=touching, pressure=pressure)
 
     def begun(
         self, dt: Array | float, state: InterfaceState, ice: IceHeat, rubber: RubberHeat
@@ -63,24 +71,37 @@ class CarryingLoads(NamedTuple):
 
     def at(self, end: CarryingLoads, fraction: float) -> CarryingLoads:
         """Loads at `fraction` of a step that ends with `end`, on straight lines."""
-        parts = {
-            name: getattr(self, name) + fraction * (getattr(end, name) - getattr(self, name))
-            for name in ("pressure", "speed", "fade")
-        }
-        return self._replace(**parts)
+        return self._replace(
+            touching=self.touching.at(end.touching, fraction),
+            pressure=self.pressure + fraction * (end.pressure - self.pressure),
+            cover=self.cover + fraction * (end.cover - self.cover),
+        )
 
     def sharing(self, water: Array) -> Sharing:
         """Who bears the pressure with `water` (m) in the voids."""
         p = np.maximum(self.pressure, 0.0)
         solid = self.voids.contact_pressure(p, water)
-        k, D = self.voids.contact(solid)
-        unlimited = np.full_like(p, np.inf)
-        film = film_loads(solid, self.speed, self.fade * k, D, unlimited, self.viscosity)
-        borne = p - solid
-        part = np.divide(borne, p, out=np.zeros_like(p), where=p > 0.0)
-        shear = self.viscosity * self.speed * part * self.fade
-        thick = np.divide(shear, water, out=np.zeros_like(p), where=borne > 0.0)
-        return Sharing(film, borne, thick)
+        (k, D), (whole_k, whole_D) = (self.voids.contact(one) for one in (solid, p))
+        share = np.divide(solid, p, out=np.ones_like(p), where=p > 0.0)
+        film = self.touching._replace(
+            viscous=self.touching.viscous * (k / whole_k),
+            squeeze_rate=self.touching.squeeze_rate * share * (whole_D / D) ** 2,
+            free_height=np.full_like(p, np.inf),
+        )
+        shear = self.viscosity * self.touching.speed * (1.0 - share) * self.cover
+        thick = np.divide(shear, water, out=np.zeros_like(p), where=share < 1.0)
+        return Sharing(film, p - solid, thick)
+
+    def of(self, state: FilmHistory) -> FilmLoads:
+        """The film's loads in `state`."""
+        return self.sharing(state.squeezed_height).film
+
+    def growth(self, state: FilmHistory) -> Array:
+        """tau in `state` over that where asperities bear all of the pressure, (n,)."""
+        film, _, thick = self.sharing(state.squeezed_height)
+        whole = self.touching.viscous * np.exp(log_shearing(state))
+        now = film.viscous * np.exp(log_shearing(state)) + thick
+        return np.divide(now, whole, out=np.ones_like(now), where=whole != 0.0)
 
     def film(
         self,
@@ -137,7 +158,9 @@ class CarryingFilm(NamedTuple):
     def power_at_start(self) -> Array:
         """q_f (W/m2) of the film that the stage starts from."""
         film, _, thick = self.loads.sharing(self.squeezed_height)
-        return np.asarray((film.viscous * np.exp(-self.log_height) + thick) * self.loads.speed)
+        return np.asarray(
+            (film.viscous * np.exp(-self.log_height) + thick) * self.loads.touching.speed
+        )
 
     def height(self, log_height: Array) -> Array:
         """h (m) of what the stage says."""
@@ -181,7 +204,7 @@ class CarryingFilm(NamedTuple):
     def _with(self, water: Array, ice: Surface) -> tuple[FilmStage, Array]:
         """The stage with the sharing of `water` (m), and what it leaves in the voids."""
         loads, borne, thick = self.loads.sharing(water)
-        warms = thick * self.loads.speed
+        warms = thick * self.loads.touching.speed
         above = ice._replace(
             offset=ice.offset + ice.resistance * warms, melted_flux=ice.melted_flux - warms
         )

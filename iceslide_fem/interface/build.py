@@ -12,6 +12,7 @@ from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.interface.aged_on_ice import AgedOnIce
+from iceslide_fem.interface.carrying_on_ice import CarryingOnIce
 from iceslide_fem.interface.heat_models import continuum_of, equation_of, meshed_rubber, settings_of
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints, OwnColumns
 from iceslide_fem.interface.ice_continuum import Continuum
@@ -25,6 +26,7 @@ from iceslide_fem.interface.surface_grid import Placement, SurfaceGrid, own_poin
 from iceslide_fem.interface.user_law_on_ice import UserLawOnIce
 from iceslide_fem.interface.window import PassingIce
 from iceslide_fem.laws.aged_film import AgedFilm
+from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.laws.limited_film import LimitedFilm
 from iceslide_fem.laws.user_law import UserLaw
@@ -34,7 +36,7 @@ from iceslide_fem.rubber.block import Block
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 
-OnNodes = OnIce | AgedOnIce
+OnNodes = OnIce | AgedOnIce | CarryingOnIce
 
 
 def film_frame_of(block: Block, layers_for: float | None = None) -> Attached | OnRubber | OnNodes:
@@ -152,6 +154,8 @@ def _films_on_nodes(block: Block, ice: PassingIce, duration: Array) -> OnNodes:
     settings = ice, scene.initial_height, rubber, scene.film.water_speed
     if isinstance(law, AgedFilm):
         return AgedOnIce(law, *settings)
+    if isinstance(law, CarryingFilm):
+        return CarryingOnIce(law, *settings)
     assert isinstance(law, FilmLaw)
     return OnIce(law, *settings)
 
@@ -167,6 +171,7 @@ ON_ICE: dict[type, Callable[[Block, PassingIce, Array], OnRubber | OnNodes]] = {
     FilmLaw: _films_on_nodes,
     LimitedFilm: _films_on_nodes,
     AgedFilm: _films_on_nodes,
+    CarryingFilm: _films_on_nodes,
     UserLaw: _user_law_on_nodes,
 }
 

@@ -18,6 +18,7 @@ from iceslide_fem.interface.surface_grid import Contacts, OwnNodes
 from iceslide_fem.interface.water import HALF, cells_passed, moved_by_a_cell
 from iceslide_fem.interface.window import RECENT, PassingIce, place, reaches, shifted, whole_cells
 from iceslide_fem.laws.aged_film import AgedFilm
+from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.laws.interface_law import Sheared
 from iceslide_fem.runtime.arrays import Array, Mask
@@ -45,7 +46,7 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
 
     def __init__(
         self,
-        law: FilmLaw | AgedFilm,
+        law: FilmLaw | AgedFilm | CarryingFilm,
         ice: PassingIce,
         film_height: float,
         rubber: RubberOverGrid | InsulatedOverGrid | None = None,
@@ -195,9 +196,10 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
         cells, rest = whole_cells(grid, offset)
         if cells == 0:
             return Shifted(state, offset)
-        fresh_height, *_ = self._law.initial(self._fresh_height, 1)
-        water = shifted(grid, state.squeezed_height, cells)
-        left = float(grid.cell_area @ grid.allgather(state.squeezed_height - water))
+        fresh_height, fresh_water, _ = self._law.initial(self._fresh_height, 1)
+        kept = shifted(grid, state.squeezed_height, cells)
+        left = float(grid.cell_area @ grid.allgather(state.squeezed_height - kept))
+        water = shifted(grid, state.squeezed_height, cells, float(fresh_water[0]))
         after = InterfaceState(
             shifted(grid, state.log_height, cells, float(fresh_height[0])),
             water,

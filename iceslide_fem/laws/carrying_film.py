@@ -52,7 +52,8 @@ class CarryingFilm:
     def loads(self, pressure: Array, speed: Array) -> CarryingLoads:
         """Loads at local `pressure` (Pa) and `speed` (m/s)."""
         fade, _ = self.film.ramp(pressure)
-        return CarryingLoads(self.voids, pressure, speed, fade, self.film.viscosity)
+        touching = self.film.loads(pressure, speed)
+        return CarryingLoads(self.voids, touching, pressure, fade, self.film.viscosity)
 
     def sheared(self, state: InterfaceState, temperature: Callable[[], Array]) -> Sheared:
         """Shear of films as they are in `state`, beside voids with the water that they have."""
@@ -69,6 +70,10 @@ class CarryingFilm:
     def height_at(self, state: InterfaceState, read: Callable[[Array], Array]) -> Array:
         """As of `FilmLaw`."""
         return self.film.height_at(state, read)
+
+    def read(self, shearing: Array, internal: Array, speed: Array) -> Sheared:
+        """As of `FilmLaw`, where asperities bear all of the pressure."""
+        return self.film.read(shearing, internal, speed)
 
     def over(self, film_height: Array, water: Array) -> Sheared:
         """Shear of films of these heights beside voids with this water (m), (n,)."""

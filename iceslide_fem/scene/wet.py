@@ -43,11 +43,6 @@ def check_voids(scene: Tables) -> None:
             scene.numerics.film_integrator == "explicit-euler",
             "'sdirk2', 'sdirk3' or 'implicit-euler'",
         ),
-        (
-            'films on ice that slides (film.carrier = "ice")',
-            ice.motion == "sliding" and film.carrier == "ice" and scene.model != "point",
-            'film.carrier = "rubber", or ice.motion = "attached"',
-        ),
     ):
         if there:
             raise ValueError(
