@@ -16,6 +16,7 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.materials import CONTACT_TABLES
+from iceslide_fem.workflow.sweep.points import simulate_points
 
 pytestmark = pytest.mark.quick
 
@@ -110,6 +111,13 @@ def test_steps_keep_their_order():
         rows, _ = point_history(scene(numerics={"tolerance": tolerance}))
         off.append(abs(rows[-1].mu / due[-1].mu - 1.0))
     assert off[0] < 1e-2 and off[1] < 1e-3
+
+
+def test_a_sweep_of_points_is_the_points():
+    scenes = [scene(water, load={"pressure": 2e5, "speed": 4.0}) for water in ("0 um", "20 um")]
+    found = [result.summary["mu_mean"] for result in simulate_points(scenes)]
+    assert found == pytest.approx([point_history(one)[1]["mu_mean"] for one in scenes])
+    assert found[1] < 0.1 * found[0]
 
 
 @pytest.mark.parametrize(
