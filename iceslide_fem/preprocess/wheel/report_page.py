@@ -63,6 +63,7 @@ def page_of_wheel(folder: Path, summary: Mapping[str, Any]) -> Page:
             sections=[
                 Section("results", "Results", [
                     Table("Friction over slip", MEMBER_HEAD, found),
+                    *_stops(summary["stops"]),
                     Table("The wheel", ["", ""], rows),
                     Text(ABOUT_ERROR.format(case["tolerance"])),
                 ]),
@@ -91,6 +92,17 @@ def _what(case: Mapping[str, Any], members: list[Mapping[str, Any]]) -> str:
         f"rolls freely. At {first[0]} km/h on ice at {first[1]} °C mu is {first[2]} at most, at a "
         f"slip ratio of {first[3]}; locked it is {first[4]}."
     )
+
+
+def _stops(stops: Mapping[str, Mapping[str, float]]) -> list[Table]:
+    """How a quarter car stops, if that was asked for."""
+    rows = [
+        [name, *(f"{stop[key]:.4g}" for key in ("distance_m", "time_s", "deceleration_m_s2"))]
+        for name, stop in stops.items()
+    ]
+    head = ["brake", "distance (m)", "time (s)", "deceleration (m/s²)"]
+    cells = [[Cell(text) for text in row] for row in rows]
+    return [Table("A quarter car brakes (stops.png)", head, cells)] if rows else []
 
 
 def _charts(folder: Path, charts: tuple[tuple[str, str, str, str, str, float], ...]) -> list[Chart]:
