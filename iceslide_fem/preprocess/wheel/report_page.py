@@ -138,5 +138,6 @@ def _command(case: Mapping[str, Any]) -> str:
         if value == default:
             continue
         text = ",".join(f"{v:.10g}" for v in value) if isinstance(value, tuple) else str(value)
-        words.append(f"    --{key.replace('_', '-')} {shlex.quote(text)}")
+        option = f"    --{key.replace('_', '-')}"
+        words.append(option if value is True else f"{option} {shlex.quote(text)}")
     return " \\\n".join(words)
