@@ -46,8 +46,10 @@ def check(out, done, scene):
     assert done.returncode == 0, done.stderr
     run = read_run(out)
     assert run.history["time_s"][-1] == pytest.approx(scene.load.duration)
-    # The friction tester begins at 0.1 m/s and 1 bar: k eta v / (h0 p) = 0.0068.
-    assert np.isfinite(run.history["mu"]).all() and 0.006 < run.summary["mu_mean"] < 1.0
+    # The friction tester begins at 0.1 m/s and 1 bar: k eta v / (h0 p) = 0.0068. On wet ice it is
+    # eta v / (W p) = 0.0018, where nothing is squeezed out yet.
+    least = 0.0015 if scene.ice.water else 0.006
+    assert np.isfinite(run.history["mu"]).all() and least < run.summary["mu_mean"] < 1.0
     assert run.summary["stopped"] is None
     assert set(run.preload["phase"]) == {"press", "ramp"}
     meshed = ("rubber", "interface", "ice")[: 3 if scene.ice.heat in ("continuum", "mesh") else 2]

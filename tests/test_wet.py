@@ -9,6 +9,7 @@ from iceslide_fem.film.carrying import CarryingLoads
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.loads import film_loads
+from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.voids import Voids
 from iceslide_fem.run.point import point_history
@@ -35,6 +36,13 @@ def scene(water="0 um", **changes):
     for name, table in changes.items():
         tables[name] = tables[name] | table if isinstance(table, dict) else table
     return scene_from_dict({"name": "wet", "model": "point"} | tables)
+
+
+def carrying(lug, pressure, speed):
+    """Loads of contact over voids below a lug."""
+    k, D, H_V, _ = TABLE(pressure)
+    touching = film_loads(pressure, speed, k, D, H_V)
+    return CarryingLoads(Voids(TABLE, lug), touching, pressure, np.ones_like(pressure), 1.8e-3)
 
 
 @pytest.mark.parametrize(
@@ -81,6 +89,29 @@ def test_a_lug_squeezes_thick_water_as_reynolds_has_it(lug, left):
     if left > 5.0:  # thinner water shares the load with asperities
         assert state.squeezed_height[0] * 1e6 == pytest.approx(left, rel=2e-2)
     assert state.squeezed_height[0] * 1e6 >= left * 0.999
+
+
+@pytest.mark.parametrize("name", ["sdirk2", "sdirk3"])
+@pytest.mark.filterwarnings("error")
+def test_a_step_that_squeezes_out_more_than_there_is_is_refused(name):
+    one = np.ones(1)
+    loads = carrying(2e-3, 1e6 * one, 4.0 * one)
+    ice = Column(270.0 * one, 5e-3)
+    state = InterfaceState(np.log(70e-9 * one), 5e-3 * one, ice.initial(1))
+    step = advance(state, loads, loads, 5e-3, ice, INTEGRATORS[name])
+    assert loads.local_error(step, ice, INSULATED, one)[0] > 1.0
+
+
+@pytest.mark.filterwarnings("error")
+def test_voids_without_water_beside_full_ones():
+    """Points of one step, one of which has no water: nothing is divided by that."""
+    one = np.ones(2)
+    still = carrying(2e-3, np.array([0.0, 2e5]), 4.0 * one)
+    ice = Column(270.0 * one, 5e-3)
+    water = np.array([0.0, 5e-6])
+    state = InterfaceState(np.log(70e-9 * one), water, ice.initial(2))
+    step = advance(state, still, still, 1e-6, ice, INTEGRATORS["implicit-euler"])
+    assert step.state.squeezed_height[0] == 0.0 < step.state.squeezed_height[1] < 5e-6
 
 
 def test_friction_no_longer_dies_when_voids_are_full():

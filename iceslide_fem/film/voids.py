@@ -46,11 +46,11 @@ class Voids:
 
     def carried(self, water: Array) -> Array:
         """The contact pressure (Pa) at which voids hold just this `water` (m, (n,)); infinite
-        where there is none.
+        where there is none, or less: stages of a step that is too long begin so.
         """
         height, pressure = self._heights
         with np.errstate(divide="ignore"):
-            log = np.log(water)
+            log = np.log(np.maximum(water, 0.0))
         if height.size == 1:
             return np.where(log < height[0], np.inf, 0.0)
         i = np.clip(np.searchsorted(-height, -log, side="right") - 1, 0, height.size - 2)
