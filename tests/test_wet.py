@@ -20,6 +20,7 @@ from iceslide_fem.scene.materials import CONTACT_TABLES
 pytestmark = pytest.mark.quick
 
 FILE = Path(__file__).parent.parent / "cases" / "surfaces" / "compound_B.csv"
+MESH = FILE.parents[2] / "meshes" / "siped_block.msh"
 TABLE = read_contact_table(FILE, "the surface")
 
 
@@ -141,6 +142,7 @@ def test_steps_keep_their_order():
         ({"film": {"contact": None, "k": 0.3, "D": 3e-5, "H_V": 2e-6}}, "film.k contradict"),
         ({"film": {"dry_stress": 2e5}}, "film.dry_stress contradict"),
         ({"rubber": {"heat": True}}, "rubber.heat contradict"),
+        ({"model": "slice", "rubber": {"mesh": str(MESH)}}, "rubber.mesh contradict"),
         ({"model": "slice", "ice": {"motion": "sliding"}}, "films on ice that slides"),
         ({"load": {"passes": 2, "period": 1.0}}, "passes contradict"),
     ],
