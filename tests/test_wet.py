@@ -16,6 +16,7 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.materials import CONTACT_TABLES
+from iceslide_fem.scene.notes import notes
 
 pytestmark = pytest.mark.quick
 
@@ -124,6 +125,16 @@ def test_wet_ice_carries_the_block_at_first():
     water = [row.squeezed_height_m for row in thick]
     assert (np.diff(water) < 0.0).all()
     assert thick[-1].mu > thick[0].mu
+
+
+@pytest.mark.parametrize(("water", "doubted"), [("0 um", True), ("20 um", False)])
+def test_ice_that_does_not_melt_is_doubted_unless_it_is_wet(water, doubted):
+    cold = {"load": {"duration": 1e-4, "speed": 0.5}, "rubber": {"sipes": 2}}
+    given = scene(water, **cold)
+    _, entries = point_history(given)
+    assert entries["melt_onset_s"] is None
+    assert any("does not melt" in found for found in entries["warnings"]) == doubted
+    assert not [note for note in notes(given) if "rubber.sipes" in note]  # they end the lug
 
 
 def test_steps_keep_their_order():

@@ -182,6 +182,7 @@ def _friction_without_film(
         integrator=INTEGRATORS["sdirk2"],
         tolerance=OWN_ACCURACY,
         temperature_scale=scene.ice.melting_temperature - cold,
+        film_height=scene.initial_height,
     )
     time, shear = zip(*((one.time, one.shear) for one in walk), strict=True)
     curves = np.stack([np.interp(times, time, curve) for curve in np.transpose(shear)], axis=1)
