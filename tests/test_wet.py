@@ -17,6 +17,7 @@ from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.materials import CONTACT_TABLES
 from iceslide_fem.scene.notes import notes
+from iceslide_fem.workflow.sweep.points import simulate_points
 
 pytestmark = pytest.mark.quick
 
@@ -135,6 +136,13 @@ def test_ice_that_does_not_melt_is_doubted_unless_it_is_wet(water, doubted):
     assert entries["melt_onset_s"] is None
     assert any("does not melt" in found for found in entries["warnings"]) == doubted
     assert not [note for note in notes(given) if "rubber.sipes" in note]  # they end the lug
+
+
+def test_a_sweep_has_the_water_of_its_scenes():
+    wet = [scene(f"{water} um", load={"pressure": 2e5, "speed": 4.0}) for water in (0, 20)]
+    found = [outcome.summary["mu_mean"] for outcome in simulate_points(wet)]
+    assert found == [point_history(one)[1]["mu_mean"] for one in wet]
+    assert found[1] < 0.05 * found[0]
 
 
 def test_steps_keep_their_order():

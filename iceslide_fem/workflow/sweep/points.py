@@ -34,13 +34,14 @@ def simulate_points(scenes: Sequence[Scene]) -> list[CaseResult]:
     outcomes: list[CaseResult] = [CaseResult(FAILED)] * len(scenes)
     for number, scene in enumerate(scenes):
         # means over a block, each over its own transit; passes, each from what the one before has
-        # left; loads that go in time and laws of one's own, each with their own steps; films whose
-        # heights do not follow from mu
+        # left; loads that go in time, laws of one's own and voids that carry, each with their own
+        # steps; films whose heights do not follow from mu
         if (
             scene.ice.motion == "sliding"
             or scene.several_passes
             or scene.load.changes
             or scene.friction.law != "film"
+            or scene.film.voids == "carry"
             or scene.water.table is not None
         ):
             outcomes[number] = _alone(scene)
