@@ -180,6 +180,15 @@ def test_info_warns_of_what_it_knows(changes, words):
     )
 
 
+@pytest.mark.parametrize("case", ["wet_slick", "wet_siped"])
+def test_info_describes_wet_ice(case):
+    """Films of points begin at the scene's height under this law, too."""
+    rows = {
+        row.quantity: row.value for row in describe(load_scene(ROOT / "cases" / f"{case}.toml"))
+    }
+    assert rows["friction"] == "film beside voids that carry" and "inertia left out" in rows
+
+
 def test_info_does_not_warn_of_the_cases():
     for case in sorted((ROOT / "cases").glob("*.toml")):
         assert warnings(load_scene(case)) == []

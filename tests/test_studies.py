@@ -366,6 +366,24 @@ def test_dry_contact_gives_way_to_films(tmp_path):
     assert (tmp_path / "dry_to_wet.png").stat().st_size > 10_000
 
 
+def test_water_bears_more_below_longer_lugs(tmp_path):
+    rows = printed("wet_ice", "--pictures", str(tmp_path))
+    shared = [row for row in rows if row[0].endswith(" um") and " bar, " in row[4]]
+    assert len(shared) == 4 and all(row[4] == f"{row[2]}, {row[3]}" for row in shared)
+    (strip,) = [row for row in rows if row[0] == "20 mm"]
+    assert float(strip[1].split()[0]) == pytest.approx(18.641, abs=5e-3)
+    means = {row[0]: float(row[2]) for row in rows if row[0] in ("stop", "carry")}
+    assert means["carry"] > 2.0 * means["stop"]
+    passes = [row for row in rows if row[0] in "024" and row[1].endswith(" mm")]
+    assert [row[7] for row in passes[:2]] == ["never", "never"] and passes[2][7].endswith(" ms")
+    afloat = [row[-2] for row in rows if row[-1].endswith(" m/s") and row[0] in "024"]
+    assert len(afloat) == 3
+    for cell in afloat:
+        found, closed = (float(part.split()[0]) for part in cell.split(","))
+        assert found == pytest.approx(closed, rel=3e-2)
+    assert (tmp_path / "wet_ice.png").stat().st_size > 10_000
+
+
 def test_cost_of_dry_shear_and_of_passes():
     rows = printed("dry_cost")
     assert [row[0] for row in rows if row[0][:1] in "fd"] == [

@@ -17,11 +17,13 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.materials import CONTACT_TABLES
+from iceslide_fem.scene.notes import notes
 from iceslide_fem.workflow.sweep.points import simulate_points
 
 pytestmark = pytest.mark.quick
 
 FILE = Path(__file__).parent.parent / "cases" / "surfaces" / "compound_B.csv"
+MESH = FILE.parents[2] / "meshes" / "siped_block.msh"
 TABLE = read_contact_table(FILE, "the surface")
 
 
@@ -135,6 +137,23 @@ def test_wet_ice_carries_the_block_at_first():
     assert thick[-1].mu > thick[0].mu
 
 
+@pytest.mark.parametrize(("water", "doubted"), [("0 um", True), ("20 um", False)])
+def test_ice_that_does_not_melt_is_doubted_unless_it_is_wet(water, doubted):
+    cold = {"load": {"duration": 1e-4, "speed": 0.5}, "rubber": {"sipes": 2}}
+    given = scene(water, **cold)
+    _, entries = point_history(given)
+    assert entries["melt_onset_s"] is None
+    assert any("does not melt" in found for found in entries["warnings"]) == doubted
+    assert not [note for note in notes(given) if "rubber.sipes" in note]  # they end the lug
+
+
+def test_a_sweep_has_the_water_of_its_scenes():
+    wet = [scene(f"{water} um", load={"pressure": 2e5, "speed": 4.0}) for water in (0, 20)]
+    found = [outcome.summary["mu_mean"] for outcome in simulate_points(wet)]
+    assert found == [point_history(one)[1]["mu_mean"] for one in wet]
+    assert found[1] < 0.05 * found[0]
+
+
 def test_steps_keep_their_order():
     due, _ = point_history(scene(numerics={"tolerance": 1e-5}))
     off = []
@@ -158,6 +177,7 @@ def test_a_sweep_of_points_is_the_points():
         ({"film": {"contact": None, "k": 0.3, "D": 3e-5, "H_V": 2e-6}}, "film.k contradict"),
         ({"film": {"dry_stress": 2e5}}, "film.dry_stress contradict"),
         ({"rubber": {"heat": True}}, "rubber.heat contradict"),
+        ({"model": "slice", "rubber": {"mesh": str(MESH)}}, "rubber.mesh contradict"),
         ({"load": {"passes": 2, "period": 1.0}}, "passes contradict"),
     ],
 )

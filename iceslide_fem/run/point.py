@@ -98,16 +98,21 @@ def _of_law(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[str
     rows = history.rows
     mu, time = ([getattr(row, name) for row in rows] for name in ("mu", "time_s"))
     peak = int(np.argmax(mu))
+    melts = next((row.time_s for row in rows if row.melted_fraction), None)
+    thinnest = min(row.film_height_m for row in rows)
+    found = []
+    if np.isfinite(thinnest):  # else friction is by a law without films
+        found = doubts(thinnest, mu[peak], melts is not None or scene.ice.water > 0.0)
     return rows, {
         "mu_peak": mu[peak],
         "mu_peak_time_s": time[peak],
         "mu_mean": float(trapezoid(mu, time)) / duration,
         "mu_end": mu[-1],
-        "melt_onset_s": next((row.time_s for row in rows if row.melted_fraction), None),
+        "melt_onset_s": melts,
         "saturation_s": next((row.time_s for row in rows if row.saturated_fraction), None),
         "steps": len(rows) - 1,
         "rejected_steps": rejected,
-        "warnings": [],
+        "warnings": found,
     }
 
 

@@ -33,7 +33,7 @@ class Results:
         self.bottom, self.sides = 1.0, 0.0  # smallest and largest of the run's postures
         self.thinnest_film = math.inf
         self.passes, self.last_pass = 0, math.nan  # how many are over, and mean mu of the last one
-        self.dry = False  # whether the law has dry friction
+        self.dry = self.wet = False  # whether the law has dry friction; ice that brings water
 
     def __call__(self, step: Observation) -> None:
         """Enter t = 0 or an accepted step. Collective."""
@@ -49,6 +49,7 @@ class Results:
         if self.saturation is None and row.saturated_fraction > 0.0:
             self.saturation = now
         self.dry = block.scene.film.dry_stress is not None
+        self.wet = block.scene.ice.water > 0.0
         self.thinnest_film = min(self.thinnest_film, thinnest_film(step.sliding))
         if step.solved:
             posture = block.posture()
@@ -112,7 +113,7 @@ class Results:
                 "pressures that the table of k, D and H_V does not cover: its nearest end was taken"
             )
         if math.isfinite(self.thinnest_film):  # else friction is by another law
-            melts = self.melt_onset is not None
+            melts = self.wet or self.melt_onset is not None
             largest = max(mu for _, mu in self.rows)
             found += doubts(self.thinnest_film, largest, melts, self.dry)
         return found

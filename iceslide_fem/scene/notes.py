@@ -51,8 +51,9 @@ def _unused(scene: Scene) -> list[str]:
     if scene.load.passes == 1:
         reasons["without load.passes of more than 1"] = ["film.between"]
     if scene.model == "point":
-        of_rows = {"film.water_speed"} if scene.rubber.rows > 1 else set()
-        reasons['with model = "point"'] = [key for key in NOT_OF_A_POINT if key not in of_rows]
+        used = {"film.water_speed"} if scene.rubber.rows > 1 else set()
+        used |= {"rubber.sipes"} if scene.film.voids == "carry" else set()  # ends of the lug
+        reasons['with model = "point"'] = [key for key in NOT_OF_A_POINT if key not in used]
     else:
         if not sliding:
             of_sliding = ["ice.cell", "ice.trail", "film.carrier", "film.water_speed"]

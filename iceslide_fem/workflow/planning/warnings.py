@@ -28,7 +28,9 @@ def _film(scene: Scene) -> list[str]:
             f"films of a point get {readable(min(heights), 'm')} to {readable(max(heights), 'm')} "
             f"high; {readable(low, 'm')} to {readable(high, 'm')} are known to work"
         )
-    if scene.friction.law == "film" and not dry and not any(row.melted_fraction for row in rows):
+    rides = scene.ice.water > 0.0  # on water that need not melt
+    film = scene.friction.law == "film" and not dry and not rides
+    if film and not any(row.melted_fraction for row in rows):
         found.append(f"the ice below a point does not melt: {WITHOUT_MELTING}")
     largest = max(rows, key=lambda row: row.mu)
     if largest.mu > LARGEST_FRICTION and largest.time_s > 0.0:

@@ -1,0 +1,299 @@
+"""Full voids that share the load, and wet ice: what the water bears, and what it does to friction.
+
+Load sharing on the generated surface of compound B; thick water that lugs squeeze out, against the
+closed form; mean mu of a hot contact with `film.voids` of both kinds; and a block of 20 mm on ice
+with 20 um of water at 2 bar and -1 degC with 0, 2 and 4 sipes, as points that pass it: over time,
+and over speed. mu is drawn over time beside the water in the voids. With --slices slices are run.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.integrate import trapezoid
+from scipy.optimize import brentq
+
+from iceslide_fem.film.carrying import CarryingLoads
+from iceslide_fem.film.ice_heat import Column
+from iceslide_fem.film.integrators import InterfaceState, advance
+from iceslide_fem.film.loads import film_loads
+from iceslide_fem.film.runge_kutta import INTEGRATORS
+from iceslide_fem.film.voids import Voids
+from iceslide_fem.postprocess.results import read_run
+from iceslide_fem.run.point import point_history
+from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.scene import Scene, scene_from_dict
+from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.materials import BAR, WATER_VISCOSITY
+from iceslide_fem.scene.wet import longest_lug
+from iceslide_fem.simulate import run
+from scripts.studies.common import ROOT, case, draw, options, picture_options, table
+
+FILE = ROOT / "cases" / "surfaces" / "compound_B.csv"
+VOIDS = Voids(read_contact_table(FILE, "the surface"))
+SHARED = (  # um, bar; reference numbers: p_c (bar) and k
+    (3.0, 2.0, 0.857, 0.226), (2.0, 5.0, 1.619, 0.358), (2.0, 2.0, 1.619, 0.358),
+    (1.0, 5.0, 3.295, 0.560), (1.5, 2.0, 2.0, None),
+)  # fmt: skip
+LUGS = 20e-3, 5.5e-3, 2e-3  # m
+DEEP, SQUEEZED = 100e-6, 5e-3  # m of water, s
+LENGTH, PRESSURE, WATER, CELSIUS = 20e-3, 2.0 * BAR, 20e-6, -1.0  # of the block on wet ice
+SPEED = 4.0
+SIPES = 0, 2, 4
+SLIDING = 3.0, 4.0, 10.0
+SPEEDS = 1.0, 2.0, 4.0, 8.0, 15.0, 30.0
+HALF, WHOLE = 0.5, 0.99  # of the load; HALF of mu on ice without water, too
+
+
+def closed_height(lug: float, start: float, time: float) -> float:
+    """h (m) of water that alone bears `PRESSURE` below a lug (m), after a time (s)."""
+    return float((start**-2 + 2.0 * PRESSURE * time / (WATER_VISCOSITY * lug**2)) ** -0.5)
+
+
+def closed_time(lug: float, start: float, end: float) -> float:
+    """Seconds until such water is squeezed from `start` to `end` (m)."""
+    return float(WATER_VISCOSITY * lug**2 / (2.0 * PRESSURE) * (end**-2 - start**-2))
+
+
+def squeezed(lug: float, steps: int) -> float:
+    """Water (m) left of `DEEP` below a lug (m) after `SQUEEZED`, hardly sheared."""
+    one = np.ones(1)
+    pressure, speed = PRESSURE * one, 1e-3 * one
+    touching = film_loads(pressure, speed, *VOIDS.table(pressure)[:3])
+    voids = Voids(VOIDS.table, lug)
+    loads = CarryingLoads(voids, touching, pressure, one, WATER_VISCOSITY)
+    ice = Column(270.0 * one, SQUEEZED)
+    state = InterfaceState(np.log(70e-9 * one), DEEP * one, ice.initial(1))
+    times = np.append(0.0, np.geomspace(1e-8, SQUEEZED, steps))
+    for dt in np.diff(times):
+        state = advance(state, loads, loads, dt, ice, INTEGRATORS["sdirk2"]).state
+    return float(state.squeezed_height[0])
+
+
+def hot(voids: str) -> Scene:
+    """5 bar and 6 m/s for 7 ms on ice at -1 degC, compound B as published."""
+    return scene_from_dict({
+        "name": "hot", "model": "point",
+        "rubber": {"compound": "B", "length": LENGTH, "width": LENGTH, "height": 8e-3},
+        "load": {"pressure": 5.0 * BAR, "speed": 6.0, "duration": 7e-3},
+        "ice": {"temperature": f"{CELSIUS} degC"},
+        "film": {"voids": voids},
+        "numerics": {"tolerance": 1e-4},
+    })  # fmt: skip
+
+
+def wet(sipes: int, speed: float = SPEED, water: float = WATER, tolerance: float = 1e-3) -> Scene:
+    """A point of ice below the block for as long as it passes."""
+    return scene_from_dict({
+        "name": "wet", "model": "point",
+        "rubber": {
+            "compound": "B", "length": LENGTH, "width": LENGTH, "height": 8e-3, "sipes": sipes,
+        },
+        "load": {"pressure": PRESSURE, "speed": speed, "duration": LENGTH / speed},
+        "ice": {"temperature": f"{CELSIUS} degC", "water": water},
+        "film": {"voids": "carry", "contact": str(FILE)},
+        "numerics": {"tolerance": tolerance},
+    })  # fmt: skip
+
+
+class Passed(NamedTuple):
+    """A point that passes a block: time (s), mu, water in the voids (m), and the lug (m)."""
+
+    time: Array
+    mu: Array
+    water: Array
+    lug: float
+
+    @classmethod
+    def of(cls, scene: Scene) -> Passed:
+        """That of a scene."""
+        rows, _ = point_history(scene)
+        columns = np.array([(row.time_s, row.mu, row.squeezed_height_m) for row in rows]).T
+        return cls(columns[0], columns[1], columns[2], longest_lug(scene.rubber))
+
+    @property
+    def borne(self) -> Array:
+        """p_f / p: the fraction of the load that the water bears."""
+        pressure = np.full_like(self.water, PRESSURE)
+        return 1.0 - VOIDS.contact_pressure(pressure, self.water) / PRESSURE
+
+    def mean(self, values: Array) -> float:
+        """Over time."""
+        return float(trapezoid(values, self.time)) / float(self.time[-1])
+
+    def first(self, condition: Mask) -> str:
+        """ms of the first row that meets it."""
+        return f"{1e3 * self.time[np.argmax(condition)]:.2f} ms" if condition.any() else "never"
+
+
+def print_sharing() -> None:
+    """Rows of load sharing against reference numbers."""
+    rows = []
+    for water, bar, due, due_k in SHARED:
+        solid = VOIDS.contact_pressure(np.array([bar * BAR]), np.array([water * 1e-6]))
+        k = f"{float(VOIDS.contact(solid)[0][0]):.3f}"
+        due_row = f"{due:.3f} bar, {due_k:.3f}" if due_k else "no lift"
+        rows.append((f"{water:g} um", f"{bar:g} bar", f"{solid[0] / BAR:.3f} bar", k, due_row))
+    table(("water", "pressure", "contact pressure", "k", "reference"), rows)
+
+
+def print_lengths() -> None:
+    """Over which lengths a pressure drives as much water as sliding drags: W^2 p / (6 eta v)."""
+    rows = []
+    for bar in (1.0, 2.0, 5.0):
+        holds = float(VOIDS.held(np.array([bar * BAR]))[0])
+        for water, name in ((holds, "full voids"), (WATER, "wet ice")):
+            lengths = (water**2 * bar * BAR / (6.0 * WATER_VISCOSITY * v) for v in SLIDING)
+            cells = (f"{1e6 * length:.3g} um" for length in lengths)
+            rows.append((f"{bar:g} bar", f"{name}, {1e6 * water:.2f} um", *cells))
+    table(("pressure", "water", *(f"at {v:g} m/s" for v in SLIDING)), rows)
+
+
+def print_squeezing(steps: int) -> None:
+    """Rows of thick water that lugs squeeze out."""
+    rows = []
+    for lug in LUGS:
+        left, due = squeezed(lug, steps), closed_height(lug, DEEP, SQUEEZED)
+        rows.append((
+            f"{1e3 * lug:g} mm", f"{1e6 * left:.3f} um", f"{1e6 * due:.3f} um",
+            f"{1e3 * closed_time(lug, DEEP, 3e-6):.2f} ms",
+        ))  # fmt: skip
+    table(("lug", "left after 5 ms", "closed form", "closed form: to 3 um"), rows)
+
+
+def print_hot() -> None:
+    """mu of the hot contact with voids of both kinds."""
+    at, rows = np.array([0.5, 1.0, 2.0, 4.0, 7.0]) * 1e-3, []
+    for voids in ("stop", "carry"):
+        found, entries = point_history(hot(voids))
+        time, mu = (np.array([getattr(row, name) for row in found]) for name in ("time_s", "mu"))
+        cells = (f"{value:.4f}" for value in np.interp(at, time, mu))
+        full = f"{1e3 * entries['saturation_s']:.2f} ms"
+        rows.append((voids, full, f"{entries['mu_mean']:.4f}", *cells))
+    table(("voids", "full at", "mean mu", *(f"{1e3 * t:g} ms" for t in at)), rows)
+
+
+def print_passes(passes: dict[int, Passed], dry: dict[int, Passed]) -> None:
+    """What wet ice does below blocks with sipes, over the time of a pass."""
+    rows = []
+    for sipes, here in passes.items():
+        bare = dry[sipes]
+        reached = here.mu >= HALF * np.interp(here.time, bare.time, bare.mu)
+        rows.append((
+            sipes, f"{1e3 * here.lug:.2f} mm", f"{here.mean(here.mu):.4f}", f"{here.mu[-1]:.4f}",
+            f"{bare.mean(bare.mu):.4f}", f"{bare.mu[-1]:.4f}",
+            f"{1e6 * here.water[-1]:.2f} um", here.first(reached),
+            here.first(here.borne < HALF), f"{here.mean(here.borne):.0%}",
+            f"{here.mean((here.borne > WHOLE).astype(float)):.0%}",
+        ))  # fmt: skip
+    heads = (
+        "sipes", "lug", "mean mu", "mu at the end", "mean without water", "at the end",
+        "water at the end", "half of mu without water at", "water bears half until",
+        "water bears, mean", "time wholly on water",
+    )  # fmt: skip
+    table(heads, rows)
+
+
+def afloat(sipes: int, fraction: float, tolerance: float) -> float:
+    """Speed (m/s) above which water bears the `fraction` of the load at the trailing edge."""
+
+    def more(log_speed: float) -> float:
+        scene = wet(sipes, float(np.exp(log_speed)), tolerance=tolerance)
+        return float(Passed.of(scene).borne[-1]) - fraction
+
+    return float(np.exp(brentq(more, np.log(3e-3), np.log(100.0), xtol=3e-3)))
+
+
+def print_speeds(speeds: tuple[float, ...], tolerance: float) -> None:
+    """Mean mu and what the water bears at the trailing edge, over speed.
+
+    The closed form is the block's length over the time in which water that bears the whole load is
+    squeezed to what voids hold under the rest of it.
+    """
+    rows = []
+    for sipes in SIPES:
+        cells = []
+        for speed in speeds:
+            here = Passed.of(wet(sipes, speed, tolerance=tolerance))
+            cells.append(f"{here.mean(here.mu):.4f}, {here.borne[-1]:.0%}")
+        for fraction in (WHOLE, HALF):
+            holds = VOIDS.held(np.array([(1.0 - fraction) * PRESSURE]))
+            closed = LENGTH / closed_time(here.lug, WATER, float(holds[0]))
+            cells.append(f"{afloat(sipes, fraction, tolerance):.3g}, {closed:.3g} m/s")
+        rows.append((sipes, *cells))
+    bears = (f"water bears {f:.0%} above; closed form" for f in (WHOLE, HALF))
+    table(("sipes", *(f"{v:g} m/s" for v in speeds), *bears), rows)
+
+
+def print_slices(quick: bool) -> None:
+    """The cases as slices."""
+    rows = []
+    for name in ("wet_slick", "wet_siped"):
+        scene = case(name, *(("numerics.refinement=0.4", "load.duration=1 ms") if quick else ()))
+        with tempfile.TemporaryDirectory() as folder:
+            summary = run(scene, Path(folder), pictures=False)
+            history = read_run(folder).history
+        water = history["squeezed_height_m"][-1]
+        rows.append((
+            name, f"{summary['mu_mean']:.4f}", f"{history['mu'][-1]:.4f}", f"{1e6 * water:.2f} um",
+            summary["steps"], summary["rejected_steps"], f"{summary['energy_imbalance']:.1e}",
+        ))  # fmt: skip
+    heads = "case", "mean mu", "mu at the end", "water at the end", "steps", "rejected", "energy"
+    table(heads, rows)
+
+
+def drawn(passes: dict[int, Passed], dry: Passed) -> Figure:
+    """Water and mu over time, by sipes."""
+    figure = Figure(figsize=(10.5, 4.2), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for sipes, here in passes.items():
+        label = f"{sipes or 'no'} sipes, lugs of {1e3 * here.lug:.1f} mm"
+        left.plot(1e3 * here.time, 1e6 * here.water, label=label)
+        right.plot(1e3 * here.time, here.mu, label=label)
+    holds = 1e6 * float(VOIDS.held(np.full(1, PRESSURE))[0])
+    left.axhline(holds, color="0.4", linestyle=":", label=f"what the voids hold: {holds:.2f} µm")
+    right.plot(1e3 * dry.time, dry.mu, color="0.4", linestyle=":", label="ice without water")
+    left.set(ylabel="water (µm)", yscale="log", ylim=(0.5, 25.0), yticks=(1, 2, 5, 10, 20))
+    left.yaxis.set_major_formatter("{x:g}")
+    left.yaxis.set_minor_formatter("")
+    right.set(ylabel=r"$\mu$", ylim=(0.0, None))
+    for ax in (left, right):
+        ax.set(xlabel="time below the block (ms)", xlim=(0.0, 1e3 * LENGTH / SPEED))
+        ax.legend(fontsize=8)
+        ax.grid(alpha=0.25)
+    return figure
+
+
+def main() -> None:
+    """Print the tables, draw the picture."""
+    parser = options(__doc__)
+    picture_options(parser)
+    parser.add_argument("--quick", action="store_true", help="coarser steps, fewer speeds")
+    parser.add_argument("--slices", action="store_true", help="run the cases, and nothing else")
+    given = parser.parse_args()
+    if given.slices:
+        print_slices(given.quick)
+        return
+    print_sharing()
+    print()
+    print_lengths()
+    print()
+    print_squeezing(300 if given.quick else 1500)
+    print()
+    print_hot()
+    print()
+    tolerance = 1e-2 if given.quick else 1e-3
+    dry = {sipes: Passed.of(wet(sipes, water=0.0, tolerance=tolerance)) for sipes in SIPES}
+    passes = {sipes: Passed.of(wet(sipes, tolerance=tolerance)) for sipes in SIPES}
+    print_passes(passes, dry)
+    print()
+    print_speeds(SPEEDS[::2] if given.quick else SPEEDS, tolerance)
+    draw(drawn(passes, dry[0]), given.pictures / "wet_ice.png", 90)
+
+
+if __name__ == "__main__":
+    main()
