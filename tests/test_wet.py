@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from iceslide_fem.film.carrying import CarryingLoads
+from iceslide_fem.film.conditions import varied_conditions
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.loads import film_loads
@@ -152,6 +153,11 @@ def test_a_sweep_has_the_water_of_its_scenes():
     found = [outcome.summary["mu_mean"] for outcome in simulate_points(wet)]
     assert found == [point_history(one)[1]["mu_mean"] for one in wet]
     assert found[1] < 0.05 * found[0]
+
+
+def test_varied_conditions_cannot_carry():
+    with pytest.raises(ValueError, match="no voids that carry"):
+        varied_conditions(scene(), speed=[1.0, 2.0])
 
 
 def test_steps_keep_their_order():

@@ -114,8 +114,10 @@ def varied_conditions(scene: Scene, **varied: ArrayLike) -> Conditions:
     varied: what `Conditions.of` takes, and of dry shear dry_stress (Pa), dry_softening and
     dry_residual (K); they broadcast to one dimension. k, D and H_V follow the pressure, and the
     first height the temperature, unless they are varied. Raises ValueError as `Conditions.of`,
-    and where k, D or H_V is varied that follows the contact's age.
+    where k, D or H_V is varied that follows the contact's age, and where voids carry.
     """
+    if scene.film.voids == "carry":
+        raise ValueError('conditions have no voids that carry (film.voids = "carry"): sweep scenes')
     constants = sorted({"k", "D", "H_V"} & {*varied})
     if scene.film.contact_age and constants:
         raise ValueError(f"{constants[0]} follows the contact's age (film.contact_age)")
