@@ -205,7 +205,7 @@ def afloat(sipes: int, fraction: float, tolerance: float) -> float:
         scene = wet(sipes, float(np.exp(log_speed)), tolerance=tolerance)
         return float(Passed.of(scene).borne[-1]) - fraction
 
-    return float(np.exp(brentq(more, np.log(3e-3), np.log(100.0), xtol=3e-3)))
+    return float(np.exp(brentq(more, np.log(3e-3), np.log(99.0), xtol=3e-3)))
 
 
 def print_speeds(speeds: tuple[float, ...], tolerance: float) -> None:
