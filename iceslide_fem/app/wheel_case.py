@@ -28,6 +28,7 @@ from iceslide_fem.scene.units import Quantity
 COMPOUND = "B"
 HEIGHT = 8e-3  # m, of the tread whose stiffness G / H the slider begins with
 CELLS = 20  # along the patch: a redraw takes below 150 ms
+PHASES = 5  # of a pattern: so does one of blocks
 # Slip ratios, closer where a wheel hardly slips: there dry contact has its peak.
 SLIPS = tuple(round((i / 20) ** 2, 4) for i in range(21))
 TOLERANCE = 2e-2  # of the films: the cells decide the error of the curve
@@ -84,7 +85,7 @@ class WheelLine(FilmCase):
         """What `friction` takes beside the footprint: the wheel at `SLIPS`, from rolling freely to
         locked, its tread, and the film law with the compound's table.
         """
-        pattern = Pattern(self.pitch, self.groove) if self.tread == "blocks" else None
+        pattern = Pattern(self.pitch, self.groove, PHASES) if self.tread == "blocks" else None
         ride = Ride(
             self.speed,
             self.speed,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from iceslide_fem.app.snippets import command, joined, strength_lines
-from iceslide_fem.app.wheel_case import CELLS, COMPOUND, SLIPS, TOLERANCE, WheelLine
+from iceslide_fem.app.wheel_case import CELLS, COMPOUND, PHASES, SLIPS, TOLERANCE, WheelLine
 
 EVEN = 5.0  # m, standard deviation of a Gaussian that is even over any patch
 
@@ -39,7 +39,7 @@ def wheel_lines(case: WheelLine) -> str:
         pressure = "pressure"
     if case.tread == "blocks":
         pattern = "from iceslide_fem.preprocess.wheel.pattern import Pattern\n"
-        tread = f"Tread({case.stiffness!r}, Pattern({case.pitch!r}, {case.groove!r}))"
+        tread = f"Tread({case.stiffness!r}, Pattern({case.pitch!r}, {case.groove!r}, {PHASES}))"
     return f"""\
 from iceslide_fem.preprocess.footprint.line import {line}
 from iceslide_fem.preprocess.footprint.ride import Ride

@@ -162,7 +162,7 @@ def cells_across(finest: int) -> None:
 def phases(most: int) -> None:
     """The same by phases of a pattern of 20 mm blocks and 8 mm grooves."""
     contact, curves = film_contact(), {}
-    for count in (2, 3, 4, 6, 8, 12, most):
+    for count in (2, 3, 4, 5, 6, 8, 12, most):
         tread = Tread(COMPOUNDS["B"].shear_modulus / HEIGHT, Pattern(28e-3, 8e-3, count))
         curves[count] = mu_of(patch(PRESSURE, 120), ROUND[1:], tread, contact)
     best = curves.pop(most)
