@@ -18,7 +18,7 @@ import numpy as np
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import IceHeat
 from iceslide_fem.film.integrators import InterfaceState, Step, error_norms
-from iceslide_fem.film.law import FilmHistory, FilmStage, Surface, log_shearing
+from iceslide_fem.film.law import FilmHistory, FilmStage, Surface
 from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.rubber_heat import RubberHeat
 from iceslide_fem.film.voids import Voids
@@ -96,11 +96,16 @@ class CarryingLoads(NamedTuple):
         """The film's loads in `state`."""
         return self.sharing(state.squeezed_height).film
 
+    def tau(self, height: Array, water: Array) -> Array:
+        """tau (Pa) of films of the `height` (m) with `water` (m) in the voids, (n,)."""
+        film, _, thick = self.sharing(water)
+        return np.asarray(film.viscous / height + thick)
+
     def growth(self, state: FilmHistory) -> Array:
         """tau in `state` over that where asperities bear all of the pressure, (n,)."""
-        film, _, thick = self.sharing(state.squeezed_height)
-        whole = self.touching.viscous * np.exp(log_shearing(state))
-        now = film.viscous * np.exp(log_shearing(state)) + thick
+        height = np.exp(state.log_height)
+        whole = self.touching.viscous / height
+        now = self.tau(height, state.squeezed_height)
         return np.divide(now, whole, out=np.ones_like(now), where=whole != 0.0)
 
     def film(
@@ -122,13 +127,11 @@ class CarryingLoads(NamedTuple):
 
     def shear(self, state: InterfaceState, ice: IceHeat) -> Array:
         """tau (Pa), (n,), of films in `state`, whatever the ice."""
-        film, _, thick = self.sharing(state.squeezed_height)
-        return np.asarray(film.viscous * np.exp(log_shearing(state)) + thick)
+        return self.tau(np.exp(state.log_height), state.squeezed_height)
 
     def force(self, step: Step) -> Array:
         """Size of tau (Pa) at the end of the `step`, (n,)."""
-        film, _, thick = self.sharing(step.state.squeezed_height)
-        return np.asarray(np.abs(film.viscous * np.exp(log_shearing(step.state)) + thick))
+        return np.abs(self.tau(np.exp(step.state.log_height), step.state.squeezed_height))
 
     def shear_change(self, state: InterfaceState, other: InterfaceState, ice: IceHeat) -> Array:
         """Relative difference (n,) of the shear of the `other` state from that of `state`."""
@@ -157,10 +160,8 @@ class CarryingFilm(NamedTuple):
     @property
     def power_at_start(self) -> Array:
         """q_f (W/m2) of the film that the stage starts from."""
-        film, _, thick = self.loads.sharing(self.squeezed_height)
-        return np.asarray(
-            (film.viscous * np.exp(-self.log_height) + thick) * self.loads.touching.speed
-        )
+        shear = self.loads.tau(np.exp(self.log_height), self.squeezed_height)
+        return np.asarray(shear * self.loads.touching.speed)
 
     def height(self, log_height: Array) -> Array:
         """h (m) of what the stage says."""

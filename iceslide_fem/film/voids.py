@@ -53,10 +53,8 @@ class Voids:
             log = np.log(np.maximum(water, 0.0))
         if height.size == 1:
             return np.where(log < height[0], np.inf, 0.0)
-        i = np.clip(np.searchsorted(-height, -log, side="right") - 1, 0, height.size - 2)
-        slope = (pressure[i + 1] - pressure[i]) / (height[i + 1] - height[i])
-        with np.errstate(over="ignore", invalid="ignore"):
-            found = np.exp(pressure[i] + slope * (log - height[i]))
+        with np.errstate(over="ignore"):
+            found = np.exp(_straight(-log, -height, pressure))
         return np.where(water > 0.0, found, np.inf)
 
     def contact_pressure(self, pressure: Array, water: Array) -> Array:
@@ -74,13 +72,18 @@ class Voids:
         height, log = self._heights
         if height.size == 1:
             return np.full_like(pressure, np.exp(height[0]))
-        at = np.log(np.maximum(pressure, 1e-300))
-        i = np.clip(np.searchsorted(log, at, side="right") - 1, 0, height.size - 2)
-        slope = (height[i + 1] - height[i]) / (log[i + 1] - log[i])
-        return np.asarray(np.exp(height[i] + slope * (at - log[i])))
+        return np.exp(_straight(np.log(np.maximum(pressure, 1e-300)), log, height))
 
     def outflow(self, borne: Array, water: Array, viscosity: Array | float) -> Array:
         """p_f W^2 / (eta B^2), 1/s: what of the `water` W (m) flows out in a second by (2), where
         it bears p_f = `borne` (Pa), (n,).
         """
         return np.asarray(borne * water**2 / (viscosity * self.lug**2))
+
+
+def _straight(at: Array, x: Array, y: Array) -> Array:
+    """Straight lines through two or more places y at rising x, and beyond them."""
+    i = np.clip(np.searchsorted(x, at, side="right") - 1, 0, x.size - 2)
+    slope = (y[i + 1] - y[i]) / (x[i + 1] - x[i])
+    with np.errstate(invalid="ignore"):
+        return np.asarray(y[i] + slope * (at - x[i]))

@@ -11,8 +11,7 @@ from iceslide_fem.film.conditions import half_film, rubber_columns
 from iceslide_fem.film.half_space import HalfSpace
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.rubber_heat import INSULATED
-from iceslide_fem.interface.aged_on_ice import AgedOnIce
-from iceslide_fem.interface.carrying_on_ice import CarryingOnIce
+from iceslide_fem.interface.growing_on_ice import AgedOnIce, CarryingOnIce
 from iceslide_fem.interface.heat_models import continuum_of, equation_of, meshed_rubber, settings_of
 from iceslide_fem.interface.ice_columns import GridColumns, GridColumnsUnderPoints, OwnColumns
 from iceslide_fem.interface.ice_continuum import Continuum

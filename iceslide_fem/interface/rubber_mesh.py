@@ -103,8 +103,12 @@ class MeshedIceAndRubber(MeshedIce):
 
     def rises(self, heat_state: Array) -> Rises:
         """Rises at the nodes of both. Collective."""
-        ice, rubber = self._bodies.parts(heat_state)
-        return Rises(self.equation.nodal(ice), self.rubber.nodal(rubber))
+        ice, _ = self._bodies.parts(heat_state)
+        return Rises(self.equation.nodal(ice), self.rubber_rise(heat_state))
+
+    def rubber_rise(self, heat_state: Array) -> Array:
+        """Rise (K) at all local dofs of the rubber's space, ghosts included. Collective."""
+        return self.rubber.nodal(self._bodies.parts(heat_state)[1])
 
     def _met(self, below: Reading) -> Meeting:
         """How films meet both, of which they read the ice so. Collective."""

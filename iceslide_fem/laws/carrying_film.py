@@ -97,9 +97,7 @@ class CarryingFilm:
 
     def _unit(self, pressure: Array, height: Array, water: Array) -> Array:
         """tau over the slip speed (Pa s/m)."""
-        ones = np.ones_like(pressure)
-        film, _, thick = self.loads(pressure, ones).sharing(water)
-        return np.asarray(film.viscous / height + thick)
+        return self.loads(pressure, np.ones_like(pressure)).tau(height, water)
 
 
 def carrying_film(film: FilmLaw, scene: Scene) -> CarryingFilm:
