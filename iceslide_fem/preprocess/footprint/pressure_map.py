@@ -66,6 +66,12 @@ class PressureMap:
         """Middle of each row of pixels, m."""
         return (np.arange(0.0, self.pressure.shape[0]) + 0.5) * self.dy
 
+    def sample(self, lines: int) -> Array:
+        """Pressures (n, nx), Pa, of about so many lines, evenly chosen among those that touch."""
+        touching = np.flatnonzero(self.contact.any(axis=1))
+        every = max(1, touching.size // lines)
+        return self.pressure[touching[every // 2 :: every]]
+
     def carrying(self, load: float) -> tuple[PressureMap, float]:
         """The map that carries `load` (N), and the factor applied to every pressure."""
         factor = load / self.load

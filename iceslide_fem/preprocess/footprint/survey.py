@@ -79,7 +79,7 @@ def survey(
     """
     footprint, ride = read.pressure_map, case.ride
     rows, temperatures = len(footprint.pressure), case.melting_temperature - UNDERCOOLING
-    some = _sample(footprint)
+    some = footprint.sample(LINES)
     # Lines on other ice pass with the rest: a pass takes its time for its pixels, not its lines.
     pressure = np.concatenate([footprint.pressure, *[some] * temperatures.size])
     below = np.append(np.full(rows, ride.temperature), np.repeat(temperatures, len(some)))
@@ -109,13 +109,6 @@ def survey(
             "unit, the speed, --viscosity, --initial-height and --dry-stress"
         )
     return result
-
-
-def _sample(footprint: PressureMap) -> Array:
-    """Pressures (n, nx), Pa, of every n-th line that touches."""
-    lines = np.flatnonzero(footprint.contact.any(axis=1))
-    every = max(1, lines.size // LINES)
-    return footprint.pressure[lines[every // 2 :: every]]
 
 
 def friction_curves(footprint: PressureMap, case: FootprintCase, mu: Array) -> Curves:

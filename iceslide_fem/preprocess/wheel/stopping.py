@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.wheel.braking import compare_controls
 from iceslide_fem.preprocess.wheel.case import WheelCase
@@ -14,7 +12,6 @@ from iceslide_fem.preprocess.wheel.law import contact_of_case
 from iceslide_fem.preprocess.wheel.quarter_car import QuarterCar
 from iceslide_fem.preprocess.wheel.slip_table import axes_of_a_stop, slip_table
 from iceslide_fem.preprocess.wheel.stop import Stop
-from iceslide_fem.runtime.arrays import Array
 
 LINES = 12  # of a footprint, which stand for those around them
 
@@ -25,15 +22,8 @@ def stops_of(case: WheelCase, footprint: PressureMap, stiffness: float) -> dict[
     Raises SimulationStopped where the law finds no step.
     """
     axes = axes_of_a_stop(case.speed, case.end_speed)
-    some = replace(footprint, pressure=_sample(footprint))
+    some = replace(footprint, pressure=footprint.sample(LINES))
     tread = Tread(stiffness, case.pattern)
     table = slip_table(some, *axes, tread, contact_of_case(case.members[0]))
     car = QuarterCar(mass=case.mass)
     return compare_controls(table, case.speed, case.end_speed, car)
-
-
-def _sample(footprint: PressureMap) -> Array:
-    """Pressures (n, nx), Pa, of every n-th line that touches."""
-    lines = np.flatnonzero(footprint.contact.any(axis=1))
-    every = max(1, lines.size // LINES)
-    return footprint.pressure[lines[every // 2 :: every]]
