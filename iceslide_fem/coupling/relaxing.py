@@ -111,8 +111,10 @@ class Viscoelastic:
 
     def _temperature(self, start: CoupledState) -> Array | float:
         """Of the rubber, K: everywhere, or at the points (c, q) of its mesh."""
-        rise = self._ice.rises(start.interface.ice).rubber
-        return self._ambient if rise is None else self._ambient + rise[self._dofs] @ self._shape.T
+        if not isinstance(self._ice, MeshedIceAndRubber):
+            return self._ambient
+        rise = self._ice.rubber_rise(start.interface.ice)
+        return np.asarray(self._ambient + rise[self._dofs] @ self._shape.T)
 
 
 def relaxing(block: Block, frame: FilmFrame) -> Relaxing:

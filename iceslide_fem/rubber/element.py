@@ -12,6 +12,7 @@ from iceslide_fem.fenics import compat
 from iceslide_fem.fenics.compat import MPI, ufl
 from iceslide_fem.mesh.gmsh_model import DistributedMesh
 from iceslide_fem.mesh.profile import CONTACT_HEIGHT
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import MooneyRivlin
 
 # The displacement is quadratic. Where the rubber may touch something, and in the lower half of the
@@ -64,11 +65,24 @@ def volumetric_energy(grad_u: Any, material: MooneyRivlin) -> Any:
 
 def stored_energy(u: Any, material: MooneyRivlin, dx: Any) -> Any:
     """Elastic energy (J; J/m in a slice) of the displacement `u` as a UFL functional."""
-    whole, volume = ({"quadrature_degree": one} for one in (QUADRATURE_DEGREE, VOLUME_DEGREE))
     F = ufl.grad(u)
-    together = energy_density(F, material) * dx(WHOLE, metadata=whole)
-    isochoric = isochoric_energy(F, material) * dx(SPLIT, metadata=whole)
-    return together + isochoric + volumetric_energy(F, material) * dx(SPLIT, metadata=volume)
+    return integrated(isochoric_energy(F, material), volumetric_energy(F, material), dx)
+
+
+def integrated(isochoric: Any, volumetric: Any, dx: Any) -> Any:
+    """Integral of both parts of an energy density (J/m3), each at the points where it is taken."""
+    whole, volume = ({"quadrature_degree": one} for one in (QUADRATURE_DEGREE, VOLUME_DEGREE))
+    together = (isochoric + volumetric) * dx(WHOLE, metadata=whole)
+    apart = isochoric * dx(SPLIT, metadata=whole)
+    return together + apart + volumetric * dx(SPLIT, metadata=volume)
+
+
+def tensors(six: Array) -> Array:
+    """Symmetric tensors (..., 3, 3) of their six components (..., 6), in the order of `SIX`."""
+    full = np.empty((*six.shape[:-1], 3, 3))
+    for number, (i, j) in enumerate(SIX):
+        full[..., i, j] = full[..., j, i] = six[..., number]
+    return full
 
 
 def kinds_of_cells(block: DistributedMesh) -> NDArray[np.int32]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from iceslide_fem.fenics import compat
 from iceslide_fem.rubber.contact_surface import space_degree
-from iceslide_fem.rubber.element import QUADRATURE_DEGREE, SIX, SPLIT, VOLUME_DEGREE
+from iceslide_fem.rubber.element import QUADRATURE_DEGREE, SIX, SPLIT, VOLUME_DEGREE, tensors
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import MooneyRivlin
@@ -158,10 +158,7 @@ class CellPoints(Gradients):
     def _fallen(self, F: Array, J: Array, fallen: Array) -> Array:
         """What is `fallen` (c, r, 7) as Cauchy stress and energy density at the points."""
         here = self._from_rule @ fallen
-        second = np.empty(F.shape)
-        for number, (i, j) in enumerate(SIX):
-            second[..., i, j] = second[..., j, i] = here[..., number]
-        cauchy = F @ second @ np.swapaxes(F, -1, -2) / J[..., None, None]
+        cauchy = F @ tensors(here[..., :6]) @ np.swapaxes(F, -1, -2) / J[..., None, None]
         return np.stack([*(cauchy[..., i, j] for i, j in SIX), here[..., 6]], axis=-1)
 
 

@@ -29,11 +29,10 @@ from iceslide_fem.relaxation.prony import delayed, mean_response
 from iceslide_fem.rubber.element import (
     QUADRATURE_DEGREE,
     SIX,
-    SPLIT,
-    VOLUME_DEGREE,
-    WHOLE,
     Energy,
+    integrated,
     isochoric_energy,
+    tensors,
     volumetric_energy,
 )
 from iceslide_fem.runtime.arrays import Array
@@ -93,15 +92,11 @@ def relaxing_energy(history: Any) -> Energy:
 
     def energy(u: Any, material: MooneyRivlin, dx: Any) -> Any:
         F, dim = ufl.grad(u), u.ufl_shape[0]
-        whole, volume = ({"quadrature_degree": one} for one in (QUADRATURE_DEGREE, VOLUME_DEGREE))
         deformed = ufl.Identity(dim) + F
         kept = _symmetric(history, dim)
         isochoric = history[0] * isochoric_energy(F, material)
         isochoric += 0.5 * ufl.inner(deformed * kept, deformed)
-        volumetric = volumetric_energy(F, material)
-        parts = (isochoric + volumetric) * dx(WHOLE, metadata=whole)
-        parts += isochoric * dx(SPLIT, metadata=whole)
-        return parts + volumetric * dx(SPLIT, metadata=volume)
+        return integrated(isochoric, volumetric_energy(F, material), dx)
 
     return energy
 
@@ -136,8 +131,8 @@ def _strained(u: Any, material: MooneyRivlin) -> Any:
     I2 = 0.5 * (I1**2 - ufl.inner(C, C))
     stress = 2.0 * material.C10 * scale * (unit - I1 / 3.0 * inverse)
     stress += 2.0 * material.C01 * scale**2 * (I1 * unit - C - 2.0 / 3.0 * I2 * inverse)
-    energy = material.C10 * (scale * I1 - 3.0) + material.C01 * (scale**2 * I2 - 3.0)
-    return ufl.as_vector([*(stress[i, j] for i, j in SIX), *(C[i, j] for i, j in SIX), energy])
+    six = [part[i, j] for part in (stress, C) for i, j in SIX]
+    return ufl.as_vector([*six, isochoric_energy(grad, material)])
 
 
 class Viscoelasticity:
@@ -193,11 +188,10 @@ class Viscoelasticity:
         """f and H of a step of `dt` (s) from `start`, at temperatures (K) of the points (c, q)."""
         factor = np.ones(self.volume.shape)
         kept = np.zeros_like(start.strained.stress)
+        nothing = np.zeros(1)
         for g, x, R in zip(self._g, self._steps(dt, temperature), start.relaxed, strict=True):
-            left, mean = np.exp(-x), mean_response(x)
-            factor -= g * mean
-            past = (g * (1.0 - left - mean))[..., None]
-            kept -= left[..., None] * R + past * start.strained.stress
+            factor -= g * mean_response(x)
+            kept -= delayed(R, g * start.strained.stress, nothing, x[..., None])
         self._values[self._places, 0] = factor
         self._values[self._places, 1:] = kept[..., self._components]
 
@@ -236,9 +230,9 @@ class Viscoelasticity:
         An arm of the stress H stores tr(C H C H) / (4 g G), which is its energy for small strains.
         """
         energy = -self._g.sum() * at.energy
-        C = _matrices(at.strain)
+        C = tensors(at.strain)
         for g, R in zip(self._g, relaxed, strict=True):
-            turned = C @ _matrices(g * at.stress - R)
+            turned = C @ tensors(g * at.stress - R)
             energy += np.einsum("...ij,...ji", turned, turned) / (4.0 * g * self._shear_modulus)
         return Relaxed(relaxed, at, rate, span, energy)
 
@@ -258,14 +252,6 @@ def _inner(a: Array, b: Array) -> Array:
     return np.asarray(a[..., :3] * b[..., :3]).sum(axis=-1) + 2.0 * (a[..., 3:] * b[..., 3:]).sum(
         axis=-1
     )
-
-
-def _matrices(six: Array) -> Array:
-    """Symmetric tensors (..., 3, 3) of their six components (..., 6)."""
-    full = np.empty((*six.shape[:-1], 3, 3))
-    for number, (i, j) in enumerate(SIX):
-        full[..., i, j] = full[..., j, i] = six[..., number]
-    return full
 
 
 def _curvature_response(x: Array) -> Array:
