@@ -11,6 +11,7 @@ from iceslide_fem.commands import footprint_options as options
 from iceslide_fem.commands.report import NoReport, leave_report
 from iceslide_fem.runtime.launch import imports_that_stay
 from iceslide_fem.runtime.options import Force, Text, folder_option, option
+from iceslide_fem.runtime.terminal import show_figures, show_notes
 
 
 def footprint(
@@ -84,19 +85,12 @@ def footprint(
     directory = values.pop("out", Path("results") / Path(source).stem)
 
     with imports_that_stay():
-        from rich.console import Console
-        from rich.table import Table
-
         from iceslide_fem.preprocess.footprint.command import run
         from iceslide_fem.preprocess.footprint.summary import lines
 
     figures = run(values, directory, force)
-    table = Table(show_header=False)
-    for name, value in lines(figures):
-        table.add_row(name, value)
-    Console().print(table)
-    for warning in figures["warnings"]:
-        typer.echo(f"Note: {warning}.")
+    show_figures(lines(figures))
+    show_notes(figures["warnings"])
     if not no_report:
         leave_report(directory)
     for pattern in (

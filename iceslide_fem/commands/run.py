@@ -14,6 +14,7 @@ from iceslide_fem.commands.scene import load, print_notes
 from iceslide_fem.runtime.errors import Interrupted, SceneError, SimulationStopped
 from iceslide_fem.runtime.files import check_writable
 from iceslide_fem.runtime.options import Force, Overrides, folder_option
+from iceslide_fem.runtime.terminal import show_figures, show_notes
 
 if TYPE_CHECKING:
     from iceslide_fem.run.checkpoint import Checkpoint
@@ -127,22 +128,17 @@ def _time(text: str, duration: float) -> float:
 
 def print_summary(summary: dict[str, Any], out: Path, said: list[str]) -> None:
     """The run in a few numbers, and its warnings that have not been `said` before it began."""
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(show_header=False)
+    figures = []
     for key, value in summary.items():
         if isinstance(value, float):
-            table.add_row(key, f"{value:.4g}")
+            figures.append((key, f"{value:.4g}"))
         elif isinstance(value, int):
-            table.add_row(key, str(value))
+            figures.append((key, str(value)))
         elif value is None and key in _MOMENTS:
-            table.add_row(key, "did not happen")
+            figures.append((key, "did not happen"))
         # versions, the scene and its hashes: in summary.json
-    Console().print(table)
-    for warning in summary.get("warnings", []):
-        if warning not in said:
-            typer.echo(f"Note: {warning}.")
+    show_figures(figures)
+    show_notes(each for each in summary.get("warnings", []) if each not in said)
     for name in ("summary.json", "history.csv", "report.png", "report.html", "fields"):
         if (out / name).exists():
             typer.echo(str(out / name))

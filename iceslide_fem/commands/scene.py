@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from iceslide_fem.runtime.terminal import show_notes
+
 if TYPE_CHECKING:
     from iceslide_fem.scene import Scene
 
@@ -30,6 +32,5 @@ def print_notes(scene: Scene) -> list[str]:
     from iceslide_fem.scene.notes import notes
 
     found = notes(scene)
-    for note in found:
-        typer.echo(f"Note: {note}.")
+    show_notes(found)
     return found

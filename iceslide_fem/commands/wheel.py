@@ -11,6 +11,7 @@ from iceslide_fem.commands import footprint_options as options
 from iceslide_fem.commands.report import NoReport, leave_report
 from iceslide_fem.runtime.launch import imports_that_stay
 from iceslide_fem.runtime.options import Force, Text, folder_option, option
+from iceslide_fem.runtime.terminal import show_figures, show_notes
 
 
 def wheel(
@@ -102,13 +103,10 @@ def wheel(
         from iceslide_fem.preprocess.wheel.output import MEMBER_HEAD, lines, member_cells
 
     figures = run(values, directory, force)
-    about = Table(show_header=False)
-    for name, value in lines(figures):
-        about.add_row(name, value)
+    show_figures(lines(figures))
     found = Table(*MEMBER_HEAD)
     for member in figures["curves"]:
         found.add_row(*member_cells(member))
-    Console().print(about)
     Console().print(found)
     if figures["stops"]:
         stops = Table("brake", "distance", "time", "deceleration")
@@ -117,8 +115,7 @@ def wheel(
             units = ("m", "s", "m/s²")
             stops.add_row(name, *(f"{x:.4g} {u}" for x, u in zip(cells, units, strict=True)))
         Console().print(stops)
-    for warning in figures["warnings"]:
-        typer.echo(f"Note: {warning}.")
+    show_notes(figures["warnings"])
     if not no_report:
         leave_report(directory)
     for name in (*WRITTEN, *OF_STOPS, "report.html"):

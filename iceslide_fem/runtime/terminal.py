@@ -6,7 +6,7 @@ import contextlib
 import errno
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 STANDARD_STREAMS = (0, 1, 2)
@@ -64,3 +64,20 @@ def patient_screen() -> Iterator[list[OSError]]:
         fault = streams[0].fault
         if fault is not None and fault.errno != errno.EPIPE:
             faults.append(fault)
+
+
+def show_figures(figures: Iterable[tuple[str, str]]) -> None:
+    """Print what a command found: a line of a table for each name and its value."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(show_header=False)
+    for name, value in figures:
+        table.add_row(name, value)
+    Console().print(table)
+
+
+def show_notes(warnings: Iterable[str]) -> None:
+    """Print what a user should know of a result that stands."""
+    for warning in warnings:
+        print(f"Note: {warning}.")

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from iceslide_fem.runtime.options import Force, Text, folder_option, option
+from iceslide_fem.runtime.terminal import show_figures, show_notes
 
 
 def roughness(
@@ -63,18 +64,14 @@ def roughness(
     from iceslide_fem.preprocess.roughness.command import lines, rows, run, table_name
 
     results, figures = run(values, directory, force)
-    console, about = Console(), Table(show_header=False)
-    for name, value in lines(figures):
-        about.add_row(name, value)
-    console.print(about)
+    show_figures(lines(figures))
     for result in results:
         title = None if result.age is None else f"{1e3 * result.age:g} ms after loading"
         found = Table("p (bar)", "k", "D (um)", "H_V (um)", "k/D (1/mm)", title=title)
         for row in rows(result):
             found.add_row(*row)
-        console.print(found)
-    for warning in figures["warnings"]:
-        typer.echo(f"Note: {warning}.")
+        Console().print(found)
+    show_notes(figures["warnings"])
     typer.echo(
         "Note: k and D hold for the shortest wave that is kept; with shorter ones both are "
         "smaller, and mean friction changes much less (docs/roughness.md)."

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from iceslide_fem.runtime.options import Force, Text, folder_option, option
+from iceslide_fem.runtime.terminal import show_figures, show_notes
 
 
 def rubber(
@@ -46,17 +47,10 @@ def rubber(
     if "of" in values:
         values["kind"] = values.pop("of")
 
-    from rich.console import Console
-    from rich.table import Table
-
     from iceslide_fem.preprocess.rubber.command import WRITTEN, lines, run
 
     figures = run(values, directory, force)
-    about = Table(show_header=False)
-    for name, value in lines(figures):
-        about.add_row(name, value)
-    Console().print(about)
-    for warning in figures["warnings"]:
-        typer.echo(f"Note: {warning}.")
+    show_figures(lines(figures))
+    show_notes(figures["warnings"])
     for name in WRITTEN:
         typer.echo(str(directory / name))
