@@ -1,15 +1,8 @@
 """Material data for users' own scripts and laws: public names of `scene`."""
 
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.contact_table import ConstantContact, ContactTable
-from iceslide_fem.scene.materials import (
-    BAR,
-    COMPOUNDS,
-    CONTACT_TABLES,
-    ICE,
-    ZERO_CELSIUS,
-    MooneyRivlin,
-    Solid,
-)
+from iceslide_fem.scene.materials import BAR, COMPOUNDS, CONTACT_TABLES, ICE, MooneyRivlin, Solid
 
 __all__ = [
     "BAR",

@@ -33,8 +33,9 @@ from iceslide_fem.reference import (  # noqa: E402
     layered_rise,
 )
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
+from iceslide_fem.runtime.units import ZERO_CELSIUS  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
-from iceslide_fem.scene.materials import ICE, ZERO_CELSIUS, Layer, Solid  # noqa: E402
+from iceslide_fem.scene.materials import ICE, Layer, Solid  # noqa: E402
 from iceslide_fem.scene.thermal_layers import layers, stacked_layers  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402
 

@@ -11,9 +11,9 @@ from pydantic import BaseModel
 
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.runtime.units import readable
+from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene import Scene, parsed, put, scene_from_dict
-from iceslide_fem.scene.materials import COMPOUNDS, ZERO_CELSIUS
+from iceslide_fem.scene.materials import COMPOUNDS
 from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.units import Quantity
 

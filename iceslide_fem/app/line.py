@@ -14,7 +14,8 @@ from iceslide_fem.app.line_snippets import line_command, line_lines
 from iceslide_fem.film.doubts import WITHOUT_MELTING, partly_dry
 from iceslide_fem.preprocess.footprint.line import film_line, macroscopic_line
 from iceslide_fem.preprocess.footprint.macroscopic import State
-from iceslide_fem.scene.materials import BAR, CONTACT_TABLES, MELTING_TEMPERATURE, ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.scene.materials import BAR, CONTACT_TABLES, MELTING_TEMPERATURE
 
 T_0 = ZERO_CELSIUS
 _slider = partial(slider_of, LineCase)

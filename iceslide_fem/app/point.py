@@ -24,9 +24,8 @@ from iceslide_fem.output.table import HistoryRow
 from iceslide_fem.run.point import point_history
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.runtime.units import to_si
+from iceslide_fem.runtime.units import ZERO_CELSIUS, to_si
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.materials import ZERO_CELSIUS
 from iceslide_fem.scene.notes import notes
 
 T_0 = ZERO_CELSIUS

@@ -13,7 +13,8 @@ from iceslide_fem.app.wheel_case import WheelLine
 from iceslide_fem.app.wheel_snippets import wheel_command, wheel_lines
 from iceslide_fem.film.doubts import WITHOUT_MELTING
 from iceslide_fem.preprocess.wheel.friction import SlipPoint, friction
-from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.scene.materials import BAR
 
 KMH = 1.0 / 3.6  # m/s
 T_0 = ZERO_CELSIUS

@@ -10,7 +10,7 @@ import numpy as np
 
 from iceslide_fem.laws.protocol import Contact, Response, Surface
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.scene.materials import ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.mu_table import LARGEST, read_table
 
 if TYPE_CHECKING:  # takes long to import, and only tables need it

@@ -22,7 +22,7 @@ from iceslide_fem.output.grids import (
 )
 from iceslide_fem.output.history import fields_on_nodes, interface_fields
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.scene.materials import ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 
 class BlockFields:

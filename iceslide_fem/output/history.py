@@ -19,7 +19,7 @@ from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import ContactState
 from iceslide_fem.rubber.press import PathPoint
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.scene.materials import ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 # What fields call them.
 _FIELDS = {FILM_VISCOSITY: "film viscosity (Pa s)", CONTACT_AREA: "contact area fraction (1)"}

@@ -17,7 +17,7 @@ from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.stress import CellPoints, von_mises
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene.materials import ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 ON_SURFACE = 1e-9  # of the block's height
 INSIDE = 1e-8  # by which a place may lie beyond its cell, in the cell's own coordinates

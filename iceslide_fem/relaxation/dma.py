@@ -12,10 +12,10 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.tables.cells import TextTable
 from iceslide_fem.runtime.tables.columns import Wanted, column_unit, find_columns, places
 from iceslide_fem.runtime.tables.layout import read_table
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 Kind = Literal["E", "G"]
 FEWEST_ROWS, MOST_ROWS = 4, 20_000
-ZERO_CELSIUS = 273.15  # K
 # Rows of one isotherm: neighbours in temperature are closer, and all of them within twice as much.
 ONE_TEMPERATURE = 1.0  # K
 _FREQUENCY = Wanted("frequency", "Hz", ("f", "freq", "freq."))

@@ -11,12 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.relaxation.compound import Relaxation
-from iceslide_fem.relaxation.dma import ZERO_CELSIUS, Dma, read_dma
+from iceslide_fem.relaxation.dma import Dma, read_dma
 from iceslide_fem.relaxation.master_curve import law, shifts
 from iceslide_fem.relaxation.prony_fit import fit
 from iceslide_fem.relaxation.shift import NoShift, Shift
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 ROOM = 293.15  # K; the isotherm nearest to it is the reference unless another is asked for
 WORST = 0.5  # root mean square of ln E' or ln tan delta that is still a fit

@@ -12,11 +12,12 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import least_squares, minimize_scalar
 
-from iceslide_fem.relaxation.dma import ZERO_CELSIUS, Dma
+from iceslide_fem.relaxation.dma import Dma
 from iceslide_fem.relaxation.prony_fit import spectrum
 from iceslide_fem.relaxation.shift import GAS_CONSTANT, Shift
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 PER_DECADE = 4.0  # times of the spectrum that isotherms are shifted onto
 FURTHEST = 1.5  # decades by which the first shifts of neighbours may all together be off

@@ -23,8 +23,8 @@ from iceslide_fem.run.point_pass import first_state, one_pass
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.launch import rank
 from iceslide_fem.runtime.progress import LongTask
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.materials import ZERO_CELSIUS
 
 
 def passes_history(

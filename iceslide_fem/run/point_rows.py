@@ -12,8 +12,8 @@ from iceslide_fem.film.contact_age import CONTACT_AREA
 from iceslide_fem.film.integrators import InterfaceState, Step
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.output.table import HistoryRow, row_of
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.materials import ZERO_CELSIUS
 
 # Of a step, J/m2: what friction does and, after it, what takes it.
 ENERGIES = ("friction_work", "ice_heat", "rubber_heat", "latent_heat")

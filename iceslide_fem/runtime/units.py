@@ -10,6 +10,7 @@ import pint
 # Of pressure as people write them; case does not tell them apart, but for mPa.
 _PRESSURES = {"pa": "Pa", "hpa": "hPa", "kpa": "kPa", "mpa": "MPa", "bar": "bar", "mbar": "mbar"}
 _PRESSURES |= {"psi": "psi", "n/cm^2": "N/cm^2", "n/mm^2": "N/mm^2", "kp/cm^2": "kgf/cm^2"}
+ZERO_CELSIUS = 273.15  # K
 LONGEST = 100  # letters of a quantity
 _NUMBER_AND_UNIT = re.compile(
     r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(.*?)\s*"

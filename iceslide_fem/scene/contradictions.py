@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from iceslide_fem.relaxation.shift import Shift
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.contact_age import check_contact_age
-from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.passes import check_passes
 from iceslide_fem.scene.shape import check_room_across
 from iceslide_fem.scene.tables import Tables

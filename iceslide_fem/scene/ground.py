@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Protocol
 
-from iceslide_fem.scene.materials import ZERO_CELSIUS, Layer, Solid
+from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.scene.materials import Layer, Solid
 from iceslide_fem.scene.table import Name, Table
 from iceslide_fem.scene.units import Quantity
 

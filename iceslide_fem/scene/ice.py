@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import field_validator, model_validator
 
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.ground import GroundLayer, check_ground
 from iceslide_fem.scene.input_file import InputFile
 from iceslide_fem.scene.materials import (
@@ -15,7 +16,6 @@ from iceslide_fem.scene.materials import (
     ICE,
     WATER_CONDUCTIVITY,
     WATER_VISCOSITY,
-    ZERO_CELSIUS,
     Ground,
     Layer,
     Solid,

@@ -16,7 +16,6 @@ from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.scene.contact_table import ContactTable
 
 BAR = 1.0e5
-ZERO_CELSIUS = 273.15  # K
 
 ICE_DENSITY = 916.0  # kg/m3
 LATENT_HEAT = 330.0e3  # J/kg

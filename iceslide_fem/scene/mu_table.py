@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from iceslide_fem.runtime.tables.columns import Wanted, read_columns
-from iceslide_fem.scene.materials import ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 if TYPE_CHECKING:  # takes long to import, and only tables need it
     from scipy.interpolate import RegularGridInterpolator

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from math import pi, sqrt
 
-from iceslide_fem.runtime.units import readable
-from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
+from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.model import Scene
 
 # docs/stability.md, operating envelope; both ends belong to it

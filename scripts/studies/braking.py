@@ -18,7 +18,8 @@ from iceslide_fem.preprocess.wheel.contact import FilmContact
 from iceslide_fem.preprocess.wheel.friction import Tread
 from iceslide_fem.preprocess.wheel.quarter_car import QuarterCar
 from iceslide_fem.preprocess.wheel.slip_table import KMH, SLIPS, SPEEDS, SlipTable, slip_table
-from iceslide_fem.scene.materials import BAR, CONTACT_TABLES, ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.scene.materials import BAR, CONTACT_TABLES
 from scripts.studies.common import draw, options, picture_options, table
 
 FAST, SLOW = 50.0 / KMH, 5.0 / KMH  # m/s

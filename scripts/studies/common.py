@@ -20,8 +20,9 @@ from numpy.typing import ArrayLike
 
 from iceslide_fem.film.point import Conditions
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, load_scene
-from iceslide_fem.scene.materials import BAR, CONTACT_TABLES, ZERO_CELSIUS
+from iceslide_fem.scene.materials import BAR, CONTACT_TABLES
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "results" / "studies"

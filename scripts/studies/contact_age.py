@@ -25,8 +25,8 @@ import numpy as np
 from iceslide_fem.film.conditions import scene_loading, varied_conditions
 from iceslide_fem.film.point import PointResult, simulate
 from iceslide_fem.run.point import point_history
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, scene_from_dict
-from iceslide_fem.scene.materials import ZERO_CELSIUS
 from scripts.studies.common import ROOT, options, table, timed
 
 SURFACE = ROOT / "cases" / "surfaces" / "compound_B.csv"

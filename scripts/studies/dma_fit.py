@@ -23,7 +23,7 @@ from iceslide_fem.relaxation.dma_fit import characterised
 from iceslide_fem.relaxation.prony import Prony
 from iceslide_fem.relaxation.shift import Shift
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.scene.materials import ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from scripts.studies.common import ROOT, draw, options, picture_options, table
 
 GLASSY, RUBBERY = 300e6, 3e6  # Pa

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from iceslide_fem.postprocess.results.run_directory import read_run
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, scene_from_dict
-from iceslide_fem.scene.materials import ZERO_CELSIUS
 from iceslide_fem.simulate import run
 from scripts.studies.common import options, table
 from scripts.studies.contact_age import SETS, SURFACE

@@ -24,7 +24,8 @@ from iceslide_fem.preprocess.wheel.friction import Tread, friction
 from iceslide_fem.preprocess.wheel.pattern import Pattern
 from iceslide_fem.preprocess.wheel.rolling import Rolling
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.scene.materials import BAR, COMPOUNDS, ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.scene.materials import BAR, COMPOUNDS
 from scripts.studies.common import ROOT, draw, options, picture_options, table, timed
 
 SURFACE = ROOT / "cases" / "surfaces" / "compound_B.csv"

@@ -20,7 +20,8 @@ from iceslide_fem.postprocess.results.quantities import (
     FieldQuantity,
 )
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.scene.materials import BAR
 
 CELLS = 6000  # of a drawing at most
 MM, UM = 1e3, 1e6

@@ -11,8 +11,9 @@ from iceslide_fem.postprocess.report.page import Cell, Section, Table, Text, cel
 from iceslide_fem.postprocess.results import Run
 from iceslide_fem.postprocess.results.run_directory import load_range
 from iceslide_fem.runtime.errors import IceslideError, SceneError
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, flat, scene_from_dict, unit_of
-from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+from iceslide_fem.scene.materials import BAR
 
 if TYPE_CHECKING:
     from iceslide_fem.run.simplifications import Simplification

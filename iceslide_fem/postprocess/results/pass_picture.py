@@ -14,7 +14,7 @@ from iceslide_fem.postprocess.results import Run
 from iceslide_fem.postprocess.results.passes import PASS
 from iceslide_fem.postprocess.results.quantities import FRICTION, HEIGHT, WARMTH, Quantity
 from iceslide_fem.postprocess.results.style import BLUE, GREEN, ORANGE, PURPLE, RED
-from iceslide_fem.scene.materials import ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 MS, NM = 1e3, 1e9
 WIDTH, ROW = 11.5, 3.2  # of the page and of a row of panels (inches)

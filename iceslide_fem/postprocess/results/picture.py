@@ -33,7 +33,7 @@ from iceslide_fem.postprocess.results.snapshots import (
     read_mises,
 )
 from iceslide_fem.postprocess.results.style import BLUE, EDGES, ICE, NO_CONTACT, RED
-from iceslide_fem.scene.materials import ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 SIZE, DPI = (12.8, 9.6), 100  # inches; their pixels divide by 16, as video needs it
 MM, UM, MS = 1e3, 1e6, 1e3

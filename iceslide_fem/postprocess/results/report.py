@@ -30,7 +30,7 @@ from iceslide_fem.postprocess.results.style import (
     RED,
     SATURATED,
 )
-from iceslide_fem.scene.materials import ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 MS = 1e3
 WIDTH, ROW, DPI = 11.5, 3.2, 110  # of the page and of a row of panels (inches)

@@ -19,7 +19,8 @@ from iceslide_fem.postprocess.results.passes import (
 )
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene.materials import BAR, ICE, ZERO_CELSIUS, Solid
+from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.scene.materials import BAR, ICE, Solid
 
 
 class Run(NamedTuple):

@@ -15,16 +15,10 @@ from iceslide_fem.preprocess.footprint.outlines import outline_text, patch_outli
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, scene_from_dict
 from iceslide_fem.scene.dry_shear import USUAL_RESIDUAL
-from iceslide_fem.scene.materials import (
-    BAR,
-    ICE,
-    WATER_VISCOSITY,
-    ZERO_CELSIUS,
-    Solid,
-    ViscosityTable,
-)
+from iceslide_fem.scene.materials import BAR, ICE, WATER_VISCOSITY, Solid, ViscosityTable
 
 # Smaller patches are noise, not blocks: fraction of the mean area of all patches.
 SMALL = 0.05

@@ -23,8 +23,8 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.files import replace_file, writing
 from iceslide_fem.runtime.folders import claimed, clear_results, other_case
 from iceslide_fem.runtime.progress import LongTask
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.fingerprint import versions
-from iceslide_fem.scene.materials import ZERO_CELSIUS
 
 
 def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, Any]:

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import (
     ICE_EFFUSIVITY,
     MELTING_ENTHALPY,
     MELTING_TEMPERATURE,
     WATER_VISCOSITY,
-    ZERO_CELSIUS,
 )
 
 

@@ -32,7 +32,8 @@ from iceslide_fem.preprocess.footprint.macroscopic import (
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.footprint.survey import Survey
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.scene.materials import BAR
 
 DPI = 130
 MM, KMH = 1e3, 3.6

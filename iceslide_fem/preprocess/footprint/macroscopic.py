@@ -25,11 +25,11 @@ from iceslide_fem.preprocess.footprint.jaeger import (
 )
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import (
     ICE_EFFUSIVITY,
     MELTING_TEMPERATURE,
     WATER_CONDUCTIVITY,
-    ZERO_CELSIUS,
     Solid,
 )
 

@@ -24,7 +24,8 @@ from iceslide_fem.postprocess.results.run_directory import read_table
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
-from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.scene.materials import BAR
 
 ABOUT_ERROR = (
     "The film law was advanced with a relative error of {:g} of mu per pixel; the macroscopic "

@@ -21,7 +21,8 @@ from iceslide_fem.preprocess.footprint.pressure_map import gaussian_centre_line
 from iceslide_fem.preprocess.footprint.reading import ReadFootprint
 from iceslide_fem.preprocess.footprint.survey import Survey
 from iceslide_fem.runtime.arrays import Mask
-from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.scene.materials import BAR
 
 MODELS = {
     "thesis": "(3.3) as printed",

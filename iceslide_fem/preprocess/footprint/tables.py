@@ -31,7 +31,7 @@ from iceslide_fem.runtime.tables.columns import (
 from iceslide_fem.runtime.tables.grid import grid, is_list_of_points
 from iceslide_fem.runtime.tables.layout import parse, read_table
 from iceslide_fem.runtime.tables.text import LARGEST_MAP, read_text
-from iceslide_fem.scene.materials import ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 LARGEST = 4e7  # values of a map
 EVEN = 1e-3  # of dx, by which the x of a profile may miss an even grid

@@ -12,8 +12,9 @@ from iceslide_fem.relaxation.compound import Relaxation
 from iceslide_fem.relaxation.prony import Prony
 from iceslide_fem.relaxation.shift import NoShift, Shift
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, load_scene
-from iceslide_fem.scene.materials import YOUNGS_MODULUS, ZERO_CELSIUS
+from iceslide_fem.scene.materials import YOUNGS_MODULUS
 from iceslide_fem.scene.relaxation import series
 
 

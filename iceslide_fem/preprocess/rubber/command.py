@@ -15,9 +15,9 @@ from iceslide_fem.preprocess.rubber.compound import compound
 from iceslide_fem.preprocess.rubber.figures import NAMES, draw
 from iceslide_fem.preprocess.rubber.output import fragment, relaxation_table, shift_table, summary
 from iceslide_fem.preprocess.rubber.report_page import page_of_rubber
-from iceslide_fem.relaxation.dma import ZERO_CELSIUS
 from iceslide_fem.runtime.files import replace_file, writing
 from iceslide_fem.runtime.folders import claimed, clear_results, other_case
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 WRITTEN = (
     "rubber.toml",

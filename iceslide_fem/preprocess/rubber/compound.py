@@ -9,11 +9,12 @@ import numpy as np
 
 from iceslide_fem.preprocess.rubber.case import RubberCase
 from iceslide_fem.relaxation.compound import Relaxation
-from iceslide_fem.relaxation.dma import ZERO_CELSIUS, read_dma
+from iceslide_fem.relaxation.dma import read_dma
 from iceslide_fem.relaxation.dma_fit import Characterised, characterised
 from iceslide_fem.relaxation.shift import NoShift, Shift
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import load_scene
 from iceslide_fem.scene.materials import MooneyRivlin
 

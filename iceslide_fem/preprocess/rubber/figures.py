@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from iceslide_fem.preprocess.rubber.case import RubberCase
 from iceslide_fem.preprocess.rubber.compound import Compound, temperatures
 from iceslide_fem.preprocess.rubber.curves import at_rate, simple_shear, uniaxial
-from iceslide_fem.relaxation.dma import ZERO_CELSIUS
 from iceslide_fem.relaxation.shift import Shift
 from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 DPI = 120
 LARGEST_STRAIN = 0.5

@@ -9,8 +9,8 @@ import numpy as np
 
 from iceslide_fem.preprocess.rubber.case import RubberCase
 from iceslide_fem.preprocess.rubber.compound import Compound
-from iceslide_fem.relaxation.dma import ZERO_CELSIUS
 from iceslide_fem.relaxation.shift import Shift
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 PER_DECADE = 10  # rows of the relaxation
 UNSEEN = 0.05  # of a modulus that may lie beyond the measured frequencies without a remark

@@ -15,8 +15,8 @@ from iceslide_fem.preprocess.rubber.compound import Compound, temperatures
 from iceslide_fem.preprocess.rubber.curves import at_rate, simple_shear, uniaxial
 from iceslide_fem.preprocess.rubber.figures import APART, LARGEST_STRAIN, span
 from iceslide_fem.preprocess.rubber.output import fragment
-from iceslide_fem.relaxation.dma import ZERO_CELSIUS
 from iceslide_fem.relaxation.shift import Shift
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 LEFT_OUT = (
     "Moduli are those of one small amplitude: no Payne effect, no softening by earlier strains. "

@@ -22,10 +22,11 @@ from iceslide_fem.preprocess.wheel.option_values import (
 from iceslide_fem.preprocess.wheel.pattern import Pattern
 from iceslide_fem.preprocess.wheel.quarter_car import QuarterCar
 from iceslide_fem.preprocess.wheel.rolling import Rolling
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.scene.command_options import Number, option_name, option_names
 from iceslide_fem.scene.input_file import InputFile
-from iceslide_fem.scene.materials import COMPOUNDS, ZERO_CELSIUS, MooneyRivlin
+from iceslide_fem.scene.materials import COMPOUNDS, MooneyRivlin
 from iceslide_fem.scene.units import Quantity
 
 # Options of the film that a scene has, too.

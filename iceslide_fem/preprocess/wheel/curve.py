@@ -11,7 +11,7 @@ from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.friction import SlipPoint, Tread, friction
 from iceslide_fem.preprocess.wheel.law import contact_of_case
-from iceslide_fem.scene.materials import ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
 
 SMALL = 1e-4  # slip ratio whose mu over it is the slope at 0
 TOGETHER = 2_000_000  # pixels of all slip ratios that are computed at once

@@ -13,7 +13,8 @@ from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.curve import Curve
 from iceslide_fem.preprocess.wheel.friction import SlipPoint
 from iceslide_fem.preprocess.wheel.stiffness import TreadStiffness
-from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.scene.materials import BAR
 
 # Columns of mu_slip.csv by what of a point they are.
 COLUMNS = {

@@ -6,9 +6,8 @@ import numpy as np
 
 from iceslide_fem.film.conditions import exposure, scene_passes
 from iceslide_fem.run.point import point_history
-from iceslide_fem.runtime.units import readable
+from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.materials import ZERO_CELSIUS
 from iceslide_fem.workflow.planning.row import Row
 
 _BETWEEN = {

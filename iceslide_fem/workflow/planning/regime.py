@@ -9,9 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from iceslide_fem.film.limiting_shear import SHEAR_STRENGTH
-from iceslide_fem.runtime.units import readable
+from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.materials import ZERO_CELSIUS
 from iceslide_fem.scene.shear_strength import ShearStrength
 from iceslide_fem.workflow.planning.cost import point_rows
 from iceslide_fem.workflow.planning.row import Row

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from iceslide_fem.runtime.units import readable
+from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.materials import ZERO_CELSIUS
 from iceslide_fem.workflow.planning.row import Row
 
 

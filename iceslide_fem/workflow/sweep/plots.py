@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 
 from iceslide_fem.postprocess.results.style import BLUE
 from iceslide_fem.runtime.arrays import Array
-from iceslide_fem.scene.materials import BAR, ZERO_CELSIUS
+from iceslide_fem.runtime.units import ZERO_CELSIUS
+from iceslide_fem.scene.materials import BAR
 
 DPI = 130
 PICTURES = ("mu_by_*.png", "map_*.png")
