@@ -102,7 +102,7 @@ def _of_law(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[str
     thinnest = min(row.film_height_m for row in rows)
     found = []
     if np.isfinite(thinnest):  # else friction is by a law without films
-        found = doubts(thinnest, mu[peak], melts is not None or scene.ice.water > 0.0)
+        found = doubts(thinnest, mu[peak], melts is not None or scene.ice.is_wet)
     return rows, {
         "mu_peak": mu[peak],
         "mu_peak_time_s": time[peak],
