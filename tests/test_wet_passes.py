@@ -14,6 +14,7 @@ from iceslide_fem.run.point_pass import first_state
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.materials import BOTTOMLESS, MELTING_ENTHALPY
+from iceslide_fem.workflow.planning.passes import surface_before_last
 
 pytestmark = pytest.mark.quick
 FILE = Path(__file__).parent.parent / "cases" / "surfaces" / "compound_B.csv"
@@ -68,9 +69,9 @@ def test_four_passes_squeeze_kept_water_as_one_of_four_times_the_length():
 
 def test_a_row_of_blocks_meets_what_the_one_before_has_left():
     alone = {"passes": 1, "period": None}
-    rubber = {"rows": 4, "row_pitch": 28e-3}
+    rubber = {"rows": 3, "row_pitch": 28e-3}
     _, rows = history(scene("freeze", load=alone, rubber=rubber, ice={"motion": "sliding"}))
-    _, kept = history(scene(ice={"motion": "sliding"}))
+    _, kept = history(scene(load={"passes": 3}, ice={"motion": "sliding"}))
     for name in ("mu_mean", "squeezed_height_m", "film_height_m"):
         found, due = ([getattr(one, name) for one in passes] for passes in (rows, kept))
         assert found == pytest.approx(due, rel=1e-9)
@@ -104,7 +105,7 @@ def test_water_that_freezes_gives_its_heat_to_the_ice(period):
 
 def test_more_water_freezes_in_a_longer_rest():
     means = [
-        [one.mu_mean for one in history(scene("freeze", load={"period": period}))[1]]
+        [one.mu_mean for one in history(scene("freeze", load={"passes": 2, "period": period}))[1]]
         for period in (7e-3, 1.0, 100.0)
     ]
     assert means[0][0] == means[1][0] == means[2][0]
@@ -118,6 +119,16 @@ def test_energies_and_melting_count_from_the_start_of_each_pass():
         assert abs(last.energy_imbalance) < 1e-9
         melting = [row for row in rows if row.pass_ == found.pass_ and row.melted_fraction]
         assert found.melt_onset_s == pytest.approx(melting[0].time_s - found.start_s)
+
+
+@pytest.mark.parametrize("between", ["keep", "drain", "freeze"])
+def test_an_estimate_counts_the_heat_of_water_that_freezes(between):
+    """About: within half of the rise, of which frozen water is most."""
+    given = scene(between, load={"period": 100.0})
+    _, passes = history(given)
+    rises = [surface_before_last(given) - 272.15, passes[-1].surface_start_C + 1.0]
+    assert 0.5 < rises[0] / rises[1] < 2.0
+    assert (rises[1] > 0.05) == (between == "freeze")
 
 
 def test_passes_of_wet_ice_that_slides_below_a_slice_stay_refused():
