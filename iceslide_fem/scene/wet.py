@@ -29,7 +29,6 @@ def check_voids(scene: Tables) -> None:
         ("rows of water.viscosity", scene.water.table is not None, "one viscosity"),
         ("rubber.mesh", scene.rubber.mesh is not None, "rubber.length and rubber.sipes"),
         ("rubber.heat", bool(scene.rubber.heat), "rubber.heat = false"),
-        ("passes", scene.load.passes > 1 or scene.rubber.rows > 1, "one pass"),
         ('film.pressure = "nominal"', film.pressure == "nominal", "'local'"),
         (
             f'friction.law = "{scene.friction.law}"',

@@ -3,7 +3,8 @@
 Load sharing on the generated surface of compound B; thick water that lugs squeeze out, against the
 closed form; mean mu of a hot contact with `film.voids` of both kinds; and a block of 20 mm on ice
 with 20 um of water at 2 bar and -1 degC with 0, 2 and 4 sipes, as points that pass it: over time,
-and over speed. mu is drawn over time beside the water in the voids. With --slices slices are run.
+over speed, and again and again. mu is drawn over time beside the water in the voids. With --slices
+slices are run.
 """
 
 from __future__ import annotations
@@ -23,13 +24,14 @@ from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.voids import Voids
+from iceslide_fem.output.passes import PassRow
 from iceslide_fem.postprocess.results import read_run
 from iceslide_fem.run.point import point_history
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene import Scene, scene_from_dict
 from iceslide_fem.scene.contact_file import read_contact_table
-from iceslide_fem.scene.materials import BAR, WATER_VISCOSITY
-from iceslide_fem.scene.wet import longest_lug
+from iceslide_fem.scene.lugs import lugs_of
+from iceslide_fem.scene.materials import BAR, ICE, WATER_VISCOSITY
 from iceslide_fem.simulate import run
 from scripts.studies.common import ROOT, case, draw, options, picture_options, table
 
@@ -46,6 +48,8 @@ SPEED = 4.0
 SIPES = 0, 2, 4
 SLIDING = 3.0, 4.0, 10.0
 SPEEDS = 1.0, 2.0, 4.0, 8.0, 15.0, 30.0
+AGAIN, NEXT, TURN, MINUTE = 4, 7e-3, 1.0, 60.0  # passes; s from each to the next: rows 28 mm apart
+RESTS = (("keep", NEXT), ("drain", NEXT), ("freeze", NEXT), ("freeze", TURN), ("freeze", MINUTE))
 HALF, WHOLE = 0.5, 0.99  # of the load; HALF of mu on ice without water, too
 
 
@@ -100,6 +104,15 @@ def wet(sipes: int, speed: float = SPEED, water: float = WATER, tolerance: float
     })  # fmt: skip
 
 
+def again(sipes: int, between: str, period: float, tolerance: float) -> list[PassRow]:
+    """The same point below `AGAIN` blocks, one every `period` (s)."""
+    scene, found = wet(sipes, tolerance=tolerance), list[PassRow]()
+    load = scene.load.model_copy(update={"passes": AGAIN, "period": period})
+    film = scene.film.model_copy(update={"between": between})
+    point_history(scene.model_copy(update={"load": load, "film": film}), found.append)
+    return found
+
+
 class Passed(NamedTuple):
     """A point that passes a block: time (s), mu, water in the voids (m), and the lug (m)."""
 
@@ -113,7 +126,7 @@ class Passed(NamedTuple):
         """That of a scene."""
         rows, _ = point_history(scene)
         columns = np.array([(row.time_s, row.mu, row.squeezed_height_m) for row in rows]).T
-        return cls(columns[0], columns[1], columns[2], longest_lug(scene.rubber))
+        return cls(columns[0], columns[1], columns[2], lugs_of(scene.rubber, wide=True).longest)
 
     @property
     def borne(self) -> Array:
@@ -229,6 +242,30 @@ def print_speeds(speeds: tuple[float, ...], tolerance: float) -> None:
     table(("sipes", *(f"{v:g} m/s" for v in speeds), *bears), rows)
 
 
+def print_again(tolerance: float) -> None:
+    """mu of block after block over the same ice, and the water that each leaves.
+
+    Water that bears all loads is squeezed by them as by one block that passes for as long; a
+    surface that jumps to the melting point takes 2 e dT sqrt(t / pi), from water that freezes.
+    """
+    rows = []
+    for sipes in (SIPES[0], SIPES[-1]):
+        for between, period in RESTS:
+            found = again(sipes, between, period, tolerance)
+            means = (f"{one.mu_mean:.4f}" for one in found)
+            water = (f"{1e6 * one.squeezed_height_m:.2f}" for one in found)
+            rows.append((sipes, between, f"{period:g} s", *means, ", ".join(water) + " um"))
+    table(
+        ("sipes", "between", "period", *(f"mu {n + 1}" for n in range(AGAIN)), "water left"), rows
+    )
+    times = LENGTH / SPEED * np.arange(1, AGAIN + 1)
+    closed = (f"{1e6 * closed_height(LENGTH, WATER, time):.2f}" for time in times)
+    print(f"closed form, no sipes, kept: {', '.join(closed)} um")
+    for rest in (NEXT - LENGTH / SPEED, TURN, MINUTE):
+        taken = -2.0 * ICE.effusivity * CELSIUS * (rest / np.pi) ** 0.5 / ICE.melting_enthalpy
+        print(f"closed form, frozen in {rest:g} s: {1e6 * taken:.2f} um")
+
+
 def print_slices(quick: bool) -> None:
     """The cases as slices."""
     rows = []
@@ -292,6 +329,8 @@ def main() -> None:
     print_passes(passes, dry)
     print()
     print_speeds(SPEEDS[::2] if given.quick else SPEEDS, tolerance)
+    print()
+    print_again(tolerance)
     draw(drawn(passes, dry[0]), given.pictures / "wet_ice.png", 90)
 
 
