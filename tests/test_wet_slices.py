@@ -74,20 +74,40 @@ def unaccounted(row):
     return abs(row["water_squeezed_m3"] + row["water_brought_m3"] - there) / row["water_brought_m3"]
 
 
-@pytest.mark.parametrize("share", [1.0, 0.5])
-@pytest.mark.parametrize("stores", [True, False])
-def test_the_ledger_of_water_closes(stores, share):
-    wet = scene("on ice", "20 um", duration=2e-3, sipes=SMALL, stores_water=stores)
-    wet = wet.model_copy(update={"film": wet.film.model_copy(update={"water_speed": share})})
+def ledger_of(wet):
+    """The last row of a slide in all of whose rows the water's ledger closes."""
     sliding = started(wet)
     ledger = Ledger(sliding)
     for accepted in sliding.steps():
         ledger.add(accepted)
         row = slide_row(sliding, ledger, accepted)._asdict()
         assert unaccounted(row) < 1e-11
+    return row
+
+
+@pytest.mark.parametrize("share", [1.0, 0.5])
+@pytest.mark.parametrize("stores", [True, False])
+def test_the_ledger_of_water_closes(stores, share):
+    wet = scene("on ice", "20 um", duration=2e-3, sipes=SMALL, stores_water=stores)
+    film = wet.film.model_copy(update={"water_speed": share})
+    row = ledger_of(wet.model_copy(update={"film": film}))
     assert row["water_left_m3"] > 0.0 and row["water_pushed_out_m3"] > 0.0
+    at_first = ledger_of(
+        wet.model_copy(update={"load": wet.load.model_copy(update={"duration": 1e-9})})
+    )
     ice_passed = 8e-3 * 20e-6 * 6.0 * 2e-3
-    assert row["water_brought_m3"] > ice_passed
+    came = row["water_brought_m3"] - at_first["water_brought_m3"]
+    assert came == pytest.approx(ice_passed, rel=0.02)  # within a cell
+
+
+@pytest.mark.parametrize("heat", ["column", "continuum"])
+@pytest.mark.parametrize("frame", ["attached", "on rubber"])
+def test_it_closes_where_areas_of_points_change(frame, heat):
+    wet = scene(frame, "20 um", sipes=SMALL, stores_water=True)
+    row = ledger_of(wet.model_copy(update={"ice": wet.ice.model_copy(update={"heat": heat})}))
+    contact = 8e-3 * 8e-3 * 20e-6
+    assert row["water_brought_m3"] == pytest.approx(contact, rel=0.2)
+    assert row["water_left_m3"] == 0.0 and 0.0 < row["water_in_sipes_m3"] < 1.1 * 1.92e-9
 
 
 def test_sipes_that_are_full_drain_no_more():

@@ -108,7 +108,8 @@ class Acceptance:
             raise StepRejected("the block leaves its window of ice", 0.25)
         before = start.loads, loads, start.sliding_distance
         moved, wiped = frame.water_moved(after.interface, *before)
-        drained = self._drainage.after(start.stored, moved, subcycles, loads, wiped)
+        after = after._replace(interface=moved)
+        drained = self._drainage.after(start, after, subcycles, wiped)
         distance = start.sliding_distance + (loads.offset - start.loads.offset)
         shifted = frame.shift_window(drained.interface, loads.offset, distance)
         if shifted.offset != loads.offset:  # else they are the next step's own, with what it knows
@@ -119,7 +120,7 @@ class Acceptance:
         gains = np.concatenate([one.step.squeezed for one in subcycles.substeps])
         flows = (
             block.total(gains, subcycles.area) + block.scale * drained.flowed_out,
-            block.scale * shifted.brought,
+            block.scale * (shifted.brought + drained.covered),
             block.scale * (drained.lost + shifted.left),
             block.scale * drained.pushed_out,
         )

@@ -7,10 +7,12 @@ water by, so the lugs beside them are one (`scene.lugs`).
 
 from __future__ import annotations
 
+from operator import attrgetter
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from iceslide_fem.coupling.state import CoupledState
 from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.carrying import LUG
@@ -27,12 +29,14 @@ NEAR = 1e-6  # m, between a wall and where it is drawn
 
 class Drained(NamedTuple):
     """After a step: the interface, the water in every sipe, what has flowed out from below the lugs
-    in the step, what was pushed out and what lost of what was wiped off, all m3 (m2 in a slice).
+    in the step, what has come below points of the rubber as their areas grew (negative where they
+    shrank), what was pushed out and what lost of what was wiped off, all m3 (m2 in a slice).
     """
 
     interface: InterfaceState
     stored: Array
     flowed_out: float = 0.0
+    covered: float = 0.0
     pushed_out: float = 0.0
     lost: float = 0.0
 
@@ -44,15 +48,10 @@ class Drainage(Protocol):
         """At the beginning of a pass."""
 
     def after(
-        self,
-        stored: Array,
-        interface: InterfaceState,
-        subcycles: Subcycles,
-        loads: ContactLoads,
-        wiped: Array,
+        self, start: CoupledState, end: CoupledState, subcycles: Subcycles, wiped: Array
     ) -> Drained:
-        """After a step that began with `stored` (m3; m2 in a slice) in the sipes and ends with
-        `loads`; of what lies at every film `wiped` was wiped off.
+        """After a step from `start` to `end`, which has the water in the sipes still to come; at
+        every film so much was wiped off (n,), m3 (m2 in a slice).
         """
 
 
@@ -67,16 +66,11 @@ class Undrained:
         return Drained(interface, np.zeros(0))
 
     def after(
-        self,
-        stored: Array,
-        interface: InterfaceState,
-        subcycles: Subcycles,
-        loads: ContactLoads,
-        wiped: Array,
+        self, start: CoupledState, end: CoupledState, subcycles: Subcycles, wiped: Array
     ) -> Drained:
         """What is wiped off is lost."""
         lost = self._comm.allreduce(float(wiped.sum()), op=MPI.SUM)
-        return Drained(interface, stored, lost=lost)
+        return Drained(end.interface, end.stored, lost=lost)
 
 
 class Sipes:
@@ -96,27 +90,32 @@ class Sipes:
         return Drained(self._below_lugs(interface, stored, parts), stored)
 
     def after(
-        self,
-        stored: Array,
-        interface: InterfaceState,
-        subcycles: Subcycles,
-        loads: ContactLoads,
-        wiped: Array,
+        self, start: CoupledState, end: CoupledState, subcycles: Subcycles, wiped: Array
     ) -> Drained:
         """Sipes have taken what they can."""
-        parts = self._frame.parts(loads, self._lug, len(self._lugs.ends))
-        out = sum((one.of_all(one.area * one.step.flowed_out) for one in subcycles.substeps), 0.0)
+        parts = self._frame.parts(end.loads, self._lug, len(self._lugs.ends))
+        substeps = subcycles.substeps
+        out, gained = (
+            sum((one.of_all(one.area * values(one.step)) for one in substeps), np.zeros(1))
+            for values in (attrgetter("flowed_out"), attrgetter("squeezed"))
+        )
+        came = self._lying(end) - self._lying(start) - gained + wiped
         gone = np.stack([out, wiped])
-        by_lug, whole = gone @ parts.T, gone.sum(axis=1)
-        comm = self._block.surface.comm
+        by_lug, whole = gone @ parts.T, np.append(gone.sum(axis=1), came.sum())
+        comm, stored = self._block.surface.comm, start.stored
         for amounts in (by_lug, whole):
             comm.Allreduce(MPI.IN_PLACE, amounts, op=MPI.SUM)
+        flowed_out, wiped_off, covered = map(float, whole)
         openness = self._openness(stored)
         caught = self._lugs.into_sipes(by_lug[0], openness) + openness * by_lug[1, :-1]
         after = np.minimum(stored + caught, self._capacity())
-        pushed_out = float(whole.sum() - (after - stored).sum())
-        interface = self._below_lugs(interface, after, parts)
-        return Drained(interface, after, float(whole[0]), pushed_out)
+        pushed_out = flowed_out + wiped_off - float((after - stored).sum())
+        interface = self._below_lugs(end.interface, after, parts)
+        return Drained(interface, after, flowed_out, covered, pushed_out)
+
+    def _lying(self, state: CoupledState) -> Array:
+        """Water of every film, (n,), m3 (m2 in a slice)."""
+        return state.interface.squeezed_height * sum(self._frame.water_areas(state.loads))
 
     def _openness(self, stored: Array) -> Array:
         room = self._capacity()

@@ -30,7 +30,7 @@ from iceslide_fem.run.point import point_history
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene import Scene, scene_from_dict
 from iceslide_fem.scene.contact_file import read_contact_table
-from iceslide_fem.scene.lugs import lugs_of
+from iceslide_fem.scene.lugs import Lugs, lugs_of
 from iceslide_fem.scene.materials import BAR, ICE, WATER_VISCOSITY
 from iceslide_fem.simulate import run
 from scripts.studies.common import ROOT, case, draw, options, picture_options, table
@@ -46,6 +46,14 @@ DEEP, SQUEEZED = 100e-6, 5e-3  # m of water, s
 LENGTH, PRESSURE, WATER, CELSIUS = 20e-3, 2.0 * BAR, 20e-6, -1.0  # of the block on wet ice
 SPEED = 4.0
 SIPES = 0, 2, 4
+STORES = {
+    "4 mm deep": ("rubber.sipes=2", "rubber.stores_water=true"),
+    "1 mm deep": ("rubber.sipes=2", "rubber.stores_water=true", "rubber.sipe_depth=1 mm",
+                  "rubber.sipe_width=0.3 mm"),
+    "1 mm deep, drained": ("rubber.sipes=2", "rubber.sipe_depth=1 mm", "rubber.sipe_width=0.3 mm"),
+    "none": ("rubber.sipes=0",),
+}  # fmt: skip
+WIDTHS = np.inf, 40e-3, 20e-3, 10e-3, 5e-3
 SLIDING = 3.0, 4.0, 10.0
 SPEEDS = 1.0, 2.0, 4.0, 8.0, 15.0, 30.0
 AGAIN, NEXT, TURN, MINUTE = 4, 7e-3, 1.0, 60.0  # passes; s from each to the next: rows 28 mm apart
@@ -283,6 +291,45 @@ def print_slices(quick: bool) -> None:
     table(heads, rows)
 
 
+def print_stores(quick: bool) -> None:
+    """A block that slides on over wet ice: its sipes are deep, fill, or are not there.
+
+    The ledger is that of the water, over what the ice has brought.
+    """
+    at, rows = np.array([0.0025, 0.01, 0.02, 0.04, 0.08]), []
+    settings = ["load.duration=20 ms"]
+    if quick:
+        settings = ["load.duration=2 ms", "numerics.refinement=0.4"]
+    for name, changes in STORES.items():
+        scene = case("wet_siped", "ice.motion=sliding", "ice.water=40 um", *settings, *changes)
+        with tempfile.TemporaryDirectory() as folder:
+            summary = run(scene, Path(folder), pictures=False)
+            history = read_run(folder).history
+        mu = np.interp(at, history["slip_m"], history["mu"])
+        squeezed, below, left, brought, stored, out = (
+            history[f"water_{kind}_m3"]
+            for kind in ("squeezed", "below", "left", "brought", "in_sipes", "pushed_out")
+        )
+        ledger = float(np.abs(squeezed + brought - below - left - stored - out).max()) / brought[-1]
+        cells = (f"{1e9 * amount[-1]:.2f}" for amount in (brought, below, left, stored, out))
+        steps = f"{summary['steps']}, {summary['rejected_steps']}"
+        rows.append((name, *(f"{value:.4f}" for value in mu), *cells, f"{ledger:.0e}", steps))
+    heads = (
+        "sipes", *(f"mu after {1e3 * x:g} mm" for x in at), "brought, mm3", "below", "left",
+        "in sipes", "pushed out", "ledger", "steps, rejected",
+    )  # fmt: skip
+    table(heads, rows)
+
+
+def print_widths() -> None:
+    """Outflow lengths of a lug of 20 mm by its width, and of time that it needs more."""
+    rows = []
+    for width in WIDTHS:
+        lug = Lugs(np.array([[0.0, LENGTH]]), width, np.zeros(0)).longest
+        rows.append((f"{1e3 * width:g} mm", f"{1e3 * lug:.2f} mm", f"{(lug / LENGTH) ** 2:.3f}"))
+    table(("width", "B of a lug of 20 mm", "time to squeeze, of a long strip's"), rows)
+
+
 def drawn(passes: dict[int, Passed], dry: Passed) -> Figure:
     """Water and mu over time, by sipes."""
     figure = Figure(figsize=(10.5, 4.2), layout="constrained")
@@ -314,12 +361,16 @@ def main() -> None:
     given = parser.parse_args()
     if given.slices:
         print_slices(given.quick)
+        print()
+        print_stores(given.quick)
         return
     print_sharing()
     print()
     print_lengths()
     print()
     print_squeezing(300 if given.quick else 1500)
+    print()
+    print_widths()
     print()
     print_hot()
     print()
