@@ -24,6 +24,7 @@ from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.voids import Voids
+from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.output.passes import PassRow
 from iceslide_fem.postprocess.results import read_run
 from iceslide_fem.run.point import point_history
@@ -33,6 +34,7 @@ from iceslide_fem.scene.contact_file import read_contact_table
 from iceslide_fem.scene.lugs import Lugs, lugs_of
 from iceslide_fem.scene.materials import BAR, ICE, WATER_VISCOSITY
 from iceslide_fem.simulate import run
+from scripts.studies.blocks import slid
 from scripts.studies.common import ROOT, case, draw, options, picture_options, table
 
 FILE = ROOT / "cases" / "surfaces" / "compound_B.csv"
@@ -330,6 +332,40 @@ def print_widths() -> None:
     table(("width", "B of a lug of 20 mm", "time to squeeze, of a long strip's"), rows)
 
 
+def drawn_below() -> Figure:
+    """Pressure, its part that the asperities bear, and water below blocks with sipes, after as long
+    as ice is below them.
+    """
+    figure = Figure(figsize=(10.5, 5.2), layout="constrained")
+    panels = figure.subplots(2, len(SIPES), sharex=True, sharey="row")
+    for (above, below), sipes in zip(panels.T, SIPES, strict=True):
+        sliding = slid(case("wet_siped", "ice.motion=sliding", f"rubber.sipes={sipes}")).last
+        now, law = sliding.current, sliding.block.law
+        assert isinstance(law, CarryingFilm)
+        water = sliding.frame.at_points(now.interface.squeezed_height, now.loads)
+        solid = law.voids.contact_pressure(now.loads.pressure, water)
+        order = np.argsort(now.loads.positions[:, 0])
+        order = order[now.loads.pressure[order] > 0.0]
+        x = 1e3 * now.loads.positions[order, 0]
+        gaps = np.flatnonzero(np.diff(x) > 0.25) + 1  # the sipes
+        lines = (
+            (above, now.loads.pressure, "0.6", "rubber on ice"),
+            (above, solid, "C3", "asperities bear"),
+            (below, water * BAR * 1e6, "C0", "water in the voids"),
+        )
+        for ax, values, color, label in lines:
+            ax.plot(np.insert(x, gaps, np.nan), np.insert(values[order] / BAR, gaps, np.nan),
+                    color=color, label=label)  # fmt: skip
+        above.set(title=f"{sipes or 'no'} sipes")
+        below.set(xlabel="x (mm): the block slides to the right")
+    panels[0, 0].set(ylabel="pressure (bar)", ylim=(0.0, 5.0))
+    panels[1, 0].set(ylabel="water (µm)", ylim=(0.0, None))
+    for ax in panels.ravel():
+        ax.grid(alpha=0.25)
+    panels[0, 0].legend(fontsize=8)
+    return figure
+
+
 def drawn(passes: dict[int, Passed], dry: Passed) -> Figure:
     """Water and mu over time, by sipes."""
     figure = Figure(figsize=(10.5, 4.2), layout="constrained")
@@ -363,6 +399,7 @@ def main() -> None:
         print_slices(given.quick)
         print()
         print_stores(given.quick)
+        draw(drawn_below(), given.pictures / "wet_below.png", 90)
         return
     print_sharing()
     print()
