@@ -1,0 +1,104 @@
+"""Write tables that studies print as data of the documentation (docs/validation/data).
+
+`docs/validation/tables.toml` says which study prints which table: its options, and the number of
+the table in what it prints. Without names all tables are made anew. Every file says who printed it,
+of which commit, when, and on what machine; pages show that below the table.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import platform
+import subprocess
+import sys
+import tomllib
+from datetime import date
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from scripts.studies.common import ROOT, options
+
+PAGES = ROOT / "docs" / "validation"
+LIST, DATA = PAGES / "tables.toml", PAGES / "data"
+
+
+class Printer(NamedTuple):
+    """A study and its options, in words."""
+
+    study: str
+    options: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return " ".join((f"scripts.studies.{self.study}", *self.options))
+
+
+def tables_in(text: str) -> list[list[list[str]]]:
+    """The Markdown tables of a text: rows of cells, the head first."""
+    found: list[list[list[str]]] = [[]]
+    for line in text.splitlines():
+        if not line.startswith("|"):
+            found += [[]] if found[-1] else []
+        elif set(line) - set("|-: "):
+            found[-1].append([cell.strip() for cell in line.strip().strip("|").split("|")])
+    return [table for table in found if table]
+
+
+def machine() -> str:
+    """Cores and processor of this machine."""
+    return f"{os.cpu_count()} cores, {platform.machine()}"
+
+
+def commit() -> str:
+    """The checked-out commit, with a mark where files differ from it."""
+    said = subprocess.run(
+        ["git", "describe", "--always", "--dirty=, changed", "--exclude=*"],
+        cwd=ROOT, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    return said.stdout.strip()
+
+
+def write(path: Path, printer: Printer, rows: list[list[str]]) -> None:
+    """Write the `rows` of a table as data."""
+    about = {
+        "printed by": str(printer), "commit": commit(), "date": date.today().isoformat(),
+        "machine": machine(),
+    }  # fmt: skip
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        file.writelines(f"# {name}: {value}\n" for name, value in about.items())
+        file.write("#\n")
+        csv.writer(file, lineterminator="\n").writerows(rows)
+    print(f"written: {path.relative_to(ROOT)}")
+
+
+def record(wanted: dict[str, dict[str, Any]]) -> None:
+    """Run every study that prints a wanted table once, and write the tables."""
+    by_printer: dict[Printer, dict[str, int]] = {}
+    for name, entry in wanted.items():
+        printer = Printer(entry["study"], tuple(entry.get("options", ())))
+        by_printer.setdefault(printer, {})[name] = entry.get("table", 1)
+    for printer, tables in by_printer.items():
+        module = f"scripts.studies.{printer.study}"
+        command = [sys.executable, "-m", module, *printer.options]
+        print(f"runs: {printer}", flush=True)
+        done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
+        found = tables_in(done.stdout)
+        for name, number in tables.items():
+            write(DATA / f"{name}.csv", printer, found[number - 1])
+
+
+def main() -> None:
+    """Make tables anew."""
+    parser = options(__doc__)
+    parser.add_argument("names", nargs="*", help="of tables; all without any")
+    given = parser.parse_args()
+    known = tomllib.loads(LIST.read_text(encoding="utf-8"))
+    for name in given.names:
+        if name not in known:
+            parser.error(f"{name} is not in {LIST.relative_to(ROOT)}; it has {', '.join(known)}")
+    record({name: entry for name, entry in known.items() if name in (given.names or known)})
+
+
+if __name__ == "__main__":
+    main()
