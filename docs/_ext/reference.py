@@ -1,7 +1,7 @@
 """Sphinx extension: the reference pages that follow from the program itself.
 
-Directives: `scene-keys`, `run-columns TABLE`, `commands`, `validation-table NAME`, `studies`. Each of
-them raises an error where what the program has and what `docs/reference/*.toml` describes differ.
+Directives: `scene-keys`, `run-columns TABLE`, `commands`, `validation-table NAME`, `studies`. Each
+raises an error where what the program has and what `docs/reference/*.toml` describes differ.
 """
 
 from __future__ import annotations
