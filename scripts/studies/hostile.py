@@ -1,11 +1,13 @@
 """Scenes at and beyond the edges of every range: what becomes of them.
 
-Points, slices and coarse blocks, on attached ice and on ice that slides with either carrier. Each
-is refused well (one sentence), finished well (finite, mu > 0, energies that close to 1 % or a
+Points, slices and coarse blocks, on attached ice and on ice that slides with either carrier, and
+points and slices on wet ice, drawn at random. Each is refused well (one sentence), finished well
+(finite, mu > 0 where the plate moves on, no less water than none, energies that close to 1 % or a
 warning), stopped with its cause (a sentence; how many of these by the study's time limit is said),
 or wrong: anything else, also no answer in time. Time is the processor's, so that what else runs on
 the machine does not count. Prints the counts, and every wrong scene. What became of each is kept in
-results/studies/hostile.jsonl as it comes, from where --go-on takes it. --quick runs every fortieth.
+results/studies/hostile.jsonl as it comes, from where --go-on takes it. --quick runs every fortieth,
+--wet those on wet ice alone.
 """
 
 from __future__ import annotations
@@ -33,7 +35,8 @@ import psutil
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.toml import parsed, put
-from scripts.studies.common import RESULTS, options, table
+from scripts.studies.common import RESULTS, ROOT, options, table
+from scripts.studies.wet_changes import wet_changes
 
 TIME_LIMIT = 10.0  # s of the processor that a slice or block may take: numerics.time_limit
 PATIENCE = 20.0  # s that its process may take longer, for one step, or to find that it can't run
@@ -114,7 +117,9 @@ COMBINED = """
     C10=0.2MPa nu=0.49 load.speed=30
 """
 KEPT = RESULTS / "hostile.jsonl"
+SURFACE = ROOT / "cases" / "surfaces" / "compound_B.csv"
 RANDOM = 60  # combinations of two of these
+WET = "film.voids=carry"  # in the names of scenes on wet ice
 
 
 class Outcome(NamedTuple):
@@ -142,6 +147,8 @@ def scenes() -> Iterator[tuple[str, dict[str, Any]]]:
     for _ in range(RANDOM):
         two = [word for change in draw.sample(changes["slice"], 2) for word in change]
         yield _scene("slice", draw.choice(list(KINEMATICS)), two)
+    for wet in wet_changes():
+        yield _scene(*wet)
 
 
 def outcome(tables: dict[str, Any], pictures: bool = False) -> Outcome:
@@ -253,14 +260,18 @@ def _changes(text: str) -> list[list[str]]:
 
 
 def _scene(model: str, kinematics: str, changes: list[str]) -> tuple[str, dict[str, Any]]:
-    """A small, coarse scene with `changes`; C10 and nu stand for a compound of one's own."""
+    """A small, coarse scene with `changes`; C10 and nu stand for a compound of one's own, `surface`
+    for k, D and H_V of a generated one.
+    """
     tables: dict[str, Any] = {"name": "hostile", "model": model, "rubber": {"compound": "B"}}
     start = ["load.pressure=1bar", "load.speed=3", "load.duration=0.5ms", "numerics.tolerance=1e-2"]
     if model != "point":
         start += ["numerics.refinement=0.25", f"numerics.time_limit={TIME_LIMIT}"]
     for change in [*start, *KINEMATICS[kinematics], *changes]:
         key, _, text = change.partition("=")
-        if key in ("C10", "nu"):
+        if key == "surface":
+            put(tables, "film.contact", str(SURFACE))
+        elif key in ("C10", "nu"):
             own = {"C01": 0.0, "nu": 0.49, **tables["rubber"]}
             own.pop("compound", None)
             tables["rubber"] = own | {key: parsed(text)}
@@ -285,9 +296,20 @@ def _faults(folder: Path) -> str:
     values = [{key: float(value) for key, value in row.items()} for row in rows]
     if not all(math.isfinite(value) for row in values for value in row.values()):
         return "values that are not finite"
-    smallest = min(row["mu"] for row in values)
+    before = values[:1] + values[:-1]
+    # A plate that slows down may be pushed by rubber that springs back.
+    smallest = min(
+        (
+            row["mu"]
+            for row, last in zip(values, before, strict=True)
+            if 0.0 < row["speed_m_per_s"] >= last["speed_m_per_s"]
+        ),
+        default=math.inf,
+    )
     if smallest <= 0.0:
         return f"mu = {smallest:.3g}"
+    if (water := min(row["squeezed_height_m"] for row in values)) < 0.0:
+        return f"{water:.3g} m of water"
     summary = json.loads((folder / "summary.json").read_text())
     imbalance = summary["energy_imbalance"]
     warned = any("energies do not close" in warning for warning in summary["warnings"])
@@ -307,12 +329,14 @@ def _kept() -> dict[str, Outcome]:
 def main() -> None:
     parser = options(__doc__)
     parser.add_argument("--quick", action="store_true", help="every fortieth scene")
+    parser.add_argument("--wet", action="store_true", help="those on wet ice alone")
     parser.add_argument("--all", action="store_true", help="print every scene and its sentence")
     parser.add_argument("--go-on", action="store_true", help="take what is kept of an earlier call")
     parser.add_argument("--pictures", action="store_true", help="let every run draw its report")
     parser.add_argument("-j", "--processes", type=int, default=2)
     arguments = parser.parse_args()
-    chosen = list(scenes())[:: 40 if arguments.quick else 1]
+    chosen = [scene for scene in scenes() if WET in scene[0] or not arguments.wet]
+    chosen = chosen[:: 40 if arguments.quick else 1]
     found = _kept() if arguments.go_on else {}
     left = [scene for scene in chosen if scene[0] not in found]
     KEPT.parent.mkdir(parents=True, exist_ok=True)
