@@ -10,7 +10,8 @@ pytest.importorskip("dolfinx")
 from test_ice import given_flux  # noqa: E402
 from test_sliding import CASES, slide, started  # noqa: E402
 
-from iceslide_fem.coupling.coupled_step import CoupledStep  # noqa: E402
+from iceslide_fem.coupling.coupled_step import CoupledStep
+from iceslide_fem.coupling.drainage import Undrained  # noqa: E402
 from iceslide_fem.coupling.plate import Plate  # noqa: E402
 from iceslide_fem.coupling.relaxing import Elastic  # noqa: E402
 from iceslide_fem.coupling.step_error import StepError  # noqa: E402
@@ -208,7 +209,8 @@ def test_a_trial_step_leaves_no_trace_in_a_model(motion, carrier, heat):
     sliding.advance()
     before = heat_states(sliding.frame)
     block, carrier, law = sliding.block, sliding.frame, sliding.motion_law
-    step = CoupledStep(block, carrier, Plate(block), law, Elastic(), StepError(block, 1e-3))
+    laws = law, Elastic(), Undrained(block)
+    step = CoupledStep(block, carrier, Plate(block), *laws, StepError(block, 1e-3))
     step.attempt(sliding.current, 1e-6, 1e-6)
     np.testing.assert_equal(heat_states(sliding.frame), before)
     assert before["ice"]
@@ -320,13 +322,13 @@ def test_a_shift_moves_whole_cells_and_lets_fresh_ice_in():
         squeezed_height=np.array([*range(8), 0.0, 0.0, 0.0]),
         ice=state.ice + np.arange(11.0),
     )
-    moved, rest, water = carrier.shift_window(state, 2.25e-4)
+    moved, rest, water, _ = carrier.shift_window(state, 2.25e-4, 2.25e-4)
     assert rest == pytest.approx(0.25e-4)
     assert water == pytest.approx((0.5 * 0.0 + 1.0 + 0.5 * 2.0) * 1e-4)  # half cells at the ends
     np.testing.assert_array_equal(moved.squeezed_height, [*range(2, 8), 0, 0, 0, 0, 0])
     np.testing.assert_array_equal(moved.ice[3], [*range(2, 11), 0, 0])
     np.testing.assert_allclose(np.exp(moved.log_height[-2:]), 70e-9)
-    assert carrier.shift_window(state, 0.9e-4) == (state, 0.9e-4, 0.0)
+    assert carrier.shift_window(state, 0.9e-4, 3.15e-4) == (state, 0.9e-4, 0.0, 0.0)
 
 
 def test_rubber_carrier_conserves_heat_with_points_that_share_strips():

@@ -383,6 +383,11 @@ def test_water_bears_more_below_longer_lugs(tmp_path):
     for cell in afloat:
         found, closed = (float(part.split()[0]) for part in cell.split(","))
         assert found == pytest.approx(closed, rel=3e-2)
+    rests = [row for row in rows if row[1] in ("keep", "drain", "freeze")]
+    again = {tuple(row[:3]): [float(mu) for mu in row[3:7]] for row in rests}
+    kept, drained = (again["0", between, "0.007 s"] for between in ("keep", "drain"))
+    assert all(np.diff(kept) > 0.0) and kept[-1] < 0.01 < 0.1 < drained[1]
+    assert again["0", "freeze", "1 s"][1] < again["0", "freeze", "60 s"][1]
     assert (tmp_path / "wet_ice.png").stat().st_size > 10_000
 
 

@@ -58,9 +58,10 @@ class EvenBlock:
             rise = step.step.state.squeezed_height - self.state.squeezed_height
             self.squeezed += float(rise @ step.area)
             moved, scraped = self.frame.water_moved(step.step.state, self.loads, loads, self.way)
-            self.state, offset, left = self.frame.shift_window(moved, loads.offset)
-            self.lost += scraped + left
-            self.loads, self.way = replace(loads, offset=offset), self.way + drift
+            self.way += drift
+            shifted = self.frame.shift_window(moved, loads.offset, self.way)
+            self.state, self.lost = shifted.state, self.lost + scraped.sum() + shifted.left
+            self.loads = replace(loads, offset=shifted.offset)
         return self
 
     def heights(self):

@@ -184,7 +184,6 @@ def test_a_sweep_of_points_is_the_points():
         ({"film": {"dry_stress": 2e5}}, "film.dry_stress contradict"),
         ({"rubber": {"heat": True}}, "rubber.heat contradict"),
         ({"model": "slice", "rubber": {"mesh": str(MESH)}}, "rubber.mesh contradict"),
-        ({"load": {"passes": 2, "period": 1.0}}, "passes contradict"),
     ],
 )
 def test_what_cannot_carry_gets_one_sentence(changes, said):

@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.coupling.drainage import Drainage
 from iceslide_fem.coupling.energy import step_energies
-from iceslide_fem.coupling.state import AcceptedStep, CoupledState
+from iceslide_fem.coupling.state import AcceptedStep, CoupledState, WaterFlows
 from iceslide_fem.coupling.step_error import StepError, StepRejected
 from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.fenics.compat import MPI
@@ -46,9 +47,12 @@ class CorrectedStep(NamedTuple):
 class Acceptance:
     """Judges trial steps of `block` on `frame`. All is collective."""
 
-    def __init__(self, block: Block, frame: FilmFrame, error: StepError, adaptive: bool) -> None:
+    def __init__(
+        self, block: Block, frame: FilmFrame, drainage: Drainage, error: StepError, adaptive: bool
+    ) -> None:
         """`adaptive`: whether somebody could choose a better step."""
         self._block, self._frame, self._error = block, frame, error
+        self._drainage = drainage
         self._adaptive = adaptive
         # A plate that slows down lets rubber spring back, with what it has stored: swinging freely
         # it pushes with no more than the friction that sheared it.
@@ -79,9 +83,8 @@ class Acceptance:
         shorter = float(step_factor(unclosed, 2))
         if unclosed > 1.0 and self._adaptive:  # else nobody could choose a better step
             raise StepRejected("the step's energy does not close: the block snaps", shorter)
-        squeezed = self._squeezed(subcycles)
         after = after._replace(largest_friction_force=max(start.largest_friction_force, force))
-        shifted, lost = self._window_shifted(start, after)
+        shifted, water = self._drained(start, after, subcycles)
         # a step twice as long would take film and heat twice as many of their own
         most = NEXT_SUBSTEPS * self._error.limits.most_substeps / len(subcycles.substeps)
         return AcceptedStep(
@@ -93,28 +96,32 @@ class Acceptance:
             after.loads,
             corrected.iterations,
             corrected.solved,
-            squeezed,
-            lost,
+            water,
         )
 
-    def _squeezed(self, subcycles: Subcycles) -> float:
-        """Water that leaves the films of the whole block in `subcycles`, m3. Collective."""
-        gains = [one.step.squeezed for one in subcycles.substeps]
-        return self._block.total(np.concatenate(gains), subcycles.area)
-
-    def _window_shifted(
-        self, start: CoupledState, after: CoupledState
-    ) -> tuple[CoupledState, float]:
-        """The state after water and the window of ice have followed the block; lost water, m3."""
-        frame, loads = self._frame, after.loads
-        comm = self._block.surface.comm
-        if not comm.allreduce(frame.reaches(loads), op=MPI.LAND):
+    def _drained(
+        self, start: CoupledState, after: CoupledState, subcycles: Subcycles
+    ) -> tuple[CoupledState, WaterFlows]:
+        """The state after water and the window of ice have followed the block, and the water."""
+        block, frame, loads = self._block, self._frame, after.loads
+        if not block.surface.comm.allreduce(frame.reaches(loads), op=MPI.LAND):
             raise StepRejected("the block leaves its window of ice", 0.25)
         before = start.loads, loads, start.sliding_distance
-        moved, lost = frame.water_moved(after.interface, *before)
+        moved, wiped = frame.water_moved(after.interface, *before)
+        after = after._replace(interface=moved)
+        drained = self._drainage.after(start, after, subcycles, wiped)
         distance = start.sliding_distance + (loads.offset - start.loads.offset)
-        interface, offset, left = frame.shift_window(moved, loads.offset)
-        if offset != loads.offset:  # else they are the next step's own, with what is known of them
-            loads = replace(loads, offset=offset)
-        after = after._replace(interface=interface, loads=loads, sliding_distance=distance)
-        return after, self._block.scale * (lost + left)
+        shifted = frame.shift_window(drained.interface, loads.offset, distance)
+        if shifted.offset != loads.offset:  # else they are the next step's own, with what it knows
+            loads = replace(loads, offset=shifted.offset)
+        after = after._replace(
+            interface=shifted.state, loads=loads, sliding_distance=distance, stored=drained.stored
+        )
+        gains = np.concatenate([one.step.squeezed for one in subcycles.substeps])
+        flows = (
+            block.total(gains, subcycles.area) + block.scale * drained.flowed_out,
+            block.scale * (shifted.brought + drained.covered),
+            block.scale * (drained.lost + shifted.left),
+            block.scale * drained.pushed_out,
+        )
+        return after, WaterFlows(*flows)

@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from iceslide_fem.coupling.accept import Acceptance, CorrectedStep
+from iceslide_fem.coupling.drainage import Drainage
 from iceslide_fem.coupling.energy import mechanics_of
 from iceslide_fem.coupling.plate import Plate
 from iceslide_fem.coupling.relaxing import Relaxing
@@ -81,6 +82,7 @@ class CoupledStep:
         plate: Plate,
         motion_law: MotionLaw,
         relaxing: Relaxing,
+        drainage: Drainage,
         error: StepError,
     ) -> None:
         self._block, self._frame, self._plate = block, frame, plate
@@ -92,7 +94,7 @@ class CoupledStep:
         # which a block that is solved for now and then would not give.
         self._relaxing = relaxing
         self._may_skip = motion_law.may_skip and block.law.viscous and relaxing.may_skip
-        self._acceptance = Acceptance(block, frame, error, self.adaptive)
+        self._acceptance = Acceptance(block, frame, drainage, error, self.adaptive)
 
     def attempt(self, start: CoupledState, dt: float, film_dt: float) -> AcceptedStep:
         """A step of `dt` (s) from `start`, film and heat beginning with one of `film_dt` (s).

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from iceslide_fem.coupling.energy import Energies
 from iceslide_fem.coupling.sliding import Sliding
-from iceslide_fem.coupling.state import AcceptedStep
+from iceslide_fem.coupling.state import AcceptedStep, WaterFlows
 
-WATER = ("squeezed_water", "lost_water")
+ENTRIES = (*Energies._fields, *WaterFlows._fields)
 
 
 class Ledger:
     """Energies of the whole block since t = 0, J: attributes named as those of `Energies`.
 
-    squeezed_water: what the contact has squeezed out; lost_water: what of it is neither below the
-    rubber nor on the ice of the window; m3.
+    The water, m3, as in `WaterFlows`; brought_water also counts what lay on the ice at t = 0.
     """
 
     def __init__(self, sliding: Sliding) -> None:
@@ -27,23 +26,37 @@ class Ledger:
         self.ice_heat = self.rubber_heat = self.latent_heat = self.wall_heat = 0.0
         self.rubber_dissipation = 0.0
         self.elastic_energy = self.kinetic_energy = 0.0
-        self.squeezed_water = self.lost_water = 0.0
+        self.squeezed_water = self.lost_water = self.pushed_out_water = 0.0
+        self.brought_water = sum(self.lying_water())
 
     def add(self, accepted: AcceptedStep) -> None:
         """Enter an accepted step."""
         for name, energy in accepted.energies._asdict().items():
             setattr(self, name, getattr(self, name) + energy)
-        self.squeezed_water += accepted.squeezed_water
-        self.lost_water += accepted.lost_water
+        for name, water in accepted.water._asdict().items():
+            setattr(self, name, getattr(self, name) + water)
 
     def state(self) -> dict[str, float]:
         """The energies, J, and the water, m3."""
-        return {name: getattr(self, name) for name in (*Energies._fields, *WATER)}
+        return {name: getattr(self, name) for name in ENTRIES}
 
     def restore(self, state: dict[str, float]) -> None:
         """Go on from `state`, at the moment to which `sliding` was restored."""
-        for name in (*Energies._fields, *WATER):
+        for name in ENTRIES:
             setattr(self, name, state[name])
+
+    def lying_water(self) -> tuple[float, float]:
+        """Squeezed-out water that now lies below the rubber, and beside it on the ice of the
+        window, m3. Collective.
+        """
+        now, block = self._sliding.current, self._sliding.block
+        below, beside = self._sliding.frame.water_areas(now.loads)
+        height = now.interface.squeezed_height
+        return block.total(height, below), block.total(height, beside)
+
+    def sipe_water(self) -> float:
+        """Water in the sipes, m3."""
+        return self._sliding.block.scale * float(self._sliding.current.stored.sum())
 
     @property
     def imbalance(self) -> float:

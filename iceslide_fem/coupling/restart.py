@@ -100,6 +100,7 @@ def checkpoint_tables(sliding: Sliding) -> dict[str, Any]:
         "way": now.sliding_distance,
         "strongest": now.largest_friction_force,
         "layers_for": sliding.layers_for,
+        "stored": now.stored.tolist(),
         "nodes": layouts.nodes.kept({k: v.reshape(-1, dim).T for k, v in nodes.items()}),
         "points": layouts.points.kept({"speed": now.speed, "shear": now.shear}),
         "films": layouts.films.kept(films),
@@ -162,6 +163,7 @@ def resumed(
             sliding_distance=state["way"],
             largest_friction_force=state["strongest"],
             stick_points=stick_points,
+            stored=np.array(state.get("stored", ()), dtype=float),
             relaxed=_restored_relaxed(
                 block, state.get("relaxed_for", 0.0), nodes["displacements"], relaxed
             ),

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from iceslide_fem.coupling.coupled_step import CoupledStep
+from iceslide_fem.coupling.drainage import drainage_of
 from iceslide_fem.coupling.energy import mechanics_of
 from iceslide_fem.coupling.limits import LIMITS, StepLimits
 from iceslide_fem.coupling.plate import Plate
@@ -69,7 +70,8 @@ class Sliding:
             self._longest = min(self._longest, cells_in_a_step(scene) * plate.passing)
         error = StepError(block, self._longest, limits)
         self._relaxing = relaxing(block, self.frame)
-        laws = self.motion_law, self._relaxing
+        self._drainage = drainage_of(block, self.frame)
+        laws = self.motion_law, self._relaxing, self._drainage
         self._step = CoupledStep(block, self.frame, plate, *laws, error)
         self._dt = self._film_dt = self._first_step
         interface = self.frame.start(scene.initial_height, block.surface.n_points)
@@ -79,6 +81,7 @@ class Sliding:
     def _at_rest(self, time: float, interface: InterfaceState) -> CoupledState:
         """A pass that begins at `time` (s) with the block's present displacements. Collective."""
         block, loads = self.block, self._plate.first_loads()
+        interface, stored, *_ = self._drainage.begun(interface, loads)
         motion = motion_at_rest(block.rubber.u.x.array)._replace(time=time)
         shear = self.shear(interface, loads)
         relaxed = self._relaxing.at_rest()
@@ -95,6 +98,7 @@ class Sliding:
             relaxed=relaxed,
             stick_points=block.stick_points,
             largest_friction_force=mechanics.friction_force,
+            stored=stored,
         )
 
     @property
@@ -158,6 +162,7 @@ class Sliding:
             largest_friction_force=now.largest_friction_force,
             stick_points=now.stick_points,
             relaxed=now.relaxed,
+            stored=now.stored,
         )
 
     def restore(self, state: CheckpointState) -> None:
@@ -180,6 +185,7 @@ class Sliding:
             stick_points=state.stick_points,
             sliding_distance=state.sliding_distance,
             largest_friction_force=state.largest_friction_force,
+            stored=state.stored,
         )
         self._dt, self._film_dt = state.dt, state.film_dt
 

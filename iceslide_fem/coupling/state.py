@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from iceslide_fem.coupling.energy import Energies, Mechanics
 from iceslide_fem.coupling.subcycles import Subcycles
 from iceslide_fem.film.integrators import InterfaceState
@@ -15,6 +17,20 @@ from iceslide_fem.rubber.viscoelasticity import Relaxed
 from iceslide_fem.runtime.arrays import Array
 
 
+class WaterFlows(NamedTuple):
+    """Water of the whole block over a step or a run, m3.
+
+    squeezed_water: what contact has squeezed out of films; brought_water: what ice has brought;
+    lost_water: what was wiped off or has left the window of ice; pushed_out_water: what has flowed
+    out from below the lugs and into no sipe.
+    """
+
+    squeezed_water: float = 0.0
+    brought_water: float = 0.0
+    lost_water: float = 0.0
+    pushed_out_water: float = 0.0
+
+
 class CoupledState(NamedTuple):
     """Everything that a step starts from: committed as a whole, or not at all.
 
@@ -23,7 +39,8 @@ class CoupledState(NamedTuple):
     the block does and stores; quiescent: whether the last step changed the shear so little that
     mechanics may be skipped; relaxed: of rubber that relaxes, None if it is elastic; stick_points:
     of its walls on each other, None without friction there; sliding_distance: of the block over the
-    ice since t = 0, m; largest_friction_force: since then, N.
+    ice since t = 0, m; largest_friction_force: since then, N; stored: water in the sipes, (sipes,),
+    m3 (m2 in a slice).
     """
 
     time: float
@@ -38,6 +55,7 @@ class CoupledState(NamedTuple):
     stick_points: StickPoints | None = None
     sliding_distance: float = 0.0
     largest_friction_force: float = 0.0
+    stored: Array = np.zeros(0)
 
 
 class CheckpointState(NamedTuple):
@@ -62,6 +80,7 @@ class CheckpointState(NamedTuple):
     largest_friction_force: float
     stick_points: StickPoints | None
     relaxed: Relaxed | None
+    stored: Array
 
 
 class AcceptedStep(NamedTuple):
@@ -69,9 +88,8 @@ class AcceptedStep(NamedTuple):
 
     dt: its length, and next_dt: that of the next one by its errors, s; subcycles: of film and heat;
     energies: its entries in the ledger; loads: the rubber's points at its end, before the window
-    moved; iterations: Newton's; solved: whether the block was solved; squeezed_water: what contact
-    has squeezed out in it, lost_water: what was scraped off or has left the window of ice, m3;
-    rejected: trial steps before that were not accepted.
+    moved; iterations: Newton's; solved: whether the block was solved; water: its entries in the
+    ledger; rejected: trial steps before that were not accepted.
     """
 
     state: CoupledState
@@ -82,6 +100,5 @@ class AcceptedStep(NamedTuple):
     loads: ContactLoads
     iterations: int
     solved: bool
-    squeezed_water: float
-    lost_water: float
+    water: WaterFlows
     rejected: int = 0

@@ -10,6 +10,7 @@ own height over the part p_f / p of the area:
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -25,6 +26,7 @@ from iceslide_fem.film.voids import Voids
 from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 SETTLED, MOST_PASSES = 1e-11, 80  # change of ln W that is none; of the search
+LUG = 1  # the internal variable that is the B of `Voids`, m; the first one is that of the film
 LEAST_SLOPE = 0.2  # of the residual of ln W, with which a secant is followed
 
 
@@ -66,8 +68,10 @@ class CarryingLoads(NamedTuple):
     def begun(
         self, dt: Array | float, state: InterfaceState, ice: IceHeat, rubber: RubberHeat
     ) -> CarryingLoads:
-        """The same."""
-        return self
+        """The same, below the lug that each place of the `state` has."""
+        if not len(state.internal):
+            return self
+        return self._replace(voids=replace(self.voids, lug=state.internal[LUG]))
 
     def at(self, end: CarryingLoads, fraction: float) -> CarryingLoads:
         """Loads at `fraction` of a step that ends with `end`, on straight lines."""
@@ -185,7 +189,7 @@ class CarryingFilm(NamedTuple):
         found, left = self._with(np.minimum(self.squeezed_height, held), ice)
         full = left > held
         if not full.any():
-            return found._replace(squeezed_height=left)
+            return found._replace(squeezed_height=left)  # the water of `held` bears nothing
         low, high = held.copy(), np.full_like(held, np.inf)
         water = np.where(full, np.maximum(self.squeezed_height, held), left)
         before, residual_before = np.full_like(water, np.nan), np.full_like(water, np.nan)
@@ -224,4 +228,5 @@ class CarryingFilm(NamedTuple):
             friction_power=found.friction_power + warms,
             ice_flux=found.ice_flux + warms,
             saturated=borne > 0.0,
+            outflow=out * left,
         ), left

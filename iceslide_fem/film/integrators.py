@@ -102,9 +102,14 @@ class Step(NamedTuple):
 
     @property
     def squeezed(self) -> Array:
-        """What is squeezed out over the step, m."""
+        """What is squeezed out over the step, less what flows out of full voids, m."""
         weights = [weight / self.integrator.diagonal for weight in self.weights]
         return _sum(weights, [change.squeezed_height for change in self.changes])
+
+    @property
+    def flowed_out(self) -> Array:
+        """What flows out of full voids over the step, m."""
+        return self.dt * _sum(self.weights, [stage.outflow for stage in self.stages])
 
     @property
     def shearing_rate(self) -> Array:

@@ -108,7 +108,8 @@ class FilmStage(NamedTuple):
     overfill: how far H_s would be above H_V (m, negative below) with unlimited free volume;
     ice_slope: resistance times the fall of q_ice with the surface's offset (1), 1 where it melts
     and 0 elsewhere; rubber_flux: q_rubber (W/m2), a part of q_f, too, with heat in the rubber;
-    internal: as in `FilmHistory`, (m, n); shearing: eta / (eta_0 h) of a film (1/m).
+    internal: as in `FilmHistory`, (m, n); shearing: eta / (eta_0 h) of a film (1/m); outflow: of
+    water from full voids to the edges of a lug, m/s.
     """
 
     log_height: Array
@@ -124,6 +125,7 @@ class FilmStage(NamedTuple):
     rubber_flux: Array
     internal: Array = np.zeros((0, 1))
     shearing: Array = np.zeros(1)
+    outflow: Array = np.zeros(1)
 
 
 class Film(Protocol):

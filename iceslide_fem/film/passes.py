@@ -81,8 +81,8 @@ def next_start(
 
 
 def molten(height: Array, squeezed: Array, first: Array | float) -> Array:
-    """Water (m) of films of the `height` and squeezed out of them that ice has melted to: that of
-    the `first` film is none.
+    """Water (m) that may freeze: of films of the `height`, and `squeezed` out of them or brought by
+    the ice; that of the `first` film is none.
     """
     return np.maximum(height + squeezed - first, 0.0)
 

@@ -28,14 +28,15 @@ NO_CONTACT = 1e-12  # k of asperities that hardly touch
 
 @dataclass(frozen=True)
 class Voids:
-    """Those of a contact `table`; `lug`: the length B (m), infinite where nothing flows out.
+    """Those of a contact `table`; `lug`: the length B (m), of all places or (n,), infinite where
+    nothing flows out.
 
     Below the lowest pressure of the table k goes with the pressure, D stays, and H_V goes on
     straight in log-log; above the highest H_V does, too.
     """
 
     table: ContactTable
-    lug: float = np.inf
+    lug: Array | float = np.inf
 
     @cached_property
     def _heights(self) -> tuple[Array, Array]:

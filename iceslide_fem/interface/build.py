@@ -92,7 +92,7 @@ def _on_shared_ice(
 ) -> Attached:
     """Films on the rubber's points, which lie `at` places of ice that they share."""
     law, rubber = block.law, rubber_columns(block.scene, duration)
-    if law.columns or not law.viscous or rubber is not INSULATED:
+    if law.internal_at_start or not law.viscous or rubber is not INSULATED:
         return Attached(law, ice, at, rubber)
     return Rubbing(law, ice, at)
 

@@ -53,12 +53,13 @@ class ContactLoads:
 
 class Shifted(NamedTuple):
     """The interface after a shift of the window, the offset (m) that remains, and the water that
-    has left the window with the ice, m3 (m2 in a slice), of all ranks.
+    has left the window with the ice and that has come with ice, m3 (m2 in a slice), of all ranks.
     """
 
     state: InterfaceState
     offset: float
-    water: float = 0.0
+    left: float = 0.0
+    brought: float = 0.0
 
 
 class InterfaceStep(NamedTuple):
@@ -223,18 +224,26 @@ class FilmFrame(Protocol):
 
     def water_moved(
         self, state: InterfaceState, start: ContactLoads, end: ContactLoads, sliding_distance: float
-    ) -> tuple[InterfaceState, float]:
-        """State after squeezed-out water has gone its way from `start` to `end`, and what got lost.
+    ) -> tuple[InterfaceState, Array]:
+        """State after squeezed-out water has gone its way from `start` to `end`, and what of it was
+        wiped off at every film, (n,), m3 (m2 in a slice).
 
-        `sliding_distance`: the block's over the ice before, m; lost: m3 (m2 in a slice), of all
-        ranks.
+        `sliding_distance`: the block's over the ice before, m.
+        """
+
+    def parts(self, contact: ContactLoads, part: Index, count: int) -> Array:
+        """What fraction of each film is below each part of the rubber, (count, n): its points have
+        the numbers `part`. Collective.
         """
 
     def water_areas(self, contact: ContactLoads) -> tuple[Array, Array]:
         """What each film's squeezed-out height covers below the rubber, and beside it, m2."""
 
-    def shift_window(self, state: InterfaceState, offset: float) -> Shifted:
-        """State and offset after the window has caught up with the block by whole cells."""
+    def shift_window(self, state: InterfaceState, offset: float, distance: float) -> Shifted:
+        """State and offset after the window has caught up with the block by whole cells.
+
+        `distance`: of the block over the ice since t = 0, m.
+        """
 
 
 def fresh(

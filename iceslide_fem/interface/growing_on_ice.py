@@ -104,6 +104,12 @@ class CarryingOnIce(FilmsBelowHistory[CarryingLoads]):
 
     _law: CarryingFilm
 
+    def _of_film(self, state: InterfaceState) -> InterfaceState:
+        return state._replace(internal=state.internal[:0])
+
+    def _brought(self, x: Array) -> Array:
+        return self._law.brought(x)
+
     def _found_on_nodes(self, contact: ContactLoads) -> tuple[Mask, CarryingLoads]:
         loads = self._law.loads(contact.pressure, contact.speed)
         covered, touching, pressure, cover = self._scattered(

@@ -21,7 +21,7 @@ from iceslide_fem.laws.aged_film import AgedFilm
 from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.laws.film import FilmLaw
 from iceslide_fem.laws.interface_law import Sheared
-from iceslide_fem.runtime.arrays import Array, Mask
+from iceslide_fem.runtime.arrays import Array, Index, Mask
 
 
 class Nodal(Loads, Protocol):
@@ -77,7 +77,8 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
         """Films of the initial height (m) on cold ice; `n_points` of rubber, as cold."""
         n = self.ice.grid.own.size
         heat_states = self.ice.initial(n), self.rubber.initial(n_points)
-        return fresh(self._law, film_height, n, *heat_states)
+        state = fresh(self._law, film_height, n, *heat_states)
+        return state._replace(squeezed_height=self._brought(self._x)[self.ice.grid.own])
 
     def advance(
         self,
@@ -126,14 +127,14 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
 
     def water_moved(
         self, state: InterfaceState, start: ContactLoads, end: ContactLoads, sliding_distance: float
-    ) -> tuple[InterfaceState, float]:
+    ) -> tuple[InterfaceState, Array]:
         """Water below the rubber goes with it, cell by cell, at its fraction of the speed.
         Collective.
 
-        What the leading edges scrape off, or push out where the voids are full, is lost.
+        Leading edges wipe a part of it off, and push out what full voids do not take in.
         """
         if self._drag == 0.0:
-            return state, 0.0
+            return state, np.zeros_like(state.log_height)
         grid = self.ice.grid
         cell = float(grid.lines[0][1] - grid.lines[0][0])
         height, cover = grid.allgather(state.squeezed_height), self._cover(end)
@@ -150,7 +151,14 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
             height, pushed = moved_by_a_cell(height, (cover > HALF).reshape(grid.shape), free)
             lost += pushed.ravel()
         height = height.ravel()[grid.own]
-        return state._replace(squeezed_height=height), float(grid.cell_area @ lost)
+        return state._replace(squeezed_height=height), (grid.cell_area * lost)[grid.own]
+
+    def parts(self, contact: ContactLoads, part: Index, count: int) -> Array:
+        """Fractions of what covers each of this rank's nodes. Collective."""
+        amounts = contact.touching * (np.arange(count)[:, None] == part)
+        given = self.ice.grid.scatter(amounts, place(self.ice.grid, contact))[:, self.ice.grid.own]
+        whole = given.sum(axis=0)
+        return np.divide(given, whole, out=np.zeros_like(given), where=whole > 0.0)
 
     def water_areas(self, contact: ContactLoads) -> tuple[Array, Array]:
         """Cells of this rank's nodes that are covered, and those that are not. Collective."""
@@ -190,24 +198,39 @@ class FilmsOnNodes(ABC, Generic[NodeLoads]):
         grid = self.ice.grid
         return np.asarray(grid.scatter(contact.touching, place(grid, contact)) / grid.cell_area)
 
-    def shift_window(self, state: InterfaceState, offset: float) -> Shifted:
+    def shift_window(self, state: InterfaceState, offset: float, distance: float) -> Shifted:
         """Shift ice and films together; water goes with what leaves. Collective."""
         grid = self.ice.grid
         cells, rest = whole_cells(grid, offset)
         if cells == 0:
             return Shifted(state, offset)
-        fresh_height, fresh_water, _ = self._law.initial(self._fresh_height, 1)
-        kept = shifted(grid, state.squeezed_height, cells)
-        left = float(grid.cell_area @ grid.allgather(state.squeezed_height - kept))
-        water = shifted(grid, state.squeezed_height, cells, float(fresh_water[0]))
+        fresh_height, _, _ = self._law.initial(self._fresh_height, 1)
+        before, column = grid.allgather(state.squeezed_height), grid.n_nodes // grid.shape[0]
+        water = self._brought(self._x + distance - rest)
+        water[: -cells * column] = before[cells * column :]
+        # The window ends in the middle of its last nodes' cells, of which the rest comes, too.
+        entered, last = slice(-cells * column, None), slice(-column, None)
+        rest_of_cells = grid.cell_area[-2 * column : -column] - grid.cell_area[last]
+        brought = float(grid.cell_area[entered] @ water[entered] + rest_of_cells @ before[last])
+        left = float(grid.cell_area @ (before - water)) + brought
         after = InterfaceState(
             shifted(grid, state.log_height, cells, float(fresh_height[0])),
-            water,
+            water[grid.own],
             self.ice.shifted(state.ice, cells),
             state.rubber,
             shifted(grid, state.internal, cells, list(self._law.internal_at_start)),
         )
-        return Shifted(after, rest, left)
+        return Shifted(after, rest, left, brought)
+
+    @property
+    def _x(self) -> Array:
+        """Places (m) of all nodes in the window."""
+        grid = self.ice.grid
+        return np.repeat(grid.lines[0], grid.n_nodes // grid.shape[0])
+
+    def _brought(self, x: Array) -> Array:
+        """Water (m) that lies on fresh ice at places `x` (m) of it."""
+        return np.zeros_like(x)
 
 
 class OnIce(FilmsOnNodes[FilmLoads]):

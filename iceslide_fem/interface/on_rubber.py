@@ -14,7 +14,7 @@ from iceslide_fem.interface.resting import PassBegin
 from iceslide_fem.interface.surface_grid import Contacts, OwnNodes, Placement
 from iceslide_fem.interface.window import RECENT, PassingIce, passed_over, reaches, whole_cells
 from iceslide_fem.laws.interface_law import InterfaceLaw, Sheared
-from iceslide_fem.runtime.arrays import Array
+from iceslide_fem.runtime.arrays import Array, Index
 
 
 class Attached:
@@ -86,15 +86,19 @@ class Attached:
 
     def water_moved(
         self, state: InterfaceState, start: ContactLoads, end: ContactLoads, sliding_distance: float
-    ) -> tuple[InterfaceState, float]:
+    ) -> tuple[InterfaceState, Array]:
         """Water stays where its film is."""
-        return state, 0.0
+        return state, np.zeros_like(state.log_height)
+
+    def parts(self, contact: ContactLoads, part: Index, count: int) -> Array:
+        """Each film is below the part of its own point."""
+        return (np.arange(count)[:, None] == part).astype(float)
 
     def water_areas(self, contact: ContactLoads) -> tuple[Array, Array]:
         """All water is below the points."""
         return contact.area, np.zeros_like(contact.area)
 
-    def shift_window(self, state: InterfaceState, offset: float) -> Shifted:
+    def shift_window(self, state: InterfaceState, offset: float, distance: float) -> Shifted:
         """Attached ice has no window to move."""
         return Shifted(state, 0.0)
 
@@ -183,7 +187,7 @@ class OnRubber(Attached):
         """Whether the window is below all points that touch."""
         return reaches(self.ice.grid, contact)
 
-    def shift_window(self, state: InterfaceState, offset: float) -> Shifted:
+    def shift_window(self, state: InterfaceState, offset: float, distance: float) -> Shifted:
         """Shift the ice; the films stay with the rubber. Collective."""
         cells, rest = whole_cells(self.ice.grid, offset)
         if cells == 0:

@@ -64,7 +64,7 @@ class UserLawOnIce(OnRubber):
         contacts = Contacts(place(self.ice.grid, contact), contact.touching)
         return Nodes(self.ice.grid, contacts).at_points(state.internal)
 
-    def shift_window(self, state: InterfaceState, offset: float) -> Shifted:
+    def shift_window(self, state: InterfaceState, offset: float, distance: float) -> Shifted:
         """Shift the ice with its variables. Collective."""
         grid = self.ice.grid
         cells, rest = whole_cells(grid, offset)

@@ -16,26 +16,32 @@ from iceslide_fem.laws.interface_law import Sheared
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.contact_table import ContactTable
-from iceslide_fem.scene.wet import longest_lug
+from iceslide_fem.scene.lugs import Lugs, lugs_of
 
 
 @dataclass(frozen=True, eq=False)
 class CarryingFilm:
-    """A `film` law of one viscosity, and its `voids`.
+    """A `film` law of one viscosity, its `voids`, and the `lugs` that water flows out of.
 
-    brought: water that the ice brings, m.
+    Internal variables are ln(eta / eta_0) = 0 and the B of the lug above (m), first the longest.
+    brought: the water (m) that lies on the ice at places x (m).
     """
 
     film: FilmLaw
     voids: Voids
-    brought: float = 0.0
+    lugs: Lugs
+    brought: Callable[[Array], Array]
     name: ClassVar[str] = "film beside voids that carry"
     has_film: ClassVar[bool] = False
     viscous: ClassVar[bool] = True
     freezes: ClassVar[bool] = False
     fault: ClassVar[str | None] = None
     columns: ClassVar[tuple[str, ...]] = ()
-    internal_at_start: ClassVar[tuple[float, ...]] = ()
+
+    @property
+    def internal_at_start(self) -> tuple[float, ...]:
+        """Of films below the longest lug."""
+        return 0.0, self.lugs.longest
 
     def frame(self, asked: str) -> str:
         """As the scene has it."""
@@ -43,11 +49,11 @@ class CarryingFilm:
 
     def initial(self, film_height: float, n: int) -> tuple[Array, Array, Array]:
         """Films of the height (m), and what the ice brings in the voids."""
-        return np.full(n, np.log(film_height)), np.full(n, self.brought), np.zeros((0, n))
+        return np.full(n, np.log(film_height)), self.brought(np.zeros(n)), self._below(n)
 
     def films(self, height: Array, temperature: Array) -> tuple[Array, Array]:
         """ln h of films of the height (m)."""
-        return np.log(height), np.zeros((0, height.size))
+        return np.log(height), self._below(height.size)
 
     def loads(self, pressure: Array, speed: Array) -> CarryingLoads:
         """Loads at local `pressure` (Pa) and `speed` (m/s)."""
@@ -61,7 +67,7 @@ class CarryingFilm:
 
     def at_start(self, film_height: float, n: int) -> Sheared:
         """Shear of `n` films of the height (m)."""
-        return self.over(np.full(n, film_height), np.full(n, self.brought))
+        return self.over(np.full(n, film_height), self.brought(np.zeros(n)))
 
     def film_height(self, state: InterfaceState) -> Array:
         """h of every film (n,), m."""
@@ -95,13 +101,18 @@ class CarryingFilm:
         """Whether the table of k, D, H_V does not cover the pressure."""
         return self.film.outside(pressure)
 
+    def _below(self, n: int) -> Array:
+        """Internal variables of `n` films."""
+        return np.tile(np.array(self.internal_at_start)[:, None], n)
+
     def _unit(self, pressure: Array, height: Array, water: Array) -> Array:
         """tau over the slip speed (Pa s/m)."""
         return self.loads(pressure, np.ones_like(pressure)).tau(height, water)
 
 
 def carrying_film(film: FilmLaw, scene: Scene) -> CarryingFilm:
-    """The scene's `film` law beside voids that carry, below its longest lug."""
+    """The scene's `film` law beside voids that carry."""
     table = film.parameters
     assert isinstance(table, ContactTable)  # by the scene's validation
-    return CarryingFilm(film, Voids(table, longest_lug(scene.rubber)), scene.ice.water)
+    lugs = lugs_of(scene.rubber, wide=scene.model != "block")
+    return CarryingFilm(film, Voids(table, lugs.longest), lugs, scene.ice.water_at)

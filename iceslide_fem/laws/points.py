@@ -48,11 +48,13 @@ def moments(
     max_step: float | None = None,
     fractions: Array = WHOLE,
     film_height: float = 1.0,
+    start: InterfaceState | None = None,
 ) -> Iterator[Moment]:
     """The start and every accepted step under a pressure (Pa) and a slip speed (m/s).
 
     Steps end on their corners. `fractions` (n,) of that pressure are those of the points. Films
-    begin with `film_height` (m), where a law has them.
+    begin with `film_height` (m), where a law has them, on ice and rubber as at first; or all is as
+    `start` has left it.
 
     `tolerance` is the relative error of mu aimed at, `temperature_scale` (K) that of surface
     temperatures; without an estimate of the integrator all steps are `max_step` (s). Raises
@@ -60,7 +62,9 @@ def moments(
     """
     n = fractions.size
     log_height, squeezed, internal = law.initial(film_height, n)
-    state = InterfaceState(log_height, squeezed, ice.initial(n), rubber.initial(n), internal)
+    state = start or InterfaceState(
+        log_height, squeezed, ice.initial(n), rubber.initial(n), internal
+    )
     longest = max_step or LONGEST_STEP * duration
     adaptive, time = bool(integrator.estimate), 0.0
     dt = min(FIRST_STEP * duration, longest) if adaptive else longest

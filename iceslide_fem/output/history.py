@@ -15,6 +15,7 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.film.contact_age import CONTACT_AREA
 from iceslide_fem.film.viscosity import FILM_VISCOSITY
 from iceslide_fem.output.table import HistoryRow, PreloadRow, row_of
+from iceslide_fem.output.water import water_columns, water_names
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.contact import ContactState
 from iceslide_fem.rubber.press import PathPoint
@@ -59,10 +60,7 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: AcceptedStep | None) -
     squeezed = frame.at_points(current.interface.squeezed_height, current.loads)
     melted, saturated = _switches(sliding, accepted)
     normal, friction = block.normal_force(contact), ledger.friction_force()
-    below, beside = (
-        block.total(current.interface.squeezed_height, area)
-        for area in frame.water_areas(current.loads)
-    )
+    below, beside = ledger.lying_water()
     values = {
         "step_s": accepted.dt if accepted else 0.0,
         "mu": friction / normal,
@@ -84,6 +82,7 @@ def slide_row(sliding: Sliding, ledger: Ledger, accepted: AcceptedStep | None) -
     energies = {f"{name}_J": getattr(ledger, name) for name in Energies._fields}
     reported = _at_points(sliding)
     internal = {name: mean(field) for name, field in reported.items()}
+    internal |= water_columns(sliding, ledger)
     return row_of(block.scene.load, current.time, values | energies, internal)
 
 
@@ -114,9 +113,9 @@ def interface_fields(sliding: Sliding, accepted: AcceptedStep | None) -> dict[st
     }
 
 
-def internal_names(sliding: Sliding) -> tuple[str, ...]:
-    """Columns of the law's internal variables."""
-    return sliding.block.law.columns
+def law_columns(sliding: Sliding) -> tuple[str, ...]:
+    """Columns of the law: of its internal variables, and of water in voids that carry."""
+    return *sliding.block.law.columns, *water_names(sliding.block.law)
 
 
 def fields_on_nodes(sliding: Sliding) -> dict[str, Array]:
@@ -132,7 +131,7 @@ def fields_on_nodes(sliding: Sliding) -> dict[str, Array]:
 def _at_points(sliding: Sliding) -> Mapping[str, Array]:
     """What the law's internal variables at the points say, by their columns, SI. Collective."""
     current = sliding.current
-    if not internal_names(sliding):
+    if not sliding.block.law.columns:
         return {}
     internal = sliding.frame.internal_at_points(current.interface, current.loads)
     return sliding.block.law.reported(internal, current.loads.pressure)

@@ -14,7 +14,7 @@ from iceslide_fem.coupling.restart import checkpoint_tables, resumed
 from iceslide_fem.coupling.sliding import Rejection, Sliding
 from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.heat.linear import check_options
-from iceslide_fem.output.history import internal_names, preload_row, slide_row
+from iceslide_fem.output.history import law_columns, preload_row, slide_row
 from iceslide_fem.output.log import Log
 from iceslide_fem.output.passes import PASS, PassRow
 from iceslide_fem.output.probes import ProbeRow, Probes
@@ -218,7 +218,7 @@ def _slide(
 def history_type(sliding: Sliding) -> type[HistoryRow]:
     """The type of the rows of `history.csv`."""
     several = sliding.block.scene.load.passes > 1
-    return row_type((*internal_names(sliding), *((PASS,) if several else ())))
+    return row_type((*law_columns(sliding), *((PASS,) if several else ())))
 
 
 def _steps(

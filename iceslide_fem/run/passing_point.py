@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from iceslide_fem.film.conditions import transit_time
 from iceslide_fem.output.table import HistoryRow
+from iceslide_fem.output.water import AMOUNTS as WATER_AMOUNTS
 from iceslide_fem.scene import Scene
 
 # Columns of a history that are means over the contact, and those that switch within none of its
@@ -39,7 +41,9 @@ def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
     whole = np.zeros_like(time)  # of mu: the work knows it better than its ends do
     speed = scene.load.speeds.first  # it does not change where ice passes below a point
     whole[1:] = table["friction_work_J"][1:] / (speed * table["normal_force_N"][1:])
-    for name in (*MEANS, *reported, *SWITCHES):
+    amounts = (*AMOUNTS, *(name for name in reported if name in WATER_AMOUNTS))
+    means = (*MEANS, *(name for name in reported if name not in WATER_AMOUNTS))
+    for name in (*means, *SWITCHES):
         values = table[name]
         if name != "mu":
             ends = values[:-1] if name in SWITCHES else 0.5 * (values[1:] + values[:-1])
@@ -47,12 +51,12 @@ def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
         table[name] = (whole + rest * values) / transit
     table["friction_force_N"] = table["mu"] * table["normal_force_N"]
     rates = {}
-    for name in AMOUNTS:
+    for name in amounts:
         values = table[name]
         rates[name] = values[-1] / transit
         whole = cumulative_trapezoid(values, time, initial=0)
         table[name] = (2.0 * whole + rest * values) / transit
-    table["water_left_m3"] = table["water_squeezed_m3"] - table["water_below_m3"]
+    table["water_left_m3"] = _left(table)
     found = [kind(*values) for values in zip(*table.values(), strict=True)]
     left = duration - float(time[-1])
     if left > 1e-9 * duration:
@@ -60,9 +64,15 @@ def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
         last |= {name: last[name] + left * rate for name, rate in rates.items()}
         slip = speed * duration
         last |= {"time_s": duration, "step_s": left, "slip_m": slip}
-        last["water_left_m3"] = last["water_squeezed_m3"] - last["water_below_m3"]
+        last["water_left_m3"] = _left(last)
         found.append(kind(**last))
     return [row._replace(energy_imbalance=_imbalance(row), newton_iterations=0) for row in found]
+
+
+def _left(table: Mapping[str, Any]) -> Any:
+    """Water that is left on the ice behind the block, m3."""
+    kept = table["water_squeezed_m3"] - table["water_below_m3"]
+    return kept + table.get("water_brought_m3", 0.0) - table.get("water_pushed_out_m3", 0.0)
 
 
 def _columns(rows: list[HistoryRow]) -> dict[str, tuple[float, ...]]:

@@ -9,29 +9,24 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 from iceslide_fem.film.conditions import (
-    FIXED_STEPS,
     exposure,
     ice_model,
-    rubber_columns,
     scene_conditions,
     simulation_settings,
 )
 from iceslide_fem.film.doubts import doubts
 from iceslide_fem.film.point import Conditions, PointResult, ice_below
-from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.laws.aged_film import AgedFilm
 from iceslide_fem.laws.interface_law import InterfaceLaw
-from iceslide_fem.laws.points import moments
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.output.passes import PassRow
 from iceslide_fem.output.table import HistoryRow
+from iceslide_fem.run.law_pass import law_pass
 from iceslide_fem.run.passing_point import block_rows, mean_summary
 from iceslide_fem.run.point_pass import one_pass
 from iceslide_fem.run.point_passes import passes_history
-from iceslide_fem.run.point_rows import PointRows
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
-from iceslide_fem.scene.course import SAMPLED
 
 
 def point_history(
@@ -70,48 +65,24 @@ def _of_film(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[st
 
 def _of_law(scene: Scene, law: InterfaceLaw) -> tuple[list[HistoryRow], dict[str, Any]]:
     """Rows and results of any law whose steps end on no event of a film."""
-    numerics, load, duration = scene.numerics, scene.load, exposure(scene)
+    duration = exposure(scene)
     ice = ice_below(ice_model(scene), scene.ice.temperature, duration, scene.ice.solid)
-    integrator = INTEGRATORS[numerics.film_integrator]
-    steps = moments(
-        law,
-        load.pressures.sampled(SAMPLED * numerics.tolerance),
-        load.speeds.sampled(SAMPLED * numerics.tolerance),
-        duration,
-        ice,
-        integrator,
-        numerics.tolerance,
-        scene.ice.melting_temperature - scene.ice.temperature,
-        rubber_columns(scene),
-        numerics.max_step or (None if integrator.estimate else duration / FIXED_STEPS),
-        film_height=scene.initial_height,
-    )
-    history, rejected = PointRows(scene, law), 0
-    for moment in steps:
-        rejected += moment.rejected
-        warm = float(ice.surface_temperature(moment.state.ice)[0])
-        step, shear = moment.step, float(moment.shear[0])
-        switches = (False, False)
-        if step is not None:
-            switches = bool(step.last.melting[0]), bool(step.last.saturated[0])
-        history.add(moment.time, moment.state, shear, warm, step, *switches)
-    rows = history.rows
+    rows, end = law_pass(scene, law, ice)
     mu, time = ([getattr(row, name) for row in rows] for name in ("mu", "time_s"))
-    peak = int(np.argmax(mu))
-    melts = next((row.time_s for row in rows if row.melted_fraction), None)
+    peak, melts = int(np.argmax(mu)), not np.isnan(end.melt_onset)
     thinnest = min(row.film_height_m for row in rows)
     found = []
     if np.isfinite(thinnest):  # else friction is by a law without films
-        found = doubts(thinnest, mu[peak], melts is not None or scene.ice.water > 0.0)
+        found = doubts(thinnest, mu[peak], melts or scene.ice.is_wet)
     return rows, {
         "mu_peak": mu[peak],
         "mu_peak_time_s": time[peak],
         "mu_mean": float(trapezoid(mu, time)) / duration,
         "mu_end": mu[-1],
-        "melt_onset_s": melts,
+        "melt_onset_s": end.melt_onset if melts else None,
         "saturation_s": next((row.time_s for row in rows if row.saturated_fraction), None),
         "steps": len(rows) - 1,
-        "rejected_steps": rejected,
+        "rejected_steps": end.rejected,
         "warnings": found,
     }
 

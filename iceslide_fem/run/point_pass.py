@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,21 @@ from iceslide_fem.run.point_rows import PointRows
 from iceslide_fem.runtime.launch import rank
 from iceslide_fem.runtime.progress import LongTask
 from iceslide_fem.scene import Scene
+
+
+class PassEnd(NamedTuple):
+    """What a pass ends with: the `state` that it leaves, when ice begins to melt (s from its start,
+    NaN where none does), and how many steps were rejected.
+    """
+
+    state: InterfaceState
+    melt_onset: float
+    rejected: int
+
+    @classmethod
+    def of(cls, result: PointResult) -> PassEnd:
+        """That of the one condition of a `result`."""
+        return cls(result.state, float(result.melt_onset[0]), int(result.rejected[0]))
 
 
 def first_state(scene: Scene, law: InterfaceLaw, ice: Column | None = None) -> InterfaceState:

@@ -13,13 +13,14 @@ from iceslide_fem.film.conditions import (
     simulation_settings,
 )
 from iceslide_fem.film.ice_heat import Column
+from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.passes import base_temperature, column_for, next_start
-from iceslide_fem.film.point_result import PointResult
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.output.passes import PassRow, of_pass
 from iceslide_fem.output.table import HistoryRow
+from iceslide_fem.run.law_pass import law_pass
 from iceslide_fem.run.passing_point import block_rows
-from iceslide_fem.run.point_pass import first_state, one_pass
+from iceslide_fem.run.point_pass import PassEnd, first_state, one_pass
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.launch import rank
 from iceslide_fem.runtime.progress import LongTask
@@ -38,23 +39,27 @@ def passes_history(
     settings = simulation_settings(scene)
     ice = column_for(conditions, passes, scene.numerics.tolerance, settings.pop("ice"))
     settings["ice"] = ice
+
+    def passed(start: InterfaceState | None) -> tuple[list[HistoryRow], PassEnd]:
+        if not law.has_film:
+            return law_pass(scene, law, ice, start)
+        history, result = one_pass(scene, law, conditions, settings, start, shown=False)
+        return history, PassEnd.of(result)
+
     state, rows, found = first_state(scene, law, ice), list[HistoryRow](), list[PassRow]()
     with LongTask(passes.number, shown=rank() == 0) as task:
         for number in range(1, passes.number + 1):
             began = float(ice.surface_temperature(state.ice)[0])
-            start = None if number == 1 else state
-            history, result = one_pass(scene, law, conditions, settings, start, shown=False)
+            history, end = passed(None if number == 1 else state)
             if scene.ice.motion == "sliding":
                 history = block_rows(history, scene)
             first = (number - 1) * passes.period
             rows += [of_pass(row, number, first) for row in history]
-            base = _base(scene, ice, result.state.ice)
-            row = _pass_row(history, number, first, began, result, ice, base)
+            row = _pass_row(scene, law, history, number, first, began, end, ice)
             observe(row)
             found.append(row)
             task.show(number, f"pass {number} of {passes.number}", f"mean mu {row.mu_mean:.3f}")
-            water = scene.water.table
-            state = next_start(result.state, conditions, ice, passes, water)
+            state = next_start(end.state, conditions, ice, passes, scene.water.table)
     return rows, _results(found, rows)
 
 
@@ -66,34 +71,34 @@ def _base(scene: Scene, ice: Column, heat: Array) -> float:
 
 
 def _pass_row(
+    scene: Scene,
+    law: InterfaceLaw,
     history: list[HistoryRow],
     number: int,
     start: float,
     began: float,
-    result: PointResult,
+    end: PassEnd,
     ice: Column,
-    base: float,
 ) -> PassRow:
     """Of a pass that began at `start` (s) on ice whose surface was at `began` (K)."""
     mu, last = [row.mu for row in history], history[-1]
     slip = last.slip_m or 1.0
-    onset = float(result.melt_onset[0])
-    ends = float(ice.surface_temperature(result.state.ice)[0])
+    ends = float(ice.surface_temperature(end.state.ice)[0])
     return PassRow(
         number,
         start,
         last.friction_work_J / (last.normal_force_N * slip),
         max(mu),
         mu[-1],
-        onset,
+        end.melt_onset,
         began - ZERO_CELSIUS,
         ends - ZERO_CELSIUS,
-        base,
-        float(result.film_height[0]),
-        float(result.squeezed_height[0]),
+        _base(scene, ice, end.state.ice),
+        float(law.film_height(end.state)[0]),
+        float(end.state.squeezed_height[0]),
         last.friction_work_J,
         len(history) - 1,
-        int(result.rejected[0]),
+        end.rejected,
     )
 
 

@@ -12,6 +12,7 @@ from iceslide_fem.film.contact_age import CONTACT_AREA
 from iceslide_fem.film.integrators import InterfaceState, Step
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.output.table import HistoryRow, row_of
+from iceslide_fem.output.water import PointWater
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene
 
@@ -33,7 +34,9 @@ class PointRows:
     ) -> None:
         self._scene, self._law, self._contact_area = scene, law, contact_area
         self._area = scene.rubber.length * scene.rubber.width
+        self._water = PointWater(law, self._area)
         self._energies = dict.fromkeys(ENERGIES, 0.0)  # J
+        self._squeezed = 0.0  # m3
         self.rows: list[HistoryRow] = []
 
     def add(
@@ -53,6 +56,7 @@ class PointRows:
         dt = 0.0
         if step is not None:
             dt = time - self.rows[-1].time_s
+            self._squeezed += area * float(step.squeezed[0] + step.flowed_out[0])
             for name in ENERGIES:
                 self._energies[name] += area * float(getattr(step, name)[0])
         work, *taken = self._energies.values()
@@ -70,7 +74,7 @@ class PointRows:
             "melted_fraction": float(melting),
             "saturated_fraction": float(saturated),
             "energy_imbalance": missing / work if work else 0.0,
-            "water_squeezed_m3": squeezed * area,
+            "water_squeezed_m3": self._squeezed,
             "water_below_m3": squeezed * area,
         }
         energies = {f"{name}_J": energy for name, energy in self._energies.items()}
@@ -78,4 +82,5 @@ class PointRows:
         of_law = {name: float(values[0]) for name, values in internal.items()}
         if self._contact_area is not None:
             of_law[CONTACT_AREA] = self._contact_area(time)
+        of_law |= self._water.columns(state, pressure, step)
         self.rows.append(row_of(load, time, known | energies, of_law))

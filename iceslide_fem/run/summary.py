@@ -49,7 +49,7 @@ class Results:
         if self.saturation is None and row.saturated_fraction > 0.0:
             self.saturation = now
         self.dry = block.scene.film.dry_stress is not None
-        self.wet = block.scene.ice.water > 0.0
+        self.wet = block.scene.ice.is_wet
         self.thinnest_film = min(self.thinnest_film, thinnest_film(step.sliding))
         if step.solved:
             posture = block.posture()

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import field_validator, model_validator
 
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.ground import GroundLayer, check_ground
 from iceslide_fem.scene.input_file import InputFile
@@ -33,6 +34,9 @@ VISCOSITY = RowsOf(
     "0.01 mPa*s",
 )
 ICE_TEMPERATURE = Quantity("K", "-80 degC", "0.01 degC")
+WATER = RowsOf(
+    "place along x", Quantity("m", "-10 m", "100 m"), Quantity("m", "0 um", "5 mm"), "0 um"
+)
 CONDUCTIVITY = RowsOf(
     "ice temperature",
     ICE_TEMPERATURE,
@@ -61,7 +65,8 @@ class Ice(Table):
     The ice is `depth` (m) thick, without it as deep as heat reaches. Below it lie `layers`, each
     with a name of its own. The lowest face, the `base`, is insulated or held at `base_temperature`
     (K), by default the ice's. `mesh` is a mesh file of the ice and what is below, with coordinates
-    in `mesh_unit`, whose regions have the names of the layers. `water` (m) lies on wet ice.
+    in `mesh_unit`, whose regions have the names of the layers. `water` (m) lies on wet ice,
+    everywhere or in rows over x (m) of the ice, 0 below the middle of the block at the start.
     """
 
     temperature: Annotated[float, Quantity("K", "-80 degC", "-0.001 degC")] = 269.15
@@ -83,7 +88,7 @@ class Ice(Table):
         ICE.melting_temperature
     )
     latent_heat: Annotated[float, Quantity("J/kg", "1 kJ/kg", "10000 kJ/kg")] = ICE.latent_heat
-    water: Annotated[float, Quantity("m", "0 um", "5 mm")] = 0.0
+    water: Annotated[Any, WATER] = 0.0
 
     @model_validator(mode="after")
     def _is_frozen(self) -> Self:
@@ -126,6 +131,18 @@ class Ice(Table):
             return BOTTOMLESS
         ice, *below = self.stack
         return Ground(ice.thickness, tuple(below), self.held)
+
+    @property
+    def is_wet(self) -> bool:
+        """Whether water lies on it."""
+        return isinstance(self.water, tuple) or self.water > 0.0
+
+    def water_at(self, x: Array) -> Array:
+        """Water (m) at places `x` (m) of the ice, any shape; rows are held beyond their ends."""
+        if not isinstance(self.water, tuple):
+            return np.full_like(x, self.water)
+        places, heights = zip(*self.water, strict=True)
+        return np.interp(x, places, heights)
 
     @property
     def is_half_space(self) -> bool:

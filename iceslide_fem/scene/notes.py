@@ -24,10 +24,11 @@ SHEAR_RAMPS = (0.002, 0.2)  # of the pressure
 LARGEST_FRICTION = 2.0  # at t = 0
 
 NOT_OF_A_POINT = (
-    "rubber.sipes rubber.grooves rubber.wall_friction rubber.edge_radius rubber.chamfer "
-    "rubber.draft_angle rubber.outline rubber.mesh rubber.inertia ice.margin ice.cell ice.trail "
-    "film.carrier film.water_speed film.pressure load.static_friction numerics.refinement "
-    "rubber.plate numerics.penalty numerics.shear_ramp_pressure numerics.time_limit"
+    "rubber.sipes rubber.grooves rubber.stores_water rubber.wall_friction rubber.edge_radius "
+    "rubber.chamfer rubber.draft_angle rubber.outline rubber.mesh rubber.inertia ice.margin "
+    "ice.cell ice.trail film.carrier film.water_speed film.pressure load.static_friction "
+    "numerics.refinement rubber.plate numerics.penalty numerics.shear_ramp_pressure "
+    "numerics.time_limit"
 ).split()
 
 
@@ -88,6 +89,8 @@ def _unused(scene: Scene) -> list[str]:
         reasons["beside a list of rubber.sipes, which have their own"] = kept
     elif scene.rubber.sipes == 0:
         reasons["without rubber.sipes"] = ["rubber.sipe_width", "rubber.sipe_depth"]
+    if scene.film.voids != "carry" or not scene.rubber.cuts:
+        reasons['without rubber.sipes and film.voids = "carry"'] = ["rubber.stores_water"]
     if not scene.rubber.cuts and not scene.rubber.grooves and scene.rubber.mesh is None:
         reasons["without walls that could meet"] = ["rubber.wall_friction"]
     if not scene.rubber.heat and not scene.rubber.inertia:

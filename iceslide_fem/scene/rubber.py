@@ -63,7 +63,8 @@ class Rubber(Table):
     block and of its lugs are round (`edge_radius`) or cut off at 45 degrees (`chamfer`), the sides
     lean by `draft_angle` (rad), so that the block is wider at the plate; length and width are those
     at the ice. `sipes`: how many evenly spaced slots across the sliding direction are cut into the
-    box from below, or a list of them; `grooves` run along it; `wall_friction` is the friction
+    box from below, or a list of them; `grooves` run along it. Sipes take whatever water comes, or,
+    if the block `stores_water`, what their shape holds. `wall_friction` is the friction
     coefficient of their walls on each other. `outline` is a file of polygons (x, y), the block seen
     from above, instead of the rectangle. `rows` of blocks slide over the ice one after the other, a
     `row_pitch` (m) from leading edge to leading edge. `mesh` replaces the box by a mesh file, whose
@@ -96,6 +97,7 @@ class Rubber(Table):
     sipe_width: Length = 0.5e-3
     sipe_depth: Length = 4e-3
     grooves: tuple[Groove, ...] = ()
+    stores_water: StrictBool = False
     wall_friction: Annotated[float, Quantity("", "0", "2")] = 0.0
     outline: InputFile | None = None
     density: Annotated[float, Quantity("kg/m^3", "100 kg/m^3", "10000 kg/m^3")] = 1100.0

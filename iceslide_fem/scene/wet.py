@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-from iceslide_fem.scene.rubber import Rubber
 from iceslide_fem.scene.tables import Tables
-
-
-def longest_lug(rubber: Rubber) -> float:
-    """Length (m) of the longest lug between the edges of the block and its sipes, along x."""
-    ends = [-0.5 * rubber.length]
-    for sipe in rubber.cuts:
-        ends += [sipe.position - 0.5 * sipe.width, sipe.position + 0.5 * sipe.width]
-    ends.append(0.5 * rubber.length)
-    return max(after - before for before, after in zip(ends[::2], ends[1::2], strict=True))
 
 
 def check_voids(scene: Tables) -> None:
     """Raise ValueError where water in the voids cannot carry, or ice cannot bring any."""
     film, ice = scene.film, scene.ice
     if film.voids != "carry":
-        if ice.water > 0.0:
+        if ice.is_wet:
             raise ValueError(
                 "ice.water needs voids that carry: where squeeze-out stops nothing says what more "
                 'water does; allowed: film.voids = "carry", or no ice.water'
             )
         return
+    on_nodes = ice.motion == "sliding" and film.carrier == "ice" and scene.model != "point"
+    if isinstance(ice.water, tuple) and not on_nodes:
+        raise ValueError(
+            "ice.water has rows over x, which need ice that passes below a slice or a block and "
+            'carries the films; allowed: ice.motion = "sliding" and film.carrier = "ice", or a '
+            "number"
+        )
     for key, there, allowed in (
         ("film.k", film.k is not None, "film.contact, or a compound's table"),
         ("film.contact_age", film.contact_age, "film.contact_age = false"),
@@ -32,7 +29,6 @@ def check_voids(scene: Tables) -> None:
         ("rows of water.viscosity", scene.water.table is not None, "one viscosity"),
         ("rubber.mesh", scene.rubber.mesh is not None, "rubber.length and rubber.sipes"),
         ("rubber.heat", bool(scene.rubber.heat), "rubber.heat = false"),
-        ("passes", scene.load.passes > 1 or scene.rubber.rows > 1, "one pass"),
         ('film.pressure = "nominal"', film.pressure == "nominal", "'local'"),
         (
             f'friction.law = "{scene.friction.law}"',

@@ -3,7 +3,8 @@
 Load sharing on the generated surface of compound B; thick water that lugs squeeze out, against the
 closed form; mean mu of a hot contact with `film.voids` of both kinds; and a block of 20 mm on ice
 with 20 um of water at 2 bar and -1 degC with 0, 2 and 4 sipes, as points that pass it: over time,
-and over speed. mu is drawn over time beside the water in the voids. With --slices slices are run.
+over speed, and again and again. mu is drawn over time beside the water in the voids. With --slices
+slices are run.
 """
 
 from __future__ import annotations
@@ -23,14 +24,17 @@ from iceslide_fem.film.integrators import InterfaceState, advance
 from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.voids import Voids
+from iceslide_fem.laws.carrying_film import CarryingFilm
+from iceslide_fem.output.passes import PassRow
 from iceslide_fem.postprocess.results import read_run
 from iceslide_fem.run.point import point_history
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene import Scene, scene_from_dict
 from iceslide_fem.scene.contact_file import read_contact_table
-from iceslide_fem.scene.materials import BAR, WATER_VISCOSITY
-from iceslide_fem.scene.wet import longest_lug
+from iceslide_fem.scene.lugs import Lugs, lugs_of
+from iceslide_fem.scene.materials import BAR, ICE, WATER_VISCOSITY
 from iceslide_fem.simulate import run
+from scripts.studies.blocks import slid
 from scripts.studies.common import ROOT, case, draw, options, picture_options, table
 
 FILE = ROOT / "cases" / "surfaces" / "compound_B.csv"
@@ -44,8 +48,18 @@ DEEP, SQUEEZED = 100e-6, 5e-3  # m of water, s
 LENGTH, PRESSURE, WATER, CELSIUS = 20e-3, 2.0 * BAR, 20e-6, -1.0  # of the block on wet ice
 SPEED = 4.0
 SIPES = 0, 2, 4
+STORES = {
+    "4 mm deep": ("rubber.sipes=2", "rubber.stores_water=true"),
+    "1 mm deep": ("rubber.sipes=2", "rubber.stores_water=true", "rubber.sipe_depth=1 mm",
+                  "rubber.sipe_width=0.3 mm"),
+    "1 mm deep, drained": ("rubber.sipes=2", "rubber.sipe_depth=1 mm", "rubber.sipe_width=0.3 mm"),
+    "none": ("rubber.sipes=0",),
+}  # fmt: skip
+WIDTHS = np.inf, 40e-3, 20e-3, 10e-3, 5e-3
 SLIDING = 3.0, 4.0, 10.0
 SPEEDS = 1.0, 2.0, 4.0, 8.0, 15.0, 30.0
+AGAIN, NEXT, TURN, MINUTE = 4, 7e-3, 1.0, 60.0  # passes; s from each to the next: rows 28 mm apart
+RESTS = (("keep", NEXT), ("drain", NEXT), ("freeze", NEXT), ("freeze", TURN), ("freeze", MINUTE))
 HALF, WHOLE = 0.5, 0.99  # of the load; HALF of mu on ice without water, too
 
 
@@ -100,6 +114,15 @@ def wet(sipes: int, speed: float = SPEED, water: float = WATER, tolerance: float
     })  # fmt: skip
 
 
+def again(sipes: int, between: str, period: float, tolerance: float) -> list[PassRow]:
+    """The same point below `AGAIN` blocks, one every `period` (s)."""
+    scene, found = wet(sipes, tolerance=tolerance), list[PassRow]()
+    load = scene.load.model_copy(update={"passes": AGAIN, "period": period})
+    film = scene.film.model_copy(update={"between": between})
+    point_history(scene.model_copy(update={"load": load, "film": film}), found.append)
+    return found
+
+
 class Passed(NamedTuple):
     """A point that passes a block: time (s), mu, water in the voids (m), and the lug (m)."""
 
@@ -113,7 +136,7 @@ class Passed(NamedTuple):
         """That of a scene."""
         rows, _ = point_history(scene)
         columns = np.array([(row.time_s, row.mu, row.squeezed_height_m) for row in rows]).T
-        return cls(columns[0], columns[1], columns[2], longest_lug(scene.rubber))
+        return cls(columns[0], columns[1], columns[2], lugs_of(scene.rubber, wide=True).longest)
 
     @property
     def borne(self) -> Array:
@@ -229,6 +252,30 @@ def print_speeds(speeds: tuple[float, ...], tolerance: float) -> None:
     table(("sipes", *(f"{v:g} m/s" for v in speeds), *bears), rows)
 
 
+def print_again(tolerance: float) -> None:
+    """mu of block after block over the same ice, and the water that each leaves.
+
+    Water that bears all loads is squeezed by them as by one block that passes for as long; a
+    surface that jumps to the melting point takes 2 e dT sqrt(t / pi), from water that freezes.
+    """
+    rows = []
+    for sipes in (SIPES[0], SIPES[-1]):
+        for between, period in RESTS:
+            found = again(sipes, between, period, tolerance)
+            means = (f"{one.mu_mean:.4f}" for one in found)
+            water = (f"{1e6 * one.squeezed_height_m:.2f}" for one in found)
+            rows.append((sipes, between, f"{period:g} s", *means, ", ".join(water) + " um"))
+    table(
+        ("sipes", "between", "period", *(f"mu {n + 1}" for n in range(AGAIN)), "water left"), rows
+    )
+    times = LENGTH / SPEED * np.arange(1, AGAIN + 1)
+    closed = (f"{1e6 * closed_height(LENGTH, WATER, time):.2f}" for time in times)
+    print(f"closed form, no sipes, kept: {', '.join(closed)} um")
+    for rest in (NEXT - LENGTH / SPEED, TURN, MINUTE):
+        taken = -2.0 * ICE.effusivity * CELSIUS * (rest / np.pi) ** 0.5 / ICE.melting_enthalpy
+        print(f"closed form, frozen in {rest:g} s: {1e6 * taken:.2f} um")
+
+
 def print_slices(quick: bool) -> None:
     """The cases as slices."""
     rows = []
@@ -244,6 +291,79 @@ def print_slices(quick: bool) -> None:
         ))  # fmt: skip
     heads = "case", "mean mu", "mu at the end", "water at the end", "steps", "rejected", "energy"
     table(heads, rows)
+
+
+def print_stores(quick: bool) -> None:
+    """A block that slides on over wet ice: its sipes are deep, fill, or are not there.
+
+    The ledger is that of the water, over what the ice has brought.
+    """
+    at, rows = np.array([0.0025, 0.01, 0.02, 0.04, 0.08]), []
+    settings = ["load.duration=20 ms"]
+    if quick:
+        settings = ["load.duration=2 ms", "numerics.refinement=0.4"]
+    for name, changes in STORES.items():
+        scene = case("wet_siped", "ice.motion=sliding", "ice.water=40 um", *settings, *changes)
+        with tempfile.TemporaryDirectory() as folder:
+            summary = run(scene, Path(folder), pictures=False)
+            history = read_run(folder).history
+        mu = np.interp(at, history["slip_m"], history["mu"])
+        squeezed, below, left, brought, stored, out = (
+            history[f"water_{kind}_m3"]
+            for kind in ("squeezed", "below", "left", "brought", "in_sipes", "pushed_out")
+        )
+        ledger = float(np.abs(squeezed + brought - below - left - stored - out).max()) / brought[-1]
+        cells = (f"{1e9 * amount[-1]:.2f}" for amount in (brought, below, left, stored, out))
+        steps = f"{summary['steps']}, {summary['rejected_steps']}"
+        rows.append((name, *(f"{value:.4f}" for value in mu), *cells, f"{ledger:.0e}", steps))
+    heads = (
+        "sipes", *(f"mu after {1e3 * x:g} mm" for x in at), "brought, mm3", "below", "left",
+        "in sipes", "pushed out", "ledger", "steps, rejected",
+    )  # fmt: skip
+    table(heads, rows)
+
+
+def print_widths() -> None:
+    """Outflow lengths of a lug of 20 mm by its width, and of time that it needs more."""
+    rows = []
+    for width in WIDTHS:
+        lug = Lugs(np.array([[0.0, LENGTH]]), width, np.zeros(0)).longest
+        rows.append((f"{1e3 * width:g} mm", f"{1e3 * lug:.2f} mm", f"{(lug / LENGTH) ** 2:.3f}"))
+    table(("width", "B of a lug of 20 mm", "time to squeeze, of a long strip's"), rows)
+
+
+def drawn_below() -> Figure:
+    """Pressure, its part that the asperities bear, and water below blocks with sipes, after as long
+    as ice is below them.
+    """
+    figure = Figure(figsize=(10.5, 5.2), layout="constrained")
+    panels = figure.subplots(2, len(SIPES), sharex=True, sharey="row")
+    for (above, below), sipes in zip(panels.T, SIPES, strict=True):
+        sliding = slid(case("wet_siped", "ice.motion=sliding", f"rubber.sipes={sipes}")).last
+        now, law = sliding.current, sliding.block.law
+        assert isinstance(law, CarryingFilm)
+        water = sliding.frame.at_points(now.interface.squeezed_height, now.loads)
+        solid = law.voids.contact_pressure(now.loads.pressure, water)
+        order = np.argsort(now.loads.positions[:, 0])
+        order = order[now.loads.pressure[order] > 0.0]
+        x = 1e3 * now.loads.positions[order, 0]
+        gaps = np.flatnonzero(np.diff(x) > 0.25) + 1  # the sipes
+        lines = (
+            (above, now.loads.pressure, "0.6", "rubber on ice"),
+            (above, solid, "C3", "asperities bear"),
+            (below, water * BAR * 1e6, "C0", "water in the voids"),
+        )
+        for ax, values, color, label in lines:
+            ax.plot(np.insert(x, gaps, np.nan), np.insert(values[order] / BAR, gaps, np.nan),
+                    color=color, label=label)  # fmt: skip
+        above.set(title=f"{sipes or 'no'} sipes")
+        below.set(xlabel="x (mm): the block slides to the right")
+    panels[0, 0].set(ylabel="pressure (bar)", ylim=(0.0, 5.0))
+    panels[1, 0].set(ylabel="water (µm)", ylim=(0.0, None))
+    for ax in panels.ravel():
+        ax.grid(alpha=0.25)
+    panels[0, 0].legend(fontsize=8)
+    return figure
 
 
 def drawn(passes: dict[int, Passed], dry: Passed) -> Figure:
@@ -277,12 +397,17 @@ def main() -> None:
     given = parser.parse_args()
     if given.slices:
         print_slices(given.quick)
+        print()
+        print_stores(given.quick)
+        draw(drawn_below(), given.pictures / "wet_below.png", 90)
         return
     print_sharing()
     print()
     print_lengths()
     print()
     print_squeezing(300 if given.quick else 1500)
+    print()
+    print_widths()
     print()
     print_hot()
     print()
@@ -292,6 +417,8 @@ def main() -> None:
     print_passes(passes, dry)
     print()
     print_speeds(SPEEDS[::2] if given.quick else SPEEDS, tolerance)
+    print()
+    print_again(tolerance)
     draw(drawn(passes, dry[0]), given.pictures / "wet_ice.png", 90)
 
 

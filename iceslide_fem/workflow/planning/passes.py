@@ -55,20 +55,25 @@ def surface_before_last(scene: Scene) -> float:
 
         dT = 2 q / (e sqrt(pi)) sum over passes of (sqrt(a) - sqrt(a - t_c)),
 
-    with a the time since each began. Above a base that is held it gets no warmer than the steady
-    mean q t_c R / period, with R the resistance of ice and layers, and nowhere warmer than the
-    melting point.
+    with a the time since each began. Water W that the ice brings counts in q only where it is kept.
+    Where it freezes its heat adds rho L W / (e sqrt(pi a)), with a since the first pass. Above a
+    base that is held it gets no warmer than the steady mean q t_c R / period, with R the resistance
+    of ice and layers, and nowhere warmer than the melting point.
     """
     passes, time = scene_passes(scene), exposure(scene)
-    once = single_pass(scene)
+    once, brought = single_pass(scene), scene.ice.water
     load = once.load.model_copy(update={"duration": time})
-    ice = once.ice.model_copy(update={"motion": "attached"})
+    water = brought if passes.between == "keep" else 0.0
+    ice = once.ice.model_copy(update={"motion": "attached", "water": water})
     last = point_history(once.model_copy(update={"load": load, "ice": ice}))[0][-1]
     heat = last.friction_work_J if passes.between == "freeze" else last.ice_heat_J
     flux = heat / (scene.rubber.length * scene.rubber.width * time)
     since = passes.period * np.arange(1, passes.number)
     roots = float(np.sum(np.sqrt(since) - np.sqrt(since - time)))
-    rise = 2.0 * flux / (scene.ice.solid.effusivity * np.sqrt(np.pi)) * roots
+    solid = scene.ice.solid
+    rise = 2.0 * flux / (solid.effusivity * np.sqrt(np.pi)) * roots
+    if passes.between == "freeze":
+        rise += solid.melting_enthalpy * brought / (solid.effusivity * np.sqrt(np.pi * since[-1]))
     if scene.ice.ground.held is not None:
         layers = scene.ice.ground.stack(scene.ice.solid)
         resistance = sum(layer.thickness / layer.solid.conductivity for layer in layers)

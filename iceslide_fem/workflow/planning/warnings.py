@@ -28,7 +28,7 @@ def _film(scene: Scene) -> list[str]:
             f"films of a point get {readable(min(heights), 'm')} to {readable(max(heights), 'm')} "
             f"high; {readable(low, 'm')} to {readable(high, 'm')} are known to work"
         )
-    rides = scene.ice.water > 0.0  # on water that need not melt
+    rides = scene.ice.is_wet  # on water that need not melt
     film = scene.friction.law == "film" and not dry and not rides
     if film and not any(row.melted_fraction for row in rows):
         found.append(f"the ice below a point does not melt: {WITHOUT_MELTING}")

@@ -1,0 +1,67 @@
+"""Columns of the water, where voids carry."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from iceslide_fem.coupling.ledger import Ledger
+from iceslide_fem.coupling.sliding import Sliding
+from iceslide_fem.film.integrators import InterfaceState, Step
+from iceslide_fem.laws.carrying_film import CarryingFilm
+from iceslide_fem.laws.interface_law import InterfaceLaw
+
+MEANS = "water_height_m", "water_borne_fraction"
+AMOUNTS = "water_brought_m3", "water_in_sipes_m3", "water_pushed_out_m3"
+
+
+def water_names(law: InterfaceLaw) -> tuple[str, ...]:
+    """Names of the columns; none where voids do not carry."""
+    return (*MEANS, *AMOUNTS) if isinstance(law, CarryingFilm) else ()
+
+
+def water_columns(sliding: Sliding, ledger: Ledger) -> dict[str, float]:
+    """Of a block at the present moment: the mean height of the water below the rubber where there
+    is contact (m), the fraction of the normal force that it bears, and amounts (m3) of the ledger.
+    Collective.
+    """
+    block, now = sliding.block, sliding.current
+    law, loads = block.law, now.loads
+    if not isinstance(law, CarryingFilm):
+        return {}
+    water = sliding.frame.at_points(now.interface.squeezed_height, loads)
+    touching = loads.touching
+    borne = loads.pressure - law.voids.contact_pressure(loads.pressure, water)
+    area, force, height, carried = (
+        block.total(values, touching)
+        for values in (np.ones_like(water), loads.pressure, water, borne)
+    )
+    means = height / max(area, 1e-300), carried / max(force, 1e-300)
+    amounts = ledger.brought_water, ledger.sipe_water(), ledger.pushed_out_water
+    return dict(zip(water_names(law), (*means, *amounts), strict=True))
+
+
+class PointWater:
+    """The same of a point that stands for a block of this `area` (m2), step by step. What flows
+    out is pushed out: a point has no sipes to store it.
+    """
+
+    def __init__(self, law: InterfaceLaw, area: float) -> None:
+        self._law, self._area = law, area
+        self._brought = self.pushed_out = 0.0
+
+    def columns(
+        self, state: InterfaceState, pressure: float, step: Step | None
+    ) -> dict[str, float]:
+        """The columns in a `state` under the `pressure` (Pa); a `step` led to it, None at first."""
+        law = self._law
+        if not isinstance(law, CarryingFilm):
+            return {}
+        water = float(state.squeezed_height[0])
+        if step is None:
+            self._brought = self._area * water
+        else:
+            self.pushed_out += self._area * float(step.flowed_out[0])
+        solid = law.voids.contact_pressure(np.array([pressure]), state.squeezed_height)
+        means = water, 1.0 - float(solid[0]) / pressure
+        amounts = self._brought, 0.0, self.pushed_out
+        return dict(zip(water_names(law), (*means, *amounts), strict=True))
