@@ -26,8 +26,8 @@ from iceslide_fem.run.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.contact_file import read_contact_table
+from iceslide_fem.scene.lugs import lugs_of
 from iceslide_fem.scene.materials import MELTING_ENTHALPY
-from iceslide_fem.scene.wet import longest_lug
 
 pytestmark = pytest.mark.quick
 
@@ -86,7 +86,7 @@ def test_a_uniform_line_is_a_point_that_passes(water, bar, sipes):
     )
     rows, entries = point_history(scene)
     footprint = strip(bar * 1e5)
-    here = ride(water, longest_lug(scene.rubber))
+    here = ride(water, lugs_of(scene.rubber, wide=True).longest)
     found = film_map(footprint, here, SURFACE, tolerance=1e-3)
     leaves = passes * np.arange(1, PIXELS + 1) / PIXELS
     times, heights, waters, mu = np.array(
@@ -154,8 +154,8 @@ def test_the_summary_says_what_the_water_bears(line):
         figures(**values)
         for values in ({}, {"water": 0}, {"water": "20um"}, {"water": "20um", "lug": "3mm"})
     )
-    assert "water_load_share" not in dry["film"]
-    shares = [one["film"]["water_load_share"] for one in (carries, siped, wet)]
+    assert "water_borne_share" not in dry["film"]
+    shares = [one["film"]["water_borne_share"] for one in (carries, siped, wet)]
     assert 0.0 <= shares[0] < shares[1] < shares[2] <= 1.0
     assert carries["film"]["mean_water_height_m"] < 5e-6 < wet["film"]["mean_water_height_m"]
     assert [one["film"]["lug_m"] for one in (wet, siped)] == pytest.approx([40e-3, 3e-3])

@@ -2,7 +2,7 @@
 
 Points, slices and coarse blocks, on attached ice and on ice that slides with either carrier, and
 points and slices on wet ice, drawn at random. Each is refused well (one sentence), finished well
-(finite, mu > 0 below constant loads, no less water than none, energies that close to 1 % or a
+(finite, mu > 0 below constant loads, all water accounted for, energies that close to 1 % or a
 warning), stopped with its cause (a sentence; how many of these by the study's time limit is said),
 or wrong: anything else, also no answer in time. Time is the processor's, so that what else runs on
 the machine does not count. Prints the counts, and every wrong scene. What became of each is kept in
@@ -43,7 +43,10 @@ TIME_LIMIT = 10.0  # s of the processor that a slice or block may take: numerics
 PATIENCE = 20.0  # s that its process may take longer, for one step, or to find that it can't run
 LOOK = 5.0  # s between two looks at a process
 IDLE = 300.0  # s after which a process that has done nothing hangs
-LARGEST_IMBALANCE = 0.01
+LARGEST_IMBALANCE, LARGEST_LEAK, ROUNDING = 0.01, 1e-6, 1e-9
+BORNE = "water_borne_fraction"  # a column of runs with voids that carry
+# Of water: where it comes from, and where it is.
+LEDGER = ("brought", "squeezed"), ("below", "left", "in_sipes", "pushed_out")
 OUTCOMES = ("refused well", "finished well", "stopped with its cause", "wrong")
 
 KINEMATICS = {
@@ -297,10 +300,8 @@ def _faults(folder: Path) -> str:
     values = [{key: float(value) for key, value in row.items()} for row in rows]
     if not all(math.isfinite(value) for row in values for value in row.values()):
         return "values that are not finite"
-    if fault := _fault_of_mu(values):
+    if fault := _fault_of_mu(values) or _fault_of_water(values):
         return fault
-    if (water := min(row["squeezed_height_m"] for row in values)) < 0.0:
-        return f"{water:.3g} m of water"
     summary = json.loads((folder / "summary.json").read_text())
     imbalance = summary["energy_imbalance"]
     warned = any("energies do not close" in warning for warning in summary["warnings"])
@@ -321,6 +322,21 @@ def _fault_of_mu(rows: list[dict[str, float]]) -> str:
         if row["mu"] <= 0.0 if constant else row["mu"] < -largest:
             return f"mu = {row['mu']:.3g}"
         largest = max(largest, row["mu"])
+    return ""
+
+
+def _fault_of_water(rows: list[dict[str, float]]) -> str:
+    """What is wrong with the water, in words; all of it is somewhere."""
+    for row in rows:
+        if row["squeezed_height_m"] < 0.0:
+            return f"{row['squeezed_height_m']:.3g} m of squeezed-out water"
+        if BORNE not in row:
+            continue
+        if row["water_height_m"] < 0.0 or not -ROUNDING <= row[BORNE] <= 1.0 + ROUNDING:
+            return f"{row['water_height_m']:.3g} m of water bear {row[BORNE]:.3g} of the load"
+        came, is_there = (sum(row[f"water_{name}_m3"] for name in names) for names in LEDGER)
+        if abs(came - is_there) > LARGEST_LEAK * came:
+            return f"{came - is_there:.3g} of {came:.3g} m3 of water are nowhere"
     return ""
 
 

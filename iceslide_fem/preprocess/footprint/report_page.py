@@ -58,7 +58,7 @@ NAMES = {
     "melting_share": "melting",
     "saturated_share": "free volume full",
     "mean_water_height_m": "mean height of the water",
-    "water_load_share": "load borne by water",
+    "water_borne_share": "load borne by water",
     "outside_table_share": "outside the table of k, D, H_V",
     "dry_share": "dry",
     "mixed_share": "mixed",

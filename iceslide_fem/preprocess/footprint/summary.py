@@ -111,7 +111,7 @@ def _water(result: Survey) -> dict[str, float]:
         return {}
     return {
         "mean_water_height_m": float(result.film.squeezed[footprint.contact].mean()),
-        "water_load_share": float(borne.sum() / footprint.pressure.sum()),
+        "water_borne_share": float(borne.sum() / footprint.pressure.sum()),
         "lug_m": result.case.lug_below(footprint.contact_length),
     }
 
@@ -153,10 +153,10 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("melting, saturated", f"{film['melting_share']:.1%}, {film['saturated_share']:.1%}"),
         ("outside the table of k, D, H_V", outside),
     ]
-    if "water_load_share" in film:
+    if "water_borne_share" in film:
         rows += [
             ("water in the voids, mean", f"{1e6 * film['mean_water_height_m']:.4g} um"),
-            ("load borne by water", f"{film['water_load_share']:.1%}"),
+            ("load borne by water", f"{film['water_borne_share']:.1%}"),
             ("lug that water flows out of", f"{1e3 * film['lug_m']:.4g} mm"),
         ]
     for key, name in MODELS.items():
