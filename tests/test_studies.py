@@ -31,7 +31,9 @@ from scripts.studies.press_elements import DEFAULT, MATERIAL, half_cube, in_tetr
 
 pytestmark = [pytest.mark.fe, pytest.mark.study]
 
-SHARED = {"common", "blocks", "command_runs", "peers_calculix", "peers_ngsolve"}
+SHARED = {
+    "common", "blocks", "command_runs", "peers_calculix", "peers_ngsolve", "wet_changes",
+}  # fmt: skip
 DRUM_ROWS = tuple(friction_drum.NAMES.values())
 NAMES = sorted({module.name for module in pkgutil.iter_modules(scripts.studies.__path__)} - SHARED)
 

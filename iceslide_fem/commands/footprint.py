@@ -68,6 +68,8 @@ def footprint(
     dry_residual: options.DryResidual = None,
     melting_temperature: options.MeltingTemperature = None,
     latent_heat: options.LatentHeat = None,
+    water: options.Water = None,
+    lug: options.Lug = None,
     aggregate: Annotated[Text, option("G/M2", "Spread on the ice, in (1.2).", "0")] = None,
     tolerance: options.Tolerance = None,
     scenes: Annotated[Text, option("N", "Write scenes of N representative blocks.", "0")] = None,

@@ -79,4 +79,10 @@ DrySoftening = Annotated[Text, option("K", "Over which a number of it falls.")]
 DryResidual = Annotated[Text, option("K", "Above melting where it is 0.", "0.5K")]
 MeltingTemperature = Annotated[Text, option("T", "Of the ice, as of salt.", "0degC")]
 LatentHeat = Annotated[Text, option("J/KG", "Of melting.", "330kJ/kg")]
+Water = Annotated[
+    Text, option("M", "That the ice brings: 20um; then full voids carry. 0um: they carry without.")
+]
+Lug = Annotated[
+    Text, option("M", "That it flows out of, along the wheel.", "a block's, or the footprint's")
+]
 Tolerance = Annotated[Text, option("X", "Relative error of the film's mu.", "1e-2")]

@@ -80,6 +80,8 @@ def wheel(
     dry_residual: options.DryResidual = None,
     melting_temperature: options.MeltingTemperature = None,
     latent_heat: options.LatentHeat = None,
+    water: options.Water = None,
+    lug: options.Lug = None,
     tolerance: options.Tolerance = None,
     out: Annotated[
         Path | None, folder_option("Where to write; else results/<name of the source>_wheel.")

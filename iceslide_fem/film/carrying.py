@@ -145,9 +145,16 @@ class CarryingLoads(NamedTuple):
 
     def local_error(self, step: Step, ice: IceHeat, rubber: RubberHeat, scale: Array) -> Array:
         """Relative local errors (n,) of a step that ends here; `scale` of temperatures, K."""
+        return error_norms(step, ice, self.water_scale(step), scale, rubber)
+
+    def water_scale(self, step: Step) -> Array:
+        """What errors of W are relative to: H_V, or W where that is more (m), (n,)."""
         free = self.voids.held(np.maximum(self.pressure, self.voids.table.pressure[0]))
-        water = np.maximum(free, step.state.squeezed_height)
-        return error_norms(step, ice, water, scale, rubber)
+        return np.maximum(free, step.state.squeezed_height)
+
+    def temperature_scale(self, step: Step, scale: Array) -> Array:
+        """The `scale` (K) of errors of temperatures."""
+        return scale
 
 
 class CarryingFilm(NamedTuple):

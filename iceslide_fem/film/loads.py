@@ -123,6 +123,10 @@ class FilmLoads(NamedTuple):
         """Relative local errors (n,) of a step that ends here; `scale` of temperatures, K."""
         return error_norms(step, ice, self.free_height, self.temperature_scale(step, scale), rubber)
 
+    def water_scale(self, step: Step) -> Array:
+        """H_V (m), (n,), which errors of H_s are relative to."""
+        return self.free_height
+
     def temperature_scale(self, step: Step, scale: Array) -> Array:
         """The `scale` (K) of errors of temperatures, or less where they change tau by as much."""
         if self.limit is None:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import IceHeat
-from iceslide_fem.film.integrators import InterfaceState, Step, advance, error_norms
-from iceslide_fem.film.loads import FilmLoads
+from iceslide_fem.film.integrators import InterfaceState, Loads, Step, advance, error_norms
 from iceslide_fem.film.rubber_heat import INSULATED, RubberHeat
 from iceslide_fem.film.runge_kutta import Integrator
 from iceslide_fem.runtime.arrays import Array, Mask
@@ -43,6 +42,16 @@ def close_enough(tolerance: float) -> float:
     return max(CLOSE, float(np.cbrt(HEIGHT_SHARE * tolerance)))
 
 
+class ScaledLoads(Loads, Protocol):
+    """Loads that say what errors of water and of temperatures are relative to."""
+
+    def water_scale(self, step: Step) -> Array:
+        """Height (m), (n,), that errors of the water in the voids count by, of a `step`."""
+
+    def temperature_scale(self, step: Step, scale: Array) -> Array:
+        """The `scale` (K), (n,), of errors of temperatures, or less where tau follows them."""
+
+
 class StepControl(NamedTuple):
     """How steps of many points are made and judged, each on its own.
 
@@ -59,8 +68,8 @@ class StepControl(NamedTuple):
     def trial(
         self,
         state: InterfaceState,
-        loads: FilmLoads,
-        end: FilmLoads,
+        loads: ScaledLoads,
+        end: ScaledLoads,
         dt: Array,
         ice: IceHeat,
         temperature_scale: Array,
@@ -76,7 +85,7 @@ class StepControl(NamedTuple):
         step = advance(state, loads, end, dt, ice, method, rubber, rate, self.close)
         if self.tolerance is None:
             return Trial(step, np.isfinite(step.state.log_height), dt)
-        free = end.free_height / SQUEEZED
+        free = end.water_scale(step) / SQUEEZED
         scale = end.temperature_scale(step, temperature_scale)
         error = error_norms(step, ice, free, scale, rubber, self.dry)
         error /= method.allowed * self.tolerance

@@ -1,11 +1,13 @@
 """Scenes at and beyond the edges of every range: what becomes of them.
 
-Points, slices and coarse blocks, on attached ice and on ice that slides with either carrier. Each
-is refused well (one sentence), finished well (finite, mu > 0, energies that close to 1 % or a
+Points, slices and coarse blocks, on attached ice and on ice that slides with either carrier, and
+points and slices on wet ice, drawn at random. Each is refused well (one sentence), finished well
+(finite, mu > 0 below constant loads, all water accounted for, energies that close to 1 % or a
 warning), stopped with its cause (a sentence; how many of these by the study's time limit is said),
 or wrong: anything else, also no answer in time. Time is the processor's, so that what else runs on
 the machine does not count. Prints the counts, and every wrong scene. What became of each is kept in
-results/studies/hostile.jsonl as it comes, from where --go-on takes it. --quick runs every fortieth.
+results/studies/hostile.jsonl as it comes, from where --go-on takes it. --quick runs every fortieth,
+--wet those on wet ice alone.
 """
 
 from __future__ import annotations
@@ -30,16 +32,21 @@ from typing import Any, NamedTuple
 
 import psutil
 
+from iceslide_fem.coupling.limits import LIMITS
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.toml import parsed, put
-from scripts.studies.common import RESULTS, options, table
+from scripts.studies.common import RESULTS, ROOT, options, table
+from scripts.studies.wet_changes import wet_changes
 
 TIME_LIMIT = 10.0  # s of the processor that a slice or block may take: numerics.time_limit
 PATIENCE = 20.0  # s that its process may take longer, for one step, or to find that it can't run
 LOOK = 5.0  # s between two looks at a process
 IDLE = 300.0  # s after which a process that has done nothing hangs
-LARGEST_IMBALANCE = 0.01
+LARGEST_IMBALANCE, LARGEST_LEAK, ROUNDING = 0.01, 1e-6, 1e-9
+BORNE = "water_borne_fraction"  # a column of runs with voids that carry
+# Of water: where it comes from, and where it is.
+LEDGER = ("brought", "squeezed"), ("below", "left", "in_sipes", "pushed_out")
 OUTCOMES = ("refused well", "finished well", "stopped with its cause", "wrong")
 
 KINEMATICS = {
@@ -114,7 +121,9 @@ COMBINED = """
     C10=0.2MPa nu=0.49 load.speed=30
 """
 KEPT = RESULTS / "hostile.jsonl"
+SURFACE = ROOT / "cases" / "surfaces" / "compound_B.csv"
 RANDOM = 60  # combinations of two of these
+WET = "film.voids=carry"  # in the names of scenes on wet ice
 
 
 class Outcome(NamedTuple):
@@ -142,6 +151,8 @@ def scenes() -> Iterator[tuple[str, dict[str, Any]]]:
     for _ in range(RANDOM):
         two = [word for change in draw.sample(changes["slice"], 2) for word in change]
         yield _scene("slice", draw.choice(list(KINEMATICS)), two)
+    for wet in wet_changes():
+        yield _scene(*wet)
 
 
 def outcome(tables: dict[str, Any], pictures: bool = False) -> Outcome:
@@ -253,14 +264,18 @@ def _changes(text: str) -> list[list[str]]:
 
 
 def _scene(model: str, kinematics: str, changes: list[str]) -> tuple[str, dict[str, Any]]:
-    """A small, coarse scene with `changes`; C10 and nu stand for a compound of one's own."""
+    """A small, coarse scene with `changes`; C10 and nu stand for a compound of one's own, `surface`
+    for k, D and H_V of a generated one.
+    """
     tables: dict[str, Any] = {"name": "hostile", "model": model, "rubber": {"compound": "B"}}
     start = ["load.pressure=1bar", "load.speed=3", "load.duration=0.5ms", "numerics.tolerance=1e-2"]
     if model != "point":
         start += ["numerics.refinement=0.25", f"numerics.time_limit={TIME_LIMIT}"]
     for change in [*start, *KINEMATICS[kinematics], *changes]:
         key, _, text = change.partition("=")
-        if key in ("C10", "nu"):
+        if key == "surface":
+            put(tables, "film.contact", str(SURFACE))
+        elif key in ("C10", "nu"):
             own = {"C01": 0.0, "nu": 0.49, **tables["rubber"]}
             own.pop("compound", None)
             tables["rubber"] = own | {key: parsed(text)}
@@ -285,14 +300,43 @@ def _faults(folder: Path) -> str:
     values = [{key: float(value) for key, value in row.items()} for row in rows]
     if not all(math.isfinite(value) for row in values for value in row.values()):
         return "values that are not finite"
-    smallest = min(row["mu"] for row in values)
-    if smallest <= 0.0:
-        return f"mu = {smallest:.3g}"
+    if fault := _fault_of_mu(values) or _fault_of_water(values):
+        return fault
     summary = json.loads((folder / "summary.json").read_text())
     imbalance = summary["energy_imbalance"]
     warned = any("energies do not close" in warning for warning in summary["warnings"])
     if not abs(imbalance) <= LARGEST_IMBALANCE and not warned:
         return f"energies off by {imbalance:.3g} without a warning"
+    return ""
+
+
+def _fault_of_mu(rows: list[dict[str, float]]) -> str:
+    """What is wrong with friction over time, in words.
+
+    Where loads go in time, rubber that springs back may push the block, with no more than has
+    sheared it, or than counts as none.
+    """
+    constant = len({(row["nominal_pressure_Pa"], row["speed_m_per_s"]) for row in rows}) == 1
+    largest = LIMITS.least_friction
+    for row in rows:
+        if row["mu"] <= 0.0 if constant else row["mu"] < -largest:
+            return f"mu = {row['mu']:.3g}"
+        largest = max(largest, row["mu"])
+    return ""
+
+
+def _fault_of_water(rows: list[dict[str, float]]) -> str:
+    """What is wrong with the water, in words; all of it is somewhere."""
+    for row in rows:
+        if row["squeezed_height_m"] < 0.0:
+            return f"{row['squeezed_height_m']:.3g} m of squeezed-out water"
+        if BORNE not in row:
+            continue
+        if row["water_height_m"] < 0.0 or not -ROUNDING <= row[BORNE] <= 1.0 + ROUNDING:
+            return f"{row['water_height_m']:.3g} m of water bear {row[BORNE]:.3g} of the load"
+        came, is_there = (sum(row[f"water_{name}_m3"] for name in names) for names in LEDGER)
+        if abs(came - is_there) > LARGEST_LEAK * came:
+            return f"{came - is_there:.3g} of {came:.3g} m3 of water are nowhere"
     return ""
 
 
@@ -307,12 +351,14 @@ def _kept() -> dict[str, Outcome]:
 def main() -> None:
     parser = options(__doc__)
     parser.add_argument("--quick", action="store_true", help="every fortieth scene")
+    parser.add_argument("--wet", action="store_true", help="those on wet ice alone")
     parser.add_argument("--all", action="store_true", help="print every scene and its sentence")
     parser.add_argument("--go-on", action="store_true", help="take what is kept of an earlier call")
     parser.add_argument("--pictures", action="store_true", help="let every run draw its report")
     parser.add_argument("-j", "--processes", type=int, default=2)
     arguments = parser.parse_args()
-    chosen = list(scenes())[:: 40 if arguments.quick else 1]
+    chosen = [scene for scene in scenes() if WET in scene[0] or not arguments.wet]
+    chosen = chosen[:: 40 if arguments.quick else 1]
     found = _kept() if arguments.go_on else {}
     left = [scene for scene in chosen if scene[0] not in found]
     KEPT.parent.mkdir(parents=True, exist_ok=True)

@@ -20,11 +20,13 @@ GAUSS = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
 
 
 class AgedPath(NamedTuple):
-    """Contact along a path of n pixels: `pressure` (Pa, (n,)), the history where the ice enters
-    each, (rows, n), and the temperature there (K, (n,)).
+    """Contact along a path of n pixels: loads of films where it has just touched down, `pressure`
+    (Pa, (n,)), the history where the ice enters each, (rows, n), and the temperature there (K,
+    (n,)).
     """
 
     age: ContactAge
+    touching: FilmLoads
     pressure: Array
     entering: Array
     temperature: Array
@@ -33,6 +35,7 @@ class AgedPath(NamedTuple):
     def along(
         cls,
         age: ContactAge,
+        touching: FilmLoads,
         line: Index,
         pressure: Array,
         behind: Index,
@@ -57,16 +60,15 @@ class AgedPath(NamedTuple):
             history = np.where(gap > 0.0, rested, history)
             keep = at < last
             at, last, history = at[keep] + 1, last[keep], history[:, keep]
-        return cls(age, pressure, entering, temperature[line])
+        return cls(age, touching, pressure, entering, temperature[line])
 
-    def over(
-        self, touching: FilmLoads, pixel: Index, start: Array, dt: Array
-    ) -> tuple[FilmLoads, FilmLoads]:
+    def over(self, pixel: Index, start: Array, dt: Array) -> tuple[FilmLoads, FilmLoads]:
         """Loads of films at both ends of a step that begins after `start` (s) at their pixels.
 
-        touching: those of contact that has just touched down. They are on the line through the
-        loads at Gauss's two points, by which also what creeps at once has its mean.
+        They are on the line through the loads at Gauss's two points, by which also what creeps at
+        once has its mean.
         """
+        touching = self.touching.take(pixel)
         first, last = (self._after(touching, pixel, start + point * dt) for point in GAUSS)
         width = GAUSS[1] - GAUSS[0]
         begin, end = ((at - GAUSS[0]) / width for at in (0.0, 1.0))

@@ -164,6 +164,9 @@ def scene_text(name: str, block: TreadBlock, fraction: float, case: FootprintCas
         film += f"dry_residual = {dry.residual!r}\n"
     if dry.softens:
         inertia = "inertia = true\n"
+    if case.water is not None:
+        ice += f"water = {case.water!r}\n"
+        film += 'voids = "carry"\n'
     if case.contact is not None:
         film += f"contact = {tomlkit.item(str(case.contact.resolve())).as_string()}\n"
     rubber = f"compound = {json.dumps(case.compound)}\n"

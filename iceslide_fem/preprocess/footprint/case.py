@@ -89,5 +89,5 @@ class FootprintCase(SourceOptions, FilmOptions):
 
     @property
     def ride(self) -> Ride:
-        """How the ice passes: V and V S."""
+        """How the ice passes: V and V S; without water on it."""
         return self.ride_at(self.speed, self.slip * self.speed)

@@ -70,12 +70,13 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, 
 def all_maps(result: Survey) -> dict[str, NDArray[Any]]:
     """All maps of a survey by their names, (ny, nx)."""
     footprint, film = result.read.pressure_map, result.film
+    voids = "squeezed-out height (m)" if result.borne is None else "water height (m)"
     maps: dict[str, NDArray[Any]] = {
         "pressure (Pa)": footprint.pressure,
         "contact": footprint.contact.astype(np.uint8),
         "surface temperature (degC)": film.temperature - ZERO_CELSIUS,
         "film height (m)": film.height,
-        "squeezed-out height (m)": film.squeezed,
+        voids: film.squeezed,
         "shear stress (Pa)": film.shear,
         "mu": film.friction(footprint),
         "melting": film.melting.astype(np.uint8),
@@ -86,6 +87,8 @@ def all_maps(result: Survey) -> dict[str, NDArray[Any]]:
         "rise by the moving source (K)": result.moving.rise,
         "mu by (4.7) to (4.9), moving source": result.moving.mu,
     }
+    if result.borne is not None:
+        maps["pressure of the water (Pa)"] = result.borne
     if result.read.distance is not None:
         maps["distance to the colour bar"] = result.read.distance
     if result.given is not None:
@@ -107,6 +110,8 @@ def line_columns(result: Survey) -> dict[str, Array]:
             f"state_{name}": model.state[0].astype(float),
             f"mu_{name}": model.mu[0],
         }
+    if result.borne is not None:
+        columns |= {"water_height_m": film.squeezed[0], "water_pressure_Pa": result.borne[0]}
     return columns | {
         "temperature_film_C": film.temperature[0] - ZERO_CELSIUS,
         "film_height_m": film.height[0],

@@ -13,10 +13,12 @@ from iceslide_fem.film.contact_age import ContactAge, contact_age
 from iceslide_fem.preprocess.footprint.option_values import (
     DryStressText,
     IceTemperature,
+    Length,
     SolidText,
     ViscosityText,
 )
 from iceslide_fem.preprocess.footprint.ride import FIRST_HEIGHT, Ride
+from iceslide_fem.preprocess.footprint.wet_ice import WetIce
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, load_scene
 from iceslide_fem.scene.command_options import CommandOptions, Number, option_name
@@ -39,6 +41,7 @@ class FilmOptions(CommandOptions):
     alone; dry_stress (Pa, or a CSV file of it over temperature), dry_softening (K), dry_residual
     (K): dry rubber on ice, as in a scene's film. contact: a file with k, D, H_V over pressure
     instead of the compound's; contact_age: a scene whose contact ages, which they are then of.
+    water (m): what the ice brings, below voids that carry; lug (m): which it flows out of.
     """
 
     compound: str = "B"
@@ -59,6 +62,8 @@ class FilmOptions(CommandOptions):
     dry_stress: DryStressText | None = None
     dry_softening: Annotated[float, SOFTENING, Number] | None = None
     dry_residual: Annotated[float, RESIDUAL, Number] = USUAL_RESIDUAL
+    water: Annotated[float, Quantity("m", "0 um", "5 mm"), Number] | None = None
+    lug: Length | None = None
     tolerance: Annotated[float, Quantity("", "1e-6", "0.1"), Number] = 1e-2
 
     @model_validator(mode="after")
@@ -113,8 +118,35 @@ class FilmOptions(CommandOptions):
             )
         return self
 
+    @model_validator(mode="after")
+    def _voids_can_carry(self) -> Self:
+        if self.water is None:
+            if self.lug is not None:
+                raise ValueError("--lug is what water on the ice flows out of; give --water, too")
+            return self
+        for other, there, allowed in (
+            ("--contact-age", self.contact_age is not None, "contact that does not age"),
+            ("--dry-stress", self.dry_stress is not None, "no dry shear"),
+            (f"--viscosity {self.viscosity}", isinstance(self.viscosity, Path), "one viscosity"),
+            ("--water-speed below 1", self.water_speed < 1.0, "water that stays with the ice"),
+        ):
+            if there:
+                raise ValueError(
+                    f"--water and {other} contradict each other: the water in the voids and the "
+                    f"contact are found together; allowed: {allowed}"
+                )
+        return self
+
+    def lug_below(self, length: float) -> float:
+        """What water flows out of (m), below a footprint of this `length` (m)."""
+        return self.lug or length
+
+    def wet_ice(self, length: float) -> WetIce | None:
+        """Water that the ice brings to a footprint of the `length` (m), where voids carry."""
+        return None if self.water is None else WetIce(self.water, self.lug_below(length))
+
     @property
-    def water(self) -> float | ViscosityTable:
+    def water_viscosity(self) -> float | ViscosityTable:
         """The film's viscosity (Pa s), or the file's over temperature."""
         if not isinstance(self.viscosity, Path):
             return self.viscosity
@@ -141,7 +173,9 @@ class FilmOptions(CommandOptions):
         return age and replace(age, holds=False)
 
     def ride_at(self, speed: float, sliding_speed: float) -> Ride:
-        """How ice passes with `speed` (m/s) and is slid over at `sliding_speed` (m/s)."""
+        """How ice without water on it passes with `speed` (m/s) and is slid over at `sliding_speed`
+        (m/s).
+        """
         return Ride(
             speed,
             sliding_speed,
@@ -152,7 +186,7 @@ class FilmOptions(CommandOptions):
                 melting_temperature=self.melting_temperature,
                 latent_heat=self.latent_heat,
             ),
-            self.water,
+            self.water_viscosity,
             self.water_speed,
             self.dry_shear.strength(self.melting_temperature),
             self.age,

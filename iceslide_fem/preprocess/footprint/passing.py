@@ -17,10 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iceslide_fem.film.carrying import CarryingLoads
 from iceslide_fem.film.height import CLOSE
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.integrators import InterfaceState
-from iceslide_fem.film.loads import film_loads
+from iceslide_fem.film.loads import FilmLoads, film_loads
 from iceslide_fem.film.point import taken
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.runge_kutta import INTEGRATORS
@@ -67,7 +68,8 @@ class FilmMap(NamedTuple):
     """Film and friction of pixels, arrays (ny, nx), or (n,) along a path.
 
     shear: mean of tau over the pixel (Pa); ice_heat, latent_heat: what ice and melting take, J/m2
-    per pixel passed. When the ice leaves the pixel: height: h (m); squeezed: H_s (m); temperature:
+    per pixel passed. When the ice leaves the pixel: height: h (m); squeezed: H_s, in voids
+    that carry W (m); temperature:
     of the ice surface (K); melting, saturated: which switches are on.
     """
 
@@ -84,7 +86,7 @@ class FilmMap(NamedTuple):
     def untouched(cls, shape: tuple[int, int], ride: Ride) -> FilmMap:
         """The map of ice (ny, nx) that nothing has touched."""
         still, never = np.zeros((3, *shape)), np.zeros((2, *shape), dtype=bool)
-        lines = ride.initial_height, ride.thinnest_layer, ride.temperature
+        lines = ride.initial_height, ride.first_layer, ride.temperature
         height, layer, temperature = (np.broadcast_to(one, shape[::-1]).T.copy() for one in lines)
         return cls._make([*still, height, layer, temperature, *never])
 
@@ -130,8 +132,12 @@ def films_along(
     k, D, H_V, _ = contact_of(path.pressure)
     voids = np.maximum(share[path.line] * H_V, thinnest[path.line])
     sliding = speeds[path.line]
-    limit = ride.limit
-    loads = film_loads(path.pressure, sliding, k, D, voids, viscosity[path.line], limit=limit)
+    limit, eta = ride.limit, viscosity[path.line]
+    of_pixels = variable_viscosity and variable_viscosity.take(path.line)
+    touching = film_loads(path.pressure, sliding, k, D, voids, eta, of_pixels, limit)
+    loads: FilmLoads | CarryingLoads = touching
+    if ride.wet is not None:
+        loads = ride.wet.loads(touching, path.pressure, contact_of, float(viscosity[0]))
     gaps = path.behind > 0
     gap, content = np.cumsum(gaps) - 1, ice.initial(int(np.count_nonzero(gaps)))
     films = FilmMap(*np.empty((6, k.size)), *np.empty((2, k.size), dtype=bool))
@@ -139,30 +145,28 @@ def films_along(
     # Dry shear needs no history: it is that of height and temperature.
     state = InterfaceState(
         np.log(first) if limit is None else limit.log_height(first),
-        np.zeros(lines),
+        np.broadcast_to(ride.first_layer, (lines,)).astype(float),
         ice.initial(lines),
         INSULATED.initial(lines),
         np.zeros((0 if variable_viscosity is None else 1, lines)),
     )
-    # What goes round over a film's height in turn with its viscosity wants it exactly.
-    close = CLOSE if variable_viscosity else close_enough(tolerance)
-    aged = ride.age and AgedPath.along(
-        ride.age, path.line, path.pressure, path.behind, passing, np.full(lines, ride.temperature)
-    )
+    # What goes round over a film's height in turn with viscosity or voids wants it exactly.
+    close = CLOSE if variable_viscosity or ride.wet else close_enough(tolerance)
+    aged = None
+    if ride.age is not None:
+        pixels, kelvin = (path.line, path.pressure, path.behind), np.full(lines, ride.temperature)
+        aged = AgedPath.along(ride.age, touching, *pixels, passing, kelvin)
     control, table = (
         StepControl(METHOD, tolerance, close),
         variable_viscosity and variable_viscosity.table,
     )
     undercooling = ride.solid.melting_temperature - ice.temperature
     scale = np.broadcast_to(temperature_scale(undercooling, table), (lines,))
-    load = loads.take(at)._replace(variable_viscosity=variable_viscosity)
     arrives, left, dt = np.arange(lines), np.full(lines, passing), np.full(lines, passing)
     works, rate = list(np.zeros((3, lines))), np.zeros(lines)  # of a pixel, and d ln h / dt
     while at.size:
         if arrives.size:
-            pixel = at[arrives]
-            for part, everywhere in zip(load[:4], loads[:4], strict=True):
-                part[arrives] = everywhere[pixel]
+            pixel, load = at[arrives], loads.take(at)
             # At a leading edge voids take in as deep a layer as lies on the ice, of that share.
             line = path.line[pixel]
             layer = np.where(path.enters[pixel], share[line], 1.0) * state.squeezed_height[arrives]
@@ -171,9 +175,7 @@ def films_along(
             for work in works:
                 work[arrives] = 0.0
         trial = left / np.ceil(left / dt - SLACK)
-        begin = end = load
-        if aged:
-            begin, end = aged.over(load, at, passing - left, trial)
+        begin, end = (load, load) if aged is None else aged.over(at, passing - left, trial)
         step, good, dt = control.trial(state, begin, end, trial, ice, scale, rate=rate)
         bad = np.flatnonzero(~good)
         if bad.size and dt[bad].min() < SHORTEST * passing:
@@ -186,10 +188,7 @@ def films_along(
         growth[bad] = rate[bad]
         rate, passed = growth, np.where(good, trial, 0.0)
         left -= passed
-        sheared = passed * step.mean_shearing
-        if aged:  # of contact that has just touched down
-            sheared *= 0.5 * (begin.viscous + end.viscous) / load.viscous
-        added = sheared, step.ice_heat, step.latent_heat
+        added = step.friction_work, step.ice_heat, step.latent_heat
         for work, more in zip(works, added, strict=True):
             more[bad] = 0.0
             work += more
@@ -219,6 +218,6 @@ def films_along(
     # Rounding apart, the ice has its melting temperature where it melts.
     T_m = ride.solid.melting_temperature
     surface = np.where(films.melting, T_m, films.temperature)
-    shear = films.shear * loads.viscous / passing
-    height = loads.height(films.height)
+    shear = films.shear / (sliding * passing)
+    height = touching.height(films.height)
     return films._replace(shear=shear, height=height, temperature=surface), content

@@ -47,6 +47,12 @@ class PressureMap:
         return self.pixel_area * int(inside.sum())
 
     @property
+    def contact_length(self) -> float:
+        """From the first to the last column of pixels in contact, m."""
+        columns = np.flatnonzero(self.contact.any(axis=0))
+        return float(1 + columns[-1] - columns[0]) * self.dx
+
+    @property
     def mean_pressure(self) -> float:
         """p_av: load over contact area, Pa."""
         return self.load / self.contact_area

@@ -9,6 +9,7 @@ import numpy as np
 from iceslide_fem.film.contact_age import ContactAge
 from iceslide_fem.film.limiting_shear import LimitingShear
 from iceslide_fem.film.viscosity import VariableViscosity
+from iceslide_fem.preprocess.footprint.wet_ice import WetIce
 from iceslide_fem.runtime.arrays import Array, Index
 from iceslide_fem.scene.materials import ICE, WATER_VISCOSITY, Solid, ViscosityTable
 from iceslide_fem.scene.shear_strength import ShearStrength
@@ -23,7 +24,8 @@ class Ride(NamedTuple):
     T_0 and V S may be arrays (ny,), one value for each line. water_speed: of squeezed-out water
     relative to the rubber, a fraction of the sliding speed. Tables of the viscosity are read at
     the film's temperature. strength: tau_b of dry rubber on ice, where that limits the shear; then
-    h0 may be 0, and the viscosity is a number. age: how the contact ages, where it does.
+    h0 may be 0, and the viscosity is a number. age: how the contact ages, where it does. wet: water
+    on the ice, where voids carry; then the viscosity is a number, and water_speed 1.
     """
 
     speed: float
@@ -35,6 +37,7 @@ class Ride(NamedTuple):
     water_speed: float = 1.0
     strength: ShearStrength | None = None
     age: ContactAge | None = None
+    wet: WetIce | None = None
 
     @property
     def limit(self) -> LimitingShear | None:
@@ -62,6 +65,11 @@ class Ride(NamedTuple):
     def thinnest_layer(self) -> float | Array:
         """Of squeezed-out water on the ice, m."""
         return np.where(np.asarray(self.water_fraction) > 0.0, 0.0, NOTHING)
+
+    @property
+    def first_layer(self) -> float | Array:
+        """Of water on the ice ahead of contact, m."""
+        return self.thinnest_layer if self.wet is None else self.wet.height
 
     def water(self, lines: int) -> tuple[Array, VariableViscosity | None]:
         """Viscosity of every line (Pa s), (lines,), and how it follows the temperature."""

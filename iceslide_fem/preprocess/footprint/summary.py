@@ -36,7 +36,8 @@ def summary(result: Survey) -> dict[str, Any]:
     case, read, film = result.case, result.read, result.film
     footprint, contact = read.pressure_map, read.pressure_map.contact
     line = gaussian_centre_line(footprint)
-    melting, dry = float(film.melting[contact].mean()), case.dry_stress is not None
+    melting = float(film.melting[contact].mean())
+    dry = case.dry_stress is not None or bool(case.water)  # no film that has to melt first
     mu = film.friction(footprint)[contact]
     outside = case.contact_table.outside(footprint.pressure[contact])
     warnings = [
@@ -60,6 +61,7 @@ def summary(result: Survey) -> dict[str, Any]:
             "melting_share": melting,
             "saturated_share": float(film.saturated[contact].mean()),
             "outside_table_share": float(outside.mean()),
+            **_water(result),
             **_edges(edge_temperatures(film.temperature, contact)),
             **_fractions(result.state),
         },
@@ -102,6 +104,18 @@ def _heat(model: HeatModel, contact: Mask) -> dict[str, Any]:
     }
 
 
+def _water(result: Survey) -> dict[str, float]:
+    """What water in the voids does; nothing where they do not carry."""
+    footprint, borne = result.read.pressure_map, result.borne
+    if borne is None:
+        return {}
+    return {
+        "mean_water_height_m": float(result.film.squeezed[footprint.contact].mean()),
+        "water_borne_share": float(borne.sum() / footprint.pressure.sum()),
+        "lug_m": result.case.lug_below(footprint.contact_length),
+    }
+
+
 def _edges(edges: Edges) -> dict[str, float]:
     return {
         f"{name}_edge_temperature_C": value - ZERO_CELSIUS
@@ -139,6 +153,12 @@ def lines(figures: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("melting, saturated", f"{film['melting_share']:.1%}, {film['saturated_share']:.1%}"),
         ("outside the table of k, D, H_V", outside),
     ]
+    if "water_borne_share" in film:
+        rows += [
+            ("water in the voids, mean", f"{1e6 * film['mean_water_height_m']:.4g} um"),
+            ("load borne by water", f"{film['water_borne_share']:.1%}"),
+            ("lug that water flows out of", f"{1e3 * film['lug_m']:.4g} mm"),
+        ]
     for key, name in MODELS.items():
         if model := figures.get(key):
             mu = f"{model['mu_map_mean']:.4g}, balance {model['mu_balance']:.4g}"

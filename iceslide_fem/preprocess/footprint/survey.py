@@ -62,6 +62,15 @@ class Survey(NamedTuple):
         return self.film.mean_friction(self.read.pressure_map)
 
     @property
+    def borne(self) -> Array | None:
+        """p_f (Pa), (ny, nx), where the ice leaves a pixel; None where voids do not carry."""
+        footprint = self.read.pressure_map
+        wet = self.case.wet_ice(footprint.contact_length)
+        if wet is None:
+            return None
+        return wet.borne(footprint.pressure, self.film.squeezed, self.case.contact_table)
+
+    @property
     def state(self) -> States:
         """Dry, mixed, wet by the surface temperature of the film model, from that of melting."""
         contact = self.read.pressure_map.contact
@@ -77,7 +86,8 @@ def survey(
     `tell` is called with the fraction of the pixels that is done. Raises SceneError if the film
     law's mean friction is none that rubber has on ice.
     """
-    footprint, ride = read.pressure_map, case.ride
+    footprint = read.pressure_map
+    ride = case.ride._replace(wet=case.wet_ice(footprint.contact_length))
     rows, temperatures = len(footprint.pressure), case.melting_temperature - UNDERCOOLING
     some = footprint.sample(LINES)
     # Lines on other ice pass with the rest: a pass takes its time for its pixels, not its lines.

@@ -32,7 +32,7 @@ from iceslide_fem.scene.units import Quantity
 # Options of the film that a scene has, too.
 OF_A_SCENE = (
     "compound contact contact_age viscosity initial_height dry_stress dry_softening dry_residual "
-    "ice_material melting_temperature latent_heat water_speed"
+    "ice_material melting_temperature latent_heat water_speed water lug"
 ).split()
 
 
@@ -164,6 +164,12 @@ class WheelCase(SourceOptions, FilmOptions):
         """Constants of the tread's rubber; where it relaxes, those of a moment."""
         scene = self.law_scene or self.aged_scene
         return COMPOUNDS[self.compound] if scene is None else scene.mooney_rivlin
+
+    def lug_below(self, length: float) -> float:
+        """That of a block, where the tread has some."""
+        pattern = self.pattern
+        block = length if pattern is None else pattern.pitch - pattern.groove
+        return super().lug_below(block)
 
     def rolling(self, slip: float) -> Rolling:
         """The wheel at a slip ratio."""

@@ -40,9 +40,9 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, 
     begun = time.perf_counter()
     case = WheelCase.of(values)
     here = case.model_dump(mode="json")
-    contact_of_case(case.members[0])
     with claimed(out, partial(other_case, "summary.json", here), force, case.files):
         read = read_source(case)
+        contact_of_case(case.members[0], read.pressure_map.contact_length)
         with LongTask(1.0) as shown:
             stiffness = stiffness_of(case, read.pressure_map, lambda words: shown.show(0.0, words))
             found = curves(

@@ -77,7 +77,11 @@ class FilmContact:
         contact, viscosity = self.contact_of(flat)[:3], ride.viscosity_at(T_0)
         loads = film_loads(flat, speeds, *contact, viscosity, limit=limit)
         height = np.full_like(flat, ride.initial_height)
-        if limit is None:
+        if ride.wet is not None:
+            water = np.full_like(flat, ride.wet.height)
+            carrying = ride.wet.loads(loads, flat, self.contact_of, float(viscosity[0]))
+            shear = carrying.tau(height, water)
+        elif limit is None:
             shear = loads.viscous / height
         else:
             strength = limit.strength(np.maximum(ride.solid.melting_temperature - T_0, 0.0))

@@ -61,7 +61,9 @@ def curves(
     `tell` is called with the fraction that is done. Raises SceneError where a law does not fit a
     wheel, before anything is computed, and SimulationStopped where it finds no step.
     """
-    contacts = [(member, contact_of_case(member)) for member in case.members]
+    contacts = [
+        (member, contact_of_case(member, footprint.contact_length)) for member in case.members
+    ]
     tread = Tread(stiffness, case.pattern)
     phases = 1 if tread.pattern is None else tread.pattern.phases
     together = max(1, TOGETHER // (phases * footprint.pressure.size))

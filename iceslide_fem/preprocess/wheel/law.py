@@ -15,14 +15,15 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene, scene_from_dict
 
 
-def contact_of_case(case: WheelCase) -> SlidingContact:
-    """The contact that slides below the wheel of one member of a family.
+def contact_of_case(case: WheelCase, length: float) -> SlidingContact:
+    """The contact that slides below a footprint of the `length` (m), of one member of a family.
 
     Raises SceneError where the law of its scene needs what a wheel has not.
     """
     scene = case.law_scene
     if scene is None:
-        return FilmContact(case.ride_at(case.speed, 0.0), case.contact_table, case.tolerance)
+        ride = case.ride_at(case.speed, 0.0)._replace(wet=case.wet_ice(length))
+        return FilmContact(ride, case.contact_table, case.tolerance)
     if scene.friction.law == "film" and scene.film.voids == "stop":
         return _film_of(scene, case)
     here = scene_from_dict(scene.as_dict() | {"ice": _ice_of(scene, case)})

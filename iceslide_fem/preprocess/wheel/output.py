@@ -101,7 +101,10 @@ def _warnings(case: WheelCase, found: Sequence[Curve]) -> list[str]:
     """What a person should know before using the curves; one sentence each."""
     points = [point for curve in found for point in curve.points if point.sliding > 0.0]
     scene = case.law_scene
-    dry = case.dry_stress is not None if scene is None else scene.shear_strength is not None
+    if scene is None:
+        dry = case.dry_stress is not None or bool(case.water)
+    else:
+        dry = scene.shear_strength is not None or scene.ice.is_wet
     result: list[str] = []
     films = [point.film_height for point in points if np.isfinite(point.film_height)]
     if films:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-import numpy as np
-
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
 from iceslide_fem.preprocess.wheel.block_shear import block_stiffness
 from iceslide_fem.preprocess.wheel.case import WheelCase
@@ -55,5 +53,4 @@ def stiffness_of(
 
 def width_in_contact(footprint: PressureMap) -> float:
     """Area in contact over the patch's length, m."""
-    columns = np.flatnonzero(footprint.contact.any(axis=0))
-    return footprint.contact_area / ((1 + columns[-1] - columns[0]) * footprint.dx)
+    return footprint.contact_area / footprint.contact_length

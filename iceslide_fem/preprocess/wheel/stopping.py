@@ -24,6 +24,7 @@ def stops_of(case: WheelCase, footprint: PressureMap, stiffness: float) -> dict[
     axes = axes_of_a_stop(case.speed, case.end_speed)
     some = replace(footprint, pressure=footprint.sample(LINES))
     tread = Tread(stiffness, case.pattern)
-    table = slip_table(some, *axes, tread, contact_of_case(case.members[0]))
+    contact = contact_of_case(case.members[0], footprint.contact_length)
+    table = slip_table(some, *axes, tread, contact)
     car = QuarterCar(mass=case.mass)
     return compare_controls(table, case.speed, case.end_speed, car)
