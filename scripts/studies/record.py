@@ -1,8 +1,8 @@
 """Write tables that studies print as data of the documentation (docs/validation/data).
 
-`docs/validation/tables.toml` says which study prints which table: its options, and the number of
-the table in what it prints. Without names all tables are made anew. Every file says who printed it,
-of which commit, when, and on what machine; pages show that below the table.
+`docs/validation/tables.toml` says which study prints which table: its options, and what the table's
+head begins with. Without names all tables are made anew. Every file says who printed it, of which
+commit, when, and on what machine; pages show that below the table.
 """
 
 from __future__ import annotations
@@ -74,18 +74,22 @@ def write(path: Path, printer: Printer, rows: list[list[str]]) -> None:
 
 def record(wanted: dict[str, dict[str, Any]]) -> None:
     """Run every study that prints a wanted table once, and write the tables."""
-    by_printer: dict[Printer, dict[str, int]] = {}
+    by_printer: dict[Printer, dict[str, str]] = {}
     for name, entry in wanted.items():
         printer = Printer(entry["study"], tuple(entry.get("options", ())))
-        by_printer.setdefault(printer, {})[name] = entry.get("table", 1)
+        by_printer.setdefault(printer, {})[name] = entry["head"]
     for printer, tables in by_printer.items():
         module = f"scripts.studies.{printer.study}"
         command = [sys.executable, "-m", module, *printer.options]
         print(f"runs: {printer}", flush=True)
         done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
         found = tables_in(done.stdout)
-        for name, number in tables.items():
-            write(DATA / f"{name}.csv", printer, found[number - 1])
+        for name, head in tables.items():
+            fitting = [rows for rows in found if ", ".join(rows[0]).startswith(head)]
+            if not fitting:
+                heads = "; ".join(", ".join(rows[0][:3]) for rows in found)
+                raise SystemExit(f"{printer} prints no table that begins with {head}, but {heads}")
+            write(DATA / f"{name}.csv", printer, fitting[0])
 
 
 def main() -> None:
