@@ -22,11 +22,11 @@ FLOORS = [
     {"interface"},
     {"coupling"},
     {"output"},
-    {"run"},
+    {"runs"},
     {"postprocess"},
     {"preprocess", "simulate"},
     {"workflow"},
-    {"results", "sweep", "materials"},  # public names for users' own scripts
+    {"results", "sweeps", "materials"},  # public names for users' own scripts
     {"app"},
     {"commands"},
     {"cli"},

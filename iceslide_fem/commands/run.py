@@ -17,7 +17,7 @@ from iceslide_fem.runtime.options import Force, Overrides, folder_option
 from iceslide_fem.runtime.terminal import show_figures, show_notes
 
 if TYPE_CHECKING:
-    from iceslide_fem.run.checkpoint import Checkpoint
+    from iceslide_fem.runs.checkpoint import Checkpoint
     from iceslide_fem.scene import Scene
 
 
@@ -85,7 +85,7 @@ def run(
         if scene.model == "point":
             summary = simulate(scene, out, words, force=force)
         else:
-            from iceslide_fem.run.schedule import Schedule
+            from iceslide_fem.runs.schedule import Schedule
 
             schedule = Schedule(checkpoint_every, times)
             summary = simulate(scene, out, words, schedule, resumed, force)
@@ -102,7 +102,7 @@ def _resumed(
     folder: Path, scene_file: Path | None, overrides: Sequence[str]
 ) -> tuple[Scene, Checkpoint]:
     """Scene and checkpoint of the run in `folder`; a scene file must be of that scene."""
-    from iceslide_fem.run.checkpoint import read_changed, read_checkpoint, same_scene
+    from iceslide_fem.runs.checkpoint import read_changed, read_checkpoint, same_scene
 
     checkpoint = read_changed(folder, overrides) if overrides else read_checkpoint(folder)
     if scene_file is not None:

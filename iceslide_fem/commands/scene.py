@@ -20,7 +20,7 @@ def load(scene_file: Path, overrides: Sequence[str] | None) -> Scene:
 
     scene = load_scene(scene_file, overrides or [])
     if scene.model == "auto":
-        from iceslide_fem.run.model_levels import resolved
+        from iceslide_fem.runs.model_levels import resolved
 
         scene = resolved(scene)
         typer.echo(f'model = "auto": {scene.model}, ice.heat = "{scene.ice.heat}".')

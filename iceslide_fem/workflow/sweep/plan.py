@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from iceslide_fem.laws.table import law_of
-from iceslide_fem.run.model_levels import resolved
+from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import to_si
 from iceslide_fem.scene import (

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import tomlkit
 
-from iceslide_fem.run.checkpoint import read_checkpoint
+from iceslide_fem.runs.checkpoint import read_checkpoint
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.runtime.launch import environment_of_one
