@@ -27,6 +27,7 @@ FLOORS = [
     {"preprocess", "simulate"},
     {"workflow"},
     {"results", "sweeps", "materials"},  # public names for users' own scripts
+    {"api"},
     {"app"},
     {"commands"},
     {"cli"},
@@ -43,7 +44,7 @@ WITHOUT_FENICS = {
     "materials",
     "results",
 }
-WITHOUT_FENICS |= {"relaxation", "preprocess", "postprocess", "app", "commands", "cli"}
+WITHOUT_FENICS |= {"relaxation", "preprocess", "postprocess", "api", "app", "commands", "cli"}
 FINITE_ELEMENTS = {
     "basix",
     "dolfinx",

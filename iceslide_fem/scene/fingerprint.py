@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
+from collections.abc import Mapping
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -58,6 +59,11 @@ def versions() -> dict[str, str]:
         "numpy": np.__version__,
         "python": platform.python_version(),
     }
+
+
+def versions_in_words(known: Mapping[str, str]) -> str:
+    """Versions by their programs' names as one line."""
+    return ", ".join(f"{name} {version}" for name, version in known.items())
 
 
 @cache
