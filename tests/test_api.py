@@ -85,7 +85,7 @@ def test_overrides_are_texts_or_values_by_keys(tmp_path):
     with pytest.raises(SceneError, match="load.pressure = -1 is out of range"):
         iceslide_fem.load_scene(case="thesis_1bar", overrides={"load.pressure": -1})
     for wrong in ({}, {"path": "a.toml", "case": "thesis_1bar"}):
-        with pytest.raises(SceneError, match="give a scene file or a case; given: "):
+        with pytest.raises(SceneError, match="give a scene file or the name of a case; given: "):
             iceslide_fem.load_scene(**wrong)
 
 

@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import Scene, override, put, read_scene, scene_from_dict
-from iceslide_fem.scene.cases import case_file
+from iceslide_fem.scene.cases import scene_path
 
 
 def load_scene(
@@ -32,10 +31,7 @@ def load_scene(
     scene.load.pressure  # 100000.0, in Pa
     ```
     """
-    if (path is None) == (case is None):
-        given = "none" if path is None else f"{path} and case = {case}"
-        raise SceneError(f"give a scene file or a case; given: {given}")
-    data = read_scene(path if path is not None else case_file(str(case)))
+    data = read_scene(scene_path(path, case))
     if isinstance(overrides, Mapping):
         for key, value in overrides.items():
             put(data, key, value)

@@ -5,6 +5,7 @@ The folder `meshes` lies beside it, so that relative paths from one to the other
 
 from __future__ import annotations
 
+import re
 import tomllib
 from functools import cache
 from pathlib import Path
@@ -14,6 +15,7 @@ import iceslide_fem
 from iceslide_fem.runtime.errors import SceneError
 
 FOLDERS = (".", "laws")  # of scenes; others hold tables and surfaces
+DATA = ("cases", "meshes")  # in the package if it is installed, and no part of the program
 
 
 class CaseFile(NamedTuple):
@@ -46,6 +48,16 @@ def case_file(name: str) -> Path:
     return known[name]
 
 
+def scene_path(path: Path | str | None, case: str | None) -> Path:
+    """The scene file `path`, or that of the `case` of that name. Raises SceneError."""
+    if case is None and path is not None:
+        return Path(path)
+    if case is None or path is not None:
+        given = "neither" if path is None else f"{path} and the case {case}"
+        raise SceneError(f"give a scene file or the name of a case; given: {given}")
+    return case_file(case)
+
+
 def _scenes(folder: Path) -> list[Path]:
     return sorted(folder.glob("*.toml"))
 
@@ -57,10 +69,11 @@ def _case(path: Path) -> CaseFile:
 
 
 def _first_sentence(text: str) -> str:
-    """The first sentence of the comment that a file begins with."""
+    """The first sentence of the comment that a file begins with, without what is in brackets."""
     lines = []
     for line in text.splitlines():
         if not line.startswith("#"):
             break
         lines.append(line.removeprefix("#").strip())
-    return f"{' '.join(lines).partition('. ')[0].rstrip('.')}."
+    comment = re.sub(r" \([^)]*\)", "", " ".join(lines))
+    return f"{comment.partition('. ')[0].rstrip('.')}."
