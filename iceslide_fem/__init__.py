@@ -1,13 +1,61 @@
-"""A rubber tread block sliding on ice: finite elements with a melting water film."""
+"""A rubber tread block sliding on ice: finite elements with a melting water film.
+
+For scripts and notebooks, with results as labelled arrays that have units: scenes (`load_scene`),
+runs (`run`, `read_run`), sweeps (`sweep`), the point level (`Conditions`, `simulate_points`),
+footprints, surfaces and wheels (`footprint`, `roughness`, `wheel`), and friction laws of one's own
+(`Law` with `Contact`, `Surface`, `Response`). Each name is loaded when it is asked for.
+"""
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-__version__ = "0.2.0"
+if TYPE_CHECKING:
+    from iceslide_fem.api.points import Conditions, simulate_points
+    from iceslide_fem.api.preprocessors import footprint, roughness, wheel
+    from iceslide_fem.api.runs import read_run, run
+    from iceslide_fem.api.scenes import load_scene
+    from iceslide_fem.api.sweeps import sweep
+    from iceslide_fem.film import point
+    from iceslide_fem.laws.protocol import Contact, Law, Response, Surface
+
+__version__ = "1.0.0"
+
+__all__ = [
+    "Conditions",
+    "Contact",
+    "Law",
+    "Response",
+    "Surface",
+    "footprint",
+    "load_scene",
+    "point",
+    "read_run",
+    "roughness",
+    "run",
+    "simulate_points",
+    "sweep",
+    "wheel",
+]
+
+_MODULES = {
+    "api.points": ("Conditions", "simulate_points"),
+    "api.preprocessors": ("footprint", "roughness", "wheel"),
+    "api.runs": ("read_run", "run"),
+    "api.scenes": ("load_scene",),
+    "api.sweeps": ("sweep",),
+    "laws.protocol": ("Contact", "Law", "Response", "Surface"),
+}
 
 
 def __getattr__(name: str) -> Any:
-    """`iceslide_fem.point`, the point level, loaded when it is asked for: NumPy takes its time."""
+    """A public name, loaded when it is asked for: NumPy and DOLFINx take their time."""
     if name == "point":
         return importlib.import_module("iceslide_fem.film.point")
+    for module, names in _MODULES.items():
+        if name in names:
+            return getattr(importlib.import_module(f"iceslide_fem.{module}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

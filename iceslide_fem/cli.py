@@ -1,5 +1,5 @@
 """The command line: `iceslide run`, `sweep`, `ladder`, `info`, `view`, `report`, `footprint`,
-`wheel`, `formula`, `roughness`, `rubber`, `app`.
+`wheel`, `formula`, `roughness`, `rubber`, `cases`, `doctor`, `app`.
 
 What a command does is in `commands`; here they are put together, and errors become exit codes.
 """
@@ -18,6 +18,8 @@ import typer
 
 from iceslide_fem import __version__
 from iceslide_fem.app.options import app as page
+from iceslide_fem.commands.cases import cases
+from iceslide_fem.commands.doctor import doctor
 from iceslide_fem.commands.footprint import footprint
 from iceslide_fem.commands.formula import formula
 from iceslide_fem.commands.info import info
@@ -70,6 +72,8 @@ app.command()(on_one_process(wheel))
 app.command()(on_one_process(formula))
 app.command()(on_one_process(roughness))
 app.command()(on_one_process(rubber))
+app.command()(on_one_process(cases))
+app.command()(on_one_process(doctor))
 app.command("app")(on_one_process(page))
 
 

@@ -15,9 +15,9 @@ from iceslide_fem.output.summary import write_summary
 from iceslide_fem.output.table import Table
 from iceslide_fem.postprocess.results import Run, read_run
 from iceslide_fem.postprocess.results.report import report
-from iceslide_fem.run.checkpoint import FILE as CHECKPOINT
-from iceslide_fem.run.checkpoint import Checkpoint, finish
-from iceslide_fem.run.model_levels import resolved
+from iceslide_fem.runs.checkpoint import FILE as CHECKPOINT
+from iceslide_fem.runs.checkpoint import Checkpoint, finish
+from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import writing
 from iceslide_fem.runtime.folders import claimed, clear_results, results_in
@@ -28,7 +28,7 @@ from iceslide_fem.scene.fingerprint import fingerprint, scene_hash, versions
 from iceslide_fem.scene.notes import notes
 
 if TYPE_CHECKING:
-    from iceslide_fem.run.schedule import Schedule
+    from iceslide_fem.runs.schedule import Schedule
 
 # What a run leaves that has not slid yet: nothing that could be missed.
 _WITHOUT_ROWS = {CHECKPOINT, "history.csv", "preload.csv", "stopped.txt", "log.jsonl", "fields"}
@@ -121,8 +121,8 @@ def _run_block(
     start_petsc(petsc_options)
     with imports_that_stay():
         from iceslide_fem.fenics.compat import MPI
-        from iceslide_fem.run.block import run_block
-        from iceslide_fem.run.schedule import Schedule
+        from iceslide_fem.runs.block import run_block
+        from iceslide_fem.runs.schedule import Schedule
 
     comm = MPI.COMM_WORLD
     with _alone_in(out, scene, force, resumed, comm):
@@ -144,7 +144,7 @@ def _run_block(
 
 
 def _run_point(scene: Scene, out: Path, force: bool, pictures: bool) -> dict[str, Any]:
-    from iceslide_fem.run.point import point_history
+    from iceslide_fem.runs.point import point_history
 
     comm = _world()
     with _alone_in(out, scene, force, None, comm):

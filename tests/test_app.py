@@ -28,7 +28,7 @@ from iceslide_fem.preprocess.footprint.ride import Ride
 from iceslide_fem.preprocess.wheel.contact import FilmContact
 from iceslide_fem.preprocess.wheel.friction import Tread, friction
 from iceslide_fem.preprocess.wheel.rolling import Rolling
-from iceslide_fem.run.point import point_history
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene, scene_from_dict
 from iceslide_fem.scene.materials import CONTACT_TABLES

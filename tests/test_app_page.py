@@ -10,7 +10,7 @@ import pytest
 from app_server import fixtures
 
 from iceslide_fem.app import line, line_case, point, wheel
-from iceslide_fem.run.point import point_history
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.scene import scene_from_dict
 
 open_app, served = fixtures()

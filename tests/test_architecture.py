@@ -22,11 +22,12 @@ FLOORS = [
     {"interface"},
     {"coupling"},
     {"output"},
-    {"run"},
+    {"runs"},
     {"postprocess"},
     {"preprocess", "simulate"},
     {"workflow"},
-    {"results", "sweep", "materials"},  # public names for users' own scripts
+    {"results", "sweeps", "materials"},  # public names for users' own scripts
+    {"api"},
     {"app"},
     {"commands"},
     {"cli"},
@@ -43,7 +44,7 @@ WITHOUT_FENICS = {
     "materials",
     "results",
 }
-WITHOUT_FENICS |= {"relaxation", "preprocess", "postprocess", "app", "commands", "cli"}
+WITHOUT_FENICS |= {"relaxation", "preprocess", "postprocess", "api", "app", "commands", "cli"}
 FINITE_ELEMENTS = {
     "basix",
     "dolfinx",

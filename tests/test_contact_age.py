@@ -26,7 +26,7 @@ from iceslide_fem.preprocess.footprint.survey import survey
 from iceslide_fem.relaxation.compound import Relaxation
 from iceslide_fem.relaxation.prony import Prony
 from iceslide_fem.relaxation.shift import Shift
-from iceslide_fem.run.point import point_history
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene, scene_from_dict
 from iceslide_fem.scene.contact_file import read_contact_table

@@ -10,7 +10,7 @@ from iceslide_fem.coupling.ledger import Ledger  # noqa: E402
 from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.film.law import log_shearing  # noqa: E402
 from iceslide_fem.output.history import slide_row  # noqa: E402
-from iceslide_fem.run.point import point_history  # noqa: E402
+from iceslide_fem.runs.point import point_history  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 from iceslide_fem.scene.materials import COMPOUNDS  # noqa: E402
 

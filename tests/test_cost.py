@@ -23,7 +23,7 @@ from iceslide_fem.mesh.size import (  # noqa: E402
     memory_needed,
 )
 from iceslide_fem.mesh.tagged import mesh_size  # noqa: E402
-from iceslide_fem.run.point import point_history  # noqa: E402
+from iceslide_fem.runs.point import point_history  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError  # noqa: E402
 from iceslide_fem.runtime.machine import memory_of_machine  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402

@@ -10,7 +10,7 @@ from iceslide_fem.film.conditions import ice_model
 from iceslide_fem.film.ice_heat import Column
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.reference import held_layer_rise, layered_rise
-from iceslide_fem.run.model_levels import cheapest
+from iceslide_fem.runs.model_levels import cheapest
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.materials import ICE, Ground, Layer, Solid

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from iceslide_fem.run.model_levels import ModelLevel, cheapest, on_level, resolved
-from iceslide_fem.run.simplifications import simplifications
+from iceslide_fem.runs.model_levels import ModelLevel, cheapest, on_level, resolved
+from iceslide_fem.runs.simplifications import simplifications
 from iceslide_fem.scene import load_scene
 from iceslide_fem.workflow.ladder.levels import levels
 

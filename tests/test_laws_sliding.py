@@ -17,7 +17,7 @@ from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.laws.table import law_of  # noqa: E402
 from iceslide_fem.output.history import interface_fields, slide_row  # noqa: E402
 from iceslide_fem.rubber.build import build_block  # noqa: E402
-from iceslide_fem.run.point import point_history  # noqa: E402
+from iceslide_fem.runs.point import point_history  # noqa: E402
 from iceslide_fem.runtime.errors import SceneError, SimulationStopped  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402

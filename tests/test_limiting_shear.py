@@ -14,7 +14,7 @@ from iceslide_fem.film.limiting_shear import LimitingShear
 from iceslide_fem.film.loads import FilmLoads
 from iceslide_fem.film.point import Conditions, simulate
 from iceslide_fem.laws.table import law_of
-from iceslide_fem.run.point import point_history
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import scene_from_dict

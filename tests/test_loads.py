@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp, trapezoid
 
 from iceslide_fem.film.conditions import scene_conditions, scene_loading, simulation_settings
 from iceslide_fem.film.point import simulate
-from iceslide_fem.run.point import point_history
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import load_scene, scene_from_dict, unit_of
 from iceslide_fem.scene.course import Course

@@ -46,7 +46,7 @@ from iceslide_fem.rubber.stress import (  # noqa: E402
     strain_energy,
     von_mises,
 )
-from iceslide_fem.run.schedule import FieldTimes  # noqa: E402
+from iceslide_fem.runs.schedule import FieldTimes  # noqa: E402
 from iceslide_fem.runtime.errors import OutputError, SceneError  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 from iceslide_fem.scene.fingerprint import fingerprint  # noqa: E402

@@ -17,7 +17,7 @@ from iceslide_fem.preprocess.footprint.blocks import TreadBlock, scene_text
 from iceslide_fem.preprocess.footprint.case import FootprintCase
 from iceslide_fem.preprocess.footprint.film_map import film_map
 from iceslide_fem.preprocess.footprint.pressure_map import PressureMap
-from iceslide_fem.run.point import point_history
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict, unit_of
 from iceslide_fem.scene.contact_table import ConstantContact

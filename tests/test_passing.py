@@ -27,7 +27,7 @@ from iceslide_fem.interface.window import reaches  # noqa: E402
 from iceslide_fem.laws.film import FilmLaw  # noqa: E402
 from iceslide_fem.mesh.ice import WINDOW_BULGE, window_lines  # noqa: E402
 from iceslide_fem.reference import band_source_rise  # noqa: E402
-from iceslide_fem.run.point import point_history  # noqa: E402
+from iceslide_fem.runs.point import point_history  # noqa: E402
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 from iceslide_fem.scene.materials import CONTACT_TABLES  # noqa: E402

@@ -11,7 +11,7 @@ from iceslide_fem.film.law import explicit_stage
 from iceslide_fem.film.point import Conditions, Record, simulate
 from iceslide_fem.film.point_conditions import Loading
 from iceslide_fem.film.runge_kutta import INTEGRATORS
-from iceslide_fem.run.point import point_history
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.course import Course

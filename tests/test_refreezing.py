@@ -5,7 +5,7 @@ import pytest
 
 from iceslide_fem import reference
 from iceslide_fem.film.conditions import scene_conditions
-from iceslide_fem.run.point import point_history
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.materials import MELTING_ENTHALPY

@@ -26,7 +26,7 @@ from iceslide_fem.postprocess.results import read_run  # noqa: E402
 from iceslide_fem.preprocess.footprint.case import FootprintCase  # noqa: E402
 from iceslide_fem.preprocess.footprint.line import gaussian_profile  # noqa: E402
 from iceslide_fem.preprocess.footprint.synthetic import Tread, grey_picture, save  # noqa: E402
-from iceslide_fem.run.checkpoint import write_checkpoint  # noqa: E402
+from iceslide_fem.runs.checkpoint import write_checkpoint  # noqa: E402
 from iceslide_fem.runtime.errors import Interrupted, OutputError, SceneError  # noqa: E402
 from iceslide_fem.scene import scene_from_dict  # noqa: E402
 from iceslide_fem.scene.fingerprint import sources_hash  # noqa: E402

@@ -25,7 +25,7 @@ from iceslide_fem.fenics.compat import MPI  # noqa: E402
 from iceslide_fem.interface.surface_grid import OwnNodes  # noqa: E402
 from iceslide_fem.output.table import Table  # noqa: E402
 from iceslide_fem.postprocess.results import field_files, read_run  # noqa: E402
-from iceslide_fem.run.checkpoint import (  # noqa: E402
+from iceslide_fem.runs.checkpoint import (  # noqa: E402
     FILE,
     FINISHED,
     read_changed,
@@ -33,9 +33,9 @@ from iceslide_fem.run.checkpoint import (  # noqa: E402
     same_scene,
     write_checkpoint,
 )
-from iceslide_fem.run.interruption import Interruption  # noqa: E402
-from iceslide_fem.run.schedule import Schedule  # noqa: E402
-from iceslide_fem.run.summary import Results  # noqa: E402
+from iceslide_fem.runs.interruption import Interruption  # noqa: E402
+from iceslide_fem.runs.schedule import Schedule  # noqa: E402
+from iceslide_fem.runs.summary import Results  # noqa: E402
 from iceslide_fem.runtime.errors import Interrupted, OutputError, SceneError  # noqa: E402
 from iceslide_fem.runtime.files import replace_file  # noqa: E402
 from iceslide_fem.scene import load_scene  # noqa: E402
@@ -439,7 +439,7 @@ def test_checkpoints_at_chosen_times(tmp_path, monkeypatch):
         write_checkpoint(folder, scene, state, comm)
 
     for module in ("block", "observers"):
-        monkeypatch.setattr(f"iceslide_fem.run.{module}.write_checkpoint", noted)
+        monkeypatch.setattr(f"iceslide_fem.runs.{module}.write_checkpoint", noted)
     run(small_scene("load.duration=1ms"), tmp_path, (), Schedule(1e9, (0.3e-3, 0.6e-3)))
     assert times[:2] == [None, 0.0] and len(times) == 5 and times[-1] == 1e-3
     assert 0.3e-3 <= times[2] < 0.4e-3 and 0.6e-3 <= times[3] < 0.7e-3

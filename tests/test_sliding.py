@@ -32,9 +32,9 @@ from iceslide_fem.rubber.block import Block  # noqa: E402
 from iceslide_fem.rubber.build import build_block  # noqa: E402
 from iceslide_fem.rubber.hyperelasticity import HyperelasticBody  # noqa: E402
 from iceslide_fem.rubber.press import press, start_sliding  # noqa: E402
-from iceslide_fem.run.pace import Pace  # noqa: E402
-from iceslide_fem.run.schedule import Schedule  # noqa: E402
-from iceslide_fem.run.summary import Results  # noqa: E402
+from iceslide_fem.runs.pace import Pace  # noqa: E402
+from iceslide_fem.runs.schedule import Schedule  # noqa: E402
+from iceslide_fem.runs.summary import Results  # noqa: E402
 from iceslide_fem.runtime.errors import NotConverged, SimulationStopped  # noqa: E402
 from iceslide_fem.scene import load_scene, scene_from_dict  # noqa: E402
 from iceslide_fem.simulate import run  # noqa: E402

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import iceslide_fem
-from iceslide_fem.run.model_levels import resolved
-from iceslide_fem.run.point import point_history
+from iceslide_fem.runs.model_levels import resolved
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.folders import claimed
 from iceslide_fem.scene import load_scene

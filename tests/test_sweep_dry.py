@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from iceslide_fem.run.point import point_history
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.workflow.sweep import make_plan, run_sweep
 from iceslide_fem.workflow.sweep import points as sweep_points

@@ -13,7 +13,7 @@ from iceslide_fem.film.loads import film_loads
 from iceslide_fem.film.rubber_heat import INSULATED
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.film.voids import Voids
-from iceslide_fem.run.point import point_history
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.contact_file import read_contact_table

@@ -17,7 +17,7 @@ from iceslide_fem.app import form, line, line_case, point, wheel, wheel_case
 from iceslide_fem.app.form import checked_texts, scene_of, tables, texts_of
 from iceslide_fem.app.runs import Runs
 from iceslide_fem.app.snippets import run_lines
-from iceslide_fem.run.model_levels import resolved
+from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.notes import notes
 from iceslide_fem.workflow.planning.info import describe

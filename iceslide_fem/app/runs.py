@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from iceslide_fem.postprocess.results.passes import sliding_time
-from iceslide_fem.run.checkpoint import FILE as CHECKPOINT
-from iceslide_fem.run.model_levels import resolved
+from iceslide_fem.runs.checkpoint import FILE as CHECKPOINT
+from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import check_writable

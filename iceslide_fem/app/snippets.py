@@ -17,7 +17,7 @@ Tables = Mapping[str, Any]
 def point_lines(tables: Tables) -> str:
     """Lines that compute the history of a point."""
     return f"""\
-from iceslide_fem.run.point import point_history
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.scene import scene_from_dict
 
 {_scene(tables)}

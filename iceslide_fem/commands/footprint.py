@@ -83,14 +83,14 @@ def footprint(
     """Temperature, water film and friction under a tyre, from its footprint or a line along it."""
     values = {name: value for name, value in locals().items() if value is not None}
     force, no_report = values.pop("force"), values.pop("no_report")
-    source = image or pressure_map or line or ("gaussian" if gaussian else "footprint")
-    directory = values.pop("out", Path("results") / Path(source).stem)
 
     with imports_that_stay():
         from iceslide_fem.preprocess.footprint.command import run
+        from iceslide_fem.preprocess.footprint.source_options import results_folder
         from iceslide_fem.preprocess.footprint.summary import lines
 
-    figures = run(values, directory, force)
+    directory = values.pop("out", results_folder(values))
+    _, figures = run(values, directory, force)
     show_figures(lines(figures))
     show_notes(figures["warnings"])
     if not no_report:

@@ -8,11 +8,12 @@ from typing import Annotated
 import typer
 
 from iceslide_fem.commands.scene import load, print_notes
-from iceslide_fem.runtime.options import Overrides, SceneFile
+from iceslide_fem.runtime.options import CaseName, Overrides, SceneFile
 
 
 def info(
-    scene_file: SceneFile,
+    scene_file: SceneFile = None,
+    case: CaseName = None,
     overrides: Overrides = None,
     picture: Annotated[
         Path | None,
@@ -22,7 +23,7 @@ def info(
     ] = None,
 ) -> None:
     """Show what a scene means: dimensionless numbers, time scales, mesh and expected cost."""
-    scene = load(scene_file, overrides)
+    scene = load(scene_file, overrides, case)
 
     from rich.console import Console
     from rich.table import Table

@@ -11,11 +11,12 @@ from iceslide_fem.commands.report import NoReport, leave_report
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.runtime.files import check_writable
 from iceslide_fem.runtime.launch import rank
-from iceslide_fem.runtime.options import Force, Overrides, SceneFile, folder_option
+from iceslide_fem.runtime.options import CaseName, Force, Overrides, SceneFile, folder_option
 
 
 def ladder(
-    scene_file: SceneFile,
+    scene_file: SceneFile = None,
+    case: CaseName = None,
     overrides: Overrides = None,
     out: Annotated[
         Path | None, folder_option("Where to write; else results/<name>_ladder.")
@@ -35,7 +36,9 @@ def ladder(
 ) -> None:
     """Run a scene on every level that matters: error, time, memory, and which is enough."""
     from iceslide_fem.scene import load_scene
+    from iceslide_fem.scene.cases import scene_path
 
+    scene_file = scene_path(scene_file, case)
     scene = load_scene(scene_file, overrides or [])
     out = out or Path("results") / f"{scene.name}_ladder"
     check_writable(out)

@@ -13,11 +13,11 @@ from iceslide_fem.commands.report import NoReport, leave_report
 from iceslide_fem.commands.scene import load, print_notes
 from iceslide_fem.runtime.errors import Interrupted, SceneError, SimulationStopped
 from iceslide_fem.runtime.files import check_writable
-from iceslide_fem.runtime.options import Force, Overrides, folder_option
+from iceslide_fem.runtime.options import CaseName, Force, Overrides, folder_option
 from iceslide_fem.runtime.terminal import show_figures, show_notes
 
 if TYPE_CHECKING:
-    from iceslide_fem.run.checkpoint import Checkpoint
+    from iceslide_fem.runs.checkpoint import Checkpoint
     from iceslide_fem.scene import Scene
 
 
@@ -36,6 +36,7 @@ def run(
             show_default=False,
         ),
     ] = None,
+    case: CaseName = None,
     overrides: Overrides = None,
     out: Annotated[Path | None, folder_option("Where to write; else results/<name>.")] = None,
     force: Force = False,
@@ -57,7 +58,8 @@ def run(
 ) -> None:
     """Run a scene and write mu(t), fields and a report."""
     words = petsc_options or []
-    if restart is not None and scene_file is not None and str(scene_file).startswith("-"):
+    other = restart is not None or case is not None
+    if other and scene_file is not None and str(scene_file).startswith("-"):
         scene_file, words = None, [str(scene_file), *words]
     if words and not words[0].startswith("-"):
         raise SceneError(
@@ -69,11 +71,11 @@ def run(
     if restart is not None:
         if out is not None or force:
             raise SceneError("--restart goes on with a run as it is: --out and --force do not fit")
-        scene, resumed, out = *_resumed(restart, scene_file, overrides or []), restart
-    elif scene_file is None:
-        raise typer.BadParameter("give a scene file, or --restart DIR")
+        scene, resumed, out = *_resumed(restart, scene_file, overrides or [], case), restart
+    elif scene_file is None and case is None:
+        raise typer.BadParameter("give a scene file, --case NAME or --restart DIR")
     else:
-        scene, resumed = load(scene_file, overrides), None
+        scene, resumed = load(scene_file, overrides, case), None
         out = out or Path("results") / scene.name
     times = tuple(_time(text, scene.load.duration) for text in checkpoint_at or [])
     check_writable(out)
@@ -85,7 +87,7 @@ def run(
         if scene.model == "point":
             summary = simulate(scene, out, words, force=force)
         else:
-            from iceslide_fem.run.schedule import Schedule
+            from iceslide_fem.runs.schedule import Schedule
 
             schedule = Schedule(checkpoint_every, times)
             summary = simulate(scene, out, words, schedule, resumed, force)
@@ -99,14 +101,14 @@ def run(
 
 
 def _resumed(
-    folder: Path, scene_file: Path | None, overrides: Sequence[str]
+    folder: Path, scene_file: Path | None, overrides: Sequence[str], case: str | None
 ) -> tuple[Scene, Checkpoint]:
-    """Scene and checkpoint of the run in `folder`; a scene file must be of that scene."""
-    from iceslide_fem.run.checkpoint import read_changed, read_checkpoint, same_scene
+    """Scene and checkpoint of the run in `folder`; a scene file or case must be of that scene."""
+    from iceslide_fem.runs.checkpoint import read_changed, read_checkpoint, same_scene
 
     checkpoint = read_changed(folder, overrides) if overrides else read_checkpoint(folder)
-    if scene_file is not None:
-        same_scene(load(scene_file, overrides), checkpoint, folder)
+    if scene_file is not None or case is not None:
+        same_scene(load(scene_file, overrides, case), checkpoint, folder)
     return checkpoint.scene, checkpoint
 
 

@@ -14,13 +14,14 @@ if TYPE_CHECKING:
     from iceslide_fem.scene import Scene
 
 
-def load(scene_file: Path, overrides: Sequence[str] | None) -> Scene:
-    """The scene, with `model = "auto"` resolved."""
+def load(scene_file: Path | None, overrides: Sequence[str] | None, case: str | None) -> Scene:
+    """The scene in the file, or the `case` of that name, with `model = "auto"` resolved."""
     from iceslide_fem.scene import load_scene
+    from iceslide_fem.scene.cases import scene_path
 
-    scene = load_scene(scene_file, overrides or [])
+    scene = load_scene(scene_path(scene_file, case), overrides or [])
     if scene.model == "auto":
-        from iceslide_fem.run.model_levels import resolved
+        from iceslide_fem.runs.model_levels import resolved
 
         scene = resolved(scene)
         typer.echo(f'model = "auto": {scene.model}, ice.heat = "{scene.ice.heat}".')

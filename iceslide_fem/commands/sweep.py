@@ -11,11 +11,12 @@ from iceslide_fem.commands.report import NoReport, leave_report
 from iceslide_fem.runtime.errors import Interrupted, SceneError, SimulationStopped
 from iceslide_fem.runtime.files import check_writable, writing
 from iceslide_fem.runtime.launch import started_by_mpirun, termination_as_interrupt
-from iceslide_fem.runtime.options import Force, Overrides, SceneFile, folder_option
+from iceslide_fem.runtime.options import CaseName, Force, Overrides, SceneFile, folder_option
 
 
 def sweep(
-    scene_file: SceneFile,
+    scene_file: SceneFile = None,
+    case: CaseName = None,
     varied: Annotated[
         list[str] | None,
         typer.Option(
@@ -50,10 +51,11 @@ def sweep(
         raise SceneError(
             "iceslide sweep starts its own processes: run it without mpirun, with --cores-per-case"
         )
+    from iceslide_fem.scene.cases import scene_path
     from iceslide_fem.workflow.sweep import failures, make_plan, run_sweep, share_cores
     from iceslide_fem.workflow.sweep.plots import plot_sweep
 
-    plan = make_plan(scene_file, overrides or [], varied or [])
+    plan = make_plan(scene_path(scene_file, case), overrides or [], varied or [])
     cores = None if no_run else share_cores(cores_per_case, cases_at_a_time)
     out = out or Path("results") / f"{plan.cases[0].scene.name}-sweep"
     check_writable(out)

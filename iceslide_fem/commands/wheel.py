@@ -94,17 +94,17 @@ def wheel(
     force, no_report = values.pop("force"), values.pop("no_report")
     if values.pop("abs_"):
         values["abs"] = True
-    source = image or pressure_map or line or ("gaussian" if gaussian else "footprint")
-    directory = values.pop("out", Path("results") / f"{Path(source).stem}_wheel")
 
     with imports_that_stay():
         from rich.console import Console
         from rich.table import Table
 
+        from iceslide_fem.preprocess.footprint.source_options import results_folder
         from iceslide_fem.preprocess.wheel.command import OF_STOPS, WRITTEN, run
         from iceslide_fem.preprocess.wheel.output import MEMBER_HEAD, lines, member_cells
 
-    figures = run(values, directory, force)
+    directory = values.pop("out", results_folder(values, "_wheel"))
+    _, figures = run(values, directory, force)
     show_figures(lines(figures))
     found = Table(*MEMBER_HEAD)
     for member in figures["curves"]:

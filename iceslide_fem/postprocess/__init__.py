@@ -1,5 +1,5 @@
 """Finished runs: read, drawn, shown, and pages about them.
 
-`results` reads and draws, `report` writes pages of HTML. Imports `run` and what is below it; no
+`results` reads and draws, `report` writes pages of HTML. Imports `runs` and what is below it; no
 DOLFINx.
 """

@@ -30,7 +30,17 @@ def option(metavar: str, text: str, default: str = "") -> Any:
 
 Text = str | None
 SceneFile = Annotated[
-    Path, typer.Argument(metavar="SCENE.toml", help="The scene file.", show_default=False)
+    Path | None,
+    typer.Argument(metavar="SCENE.toml", help="The scene file.", show_default=False),
+]
+CaseName = Annotated[
+    str | None,
+    typer.Option(
+        "--case",
+        metavar="NAME",
+        help="A scene that comes with the program instead; iceslide cases lists them.",
+        show_default=False,
+    ),
 ]
 Overrides = Annotated[
     list[str] | None,

@@ -1,4 +1,5 @@
-"""How far a long task has come: a bar in a terminal, else a line every few seconds.
+"""How far a long task has come: a bar in a terminal, in a notebook one line that changes, else a
+line every few seconds.
 
 Nothing is shown of a task that takes a moment only.
 """
@@ -23,6 +24,7 @@ class LongTask:
         self._shown = shown
         self._first = 0.0  # how much was done before this part began
         self._bar: Any = None
+        self._cell: _Cell | None = None
         self._start = self._last = monotonic()
 
     def __enter__(self) -> Self:
@@ -38,11 +40,16 @@ class LongTask:
         now = monotonic()
         if not self._shown:
             return
-        if not sys.stderr.isatty():
+        line = ", ".join(filter(None, [where, *words, self._time_left(done, now)]))
+        if in_notebook():
+            if now - self._last >= SECONDS_UNTIL_BAR:
+                self._last = now
+                self._cell = self._cell or _Cell()
+                self._cell.show(line)
+        elif not sys.stderr.isatty():
             if now - self._last >= SECONDS_BETWEEN_LINES:
                 self._last = now
-                line = [where, *words, self._time_left(done, now)]
-                print(", ".join(filter(None, line)), file=sys.stderr, flush=True)
+                print(line, file=sys.stderr, flush=True)
         elif now - self._start >= SECONDS_UNTIL_BAR and (
             self._bar is None or now - self._last >= SECONDS_BETWEEN_REFRESHES
         ):
@@ -65,12 +72,37 @@ class LongTask:
         # A bar left open at exit has ended a parallel run in an abort elsewhere.
         if self._bar is not None:
             self._bar.stop()
+        if self._cell is not None and error is None:
+            self._cell.show(f"done in {monotonic() - self._start:.0f} s")
 
     def _time_left(self, done: float, now: float) -> str:
         if done <= self._first:
             return ""
         share = (self.total - done) / (done - self._first)
         return f"{(now - self._start) * share:.0f} s left"
+
+
+def in_notebook() -> bool:
+    """Whether this is a kernel of a notebook; IPython is not imported to find that out."""
+    ipython = sys.modules.get("IPython")
+    return ipython is not None and hasattr(ipython.get_ipython(), "kernel")
+
+
+class _Cell:
+    """A line of a notebook's output that is replaced by the next one."""
+
+    def __init__(self) -> None:
+        self._handle: Any = None
+
+    def show(self, line: str) -> None:
+        """Show `line` instead of the one before it."""
+        from IPython.display import display
+
+        content = {"text/plain": line}
+        if self._handle is None:
+            self._handle = display(content, raw=True, display_id=True)
+        else:
+            self._handle.update(content, raw=True)
 
 
 def _bar(total: float) -> Any:

@@ -11,6 +11,7 @@ from iceslide_fem.scene.model import Scene
 from iceslide_fem.scene.numerics import REFINEMENTS, Numerics
 from iceslide_fem.scene.rubber import Rubber
 from iceslide_fem.scene.toml import (
+    as_toml,
     flat,
     key_and_text,
     load_scene,
@@ -30,6 +31,7 @@ __all__ = [
     "Rubber",
     "Scene",
     "Water",
+    "as_toml",
     "flat",
     "key_and_text",
     "load_scene",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
+from collections.abc import Mapping
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -13,6 +14,7 @@ import numpy as np
 
 import iceslide_fem
 from iceslide_fem.scene import Scene
+from iceslide_fem.scene.cases import DATA
 from iceslide_fem.scene.companions import companions
 
 LENGTH = 16  # hexadecimal digits
@@ -60,12 +62,19 @@ def versions() -> dict[str, str]:
     }
 
 
+def versions_in_words(known: Mapping[str, str]) -> str:
+    """Versions by their programs' names as one line."""
+    return ", ".join(f"{name} {version}" for name, version in known.items())
+
+
 @cache
 def sources_hash() -> str:
     """Hash of the sources of this package, as they are when it is first asked for."""
     folder = Path(iceslide_fem.__file__).parent
     digest = hashlib.sha256()
     for path in sorted(folder.rglob("*.py")):
+        if path.relative_to(folder).parts[0] in DATA:
+            continue
         digest.update(path.relative_to(folder).as_posix().encode() + b"\0")
         digest.update(hashlib.sha256(path.read_bytes()).digest())
     return digest.hexdigest()[:LENGTH]

@@ -26,6 +26,7 @@ from iceslide_fem.scene.numerics import Numerics
 from iceslide_fem.scene.output import Output
 from iceslide_fem.scene.rubber import Rubber, check_bulk
 from iceslide_fem.scene.shear_strength import ShearStrength
+from iceslide_fem.scene.shown import html_table
 from iceslide_fem.scene.table import Name, Table
 
 FILE_KEYS = (
@@ -177,6 +178,10 @@ class Scene(Table):
         """Table and key -> path of every file that the scene names."""
         named = {place: getattr(getattr(self, place[0]), place[1]) for place in FILE_KEYS}
         return {place: path for place, path in named.items() if path is not None}
+
+    def _repr_html_(self) -> str:
+        """A table for notebooks: the keys that differ from their defaults, with units."""
+        return html_table(self.name, self)
 
     def as_dict(self) -> dict[str, Any]:
         """Everything, defaults included, in SI, as JSON can hold it; `scene_from_dict` reads it."""

@@ -119,3 +119,16 @@ def flat(tables: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
         else:
             result[prefix + key] = value
     return result
+
+
+def as_toml(tables: Mapping[str, Any]) -> str:
+    """Tables of a scene as the text of a scene file; what is None is left out."""
+    import tomlkit  # not needed by who reads scenes only
+
+    return tomlkit.dumps(_without_none(tables))
+
+
+def _without_none(values: Any) -> Any:
+    if isinstance(values, Mapping):
+        return {key: _without_none(value) for key, value in values.items() if value is not None}
+    return [_without_none(value) for value in values] if isinstance(values, list) else values

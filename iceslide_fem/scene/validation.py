@@ -11,8 +11,7 @@ from pydantic.fields import FieldInfo
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.messages import first_sentence, unknown_key
 from iceslide_fem.scene.model import Scene
-from iceslide_fem.scene.rows import RowsOf
-from iceslide_fem.scene.units import Quantity
+from iceslide_fem.scene.shown import unit_of_field
 
 
 def scene_from_dict(data: Mapping[str, Any]) -> Scene:
@@ -38,9 +37,7 @@ def unit_of(key: str) -> str | None:
         if part not in fields:
             raise SceneError(unknown_key(key, list(_dotted_keys(Scene))))
         model = fields[part].annotation
-    field = fields[part]
-    parts = [*field.metadata, *(part for arm in get_args(model) for part in get_args(arm))]
-    return next((part.unit for part in parts if isinstance(part, Quantity | RowsOf)), None)
+    return unit_of_field(fields[part])
 
 
 def _by_alias(fields: Mapping[str, FieldInfo]) -> dict[str, str]:

@@ -24,7 +24,7 @@ import numpy as np
 
 from iceslide_fem.film.conditions import scene_loading, varied_conditions
 from iceslide_fem.film.point import PointResult, simulate
-from iceslide_fem.run.point import point_history
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, scene_from_dict
 from scripts.studies.common import ROOT, options, table, timed

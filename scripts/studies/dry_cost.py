@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from iceslide_fem.film.point import Conditions, simulate
-from iceslide_fem.run.point import point_history
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene import Scene, scene_from_dict
 from iceslide_fem.scene.materials import BAR, CONTACT_TABLES

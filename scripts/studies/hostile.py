@@ -157,7 +157,7 @@ def scenes() -> Iterator[tuple[str, dict[str, Any]]]:
 
 def outcome(tables: dict[str, Any], pictures: bool = False) -> Outcome:
     """Run a scene in this process; `pictures`: draw its report, too."""
-    from iceslide_fem.run.schedule import Schedule
+    from iceslide_fem.runs.schedule import Schedule
     from iceslide_fem.simulate import run
 
     with tempfile.TemporaryDirectory() as folder, redirect_stdout(StringIO()):

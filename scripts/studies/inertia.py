@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from iceslide_fem.postprocess.results import Run, differences
-from iceslide_fem.run.simplifications import simplifications
+from iceslide_fem.runs.simplifications import simplifications
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.simulate import kept_run
 from scripts.studies.common import RESULTS, case, draw, options, picture_options, table

@@ -21,7 +21,7 @@ import numpy as np
 import psutil
 
 from iceslide_fem.postprocess.results import differences, field_files, read_run
-from iceslide_fem.run.checkpoint import read_checkpoint
+from iceslide_fem.runs.checkpoint import read_checkpoint
 from iceslide_fem.runtime.errors import SceneError
 from scripts.studies.common import ROOT, iceslide_words, on_ranks, options, silently
 

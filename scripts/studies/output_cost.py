@@ -19,7 +19,7 @@ from iceslide_fem.output.fields import Fields
 from iceslide_fem.output.history import slide_row
 from iceslide_fem.output.table import HistoryRow, Table
 from iceslide_fem.rubber.build import build_block
-from iceslide_fem.run.schedule import FieldTimes
+from iceslide_fem.runs.schedule import FieldTimes
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.output import FIELDS
 from scripts.studies.blocks import at_speed

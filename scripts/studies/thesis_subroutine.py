@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from iceslide_fem.run.point import point_history
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import Scene

@@ -27,7 +27,7 @@ from iceslide_fem.film.voids import Voids
 from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.output.passes import PassRow
 from iceslide_fem.postprocess.results import read_run
-from iceslide_fem.run.point import point_history
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.arrays import Array, Mask
 from iceslide_fem.scene import Scene, scene_from_dict
 from iceslide_fem.scene.contact_file import read_contact_table

@@ -23,7 +23,7 @@ from iceslide_fem.postprocess.report.words import (
 from iceslide_fem.postprocess.results import Run
 from iceslide_fem.postprocess.results.passes import sliding_time
 from iceslide_fem.postprocess.results.run_directory import read_table
-from iceslide_fem.run.checkpoint import scene_there
+from iceslide_fem.runs.checkpoint import scene_there
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene.notes import notes
 

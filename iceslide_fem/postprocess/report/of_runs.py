@@ -28,7 +28,7 @@ from iceslide_fem.postprocess.report.words import (
 )
 from iceslide_fem.postprocess.results import Run, read_run
 from iceslide_fem.postprocess.results.run_directory import largest_and_rms
-from iceslide_fem.run.model_levels import ModelLevel, fineness
+from iceslide_fem.runs.model_levels import ModelLevel, fineness
 from iceslide_fem.runtime.errors import SceneError
 
 

@@ -16,7 +16,7 @@ from iceslide_fem.scene import Scene, flat, scene_from_dict, unit_of
 from iceslide_fem.scene.materials import BAR
 
 if TYPE_CHECKING:
-    from iceslide_fem.run.simplifications import Simplification
+    from iceslide_fem.runs.simplifications import Simplification
 
 MM, MS, NM = 1e3, 1e3, 1e9
 _MODELS = {
@@ -111,7 +111,7 @@ LeftOut: TypeAlias = "list[tuple[Simplification, bool]] | str"
 
 def left_out(run: Run) -> LeftOut:
     """What this scene's model leaves out, with estimates of how much that moves mu(t)."""
-    from iceslide_fem.run.simplifications import simplifications
+    from iceslide_fem.runs.simplifications import simplifications
 
     scene = scene_of(run.scene)
     if scene is None:

@@ -27,14 +27,14 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.fingerprint import versions
 
 
-def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, Any]:
+def run(values: Mapping[str, Any], out: Path, force: bool = False) -> tuple[Survey, dict[str, Any]]:
     """Survey the footprint that `values` describe (see `FootprintCase`) and write it to `out`.
 
     Writes summary.json, footprint.vti, pressure.png, temperature.png, wet_dry.png, mu.png,
     thesis.png, comparison.png and scenes/block_*, of a line summary.json, line.csv and line.png;
-    returns the summary. The same footprint's earlier results go, with `force` any other results,
-    too. Raises SceneError, before anything is written, if the input is wrong or `out` is not to be
-    written to, and OutputError if something cannot be written.
+    returns the survey and what summary.json holds. The same footprint's earlier results go, with
+    `force` any other results, too. Raises SceneError, before anything is written, if the input is
+    wrong or `out` is not to be written to, and OutputError if something cannot be written.
     """
     begun = time.perf_counter()
     case = FootprintCase.of(values)
@@ -64,7 +64,7 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, 
         figures = summary(result)
         figures |= {"wall_s": time.perf_counter() - begun, "versions": versions()}
         replace_file(out / "summary.json", json.dumps(figures, indent=2) + "\n")
-        return figures
+        return result, figures
 
 
 def all_maps(result: Survey) -> dict[str, NDArray[Any]]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
@@ -35,6 +35,13 @@ SOURCES: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     "line": ((), OF_AN_AREA),
     "gaussian": ((), (*OF_AN_AREA, "pressure_unit")),
 }
+
+
+def results_folder(values: Mapping[str, Any], ending: str = "") -> Path:
+    """Where results go that have no folder of their own: by the file of pressures in `values`."""
+    named = (values.get(name) for name in ("image", "pressure_map", "line"))
+    source = next(filter(None, named), "gaussian" if values.get("gaussian") else "footprint")
+    return Path("results") / f"{Path(source).stem}{ending}"
 
 
 class SourceOptions(CommandOptions):

@@ -156,20 +156,25 @@ def _check_slope(case: RoughnessCase, figures: Statistics) -> None:
         )
 
 
-def table(result: Survey) -> str:
-    """The text of contact.csv, which a scene reads as `film.contact`."""
-    import pandas as pd  # takes long to import
-
+def columns(result: Survey) -> dict[str, Array]:
+    """Columns of contact.csv, names with units -> (pressures,)."""
     pressures, rubber = np.array(result.case.pressures), result.rubber
     modulus = 0.75 * rubber.modulus  # incompressible: E* = E / (1 - nu^2)
     if result.age is not None and rubber.prony is not None:
         modulus /= float(rubber.prony.creep.compliance(result.age / rubber.stretched))
     found = *result.mean[:3], *result.deviation[:3], *result.mean[3:]
-    columns = np.array([pressures, *found, np.full_like(pressures, modulus)])
-    frame = pd.DataFrame(columns.T, columns=COLUMNS)
+    values = pressures, *found, np.full_like(pressures, modulus)
+    named = dict(zip(COLUMNS, values, strict=True))
     if result.age is not None:
-        frame["age_s"] = result.age
-    return str(frame.to_csv(index=False, float_format="%.6g"))
+        named["age_s"] = np.full_like(pressures, result.age)
+    return named
+
+
+def table(result: Survey) -> str:
+    """The text of contact.csv, which a scene reads as `film.contact`."""
+    import pandas as pd  # takes long to import
+
+    return str(pd.DataFrame(columns(result)).to_csv(index=False, float_format="%.6g"))
 
 
 def summary(result: Survey) -> dict[str, Any]:

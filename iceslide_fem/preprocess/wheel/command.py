@@ -16,10 +16,11 @@ from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.curve import curves
 from iceslide_fem.preprocess.wheel.figures import draw
 from iceslide_fem.preprocess.wheel.law import contact_of_case
-from iceslide_fem.preprocess.wheel.output import summary, table
+from iceslide_fem.preprocess.wheel.output import columns, summary, table
 from iceslide_fem.preprocess.wheel.quarter_car import QuarterCar
 from iceslide_fem.preprocess.wheel.stiffness import stiffness_of
 from iceslide_fem.preprocess.wheel.stopping import stops_of
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.files import replace_file, writing
 from iceslide_fem.runtime.folders import claimed, clear_results, other_case
 from iceslide_fem.runtime.progress import LongTask
@@ -29,13 +30,16 @@ WRITTEN = ("mu_slip.csv", "mu_slip.png", "summary.json")
 OF_STOPS = ("stops.csv", "stops.png")
 
 
-def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, Any]:
+def run(
+    values: Mapping[str, Any], out: Path, force: bool = False
+) -> tuple[dict[str, Array], dict[str, Any]]:
     """Friction over slip of the wheel that `values` describe (see `WheelCase`), written to `out`.
 
-    Writes what `WRITTEN` names, of stops `OF_STOPS`, too, and returns the summary. The same wheel's
-    earlier results go, with `force` any other results, too. Raises SceneError, before anything is
-    written, if the input is wrong or `out` is not to be written to, SimulationStopped where the law
-    finds no step, and OutputError if something cannot be written.
+    Writes what `WRITTEN` names, of stops `OF_STOPS`, too; returns the columns of mu_slip.csv and
+    what summary.json holds. The same wheel's earlier results go, with `force` any other results,
+    too. Raises SceneError, before anything is written, if the input is wrong or `out` is not to be
+    written to, SimulationStopped where the law finds no step, and OutputError if something cannot
+    be written.
     """
     begun = time.perf_counter()
     case = WheelCase.of(values)
@@ -60,9 +64,10 @@ def run(values: Mapping[str, Any], out: Path, force: bool = False) -> dict[str, 
                 title = f"{case.source.stem}: a quarter car brakes"
                 figure = braking_figure(stops, QuarterCar(mass=case.mass), title)
                 figure.savefig(out / OF_STOPS[1], dpi=110)
-        replace_file(out / "mu_slip.csv", table(found, read.pressure_map.load))
+        slipping = columns(found, read.pressure_map.load)
+        replace_file(out / "mu_slip.csv", table(slipping))
         if stops:
             replace_file(out / OF_STOPS[0], history_table(stops))
         figures |= {"wall_s": time.perf_counter() - begun, "versions": versions()}
         replace_file(out / "summary.json", json.dumps(figures, indent=2) + "\n")
-        return figures
+        return slipping, figures

@@ -13,6 +13,7 @@ from iceslide_fem.preprocess.wheel.case import WheelCase
 from iceslide_fem.preprocess.wheel.curve import Curve
 from iceslide_fem.preprocess.wheel.friction import SlipPoint
 from iceslide_fem.preprocess.wheel.stiffness import TreadStiffness
+from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.units import ZERO_CELSIUS
 from iceslide_fem.scene.materials import BAR
 
@@ -30,10 +31,10 @@ COLUMNS = {
 }
 
 
-def table(found: Sequence[Curve], load: float) -> str:
-    """The text of mu_slip.csv: a row for each member of the family and slip ratio.
+def columns(found: Sequence[Curve], load: float) -> dict[str, Array]:
+    """Columns of mu_slip.csv, names with units -> (members of the family * slip ratios,).
 
-    load: N, or N/m of a line, with which the aligning torque goes.
+    Slip varies fastest. load: N, or N/m of a line, with which the aligning torque goes.
     """
     head = ("speed_m_s", "temperature_C", *COLUMNS.values(), "aligning_torque_N_m")
     rows = [
@@ -46,8 +47,14 @@ def table(found: Sequence[Curve], load: float) -> str:
         for curve in found
         for point in curve.points
     ]
+    return dict(zip(head, np.array(rows).T, strict=True))
+
+
+def table(columns: Mapping[str, Array]) -> str:
+    """The text of mu_slip.csv: a row for each member of the family and slip ratio."""
+    rows = zip(*columns.values(), strict=True)
     lines = (",".join(_number(value) for value in row) for row in rows)
-    return "\n".join([",".join(head), *lines]) + "\n"
+    return "\n".join([",".join(columns), *lines]) + "\n"
 
 
 def _row(point: SlipPoint) -> list[float]:

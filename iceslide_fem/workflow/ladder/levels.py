@@ -11,8 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from iceslide_fem.run.model_levels import MODELS, SIDEWAYS, ModelLevel
-from iceslide_fem.run.simplifications import Simplifications
+from iceslide_fem.runs.model_levels import MODELS, SIDEWAYS, ModelLevel
+from iceslide_fem.runs.simplifications import Simplifications
 from iceslide_fem.scene import REFINEMENTS, Scene
 from iceslide_fem.scene.contact_age import ages_in_warm_rubber
 

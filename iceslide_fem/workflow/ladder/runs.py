@@ -21,8 +21,8 @@ from iceslide_fem.fenics.compat import MPI
 from iceslide_fem.mesh.size import check_memory, shortage
 from iceslide_fem.postprocess.results import Run, read_run
 from iceslide_fem.postprocess.results.run_directory import largest_and_rms
-from iceslide_fem.run.model_levels import ModelLevel, fineness, level_name, on_level
-from iceslide_fem.run.simplifications import Simplifications, simplifications
+from iceslide_fem.runs.model_levels import ModelLevel, fineness, level_name, on_level
+from iceslide_fem.runs.simplifications import Simplifications, simplifications
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.runtime.folders import claimed, clear_results
 from iceslide_fem.runtime.ranks import failing_together, from_root

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from rich.table import Table
 
 from iceslide_fem.postprocess.results.style import BLACK, BLUE, GREEN, ORANGE, RED
-from iceslide_fem.run.simplifications import Simplifications
+from iceslide_fem.runs.simplifications import Simplifications
 from iceslide_fem.workflow.ladder.runs import LevelResult, finest_of
 
 MS = 1e3

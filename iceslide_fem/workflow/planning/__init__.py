@@ -1,4 +1,4 @@
 """What a scene needs and costs before it runs: dimensionless numbers, levels, seconds.
 
-Imports `scene`, `film`, `laws`, `mesh`, the point of `run`, and the table of `output`.
+Imports `scene`, `film`, `laws`, `mesh`, the point of `runs`, and the table of `output`.
 """

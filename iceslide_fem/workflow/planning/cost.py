@@ -18,7 +18,7 @@ from typing import NamedTuple
 from iceslide_fem.film.conditions import scene_passes
 from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.output.table import HistoryRow
-from iceslide_fem.run.point import point_history
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.scene import Scene
 from iceslide_fem.workflow.planning.passes import single_pass
 

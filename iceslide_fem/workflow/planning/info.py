@@ -9,7 +9,7 @@ import numpy as np
 from iceslide_fem.film.loads import squeeze_rate
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.table import law_of
-from iceslide_fem.run.simplifications import simplifications
+from iceslide_fem.runs.simplifications import simplifications
 from iceslide_fem.runtime.units import readable
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.contact_table import ContactTable

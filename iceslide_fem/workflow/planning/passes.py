@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from iceslide_fem.film.conditions import exposure, scene_passes
-from iceslide_fem.run.point import point_history
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene import Scene
 from iceslide_fem.workflow.planning.row import Row

@@ -2,7 +2,7 @@
 
 Points are computed in one vectorised call, finite element cases in processes of their own. A
 case is known by its scene and the versions that compute it, so that a second sweep in the same
-directory computes what is missing, failed or changed. Imports `run`, `postprocess` and
+directory computes what is missing, failed or changed. Imports `runs`, `postprocess` and
 what is below them; it starts simulations as processes.
 """
 
@@ -20,7 +20,7 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.folders import claimed, clear_results, results_in
 from iceslide_fem.scene.fingerprint import scene_hash
 from iceslide_fem.workflow.sweep.outcome import DONE, NOT_COMPUTED, CaseResult, read_outcome
-from iceslide_fem.workflow.sweep.plan import Case, Plan, make_plan, value_of
+from iceslide_fem.workflow.sweep.plan import Case, Plan, make_plan, plan_of, value_of
 from iceslide_fem.workflow.sweep.points import simulate_points
 from iceslide_fem.workflow.sweep.processes import (
     Cores,
@@ -33,7 +33,16 @@ from iceslide_fem.workflow.sweep.processes import (
 )
 from iceslide_fem.workflow.sweep.table import done_points, read_sweep, scenes_of_table, write_sweep
 
-__all__ = ["Cores", "Plan", "failures", "make_plan", "read_sweep", "run_sweep", "share_cores"]
+__all__ = [
+    "Cores",
+    "Plan",
+    "failures",
+    "make_plan",
+    "plan_of",
+    "read_sweep",
+    "run_sweep",
+    "share_cores",
+]
 
 
 def run_sweep(

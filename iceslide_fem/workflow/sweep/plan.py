@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from iceslide_fem.laws.table import law_of
-from iceslide_fem.run.model_levels import resolved
+from iceslide_fem.runs.model_levels import resolved
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import to_si
 from iceslide_fem.scene import (
@@ -61,18 +61,28 @@ def make_plan(scene_file: Path, overrides: Sequence[str], varied: Sequence[str])
     """
     base = read_scene(scene_file, overrides)
     given = dict(_axis(text) for text in varied)
-    if not given:
-        raise SceneError("a sweep varies something: give --vary load.pressure=1bar:5bar:5, say")
     if len(given) < len(varied):
         keys = [key_and_text(text)[0] for text in varied]
         twice = next(key for key in keys if keys.count(key) > 1)
         raise SceneError(f"{twice} is varied twice; give all its values in one --vary")
+    return plan_of(base, given)
+
+
+def plan_of(base: Mapping[str, Any], given: Mapping[str, Sequence[Any]]) -> Plan:
+    """All combinations of the values `given` for dotted keys, in the tables `base` of a scene.
+
+    Raises SceneError, as `make_plan`.
+    """
+    if not given:
+        raise SceneError("a sweep varies something: give --vary load.pressure=1bar:5bar:5, say")
+    if "name" in given:
+        raise SceneError("name cannot be varied: it names the sweep, not a case")
     count = math.prod(len(values) for values in given.values())
     if count > MOST_CASES:
         raise SceneError(f"the sweep has {count} cases; allowed: up to {MOST_CASES}")
     scenes = []
     for values in itertools.product(*given.values()):
-        data = deepcopy(base)
+        data = deepcopy(dict(base))
         for key, value in zip(given, values, strict=True):
             put(data, key, value)
         scenes.append(scene_from_dict(data))
@@ -95,8 +105,6 @@ def _axis(text: str) -> tuple[str, tuple[Any, ...]]:
     """Key and values, as given, of "load.pressure=1bar:5bar:5" or "load.speed=1,2,3"."""
     key, values = key_and_text(text)
     unit = unit_of(key)
-    if key == "name":
-        raise SceneError("name cannot be varied: it names the sweep, not a case")
     if ":" not in values or (unit is None and not _RANGE.fullmatch(values)):
         return key, tuple(parsed(value.strip()) for value in values.split(","))
     try:
@@ -129,7 +137,7 @@ def _end(key: str, text: str, unit: str) -> float:
 
 
 def _axes_in_si(
-    given: dict[str, tuple[Any, ...]], scenes: Sequence[Scene]
+    given: Mapping[str, Sequence[Any]], scenes: Sequence[Scene]
 ) -> dict[str, tuple[Value, ...]]:
     """Values of the varied keys in SI, as the scenes have them; no value twice."""
     axes: dict[str, tuple[Value, ...]] = {}

@@ -11,7 +11,7 @@ import numpy as np
 from iceslide_fem.film.conditions import rubber_columns, scene_conditions, simulation_settings
 from iceslide_fem.film.point import Conditions, Record, simulate
 from iceslide_fem.output.passes import PassRow
-from iceslide_fem.run.point import point_doubts, point_history, point_summary
+from iceslide_fem.runs.point import point_doubts, point_history, point_summary
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import Scene

@@ -20,10 +20,11 @@ from typing import Any, NamedTuple
 
 import tomlkit
 
-from iceslide_fem.run.checkpoint import read_checkpoint
+from iceslide_fem.runs.checkpoint import read_checkpoint
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.runtime.launch import environment_of_one
+from iceslide_fem.runtime.machine import available_cores
 from iceslide_fem.scene import Scene
 from iceslide_fem.workflow.sweep.outcome import SENTENCE, CaseResult, read_outcome
 from iceslide_fem.workflow.sweep.plan import Case
@@ -41,10 +42,7 @@ def share_cores(per_case: int, at_a_time: int | None) -> Cores:
 
     Raises SceneError if that is more than this process may use.
     """
-    if hasattr(os, "sched_getaffinity"):  # on Linux: the cores that this process may use
-        available = len(os.sched_getaffinity(0))
-    else:
-        available = os.cpu_count() or 1
+    available = available_cores()
     at_a_time = max(available // per_case, 1) if at_a_time is None else at_a_time
     if per_case * at_a_time > available:
         raise SceneError(

@@ -11,14 +11,14 @@ import pandas as pd
 import tomlkit
 import xarray as xr
 
+from iceslide_fem.runtime.column_names import attributes_of
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.files import replace_file
 from iceslide_fem.scene import flat, put, unit_of
-from iceslide_fem.scene.fingerprint import scene_hash
+from iceslide_fem.scene.fingerprint import scene_hash, versions, versions_in_words
 from iceslide_fem.workflow.sweep.outcome import CURVES, DONE, SAMPLES, CaseResult
 from iceslide_fem.workflow.sweep.plan import Plan
 
-CURVE_UNITS = {"mu": "1", "film_height_m": "m"}
 _TEXT = ("case", "scene_hash", "status", "reason", "warnings")
 
 
@@ -114,14 +114,15 @@ def to_dataset(
         if name in _TEXT:
             data[name] = (keys, table[name].fillna("").to_numpy(dtype=str).reshape(plan.shape))
         elif name not in inputs[0] and name.split(".")[0] != "versions":
-            data[name] = (keys, table[name].to_numpy(dtype=float).reshape(plan.shape))
+            numbers = table[name].to_numpy(dtype=float).reshape(plan.shape)
+            data[name] = (keys, numbers, attributes_of(name))
     missing = np.full(SAMPLES, np.nan)
     for name in CURVES:
         curves = np.array([outcome.curves.get(name, missing) for outcome in outcomes])
-        units = {"units": CURVE_UNITS[name]}
-        data[name] = ([*keys, "time_share"], curves.reshape(*plan.shape, SAMPLES), units)
+        shape = *plan.shape, SAMPLES
+        data[name] = ([*keys, "time_share"], curves.reshape(shape), attributes_of(name))
     durations = np.array([case.scene.load.duration for case in plan.cases])
-    data["duration_s"] = (keys, durations.reshape(plan.shape), {"units": "s"})
+    data["duration_s"] = (keys, durations.reshape(plan.shape), attributes_of("duration_s"))
     first, *others = inputs
     common = {
         key: value
@@ -135,6 +136,7 @@ def to_dataset(
     words = " ".join(f"{key}={value}" for key, value in common.items() if value is not None)
     attributes = {"iceslide_fem": "sweep", "inputs": words}
     attributes |= {key: str(common.get(key, "")) for key in ("name", "model")}
+    attributes["versions"] = versions_in_words(versions())
     return xr.Dataset(data, coordinates, attributes | {"scene": tomlkit.dumps(scene)})
 
 

@@ -15,13 +15,13 @@ from iceslide_fem.output.fields import Fields
 from iceslide_fem.output.log import Log
 from iceslide_fem.output.probes import Probes
 from iceslide_fem.output.table import Table
-from iceslide_fem.run.checkpoint import write_checkpoint
-from iceslide_fem.run.interruption import Interruption
-from iceslide_fem.run.observation import Observation
-from iceslide_fem.run.pace import TimeLimit
-from iceslide_fem.run.progress import Progress
-from iceslide_fem.run.schedule import FieldTimes, Saves, Schedule
-from iceslide_fem.run.summary import Results
+from iceslide_fem.runs.checkpoint import write_checkpoint
+from iceslide_fem.runs.interruption import Interruption
+from iceslide_fem.runs.observation import Observation
+from iceslide_fem.runs.pace import TimeLimit
+from iceslide_fem.runs.progress import Progress
+from iceslide_fem.runs.schedule import FieldTimes, Saves, Schedule
+from iceslide_fem.runs.summary import Results
 from iceslide_fem.runtime.errors import SimulationStopped
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from iceslide_fem.output.passes import PassRow
 from iceslide_fem.output.table import Table
-from iceslide_fem.run.observation import Observation
-from iceslide_fem.run.summary import Results
+from iceslide_fem.runs.observation import Observation
+from iceslide_fem.runs.summary import Results
 from iceslide_fem.scene.load import Load
 
 

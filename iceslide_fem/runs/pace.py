@@ -7,7 +7,7 @@ from time import monotonic
 
 from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.fenics.compat import MPI
-from iceslide_fem.run.observation import Observation
+from iceslide_fem.runs.observation import Observation
 from iceslide_fem.runtime.errors import SimulationStopped
 from iceslide_fem.scene import Scene
 

@@ -11,8 +11,8 @@ from iceslide_fem.film.runge_kutta import INTEGRATORS
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.points import moments
 from iceslide_fem.output.table import HistoryRow
-from iceslide_fem.run.point_pass import PassEnd
-from iceslide_fem.run.point_rows import PointRows
+from iceslide_fem.runs.point_pass import PassEnd
+from iceslide_fem.runs.point_rows import PointRows
 from iceslide_fem.scene import Scene
 from iceslide_fem.scene.course import SAMPLED
 

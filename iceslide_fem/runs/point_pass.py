@@ -12,7 +12,7 @@ from iceslide_fem.film.integrators import InterfaceState
 from iceslide_fem.film.point import Conditions, PointResult, Record, simulate
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.output.table import HistoryRow
-from iceslide_fem.run.point_rows import PointRows
+from iceslide_fem.runs.point_rows import PointRows
 from iceslide_fem.runtime.launch import rank
 from iceslide_fem.runtime.progress import LongTask
 from iceslide_fem.scene import Scene

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from iceslide_fem.run.simplifications import simplifications
+from iceslide_fem.runs.simplifications import simplifications
 from iceslide_fem.scene import Scene, scene_from_dict
 from iceslide_fem.scene.contact_age import ages_in_warm_rubber
 

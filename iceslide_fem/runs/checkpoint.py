@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from iceslide_fem.run.checkpoint_parts import (
+from iceslide_fem.runs.checkpoint_parts import (
     PATTERN,
     Part,
     packed,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from iceslide_fem.run.observation import Observation
+from iceslide_fem.runs.observation import Observation
 from iceslide_fem.runtime.progress import LongTask
 
 

@@ -21,10 +21,10 @@ from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.laws.table import law_of
 from iceslide_fem.output.passes import PassRow
 from iceslide_fem.output.table import HistoryRow
-from iceslide_fem.run.law_pass import law_pass
-from iceslide_fem.run.passing_point import block_rows, mean_summary
-from iceslide_fem.run.point_pass import one_pass
-from iceslide_fem.run.point_passes import passes_history
+from iceslide_fem.runs.law_pass import law_pass
+from iceslide_fem.runs.passing_point import block_rows, mean_summary
+from iceslide_fem.runs.point_pass import one_pass
+from iceslide_fem.runs.point_passes import passes_history
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene import Scene
 

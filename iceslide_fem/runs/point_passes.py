@@ -18,9 +18,9 @@ from iceslide_fem.film.passes import base_temperature, column_for, next_start
 from iceslide_fem.laws.interface_law import InterfaceLaw
 from iceslide_fem.output.passes import PassRow, of_pass
 from iceslide_fem.output.table import HistoryRow
-from iceslide_fem.run.law_pass import law_pass
-from iceslide_fem.run.passing_point import block_rows
-from iceslide_fem.run.point_pass import PassEnd, first_state, one_pass
+from iceslide_fem.runs.law_pass import law_pass
+from iceslide_fem.runs.passing_point import block_rows
+from iceslide_fem.runs.point_pass import PassEnd, first_state, one_pass
 from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.runtime.launch import rank
 from iceslide_fem.runtime.progress import LongTask

@@ -30,7 +30,7 @@ from iceslide_fem.output.table import (
 from iceslide_fem.rubber.block import Block
 from iceslide_fem.rubber.build import build_block
 from iceslide_fem.rubber.press import PathPoint, press, start_sliding
-from iceslide_fem.run.checkpoint import (
+from iceslide_fem.runs.checkpoint import (
     GOES_ON,
     Checkpoint,
     fields_there,
@@ -38,20 +38,20 @@ from iceslide_fem.run.checkpoint import (
     trusted,
     write_checkpoint,
 )
-from iceslide_fem.run.interruption import Interruption
-from iceslide_fem.run.observation import Observation, Observer
-from iceslide_fem.run.observers import (
+from iceslide_fem.runs.interruption import Interruption
+from iceslide_fem.runs.observation import Observation, Observer
+from iceslide_fem.runs.observers import (
     Checkpoints,
     FieldSeries,
     ProbeSeries,
     Stops,
     Watch,
 )
-from iceslide_fem.run.pace import Pace, TimeLimit
-from iceslide_fem.run.pass_series import PassSeries
-from iceslide_fem.run.progress import Progress
-from iceslide_fem.run.schedule import Schedule
-from iceslide_fem.run.summary import Results
+from iceslide_fem.runs.pace import Pace, TimeLimit
+from iceslide_fem.runs.pass_series import PassSeries
+from iceslide_fem.runs.progress import Progress
+from iceslide_fem.runs.schedule import Schedule
+from iceslide_fem.runs.summary import Results
 from iceslide_fem.runtime.errors import Interrupted, OutputError, SceneError, SimulationStopped
 from iceslide_fem.runtime.folders import clear_results
 from iceslide_fem.runtime.ranks import failing_together, from_root

@@ -1,0 +1,193 @@
+"""From pictures, maps and surfaces to friction, for scripts: what three commands do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from iceslide_fem.api.datasets import Variables, plain_attributes, variables
+from iceslide_fem.preprocess.footprint import command as footprints
+from iceslide_fem.preprocess.footprint.source_options import results_folder
+from iceslide_fem.preprocess.footprint.survey import Survey
+from iceslide_fem.preprocess.roughness import command as surfaces
+from iceslide_fem.preprocess.roughness.survey import columns
+from iceslide_fem.preprocess.wheel import command as wheels
+from iceslide_fem.runtime.column_names import attributes_of
+from iceslide_fem.scene import flat
+from iceslide_fem.scene.fingerprint import versions, versions_in_words
+
+# Columns by the names that the maps have in ParaView.
+MAPS = {
+    "pressure (Pa)": "pressure_Pa",
+    "contact": "contact",
+    "surface temperature (degC)": "surface_temperature_C",
+    "film height (m)": "film_height_m",
+    "squeezed-out height (m)": "squeezed_height_m",
+    "shear stress (Pa)": "shear_stress_Pa",
+    "mu": "mu",
+    "melting": "melting",
+    "saturated": "saturated",
+    "state (0 none, 1 dry, 2 mixed, 3 wet)": "state",
+    "rise by (3.3) (K)": "rise_thesis_K",
+    "mu by (4.7) to (4.9), (3.3)": "mu_thesis",
+    "rise by the moving source (K)": "rise_moving_K",
+    "mu by (4.7) to (4.9), moving source": "mu_moving",
+    "distance to the colour bar": "distance_to_colours",
+    "rise as given (K)": "rise_given_K",
+    "mu by (4.7) to (4.9), as given": "mu_given",
+}
+
+
+def footprint(
+    image: Path | str | None = None,
+    *,
+    out: Path | str | None = None,
+    force: bool = False,
+    **options: Any,
+) -> xr.Dataset:
+    """Temperature, water film and friction below a tyre's footprint, as `iceslide footprint`.
+
+    `image` is the picture; other sources are options (`pressure_map`, `line`, `gaussian`). Options
+    have the command's names with underscores, and texts with units or numbers in SI as values.
+    Writes to `out` what the command writes, by default to `results/<name of the picture>`.
+
+    Of an area all maps are over `y_m` and `x_m`, (ny, nx), x along the direction of travel and y
+    from the lower edge: `pressure_Pa`, `surface_temperature_C`, `film_height_m`, `mu`, ... Of a
+    line they are the columns of `line.csv` over `x_m`. Attributes: the figures of `summary.json`
+    by dotted names.
+
+    Raises `SceneError` with one sentence, before anything is written, where the input is wrong.
+
+    ```python
+    import iceslide_fem
+
+    found = iceslide_fem.footprint(gaussian="120mm,2bar,30mm", speed="3 m/s", temperature="-4 degC")
+    found["film_height_m"].plot()
+    ```
+    """
+    values = _as_options({"image": image, **options})
+    folder = Path(out) if out is not None else results_folder(values)
+    survey, figures = footprints.run(values, folder, force)
+    return xr.Dataset(
+        _maps(survey), attrs=_attributes("footprint", figures["source"], folder, figures)
+    )
+
+
+def _maps(survey: Survey) -> Variables:
+    if survey.case.one_line:
+        return variables(footprints.line_columns(survey), "x_m")
+    pixels = survey.read.pressure_map
+    data = variables({"y_m": pixels.y}, "y_m") | variables({"x_m": pixels.x}, "x_m")
+    found = {MAPS[name]: values for name, values in footprints.all_maps(survey).items()}
+    return data | variables(found, ("y_m", "x_m"))
+
+
+def roughness(
+    surface: Path | str, *, out: Path | str | None = None, force: bool = False, **options: Any
+) -> xr.Dataset:
+    """Contact parameters over pressure of a rough surface, as `iceslide roughness`.
+
+    `surface` is a height map, or a TOML file of a surface to generate. Options have the command's
+    names with underscores, but `ages` for `--age`. Writes to `out` what the command writes, by
+    default to `results/<name of the surface>`.
+
+    `k`, `D_m` and `H_V_m`, means over realisations, their standard deviations (`k_std`, ...) and
+    the other columns of `contact.csv` are over `pressure_Pa`, with several ages over `age_s`, too.
+    Attributes: the figures of `surface.json` by dotted names.
+
+    Raises `SceneError` with one sentence, before anything is written, where the input is wrong.
+
+    ```python
+    import iceslide_fem
+
+    found = iceslide_fem.roughness("cases/surfaces/compound_B.toml", realisations=2)
+    found["k"].plot(xscale="log")
+    ```
+    """
+    values = _as_options({"surface": surface, **options})
+    folder = Path(out) if out is not None else Path("results") / Path(surface).stem
+    found, figures = surfaces.run(values, folder, force)
+    attributes = _attributes("roughness", surface, folder, {**figures, "versions": versions()})
+    parts = [xr.Dataset(variables(columns(each), "pressure_Pa")) for each in found]
+    if len(parts) > 1:
+        ages = [each.age for each in found]
+        parts = [part.drop_vars("age_s") for part in parts]
+        over = xr.Variable("age_s", ages, {"long_name": "age", "units": "s"})
+        return xr.concat(parts, over).assign_attrs(attributes)
+    return parts[0].assign_attrs(attributes)
+
+
+def wheel(
+    image: Path | str | None = None,
+    *,
+    vary: Mapping[str, Any] | None = None,
+    out: Path | str | None = None,
+    force: bool = False,
+    **options: Any,
+) -> xr.Dataset:
+    """Friction over slip of a wheel from its footprint, as `iceslide wheel`.
+
+    `image` and options as for `footprint`; `vary` has lists of speeds and temperatures, `{"speed":
+    ["20 km/h", "50 km/h"]}`. Writes to `out` what the command writes, by default to
+    `results/<name of the source>_wheel`.
+
+    The columns of `mu_slip.csv` are over `speed_m_s`, `temperature_C` and `slip`; of stops, with
+    `abs=True`, `stop_distance_m` and the like over `control`. Attributes: the figures of
+    `summary.json` by dotted names.
+
+    Raises `SceneError` with one sentence, before anything is written, where the input is wrong,
+    `SimulationStopped` where the law finds no step.
+
+    ```python
+    import iceslide_fem
+
+    found = iceslide_fem.wheel(gaussian="120mm,2bar,30mm", slip=[0.05, 0.1, 0.2, 1.0],
+                               stiffness="1e8 Pa/m", vary={"speed": ["20 km/h", "50 km/h"]})
+    found["mu"].plot(hue="speed_m_s")
+    ```
+    """
+    values = _as_options({"image": image, **options})
+    if vary:
+        values["vary"] = [f"{key}={_as_text(several)}" for key, several in vary.items()]
+    folder = Path(out) if out is not None else results_folder(values, "_wheel")
+    found, figures = wheels.run(values, folder, force)
+    table = pd.DataFrame(found).set_index(["speed_m_s", "temperature_C", "slip"])
+    result = xr.Dataset.from_dataframe(table)
+    for name, variable in result.variables.items():
+        variable.attrs = attributes_of(str(name))
+    if stops := figures["stops"]:
+        controls = {"control": list(stops)}
+        of_stops = pd.DataFrame(list(stops.values()))
+        stopped = variables({name: of_stops[name] for name in of_stops}, "control", "stop_")
+        result = result.assign_coords(controls).assign(stopped)
+    return result.assign_attrs(_attributes("wheel", figures["source"], folder, figures))
+
+
+def _as_options(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Options as a command takes them: lists as texts with commas, None left out."""
+    return {name: _as_text(value) for name, value in given.items() if value is not None}
+
+
+def _as_text(value: Any) -> Any:
+    if isinstance(value, list | tuple | np.ndarray):
+        return ",".join(str(part) for part in value)
+    return str(value) if isinstance(value, Path) else value
+
+
+def _attributes(
+    kind: str, source: Path | str, folder: Path, figures: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Attributes of a dataset of the `kind`: figures that are numbers or texts, and versions."""
+    own = {key: value for key, value in figures.items() if key not in ("case", "versions")}
+    return {
+        "iceslide_fem": kind,
+        "name": Path(source).stem,
+        "folder": str(folder),
+        "versions": versions_in_words(figures["versions"]),
+        **plain_attributes(flat(own)),
+    }

@@ -1,0 +1,21 @@
+"""`iceslide cases`: the scenes that come with the program."""
+
+from __future__ import annotations
+
+import typer
+
+COST = {"point": "seconds", "slice": "seconds", "block": "a minute"}  # of a run on one core
+
+
+def cases() -> None:
+    """List the scenes that come with the program: iceslide run --case NAME."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from iceslide_fem.scene.cases import case_files, cases_folder
+
+    table = Table("case", "what it is", "model", "takes")
+    for case in case_files():
+        table.add_row(case.name, case.what, case.model, COST[case.model])
+    Console().print(table)
+    typer.echo(f"Files: {cases_folder()}")

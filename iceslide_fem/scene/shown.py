@@ -1,0 +1,61 @@
+"""A scene in a notebook: the keys that differ from their defaults, with units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from html import escape
+from pathlib import Path
+from typing import Any, get_args
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from iceslide_fem.scene.rows import RowsOf
+from iceslide_fem.scene.units import Quantity
+
+
+def unit_of_field(field: FieldInfo) -> str | None:
+    """SI unit of a field ("" for a pure number), None for what is not a number."""
+    parts = [
+        *field.metadata,
+        *(part for arm in get_args(field.annotation) for part in get_args(arm)),
+    ]
+    return next((part.unit for part in parts if isinstance(part, Quantity | RowsOf)), None)
+
+
+def changed_values(table: BaseModel, prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Dotted keys whose values differ from the default, each with its value and unit as text."""
+    for name, field in type(table).model_fields.items():
+        value = getattr(table, name)
+        if isinstance(value, BaseModel):
+            yield from changed_values(value, f"{prefix}{name}.")
+        elif field.is_required() or value != field.default:
+            yield prefix + name, _text(value, unit_of_field(field) or "")
+
+
+def html_table(name: str, table: BaseModel) -> str:
+    """The changed values of `table` below a title, as HTML."""
+    rows = "".join(
+        f'<tr><td style="text-align:left"><code>{escape(key)}</code></td>'
+        f'<td style="text-align:left">{escape(text)}</td></tr>'
+        for key, text in changed_values(table)
+        if key != "name"
+    )
+    return f"<table><caption>Scene <b>{escape(name)}</b></caption>{rows}</table>"
+
+
+def _text(value: Any, unit: str) -> str:
+    """A value with its unit; of rows how many they are."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple) and value and isinstance(value[0], tuple):
+        return f"{len(value)} rows, {unit}" if unit else f"{len(value)} rows"
+    if isinstance(value, float):
+        return f"{value:.6g} {unit}".rstrip()
+    if isinstance(value, tuple | list):
+        return (
+            f"{len(value)} entries"
+            if any(isinstance(v, BaseModel) for v in value)
+            else ", ".join(map(str, value))
+        )
+    return value.name if isinstance(value, Path) else str(value)
