@@ -88,9 +88,9 @@ def test_a_table_is_read_and_interpolated(tmp_path):
 
 
 def page_law(folder):
-    """The law that docs/laws.md builds, in a file."""
-    text = (ROOT / "docs" / "laws.md").read_text(encoding="utf-8")
-    code = re.search(r"```python\n(.*?)```", text, re.DOTALL)[1]
+    """The law of the tutorial, in a file."""
+    text = (ROOT / "docs" / "tutorials" / "law.md").read_text(encoding="utf-8")
+    code = re.search(r"%%writefile polishing.py\n(.*?)```", text, re.DOTALL)[1]
     (folder / "polishing.py").write_text(code, encoding="utf-8")
     return f"friction.law={folder / 'polishing.py'}:Polishing"
 

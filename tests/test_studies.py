@@ -73,11 +73,6 @@ def test_help_explains_and_does_nothing_else(name, capsys, monkeypatch, tmp_path
     assert not list(tmp_path.iterdir())
 
 
-def test_page_lists_every_study():
-    text = (ROOT / "docs" / "studies.md").read_text(encoding="utf-8")
-    assert sorted(re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE)) == NAMES
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_pictures_are_drawn_where_the_options_say(name):
     source = (ROOT / "scripts" / "studies" / f"{name}.py").read_text(encoding="utf-8")

@@ -83,12 +83,7 @@ def allowed(field: FieldInfo) -> str:
         next((getattr(p, end) for p in parts if hasattr(p, end)), None) for end in ("ge", "le")
     )
     found += [f"{low} to {high}"] if high is not None else []
-    if any(get_origin(part) is tuple for part in parts) and not found:
-        found += ["a list"]
-    elif (
-        any(get_origin(part) is tuple for part in parts)
-        and "sipes" in str(field.annotation).lower()
-    ):
+    if any(get_origin(part) is tuple for part in parts) and (numbers or not found):
         found += ["a list"]
     found += ["a file"] if Path in parts else []
     return ", ".join(found) or ("a name" if str in parts else "a table")

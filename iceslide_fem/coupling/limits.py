@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class StepLimits:
-    """Limits of a coupled step; `docs/accuracy.md` has what they cost and what they gain.
+    """Limits of a coupled step; `docs/validation/accuracy.md` has what they cost and what they
+    gain.
 
     Film and heat
         local, local_power: a local error may be local * tolerance^local_power. Errors of single
@@ -39,7 +40,7 @@ class StepLimits:
         least_friction: where loads go in time, or the law is not viscous, energies count against
         this friction coefficient at the mean speed at least, and the block's speed always. Those of
         a plate that starts or stops are nothing but the solver's tolerance. A tenth of it takes
-        five to twenty times the steps, to the same work (docs/loads.md).
+        five to twenty times the steps, to the same work (docs/how-to/loads.md).
         least_elasticity: under a law whose friction does not follow the slip speed an error of it
         still is one of the heat, so that much of it counts.
     Steps without mechanics

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-# Three to four water molecules of 0.28 nm: fewer are no fluid with a viscosity (docs/theory.md).
+# Three to four water molecules of 0.28 nm: fewer are no fluid with a viscosity
+# (docs/explanation/models.md).
 THINNEST_FILM = 1e-9  # m
 # Nearly three times the largest value that the thesis prints, 0.55.
 LARGEST_FRICTION = 1.5
@@ -10,7 +11,7 @@ IN_DOUBT = f"the thesis's largest is 0.55, and above {LARGEST_FRICTION:g} it is 
 WITHOUT_MELTING = (
     "the film law has no dry friction, so mu there is that of the water film that it begins with. "
     "Where rubber slides on ice without melting it measured friction is many times higher "
-    "(docs/theory.md, what is not in the model)"
+    "(docs/explanation/models.md)"
 )
 MOST = 0.5  # of the contact, from which on ice that does not melt decides mu
 

@@ -2,7 +2,7 @@
 
 A film of height h conducts to either body with G = 2 k_w / h (half of its height to each). At
 every contact point, with the film's temperature T_f and the surface temperatures T_i of the ice and
-T_r of the rubber (docs/theory.md):
+T_r of the rubber (docs/explanation/ice.md):
 
     T_f    = min(T_m, (q_f + G T_i + G T_r) / (2 G))
     q_ice  = G (T_f - T_i),   q_rubber = G (T_f - T_r)

@@ -221,7 +221,8 @@ def explicit_stage(
 
     Rates are those of the starting height, and nothing is sought. The height is NaN where the step
     changes it by more than the factor `largest_change` or empties the film. The linear limit of
-    stability, 2 / |d rate / d h|, bounds neither errors nor breakdown (docs/stability.md).
+    stability, 2 / |d rate / d h|, bounds neither errors nor breakdown
+    (docs/validation/stability.md).
     """
     h = np.exp(log_height)
     q_f = loads.viscous * loads.speed / h

@@ -1,7 +1,7 @@
 """The linear systems of an implicit stage: PETSc's conjugate gradients.
 
-The diagonal preconditions them, on any number of ranks: some twenty iterations (docs/theory.md).
-Options begin with `-heat_`.
+The diagonal preconditions them, on any number of ranks: some twenty iterations
+(docs/explanation/ice.md). Options begin with `-heat_`.
 """
 
 from __future__ import annotations

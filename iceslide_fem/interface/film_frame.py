@@ -1,6 +1,6 @@
 """What carries the film: the loads on it, and what the coupled step needs to know of it.
 
-There are three kinematics (docs/theory.md), in `on_rubber` and `on_ice`:
+There are three kinematics (docs/explanation/passing.md), in `on_rubber` and `on_ice`:
 
 | ice.motion | film.carrier | films live on        | ice                                         |
 |------------|--------------|----------------------|---------------------------------------------|

@@ -26,7 +26,8 @@ from iceslide_fem.scene.thermal_layers import HEATED_LAYERS
 
 # Of continuum ice, relative to the tolerance: the error of fewer modes than its mesh has; what is
 # between its points and it, of the resistance of the layers that the shortest heating reaches. 25
-# times that moves mu(t) by eight times the tolerance where points saturate (docs/accuracy.md).
+# times that moves mu(t) by eight times the tolerance where points saturate
+# (docs/validation/accuracy.md).
 CONDENSED, INTERFACE_RESISTANCE = 0.005, 3e-4
 # How far (K) its points and it may disagree, relative to the tolerance. Much less closely found,
 # what single points give would be arbitrary: temperatures differ by as little over the resistance.

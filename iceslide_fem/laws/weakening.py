@@ -19,7 +19,8 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.units import readable
 from iceslide_fem.scene import Scene
 
-EDGE = 8.0  # times the mean pressure that an edge of a sheared block carries (docs/laws.md)
+# Times the mean pressure that an edge of a sheared block carries (docs/reference/laws.md).
+EDGE = 8.0
 SPEEDS = 60  # at which the shear is asked for
 SLOWEST = 1e-3  # m/s, of these but 0
 
@@ -39,7 +40,7 @@ def check_weakening(scene: Scene, law: UserLaw) -> None:
         f"the friction of {law.name} falls with the slip speed, by up to "
         f"{readable(fall, 'Pa*s/m')} at {readable(where, 'm/s')}, and load.speed changes: a block "
         f"{fate}; allowed: a constant load.speed, friction that does not fall, or rubber.inertia = "
-        f"true and a fall of at most {allowed} (docs/laws.md)"
+        f"true and a fall of at most {allowed} (docs/reference/laws.md)"
     )
 
 

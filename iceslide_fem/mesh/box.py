@@ -24,7 +24,7 @@ CELLS = {2: 16.0, 3: 6.0}  # by dimension
 # Cells are so much shorter along x, the direction of sliding, along which pressure, film and heat
 # vary most: of a block as long as tall, and the less the longer it is, because edges are a smaller
 # part of its contact. Over the height of a block in 3-D they are so much longer, because there they
-# cost most and tell least. That makes their errors alike (docs/accuracy.md).
+# cost most and tell least. That makes their errors alike (docs/validation/accuracy.md).
 SHORTER_ALONG_X = {2: 1.2, 3: 2.25}
 LONGER_ALONG_Z = {2: 1.0, 3: 4.0 / 3.0}
 FLAT, FEWEST_CELLS = 0.5, 2.0

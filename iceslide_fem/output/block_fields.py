@@ -29,7 +29,8 @@ class BlockFields:
     """Grids of the present moment, those of `names` that there are; all is collective.
 
     rubber (with stress: its stresses, too), interface, contact_points, ice and trail, as in
-    docs/outputs.md. Closed-form ice has no temperature below its surface, attached ice no trail.
+    docs/reference/columns.md. Closed-form ice has no temperature below its surface, attached ice no
+    trail.
     """
 
     def __init__(self, sliding: Sliding, names: Sequence[str]) -> None:

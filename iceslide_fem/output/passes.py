@@ -10,7 +10,7 @@ PASS = "pass_"  # the field of a history's row whose column is `pass`
 
 
 class PassRow(NamedTuple):
-    """A row of `passes.csv`: one pass of the rubber over the same ice (docs/outputs.md).
+    """A row of `passes.csv`: one pass of the rubber over the same ice (docs/reference/columns.md).
 
     surface_start_C, surface_end_C: of the ice at its first and last moment; base_C: where the ice
     ends and other layers or a base begin, at the last moment, NaN of a half-space; melt_onset_s:

@@ -20,7 +20,8 @@ from iceslide_fem.scene.load import Load
 
 
 class HistoryRow(NamedTuple):
-    """A row of `history.csv`, the fields its columns: an accepted step, or t = 0 (docs/outputs.md).
+    """A row of `history.csv`, the fields its columns: an accepted step, or t = 0
+    (docs/reference/columns.md).
 
     Forces and energies are those of the whole block, heights, temperature and the melted and
     saturated fractions means over the contact; the energies and the water count from t = 0.

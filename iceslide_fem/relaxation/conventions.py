@@ -1,6 +1,6 @@
 """Prony series as other programs write them: from and to fractions of the instantaneous modulus.
 
-docs/rubber.md has the sources, and one example in each form.
+docs/explanation/relaxation.md has the sources, and one example in each form.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from iceslide_fem.runtime.arrays import Array
 from iceslide_fem.scene.materials import MooneyRivlin
 
 # Penetration over the block's mean deformation: a fraction of the scene's tolerance, within bounds.
-# Softer is hardly cheaper, stiffer hardly more accurate (docs/accuracy.md).
+# Softer is hardly cheaper, stiffer hardly more accurate (docs/validation/accuracy.md).
 PENETRATION_SHARE, PENETRATION = 0.1, (1e-3, 1e-2)
 
 

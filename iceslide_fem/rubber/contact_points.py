@@ -17,7 +17,7 @@ from iceslide_fem.rubber.hyperelasticity import HyperelasticBody
 from iceslide_fem.scene import Scene
 
 # Gauss points in the halves of each facet, where the ice's cells end. In a block on a flat bottom
-# fewer lie across the sliding direction, as many as 5 bar need (docs/accuracy.md).
+# fewer lie across the sliding direction, as many as 5 bar need (docs/validation/accuracy.md).
 FACET_DEGREE, FACET_PIECES = 7, 2
 ACROSS_DEGREE, FLAT = 5, 1e-6
 # Where the ice slides, so many points of the rubber lie on so many of its cells, along x.

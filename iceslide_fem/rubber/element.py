@@ -18,7 +18,7 @@ from iceslide_fem.scene.materials import MooneyRivlin
 # The displacement is quadratic. Where the rubber may touch something, and in the lower half of the
 # block, its whole energy is taken at 3 x 3 x 3 points, so that no corner of a cell is crushed; in
 # the other cells its volumetric part at 2 x 2 x 2, because with more those at the plate lock (see
-# docs/elements.md).
+# docs/explanation/rubber.md).
 DEGREE = 2
 QUADRATURE_DEGREE, VOLUME_DEGREE = 5, 3
 WHOLE, SPLIT = 1, 2  # parts of the measure over the cells: of whose energy, and of whose parts

@@ -27,10 +27,11 @@ AMOUNTS = (
 def block_rows(rows: list[HistoryRow], scene: Scene) -> list[HistoryRow]:
     """The history of a block under which ice passes, from that of one point of the ice.
 
-    By transit-time equivalence (docs/theory.md) ice at x from the leading edge has been below the
-    block for x / v, or since t = 0 if that is less. So with T = L / v the block's mean of a value
-    f of the point is (integral of f from 0 to t + (T - t) f(t)) / T up to T, and then constant.
-    Energies Q become (2 integral of Q from 0 to t + (T - t) Q(t)) / T, and grow by Q(T) / T.
+    By transit-time equivalence (docs/explanation/passing.md) ice at x from the leading edge has
+    been below the block for x / v, or since t = 0 if that is less. So with T = L / v the block's
+    mean of a value f of the point is (integral of f from 0 to t + (T - t) f(t)) / T up to T, and
+    then constant. Energies Q become (2 integral of Q from 0 to t + (T - t) Q(t)) / T, and grow by
+    Q(T) / T.
     """
     duration, transit = scene.load.duration, transit_time(scene)
     kind = type(rows[0])

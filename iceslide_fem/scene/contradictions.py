@@ -19,7 +19,7 @@ DEEPEST = 0.1  # that contact may sink in, of the height
 
 _WEAKENS = (
     "film.dry_stress falls as the ice gets warmer, and rubber.inertia = false: dry friction that "
-    "weakens by its own heat has no motion without inertia (docs/cold.md); allowed: "
+    "weakens by its own heat has no motion without inertia (docs/explanation/dry.md); allowed: "
     'rubber.inertia = true, model = "point", or a dry_stress that is the same at every temperature'
 )
 

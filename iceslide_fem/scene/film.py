@@ -37,7 +37,8 @@ class Film(Table):
     over the ice's initial temperature (K).
     `conductance` is that from the film to either body with heat in the rubber, W/(m2 K).
     `water_speed` is that of squeezed-out water relative to the rubber, a fraction of the
-    sliding speed: 1 with the ice, 0 with the rubber, 0.5 in Couette flow (docs/theory.md).
+    sliding speed: 1 with the ice, 0 with the rubber, 0.5 in Couette flow
+    (docs/explanation/passing.md).
 
     dry_stress: tau_b (Pa) with which dry rubber and ice shear where they touch, a limit of the
     film's shear: rows of it over the temperature of the ice's surface (K), or a number, which it

@@ -19,8 +19,8 @@ Parameter = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,
 class Friction(Table):
     """The law of friction: the water film's, Coulomb's, or a class in a file, "my_law.py:MyLaw".
 
-    `mu`, or `table`, the path of a CSV file, are Coulomb's (docs/laws.md); `parameters` are given
-    to the class by their names.
+    `mu`, or `table`, the path of a CSV file, are Coulomb's (docs/reference/laws.md); `parameters`
+    are given to the class by their names.
     """
 
     law: Annotated[str, StringConstraints(strict=True, max_length=1000)] = "film"

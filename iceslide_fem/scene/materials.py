@@ -170,7 +170,7 @@ YOUNGS_MODULUS_ONLY = {name: E for name, E in YOUNGS_MODULUS.items() if name not
 
 
 # Table 8 of the thesis. It prints k = 0.105 at 5 bar, but k must rise with pressure; 0.405 is the
-# reading taken here, and not certain (docs/theory.md, section 10).
+# reading taken here, and not certain (docs/explanation/data.md).
 CONTACT_TABLES = {
     "B": ContactTable(
         source="compound B, as published",

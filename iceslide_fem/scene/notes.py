@@ -11,7 +11,7 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
 from iceslide_fem.scene.materials import BAR
 from iceslide_fem.scene.model import Scene
 
-# docs/stability.md, operating envelope; both ends belong to it
+# docs/validation/stability.md, operating envelope; both ends belong to it
 ENVELOPE = {
     ("film", "initial_height"): (1e-9, 1e-6, "m"),
     ("load", "speed"): (1e-3, 30.0, "m/s"),

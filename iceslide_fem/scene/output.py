@@ -18,8 +18,8 @@ class Output(Table):
     """What a slice or block writes beside its histories. None of it changes a result.
 
     `times` of the fields: how many parts of the run end with one (a whole number), or an interval
-    or a list (s). `fields` are those of docs/outputs.md. `probes`: places (x, y, z), m, by their
-    names: of the undeformed rubber, of its contact surface (z = 0), or of the ice (z < 0).
+    or a list (s). `fields` are those of docs/reference/columns.md. `probes`: places (x, y, z), m,
+    by their names: of the undeformed rubber, of its contact surface (z = 0), or of the ice (z < 0).
     """
 
     times: int | float | tuple[float, ...] = 25

@@ -1,7 +1,7 @@
 """mu(t) of point, slice and block, local and nominal film pressure, against published points.
 
-Prints the tables that docs/comparison.md quotes and draws its first picture. Runs are kept in a
-folder and made only once; a scene that has changed is run again.
+Prints the tables that docs/validation/published.md quotes and draws its first picture. Runs are
+kept in a folder and made only once; a scene that has changed is run again.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """mu(t) of the thesis's own scene, a 1 mm block on fresh ice, against the LS-DYNA points.
 
 Film on the rubber or on the ice, without and with heat in the rubber, and for several conductances
-between film and bodies, as slices. Prints the tables that docs/comparison.md quotes and draws its
-second picture. Runs are kept in a folder and made only once; a scene that has changed is run again.
+between film and bodies, as slices. Prints the tables that docs/validation/published.md quotes and
+draws its second picture. Runs are kept in a folder and made only once; a scene that has changed is
+run again.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from iceslide_fem.scene.materials import ICE_EFFUSIVITY, MELTING_TEMPERATURE, ru
 from iceslide_fem.simulate import kept_run
 from scripts.studies.common import ROOT, case, draw, options, picture_options, table
 
-# The thesis's LS-DYNA runs: s, mu (docs/comparison.md).
+# The thesis's LS-DYNA runs: s, mu (docs/validation/published.md).
 PUBLISHED = {
     "thesis_sliding_1bar": [(2.5e-3, 0.51)],
     "thesis_sliding_5bar": [(0.8e-3, 0.12), (7e-3, 0.04)],

@@ -1,4 +1,6 @@
-"""Figures of the errata of the thesis (docs/theory.md, section 10): Poisson's ratio and (5.17)."""
+"""Figures of the errata of the thesis (docs/explanation/data.md): Poisson's ratio and
+(5.17).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Figures of docs/footprint.md: round trips, the thesis's formulas with its data, and mu over d."""
+"""Figures of docs/explanation/footprint.md: round trips, the thesis's formulas with its data, and
+mu over d.
+"""
 
 from __future__ import annotations
 

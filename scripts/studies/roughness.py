@@ -1,8 +1,8 @@
 """What k, D and H_V of a rough surface depend on: the cut-off, the definition, chance, the map.
 
-Prints the tables of docs/roughness.md: errors against closed forms; parameters and mean mu over the
-shortest wave that is kept; both definitions over pixels; the spread between realisations; and what
-tilt, wrapping and missing heights would do.
+Prints the tables of docs/explanation/roughness.md: errors against closed forms; parameters and mean
+mu over the shortest wave that is kept; both definitions over pixels; the spread between
+realisations; and what tilt, wrapping and missing heights would do.
 """
 
 from __future__ import annotations

@@ -103,7 +103,7 @@ def reference(
 ) -> Run:
     """The fine run of the case `name` in `folder`, made if it is not there.
 
-    Steps are as tolerance^0.8 (docs/accuracy.md): four times as many at a sixth.
+    Steps are as tolerance^0.8 (docs/validation/accuracy.md): four times as many at a sixth.
     """
     if not (folder / "summary.json").is_file():
         fine = [

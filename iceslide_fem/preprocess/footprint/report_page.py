@@ -29,7 +29,8 @@ from iceslide_fem.scene.materials import BAR
 
 ABOUT_ERROR = (
     "The film law was advanced with a relative error of {:g} of mu per pixel; the macroscopic "
-    "model has no steps. Its d and t are tuned: docs/footprint.md says how far to believe it."
+    "model has no steps. Its d and t are tuned: docs/explanation/footprint.md says how far to "
+    "believe it."
 )
 LEFT_OUT = (
     "The film law: the tread pattern stands still over the picture; heat does not spread sideways; "

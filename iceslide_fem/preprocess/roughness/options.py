@@ -74,7 +74,7 @@ def roughness(
     show_notes(figures["warnings"])
     typer.echo(
         "Note: k and D hold for the shortest wave that is kept; with shorter ones both are "
-        "smaller, and mean friction changes much less (docs/roughness.md)."
+        "smaller, and mean friction changes much less (docs/explanation/roughness.md)."
     )
     pictures = ("map.png", "contact.png", "parameters.png", "spectrum.png")
     tables = (table_name(result, results) for result in results)

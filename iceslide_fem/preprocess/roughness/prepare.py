@@ -20,7 +20,7 @@ from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.machine import memory_of_machine
 
 PIXEL_ROUNDING = 1e-3  # of a pixel's side, in files that have it to few digits
-# On coarser pixels k and D change by more than on finer ones: docs/roughness.md, cost.
+# On coarser pixels k and D change by more than on finer ones: docs/explanation/roughness.md, cost.
 THINNED_TO = 10.0  # pixels to the shortest wave that is kept of a map
 THINNED_AT_LEAST = 256  # pixels along the longer side of a map: takes a second or two
 PROGRAM, PER_PIXEL = 0.2e9, 200.0  # bytes, measured by scripts.studies.map_cost

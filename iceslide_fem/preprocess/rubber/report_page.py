@@ -21,7 +21,7 @@ from iceslide_fem.runtime.units import ZERO_CELSIUS
 LEFT_OUT = (
     "Moduli are those of one small amplitude: no Payne effect, no softening by earlier strains. "
     "Volume changes are elastic, moduli are not shifted vertically, and hysteresis on rough ice is "
-    "left out (docs/rubber.md)."
+    "left out (docs/explanation/relaxation.md)."
 )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from iceslide_fem.runtime.arrays import Array
 
-PHASES = 6  # within 0.4 % of 48 of them (docs/wheel.md)
+PHASES = 6  # within 0.4 % of 48 of them (docs/explanation/wheel.md)
 FINEST = 4.0  # pixels in which a groove passes, at least
 
 

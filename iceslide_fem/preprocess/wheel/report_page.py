@@ -24,7 +24,8 @@ ABOUT_ERROR = (
 LEFT_OUT = (
     "The brush: no carcass, no camber, no relaxation length, one sliding velocity over the whole "
     "patch, pressures that slip does not change. What slides does so with the speed of the wheel: "
-    "a bristle in series with a film that melts has no motion of its own (docs/wheel.md)."
+    "a bristle in series with a film that melts has no motion of its own "
+    "(docs/explanation/wheel.md)."
 )
 # Charts: anchor, title, what is to be seen, label of y, column, factor.
 CHARTS = (

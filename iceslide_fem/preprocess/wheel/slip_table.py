@@ -99,8 +99,8 @@ class SlipTable:
 def axes_of_a_stop(speed: float, end_speed: float) -> tuple[Array, Array]:
     """Speeds (m/s, geometric steps) and slip ratios (even steps) for stops between two speeds.
 
-    Distances are within 1 % of those by twice as many (docs/braking.md). Raises SceneError if the
-    speeds are not in their order.
+    Distances are within 1 % of those by twice as many (docs/explanation/wheel.md). Raises
+    SceneError if the speeds are not in their order.
     """
     if not 0.0 < end_speed < speed < np.inf:
         raise SceneError(

@@ -24,7 +24,7 @@ from iceslide_fem.workflow.planning.row import Row
 
 # sqrt(alpha t) over the contact's shortest side up to which columns of ice are good enough. At
 # 0.09 they change mean mu by 0.8 % and cold ice beside the contact changes it by 2.7 % (slice of
-# thesis_1bar; docs/comparison.md).
+# thesis_1bar; docs/validation/published.md).
 LATERAL_FRACTION = 0.1
 
 
