@@ -1,5 +1,6 @@
 """The names of `iceslide_fem` for scripts and notebooks: light to import, with units."""
 
+import inspect
 import re
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from iceslide_fem.runtime import progress
 from iceslide_fem.runtime.column_names import label_and_unit
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.runtime.progress import LongTask
+from iceslide_fem.scene.cases import cases_folder
 
 POINT = {"model": "point", "load.duration": "2 ms"}
 GAUSSIAN = "120mm,2bar,30mm"
@@ -37,7 +39,7 @@ def test_the_package_is_light_until_a_name_is_asked_for():
     heavy = "{'numpy', 'xarray', 'pydantic', 'dolfinx', 'mpi4py'}"
     program = (
         f"import sys, iceslide_fem; print(sorted({heavy} & set(sys.modules))); dir(iceslide_fem); "
-        "iceslide_fem.run, iceslide_fem.footprint; import iceslide_fem.simulate; "
+        "iceslide_fem.run, iceslide_fem.sweep; import iceslide_fem.simulate; "
         "print(iceslide_fem.run.__module__, 'dolfinx' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
@@ -87,6 +89,35 @@ def test_overrides_are_texts_or_values_by_keys(tmp_path):
     for wrong in ({}, {"path": "a.toml", "case": "thesis_1bar"}):
         with pytest.raises(SceneError, match="give a scene file or the name of a case; given: "):
             iceslide_fem.load_scene(**wrong)
+
+
+def run_example(name, monkeypatch):
+    """Run the example in the description of a public name."""
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    text = inspect.getdoc(getattr(iceslide_fem, name))
+    (example,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(example, {})
+
+
+def test_the_example_of_a_surface_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "cases").symlink_to(cases_folder())
+    run_example("roughness", monkeypatch)
+    assert (tmp_path / "results" / "compound_B" / "contact.csv").is_file()
+
+
+EXAMPLES = "load_scene run read_run sweep Conditions simulate_points footprint wheel Law".split()
+
+
+@pytest.mark.quick
+def test_the_examples_of_the_descriptions_run(tmp_path, monkeypatch):
+    """In their order: one reads what another has written."""
+    monkeypatch.chdir(tmp_path)
+    for name in EXAMPLES:
+        run_example(name, monkeypatch)
+    assert {path.name for path in (tmp_path / "results").iterdir()} == {
+        *("thesis_point", "thesis_1bar-sweep", "gaussian", "gaussian_wheel")
+    }
 
 
 @pytest.mark.quick

@@ -14,7 +14,9 @@ def cases() -> None:
 
     from iceslide_fem.scene.cases import case_files, cases_folder
 
-    table = Table("case", "what it is", "model", "takes")
+    table = Table()
+    for heading in ("case", "what it is", "model", "takes"):
+        table.add_column(heading, no_wrap=heading != "what it is")
     for case in case_files():
         table.add_row(case.name, case.what, case.model, COST[case.model])
     Console().print(table)

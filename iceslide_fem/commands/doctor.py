@@ -15,7 +15,8 @@ def doctor() -> None:
     from iceslide_fem.workflow.installation import can_run, parts
 
     found = parts()
-    table = Table("part", "", "found")
+    table = Table("part", "")
+    table.add_column("found", overflow="fold")
     for part in found:
         table.add_row(part.name, "ok" if part.works else "missing", part.found)
     Console().print(table)

@@ -51,6 +51,17 @@ class Conditions(NamedTuple):
     (m), duration (s); viscosity of the water (Pa s); of the ice conductivity (W/(m K)), density
     (kg/m3), heat_capacity (J/(kg K)), melting_temperature (K), latent_heat (J/kg). limit: what the
     shear is limited by, if it is.
+
+    ```python
+    import numpy as np
+    from iceslide_fem import Conditions
+
+    conditions = Conditions.of(
+        pressure=1e5, speed=np.linspace(1, 5, 100), temperature=269.15, k=0.3, D=6e-4, H_V=2e-6,
+        initial_height=7e-8, duration=7e-3,
+    )
+    conditions.pressure.shape  # (100,)
+    ```
     """
 
     pressure: Array

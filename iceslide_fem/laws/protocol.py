@@ -82,7 +82,21 @@ class Response(NamedTuple):
 
 
 class Law(Protocol):
-    """A friction law; the module says what its members mean."""
+    """A friction law; the module says what its members mean.
+
+    A scene names the file and the class: `friction.law = "my_law.py:Growing"`.
+
+    ```python
+    from iceslide_fem import Contact, Law, Response, Surface
+
+    class Growing(Law):  # friction that grows with the slip speed, without a state
+        fields = {}
+
+        def respond(self, contact, state, surface, dt):
+            mu = 0.05 + 0.02 * contact.speed
+            return Response(mu * contact.pressure, mu)
+    ```
+    """
 
     fields: Mapping[str, float]
 

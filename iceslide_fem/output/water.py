@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from iceslide_fem.coupling.ledger import Ledger
-from iceslide_fem.coupling.sliding import Sliding
 from iceslide_fem.film.integrators import InterfaceState, Step
 from iceslide_fem.laws.carrying_film import CarryingFilm
 from iceslide_fem.laws.interface_law import InterfaceLaw
+
+if TYPE_CHECKING:  # a point has no block, and needs no DOLFINx
+    from iceslide_fem.coupling.ledger import Ledger
+    from iceslide_fem.coupling.sliding import Sliding
 
 MEANS = "water_height_m", "water_borne_fraction"
 AMOUNTS = "water_brought_m3", "water_in_sipes_m3", "water_pushed_out_m3"
