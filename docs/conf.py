@@ -28,6 +28,7 @@ nb_execution_mode = "cache"
 nb_execution_timeout = 120
 nb_execution_raise_on_error = True
 nb_merge_streams = True
+nb_output_stderr = "remove"  # what VTK says of machines without a screen
 autodoc_typehints = "description"
 autodoc_member_order = "bysource"
 
