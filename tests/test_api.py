@@ -124,7 +124,7 @@ def test_the_examples_of_the_descriptions_run(tmp_path, monkeypatch):
 def test_a_scene_in_a_notebook_shows_what_differs_from_the_defaults(point_scene):
     html = point_scene._repr_html_()
     shown = dict(re.findall(r"<code>([^<]*)</code></td><td[^>]*>([^<]*)<", html))
-    assert shown["load.pressure"] == "100000 Pa" and shown["load.duration"] == "0.002 s"
+    assert shown["load.pressure"] == "100 kPa" and shown["load.duration"] == "2 ms"
     assert shown["model"] == "point" and "load.passes" not in shown
     assert "<b>thesis_1bar</b>" in html
 

@@ -10,7 +10,7 @@ from typing import Any, get_args
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from iceslide_fem.runtime.units import ZERO_CELSIUS, readable
+from iceslide_fem.runtime.units import readable
 from iceslide_fem.scene.rows import RowsOf
 from iceslide_fem.scene.units import Quantity
 
@@ -52,9 +52,7 @@ def _text(value: Any, unit: str) -> str:
     if isinstance(value, tuple) and value and isinstance(value[0], tuple):
         return f"{len(value)} rows, {unit}" if unit else f"{len(value)} rows"
     if isinstance(value, float):
-        if unit == "K":
-            return f"{value - ZERO_CELSIUS:.6g} degC"
-        prefixed = unit and not any(mark in unit for mark in "/*^")
+        prefixed = unit not in ("", "K") and not any(mark in unit for mark in "/*^")
         return readable(value, unit) if prefixed else f"{value:.6g} {unit}".rstrip()
     if isinstance(value, tuple | list):
         return (
