@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import csv
+import math
 import os
 import subprocess
 import sys
@@ -106,6 +107,8 @@ def default(field: FieldInfo) -> str:
         return f"{value:g}"
     if quantity.unit == "K" and quantity.low.endswith("degC"):
         return f"{value - 273.15:g} degC"
+    if quantity.unit == "rad":
+        return f"{math.degrees(value):g} deg"
     if any(mark in quantity.unit for mark in "/*"):
         return f"{value:g} {quantity.unit}"
     return readable(value, quantity.unit)
@@ -227,7 +230,13 @@ class ValidationTable(Generated):
             ]
             head, *rows = csv.reader(file)
         self.env.note_dependency(str(path))
-        return [*_markdown(tuple(head), [tuple(row) for row in rows]), f"*{'; '.join(about)}*", ""]
+        names = (line.partition(": ") for line in about)
+        said = "; ".join(f"{name} `{value}`" for name, _, value in names)
+        return [
+            *_markdown(tuple(head), [tuple(row) for row in rows]),
+            said[:1].upper() + said[1:],
+            "",
+        ]
 
 
 class Studies(Generated):
@@ -243,6 +252,18 @@ class Studies(Generated):
         return _markdown(("study", "what it prints"), rows)
 
 
+def _fences(app: Sphinx, kind: str, name: str, what: Any, options: Any, lines: list[str]) -> None:
+    """Docstrings write examples between Markdown's fences: they become code blocks."""
+    found, inside = [], False
+    for line in lines:
+        if line.strip().startswith("```"):
+            inside = not inside
+            found += [".. code-block:: python", ""] if inside else [""]
+        else:
+            found.append(f"    {line}" if inside else line)
+    lines[:] = found
+
+
 def setup(sphinx: Sphinx) -> dict[str, bool]:
     """Register the directives."""
     for name, kind in (
@@ -250,4 +271,5 @@ def setup(sphinx: Sphinx) -> dict[str, bool]:
         ("validation-table", ValidationTable), ("studies", Studies),
     ):  # fmt: skip
         sphinx.add_directive(name, kind)
+    sphinx.connect("autodoc-process-docstring", _fences)
     return {"parallel_read_safe": True}
