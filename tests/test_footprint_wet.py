@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from iceslide_fem.run.point import point_history
 
 from iceslide_fem.cli import main
 from iceslide_fem.preprocess.footprint import film_map as module
@@ -23,6 +22,7 @@ from iceslide_fem.preprocess.footprint.survey import survey
 from iceslide_fem.preprocess.footprint.synthetic import Tread
 from iceslide_fem.preprocess.footprint.wet_ice import WetIce
 from iceslide_fem.preprocess.wheel.case import WheelCase
+from iceslide_fem.runs.point import point_history
 from iceslide_fem.runtime.errors import SceneError
 from iceslide_fem.scene import scene_from_dict
 from iceslide_fem.scene.contact_file import read_contact_table

@@ -67,6 +67,18 @@ def test_voids_that_are_not_full_bear_nothing():
     assert Voids(TABLE).contact_pressure(p, water).tolist() == p.tolist()
 
 
+def test_more_pressure_never_rubs_less():
+    """At one amount of water: below the table, within it, and where voids are full."""
+    p = np.geomspace(1e3, 1e6, 200)
+    for table in (TABLE, CONTACT_TABLES["B"]):
+        k, D, H_V, _ = table(p)
+        touching = film_loads(p, np.ones_like(p), k, D, H_V)
+        loads = CarryingLoads(Voids(table), touching, p, np.ones_like(p), 1.8e-3)
+        for water in (0.0, 1e-6, 3e-6, 2e-5):
+            tau = loads.tau(np.full_like(p, 5e-8), np.full_like(p, water))
+            assert (np.diff(tau) >= -1e-12 * tau[1:]).all(), water
+
+
 @pytest.mark.parametrize("table", [TABLE, CONTACT_TABLES["B"]], ids=["surface", "published"])
 def test_voids_hold_what_carries(table):
     voids, water = Voids(table), np.geomspace(1e-8, 1e-3, 50)

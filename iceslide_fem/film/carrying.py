@@ -85,7 +85,8 @@ class CarryingLoads(NamedTuple):
         """Who bears the pressure with `water` (m) in the voids."""
         p = np.maximum(self.pressure, 0.0)
         solid = self.voids.contact_pressure(p, water)
-        (k, D), (whole_k, whole_D) = (self.voids.contact(one) for one in (solid, p))
+        k, D = self.voids.contact(solid)
+        whole_k, whole_D, _, _ = self.voids.table(p)
         share = np.divide(solid, p, out=np.ones_like(p), where=p > 0.0)
         film = self.touching._replace(
             viscous=self.touching.viscous * (k / whole_k),
