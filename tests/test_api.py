@@ -40,7 +40,7 @@ def test_the_package_is_light_until_a_name_is_asked_for():
     program = (
         f"import sys, iceslide_fem; print(sorted({heavy} & set(sys.modules))); dir(iceslide_fem); "
         "iceslide_fem.run, iceslide_fem.sweep; import iceslide_fem.simulate; "
-        "print(iceslide_fem.runs.__module__, 'dolfinx' in sys.modules)"
+        "print(iceslide_fem.run.__module__, 'dolfinx' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert done.stdout.splitlines() == ["[]", "iceslide_fem.api.runs False"], done.stderr

@@ -96,7 +96,7 @@ def test_the_envelope_is_that_of_the_page():
         "| 0.2 bar | 5 bar |",
     ):
         assert row in page
-    assert "| 10 E/H | 1000 E/H |" in page and "| 0.2 % | 20 % of p |" in page
+    assert "| 10 E/H | 1000 E/H |" in page and "| 0.2 % | 20 % of the nominal pressure |" in page
 
 
 def test_buckling_of_slender_and_of_stocky_blocks():
