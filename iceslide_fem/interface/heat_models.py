@@ -39,7 +39,7 @@ AGREEMENT, ROUNDING = 1e-2, 1e-11
 def equation_of(block: Block, surface: list[Lines], heated: Array) -> HeatEquation:
     """Heat equation of ice below these grid lines (m), or of the user's mesh. Collective.
 
-    heated: shortest and longest time of heating, s.
+    heated: times for which the ice is heated, s.
     """
     ice, comm = block.scene.ice, block.surface.comm
     body = gmsh_model.distribute_made(lambda: ice_body(block.scene, surface, heated), comm)
