@@ -187,7 +187,7 @@ class LayeredElements:
             for place in places
         ]
         most = max(map(len, corners))
-        parents = np.array([one * (most // len(one)) for one in corners])  # repeated to equal length
+        parents = np.array([one * (most // len(one)) for one in corners])  # repeated
         own, number = self.space.dofmap.index_map.size_local, self.numbering.number
         columns = np.zeros((own, most), dtype=np.int64)
         for dof, parent in enumerate(parents):
@@ -247,7 +247,7 @@ def _halves(places: Array) -> NDArray[np.intp]:
     around = [[0.0], [1.0]] if places.shape[1] == 2 else [[0, 0], [1, 0], [1, 1], [0, 1]]
     halves = []
     for low, high in ((0.0, 0.5), (0.5, 1.0)):
-        upper = around[::-1] if places.shape[1] == 2 else around  # VTK orders a quadrilateral around
+        upper = around[::-1] if places.shape[1] == 2 else around  # VTK: quadrilaterals go around
         ends = [[*place, low] for place in around] + [[*place, high] for place in upper]
         halves.append([np.flatnonzero((places == end).all(axis=1))[0] for end in ends])
     return np.array(halves)
