@@ -123,7 +123,7 @@ def contact_tangent(
 
 def _loaded(state: ContactState, traction: Traction) -> NDArray[np.intp]:
     """Facets with a load or a load derivative; most of the walls have none."""
-    parts = (state.pressure, traction.value, traction.by_displacement)  # by_pressure: nonzero where pressure is
+    parts = (state.pressure, traction.value, traction.by_displacement)  # zero with them
     return np.flatnonzero(sum(part.any(axis=tuple(range(1, part.ndim))) for part in parts))
 
 
