@@ -1,4 +1,4 @@
-"""Passes over the same ice, and rows of blocks: what of a scene contradicts them."""
+"""Checks of scenes with several passes over the same ice, or rows of blocks."""
 
 from __future__ import annotations
 
