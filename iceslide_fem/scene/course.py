@@ -50,7 +50,7 @@ class Course:
         if self.is_constant:
             return np.full_like(t, self.values[0])
         inside = self._pieces(np.clip(t, self.times[0], self.times[-1]))
-        inside = np.clip(inside, *self._range)  # rounding apart, it is so
+        inside = np.clip(inside, *self._range)  # against rounding
         return np.where(t < self.times[-1], inside, self.values[-1])
 
     def at(self, time: float) -> float:
@@ -85,7 +85,7 @@ class Course:
             return self.values[0]
         mean = (self.integral(end) - self.integral(start)) / (end - start)
         low, high = self._range
-        return min(max(mean, low), high)  # rounding apart, it is so
+        return min(max(mean, low), high)  # against rounding
 
     def next_corner(self, time: ArrayLike) -> Array:
         """The first row after `time` (s, any shape), infinite if there is none before the end."""

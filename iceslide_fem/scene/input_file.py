@@ -20,9 +20,7 @@ def _regular(path: Path) -> Path:
     return path
 
 
-InputFile = Annotated[
-    Path, AfterValidator(_regular)
-]  # like pydantic's FilePath, without OSError
+InputFile = Annotated[Path, AfterValidator(_regular)]  # like pydantic's FilePath, without OSError
 
 
 def read_text(path: Path, what: str) -> str:

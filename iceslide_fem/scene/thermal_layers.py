@@ -66,7 +66,7 @@ def stacked_layers(
     depth: float = HEATED_LAYERS,
     to_base: bool = False,
 ) -> StackedLayers:
-    """Elements through a `stack` of solids below a surface that is heated, as `layers` grades one.
+    """Graded elements through a `stack` of solids below a heated surface.
 
     Depth is measured in thermal layers of each solid. At the thermal depth z (s^0.5) an element has
     the thickness first + (ratio - 1) z, times sqrt(alpha). Interfaces of solids are element
