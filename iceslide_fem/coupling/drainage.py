@@ -133,7 +133,9 @@ class Sipes:
         return interface._replace(internal=internal)
 
     def _capacity(self) -> Array:
-        """Volume of each sipe between its present walls, (sipes,), m3 (m2 in a slice). Collective."""
+        """Volume of each sipe between its present walls, (sipes,), m3 (m2 in a slice).
+        Collective.
+        """
         walls = self._block.rubber.self_contact
         if walls is None or not np.isfinite(self._volumes).any():
             return self._volumes

@@ -27,7 +27,9 @@ class Layout(Protocol):
     """The distribution of values of one kind over the ranks."""
 
     def kept(self, values: Mapping[str, Array]) -> Arrays:
-        """What this rank saves of `values` (..., n): the values that it owns, and where they are."""
+        """What this rank saves of `values` (..., n): the values that it owns, and where they
+        are.
+        """
 
     def own(self, parts: Iterable[Mapping[str, Array]]) -> Arrays:
         """This rank's values (..., n) from the `parts` that the ranks of an earlier run saved.

@@ -85,7 +85,9 @@ class Plate:
         return self.loads(speed(present[..., 0])[0].ravel(), offset)
 
     def with_still_rubber(self, loads: ContactLoads, time: float) -> ContactLoads:
-        """The `loads` with the plate's speed at `time` (s): rubber at rest relative to the plate."""
+        """The `loads` with the plate's speed at `time` (s): rubber at rest relative to the
+        plate.
+        """
         return replace(loads, speed=np.full_like(loads.speed, self._speeds.at(time)))
 
     def faster(self, loads: ContactLoads, by: Array) -> ContactLoads:

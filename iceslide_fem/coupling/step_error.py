@@ -100,7 +100,9 @@ class StepError:
         return off / (self.limits.curve * self._tolerance * size)
 
     def straight_parts(self, forces: Sequence[float], ends: Sequence[float]) -> tuple[int, float]:
-        """Number of substeps, from the start, over which friction is nearly linear; its `of_line`."""
+        """Number of substeps, from the start, over which friction is nearly linear; its
+        `of_line`.
+        """
         for parts in range(len(ends), 0, -1):
             nonlinearity = self.of_line(forces[: parts + 1], ends[:parts])
             if nonlinearity <= 1.0:

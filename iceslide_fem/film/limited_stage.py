@@ -57,7 +57,9 @@ class LimitedHeight(NamedTuple):
         return self.derivatives(y, self.terms(y))[0]
 
     def slope(self, y: Array) -> Array:
-        """Derivative of the left side; negative beyond the height where nothing is left to freeze."""
+        """Derivative of the left side; negative beyond the height where nothing is left to
+        freeze.
+        """
         return 1.0 + self._parts(y, self.terms(y))[1]
 
     def terms(self, y: Array) -> Terms:

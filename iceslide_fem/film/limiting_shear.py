@@ -122,7 +122,9 @@ class LimitingShear(NamedTuple):
             return np.asarray(1.0 / relative)
 
     def internal(self, height: Array, speed: Array, strength: Array) -> Array:
-        """Internal variables (2, n) of films of height h (m) at slip speeds (m/s) and tau_b (Pa)."""
+        """Internal variables (2, n) of films of height h (m) at slip speeds (m/s) and tau_b
+        (Pa).
+        """
         return self.kept(height, shearing(height, strength, self.drag(speed)), strength)
 
     def kept(self, height: Array, shearing: Array, strength: Array) -> Array:

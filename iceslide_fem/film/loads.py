@@ -126,7 +126,9 @@ class FilmLoads(NamedTuple):
         return self.free_height
 
     def temperature_scale(self, step: Step, scale: Array) -> Array:
-        """Reference of temperature errors (K): `scale`, or less where tau depends on temperature."""
+        """Reference of temperature errors (K): `scale`, or less where tau depends on
+        temperature.
+        """
         if self.limit is None:
             return scale
         scale = np.minimum(scale, self.limit.temperature_scale(step.last, self.speed))

@@ -88,7 +88,9 @@ class Balance:
     _meeting: Meeting
 
     def __init__(self, bodies: Bodies, temperature: float, agreement: float) -> None:
-        """temperature: initial, of all bodies, K; agreement: tolerance of surface temperatures, K."""
+        """temperature: initial, of all bodies, K; agreement: tolerance of surface
+        temperatures, K.
+        """
         self._bodies, self._T_0, self._agreement = bodies, temperature, agreement
         self._solver = LinearSolver(bodies.comm, CLOSE * agreement)
         self._heating = np.zeros_like(bodies.capacity)

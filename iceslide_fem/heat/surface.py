@@ -83,7 +83,9 @@ class HeatedSurface:
         return Reading(number, weight)
 
     def _here(self, points: Array) -> tuple[Array, NDArray[np.int64], Array]:
-        """Distance (m) of points (n, axes) from this rank's nearest facet, and the reading of it."""
+        """Distance (m) of points (n, axes) from this rank's nearest facet, and the reading of
+        it.
+        """
         n, nodes = len(points), self._closures.shape[1]
         if not n or not len(self._corners):
             return np.full(n, np.inf), np.zeros((n, nodes), dtype=np.int64), np.zeros((n, nodes))

@@ -76,7 +76,9 @@ class FilmsBelowHistory(FilmsOnNodes[GrowingLoads]):
     def _scattered(
         self, contact: ContactLoads, loads: FilmLoads, pressure: Array, value: Array
     ) -> OnNodes:
-        """Loads, pressures (Pa) and `value` (n,) of the points, averaged to the nodes. Collective."""
+        """Loads, pressures (Pa) and `value` (n,) of the points, averaged to the nodes.
+        Collective.
+        """
         grid, touching = self.ice.grid, contact.touching
         amounts = np.stack([touching, touching * pressure, touching * value])
         area, force, amount = grid.scatter(amounts, place(grid, contact))[:, grid.own]

@@ -36,7 +36,9 @@ class SurfaceConduction:
         shape: tuple[int, ...],
         modes: SurfaceModes | None,
     ) -> None:
-        """cell_area: of the nodes, m2; shape: of the grid; modes: None without lateral conduction."""
+        """cell_area: of the nodes, m2; shape: of the grid; modes: None without lateral
+        conduction.
+        """
         self.stage, self.cell_area, self._modes, self._shape = stage, cell_area, modes, shape
         self.offset = stage.offset.ravel()
         self.resistance = stage.resistance.reshape(shape)

@@ -73,7 +73,9 @@ class InterfaceLaw(Protocol):
         """The shear law of points in `state`, on ice of `temperature` (K)."""
 
     def at_start(self, film_height: float, n: int) -> Sheared:
-        """The initial shear law of `n` points, with films of the height (m) if the law has films."""
+        """The initial shear law of `n` points, with films of the height (m) if the law has
+        films.
+        """
 
     def film_height(self, state: InterfaceState) -> Array:
         """Film heights (n,), m; NaN for a law without films."""

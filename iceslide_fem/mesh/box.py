@@ -113,7 +113,9 @@ class Span(NamedTuple):
 
     @property
     def corners(self) -> list[tuple[float, int]]:
-        """Corners replaced by its cut edges, with the side of the rubber: above (+1) or below (-1)."""
+        """Corners replaced by its cut edges, with the side of the rubber: above (+1) or below
+        (-1).
+        """
         ends = ((self.low, 1), (self.high, -1))
         return [end for end, there in zip(ends, self.edges, strict=True) if there]
 
@@ -255,7 +257,9 @@ def _rows(block: BlockShape, sized: Grading) -> list[Lines]:
 
 
 def _with_skin(line: Lines, skin: float) -> Lines:
-    """Lines with the first cell divided: the first part is `skin` (m) thick, each next one twice."""
+    """Lines with the first cell divided: the first part is `skin` (m) thick, each next one
+    twice.
+    """
     first = line[1] - line[0]
     count = math.ceil(math.log2(first / skin + 1.0))
     ends = np.expm1(math.log(2.0) * np.arange(count + 1)) / (2.0**count - 1.0)

@@ -202,7 +202,9 @@ def empty_model() -> Iterator[Any]:
 
 
 def nodes_of(model: Any, cells: IntArray) -> tuple[Array, IntArray]:
-    """Coordinates (n, 3) of the nodes of `cells` (gmsh's numbers), and `cells` as indices of them."""
+    """Coordinates (n, 3) of the nodes of `cells` (gmsh's numbers), and `cells` as indices of
+    them.
+    """
     numbers, coordinates, _ = model.mesh.getNodes()
     used, places = np.unique(cells, return_inverse=True)
     order = np.argsort(numbers)

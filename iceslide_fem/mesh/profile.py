@@ -118,7 +118,9 @@ def _counted(patches: list[Patch], height: float) -> tuple[int, int, Array]:
 
 
 def on_arcs(block: BlockShape, points: Array) -> Array:
-    """Surface points (..., d), m, with those on chords of round edges moved outwards to the arcs."""
+    """Surface points (..., d), m, with those on chords of round edges moved outwards to the
+    arcs.
+    """
     radius = block.edge
     if radius == 0.0 or block.cut:
         return points

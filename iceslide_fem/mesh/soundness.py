@@ -55,7 +55,9 @@ class Soundness:
         self._pairs = order[self._count[order] == 2].reshape(-1, 2)  # both sides of inner facets
 
     def fault(self, held: IntArray, name: str = "plate") -> Fault | None:
-        """The first fault; held: facets (n, corners) with the `name`, to which all parts connect."""
+        """The first fault; held: facets (n, corners) with the `name`, to which all parts
+        connect.
+        """
         return (
             self._twisted()
             or self._folded()

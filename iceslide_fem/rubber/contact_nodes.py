@@ -92,7 +92,9 @@ class ContactNodes:
         return np.flatnonzero(acts.astype(bool) | loads.any(axis=0))
 
     def summing(self, facets: NDArray[np.intp], acting: NDArray[np.intp]) -> csc_matrix:
-        """Matrix from forces on this rank's `facets` (f a d) to `acting` loads without the plate's."""
+        """Matrix from forces on this rank's `facets` (f a d) to `acting` loads without the
+        plate's.
+        """
         numbers = np.searchsorted(acting, self._numbers[facets].ravel())
         first = np.arange(numbers.size + 1)
         shape = (acting.size - 1, numbers.size)

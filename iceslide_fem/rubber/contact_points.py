@@ -38,7 +38,9 @@ def contact_points(scene: Scene, rubber: HyperelasticBody, height: float) -> Con
 
 
 def _facets_near_ice(rubber: HyperelasticBody, height: float) -> NDArray[np.int32]:
-    """Local numbers of facets that may touch ice: `contact`, and lower `walls` that fold onto it."""
+    """Local numbers of facets that may touch ice: `contact`, and lower `walls` that fold onto
+    it.
+    """
     walls = rubber.facets("walls")
     if not len(walls):
         return rubber.facets("contact")

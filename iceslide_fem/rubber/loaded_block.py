@@ -50,7 +50,9 @@ class LoadedBlock:
         law: TractionLaw,
         contact_tolerance: float = 0.0,
     ) -> None:
-        """force: None for a held plate; contact_tolerance: residual of the contact in a change, N."""
+        """force: None for a held plate; contact_tolerance: residual of the contact in a
+        change, N.
+        """
         self.rubber, self._surface, self._penalty = rubber, surface, penalty
         self._tangent, self._vector = tangent, residual
         self._force, self._law, self._contact_tolerance = force, law, contact_tolerance

@@ -108,6 +108,8 @@ class PlateContact:
 
 
 def lift_of(plate: Any, u: Array, comm: MPI.Comm) -> float:
-    """Upward displacement (m) of the `plate`'s blocked dofs in `u` (blocked dofs, d). Collective."""
+    """Upward displacement (m) of the `plate`'s blocked dofs in `u` (blocked dofs, d).
+    Collective.
+    """
     own = float(u[plate[0], -1]) if plate.size else -np.inf
     return float(comm.allreduce(own, op=MPI.MAX))

@@ -15,7 +15,9 @@ from iceslide_fem.runtime.arrays import Array, Index
 
 
 class Sticking(NamedTuple):
-    """Points in contact with an anchor: contact, anchor facets (P,), springs, bounds mu p (P,), Pa."""
+    """Points in contact with an anchor: contact, anchor facets (P,), springs, bounds mu p
+    (P,), Pa.
+    """
 
     pressing: Pressing
     facet: Index

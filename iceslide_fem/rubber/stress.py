@@ -21,7 +21,9 @@ from iceslide_fem.scene.materials import MooneyRivlin
 
 
 class Deformation(NamedTuple):
-    """Deformation measures of the law: J (...), bbar = J^(-2/3) F F^T (..., 3, 3), bbar^2, traces."""
+    """Deformation measures of the law: J (...), bbar = J^(-2/3) F F^T (..., 3, 3), bbar^2,
+    traces.
+    """
 
     J: Array
     b: Array

@@ -61,7 +61,9 @@ class MotionLaw(Protocol):
         """Velocity increment (dofs,) by the acceleration, beyond that of `begin` at `time`, m/s."""
 
     def velocity_error(self, start: Motion, end: Motion) -> Array:
-        """Velocity (dofs,) at the end minus the predicted one, m/s; 0 with another error estimate."""
+        """Velocity (dofs,) at the end minus the predicted one, m/s; 0 with another error
+        estimate.
+        """
 
     def behind_kink(self, start: Motion, end: Motion) -> Motion:
         """`end` after a kink: data before the kink do not predict the velocity."""

@@ -42,7 +42,9 @@ SMALL = 1e-2  # dt / tau below which a series gives the error of a step
 
 
 class Strained(NamedTuple):
-    """State at the points (c, q): S_iso (Pa) and C by six components (c, q, 6); W_iso (c, q), J/m3."""
+    """State at the points (c, q): S_iso (Pa) and C by six components (c, q, 6); W_iso (c, q),
+    J/m3.
+    """
 
     stress: Array
     strain: Array
@@ -178,7 +180,9 @@ class Viscoelasticity:
         return self._relaxed(relaxed, now, np.zeros_like(now.stress), np.inf)
 
     def restored(self, relaxed: Array, rate: Array, span: float) -> Relaxed:
-        """Internal variables at present displacements from saved R_i (m, c, q, 6), rate and span."""
+        """Internal variables at present displacements from saved R_i (m, c, q, 6), rate and
+        span.
+        """
         return self._relaxed(relaxed, self._now(), rate, span)
 
     def begin_step(self, start: Relaxed, dt: float, temperature: Array | float) -> None:
