@@ -21,6 +21,4 @@ def _watch() -> None:
 
 if __name__ == "__main__":
     threading.Thread(target=_watch, daemon=True).start()
-    runpy.run_module(
-        "iceslide_fem.cli", run_name="__main__"
-    )  # by name: it imports this folder
+    runpy.run_module("iceslide_fem.cli", run_name="__main__")  # by name: it imports this folder

@@ -1,4 +1,4 @@
-"""Meshes with named parts, to and from gmsh. Only this module and mesh builders import gmsh.
+"""Meshes with named parts, to and from gmsh. Only this module, `patches` and `outline` import it.
 
 gmsh is GPL-2.0-or-later with exceptions. The rest of the package uses `TaggedMesh` arrays and
 DOLFINx meshes.
