@@ -22,7 +22,7 @@ FIRST_STEP = 0.05
 # Local errors of surface temperatures have this many times less weight than those of mu. Conduction
 # damps them, and they do not affect the heat in the ice.
 SURFACE_EASE = 8.0
-# First step after an event, relative to the step before it.
+# First step after an event, over the step length that error control gave before it.
 RESTART = 0.01
 # Number of cuts of a step by linear interpolation of the event; later cuts at least halve it.
 LINES = 2

@@ -62,7 +62,7 @@ def meshed_rubber(block: Block) -> MeshedRubber:
 
 
 def settings_of(block: Block, heated: Array) -> Settings:
-    """Settings of meshed ice that is heated for `heated` (s)."""
+    """Settings of meshed ice with these heating times `heated` (s)."""
     scene, solid = block.scene, block.scene.ice.solid
     tolerance, longest = scene.numerics.tolerance, float(np.max(heated))
     deep = HEATED_LAYERS * math.sqrt(solid.diffusivity * longest)

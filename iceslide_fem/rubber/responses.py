@@ -28,7 +28,8 @@ from iceslide_fem.runtime.arrays import Array
 MOST_SOLVES, MOST_KEPT = 20, 200
 # Images of kept loads are dropped if they are linear combinations of others to this tolerance.
 DEPENDENT = 1e-6
-# Iteration stops if a solve leaves more than this fraction of the residual.
+# The residual of a solve is the next load. If it is more than this fraction of the one before, the
+# latest image is the next load instead.
 ENOUGH = 0.8
 # Cost of solving for the parts of a load at once, in single solves.
 PARTS_COST = 1.5
