@@ -25,7 +25,7 @@ def doubts(height: float, friction: float, melts: bool, dry: bool = False) -> li
     if height < THINNEST_FILM and not dry:
         found.append(
             f"the film gets {1e9 * height:.2g} nm thin: below {1e9 * THINNEST_FILM:g} nm there are "
-            "three water molecules or less, which are no fluid with a viscosity"
+            "three water molecules or less, too few for the viscosity of a fluid"
         )
     if friction > LARGEST_FRICTION:
         found.append(f"mu rises to {friction:.3g}: {IN_DOUBT}")

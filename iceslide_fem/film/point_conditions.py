@@ -111,7 +111,9 @@ class Conditions(NamedTuple):
             for name, part in zip(RANGES, arrays, strict=True)
         }
         if refreeze != "nothing" and numbers["initial_height"].any():
-            raise ValueError("films that freeze begin with the height 0: water on cold ice is gone")
+            raise ValueError(
+                "films that freeze begin with the height 0: water on cold ice freezes at once"
+            )
         if strength is None:
             return cls(**numbers, limit=None)
         speed = numbers["speed"] if fastest is None else fastest

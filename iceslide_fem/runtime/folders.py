@@ -108,7 +108,7 @@ def check_folder(
     if foreign:
         more = f" and {len(foreign) - 1} more" if len(foreign) > 1 else ""
         raise SceneError(
-            f"{out} holds what is no result of this program ({foreign[0]}{more}): give another "
+            f"{out} holds other files than results ({foreign[0]}{more}): give another "
             "folder with --out"
         )
     results = results_in(out)

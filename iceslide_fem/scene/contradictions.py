@@ -154,7 +154,7 @@ def _contact_is_stiff(scene: Tables) -> None:
     if ramp and ramp > pressure:
         raise ValueError(
             f"numerics.shear_ramp_pressure = {ramp / BAR:.3g} bar is above load.pressure = "
-            f"{pressure / BAR:.3g} bar: friction would never be there in full"
+            f"{pressure / BAR:.3g} bar: friction would never reach its full value"
         )
 
 

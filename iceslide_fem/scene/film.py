@@ -121,7 +121,7 @@ class Film(Table):
         if self.refreeze != "nothing" and self.dry_stress is None:
             raise ValueError(
                 f'film.refreeze = "{self.refreeze}" and no film.dry_stress contradict each other: '
-                'what has frozen rubs dry; allowed: refreeze = "nothing", or film.dry_stress'
+                'frozen contact has dry friction; allowed: refreeze = "nothing", or film.dry_stress'
             )
         heights = self.initial_height
         if self.refreeze != "nothing" and (isinstance(heights, tuple) or heights > 0.0):

@@ -113,7 +113,7 @@ def _check_layers(ice: Grounded) -> None:
         if layer.name == ICE or layer.name in names:
             raise ValueError(
                 f'ice.layers has the name "{layer.name}" twice (the ice itself is "{ICE}"); '
-                "allowed: a name of its own for each layer"
+                "allowed: a different name for each layer"
             )
         names.append(layer.name)
         if ice.mesh is not None and layer.thickness is not None:

@@ -42,7 +42,7 @@ class Load(Table):
         for number, (_, value) in enumerate(SPEED.rows(speed), start=1):
             if value < 0.0:
                 raise ValueError(
-                    f"load.speed is {value:g} m/s in row {number}: the sliding would turn round, "
+                    f"load.speed is {value:g} m/s in row {number}: the sliding would reverse, "
                     "over ice and films that it has left behind; allowed: 0 m/s to 100 m/s"
                 )
         return speed

@@ -139,10 +139,10 @@ def warnings(found: Compound) -> list[str]:
     if fast > UNSEEN:
         result.append(
             f"{100 * fast:.0f} % of the instantaneous modulus relax faster than the highest "
-            "frequency shows: its value is no measurement"
+            "measured frequency: this modulus is extrapolated"
         )
     if measured.flows or slow > UNSEEN * prony.long_term:
         result.append(
-            "the lowest frequency does not reach the long-term modulus: its value is no measurement"
+            "the lowest frequency does not reach the long-term modulus: it is extrapolated"
         )
     return result
